@@ -1,0 +1,38 @@
+# `make demo` and `make test` are the two commands of the README; each does all set-up by itself.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+# Where a ROS 2 is sourced, its rclpy is used; elsewhere the pinned wheels bring one.
+ifdef ROS_DISTRO
+VENV_OPTIONS := --system-site-packages
+EXTRAS := pinned,test
+else
+VENV_OPTIONS :=
+EXTRAS := wheels,pinned,test
+endif
+
+.PHONY: setup demo test lint clean
+
+setup: $(READY)
+
+$(READY): setup.py setup.cfg package.xml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+	  { echo "$(PYTHON) is older than 3.10; name a newer one: make PYTHON=python3.11"; exit 2; }
+	$(PYTHON) -m venv $(VENV_OPTIONS) $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
+	@touch $@
+
+demo: setup
+	$(BIN)/experiment --duration 16 --output runs/demo
+
+test: setup
+	$(BIN)/python -m pytest
+
+lint: setup
+	$(BIN)/python -m pytest test/lint
+
+clean:
+	rm -rf $(VENV) build install log *.egg-info

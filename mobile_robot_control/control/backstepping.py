@@ -1,0 +1,126 @@
+"""The backstepping position law."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.parameters import Field
+from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+
+_FARTHEST_SQUARED = 1e30
+"""[m²]: beyond this the power in Eq. (25) would overflow and, in Python, raise."""
+
+
+class BacksteppingGains(NamedTuple):
+    """Gains of Eq. (25), where f and g are constants, as in the chapter's search."""
+
+    p: Annotated[float, Field('', 'weight of the position error, p', above=0.0, live=True)] = 1.9934
+    q: Annotated[float, Field('', 'weight of the heading error, q', above=0.0, live=True)] = 0.0530
+    alpha: Annotated[
+        float, Field('', 'exponent α of the position error; 1 is the usual form', minimum=1.0, maximum=5.0, live=True)
+    ] = 1.0
+    f: Annotated[float, Field('1/s', 'gain f of the longitudinal feedback', above=0.0, live=True)] = 9.8615
+    g: Annotated[float, Field('1/s', 'gain g of the heading feedback', above=0.0, live=True)] = 2.9956
+
+
+class NoState(NamedTuple):
+    """State of a law that remembers nothing; one number, since compiled code knows no empty tuple by name."""
+
+    nothing: float = 0.0
+
+
+@jitable
+def step(
+    state: NoState, error: TrackingError, reference: Reference, gains: BacksteppingGains, dt: float
+) -> tuple[NoState, BodyVelocity]:
+    """
+    Ask for the body velocity that makes the Lyapunov function (26) fall.
+
+    Implements Eq. (25) of the chapter, with v = v_r cos e3 - u1 and ω = ω_r - u2 from Eq. (24).
+
+    Parameters
+    ----------
+    state : NoState
+        Comes back as it is.
+    error : TrackingError
+        e1, e2 [m], e3 [rad].
+    reference : Reference
+        v_r [m/s] and ω_r [rad/s] are used.
+    gains : BacksteppingGains
+        p, q, α, f, g.
+    dt : float
+        Not used: the law is static.
+
+    Returns
+    -------
+    tuple of NoState and BodyVelocity
+        The command [m/s], [rad/s].
+
+    Notes
+    -----
+    Converges only while v_r stays away from zero; e3 = π is a saddle that the error leaves, not an attractor.
+
+    """
+    e1, e2, e3 = error
+    v_r, omega_r = reference.velocity
+    p, q, alpha, f, g = gains
+    sin_e3 = math.sin(e3)
+    distance_squared = min(e1 * e1 + e2 * e2, _FARTHEST_SQUARED)
+    # Eq. (25): u1 = -α p e1 f
+    u1 = -alpha * p * e1 * f
+    # Eq. (25): u2 = -(2 α p / q) (e1² + e2²)^(α-1) v_r e2 - q sin e3 g
+    u2 = -2.0 * alpha * p / q * distance_squared ** (alpha - 1.0) * v_r * e2 - q * sin_e3 * g
+    # Eq. (24): v = v_r cos e3 - u1, ω = ω_r - u2
+    return state, BodyVelocity(v_r * math.cos(e3) - u1, omega_r - u2)
+
+
+def lyapunov(error: TrackingError, gains: BacksteppingGains) -> float:
+    """
+    Give the Lyapunov function that proves the law stable.
+
+    Implements Eq. (26) of the chapter.
+
+    Parameters
+    ----------
+    error : TrackingError
+        e1, e2 [m], e3 [rad].
+    gains : BacksteppingGains
+        p, q and α are used.
+
+    Returns
+    -------
+    float
+        V >= 0, zero only where the error is zero.
+
+    """
+    e1, e2, e3 = error
+    # Eq. (26): V = p (e1² + e2²)^α + q (1 - cos e3)
+    return float(gains.p * (e1 * e1 + e2 * e2) ** gains.alpha + gains.q * (1.0 - math.cos(e3)))
+
+
+def lyapunov_rate(error: TrackingError, gains: BacksteppingGains) -> float:
+    """
+    Give the time derivative of the Lyapunov function along the ideal kinematic loop.
+
+    Implements Eq. (28) of the chapter, whose '< 0' is '<= 0': it is zero wherever e1 = sin e3 = 0. That (27) leads here
+    needs the factor e1 which its printed first term lacks.
+
+    Parameters
+    ----------
+    error : TrackingError
+        e1, e2 [m], e3 [rad].
+    gains : BacksteppingGains
+        p, q, α, f and g.
+
+    Returns
+    -------
+    float
+        dV/dt <= 0.
+
+    """
+    e1, e2, e3 = error
+    p, q, alpha, f, g = gains
+    # Eq. (28): dV/dt = -2 α² p² e1² (e1² + e2²)^(α-1) f - q² sin² e3 g
+    return float(
+        -2.0 * alpha**2 * p**2 * e1**2 * (e1 * e1 + e2 * e2) ** (alpha - 1.0) * f - q**2 * math.sin(e3) ** 2 * g
+    )

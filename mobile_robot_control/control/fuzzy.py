@@ -1,0 +1,191 @@
+"""The Sugeno fuzzy position law."""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.control.backstepping import NoState
+from mobile_robot_control.control.tracking_error import bearing, distance
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.parameters import Field, rule
+from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+
+
+class FuzzyGains(NamedTuple):
+    """The membership functions of Fig. 12-15, in the order of the chromosome of Fig. 16."""
+
+    a: Annotated[
+        float, Field('m', 'distance at which the cart is no longer near (S falls to 0, G rises to 1)',
+                     above=0.0, live=True)
+    ] = 0.5
+    b: Annotated[
+        tuple[float, ...],
+        Field('rad', 'bearing: Z is the triangle (-b1, 0, b1), SP (b2, b3, b4), GP rises from b5 to b6; '
+              '0 <= b2 < b3 < b4, b2 < b1, b5 < b4, b5 < b6 <= pi', minimum=0.0, maximum=math.pi, length=6, live=True)
+    ] = (0.6, 0.1, 0.7, 1.6, 0.8, 2.2)
+    c: Annotated[
+        tuple[float, ...],
+        Field('m/s', 'linear velocities: fast backwards, backwards, stop, forward, fast forward, ascending',
+              length=5, live=True)
+    ] = (-0.4, -0.1, 0.0, 0.3, 0.8)
+    d: Annotated[
+        tuple[float, ...],
+        Field('rad/s', 'angular velocities: clockwise, straight, counter-clockwise, ascending', length=3, live=True)
+    ] = (-3.0, 0.0, 3.0)
+
+
+@rule
+def _some_rule_always_fires(gains: FuzzyGains) -> Iterator[str]:
+    b1, b2, b3, b4, b5, b6 = gains.b
+    for holds, order in ((b2 < b3 < b4, 'b2 < b3 < b4'), (b2 < b1, 'b2 < b1'), (b5 < b4, 'b5 < b4'),
+                         (b5 < b6, 'b5 < b6')):
+        if not holds:
+            yield f'fuzzy.b = {list(gains.b)} rad leaves bearings without a rule; it must hold that {order}'
+
+
+@rule
+def _outputs_ascend(gains: FuzzyGains) -> Iterator[str]:
+    for name, values, unit in (('c', gains.c, 'm/s'), ('d', gains.d, 'rad/s')):
+        if list(values) != sorted(values):
+            yield (f'fuzzy.{name} = {list(values)} {unit} is out of order; it must ascend: '
+                   f'write {sorted(values)}')
+
+
+class Memberships(NamedTuple):
+    """
+    How much each linguistic value holds.
+
+    Attributes
+    ----------
+    near, far : float
+        S and G of the distance.
+    great_negative, small_negative, zero, small_positive, great_positive : float
+        GN, SN, Z, SP and GP of the bearing.
+
+    """
+
+    near: float
+    far: float
+    great_negative: float
+    small_negative: float
+    zero: float
+    small_positive: float
+    great_positive: float
+
+
+@jitable
+def _triangle(x: float, left: float, peak: float, right: float) -> float:
+    if x <= left or x >= right:
+        return 0.0
+    return (x - left) / (peak - left) if x <= peak else (right - x) / (right - peak)
+
+
+@jitable
+def _ramp(x: float, start: float, end: float) -> float:
+    return max(0.0, min(1.0, (x - start) / (end - start)))
+
+
+@jitable
+def memberships(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) -> Memberships:
+    """
+    Fuzzify the distance and the bearing.
+
+    Implements Fig. 12 and 13 of the chapter, which are lost: two shapes that sum to one for the distance; a triangle,
+    two mirrored triangles and two mirrored ramps for the bearing.
+
+    Parameters
+    ----------
+    distance_to_cart : float
+        i1 [m].
+    bearing_to_cart : float
+        i2 [rad] in (-π, π].
+    gains : FuzzyGains
+        a and b are used.
+
+    Returns
+    -------
+    Memberships
+        Each in [0, 1].
+
+    """
+    b1, b2, b3, b4, b5, b6 = gains.b
+    far = _ramp(distance_to_cart, 0.0, gains.a)
+    return Memberships(
+        1.0 - far,
+        far,
+        _ramp(-bearing_to_cart, b5, b6),
+        _triangle(-bearing_to_cart, b2, b3, b4),
+        _triangle(bearing_to_cart, -b1, 0.0, b1),
+        _triangle(bearing_to_cart, b2, b3, b4),
+        _ramp(bearing_to_cart, b5, b6),
+    )
+
+
+@jitable
+def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) -> BodyVelocity:
+    """
+    Evaluate the ten rules: the control surface of Fig. 21 and 22.
+
+    Implements the rules of section 3.3 of the chapter by Sugeno's method: product, weighted average.
+
+    Parameters
+    ----------
+    distance_to_cart : float
+        i1 [m].
+    bearing_to_cart : float
+        i2 [rad] in (-π, π].
+    gains : FuzzyGains
+        a, b, c and d.
+
+    Returns
+    -------
+    BodyVelocity
+        o1 [m/s] and o2 [rad/s], never beyond the smallest and largest of c and of d.
+
+    """
+    m = memberships(distance_to_cart, bearing_to_cart, gains)
+    fast_back, back, stop, forward, fast_forward = gains.c
+    clockwise, straight, counter_clockwise = gains.d
+    great, small = m.great_negative + m.great_positive, m.small_negative + m.small_positive
+    total = (m.near + m.far) * (great + small + m.zero)
+    # rules 1-5, S: GN, GP -> B; SN, SP -> F; Z -> S.  Rules 6-10, G: GN, GP -> FB; SN, SP, Z -> FF
+    linear = (m.near * (great * back + small * forward + m.zero * stop)
+              + m.far * (great * fast_back + (small + m.zero) * fast_forward)) / total
+    # S and G alike: GN, SN -> CW; Z -> ST; SP, GP -> CCW
+    angular = (m.near + m.far) * (
+        (m.great_negative + m.small_negative) * clockwise
+        + m.zero * straight
+        + (m.small_positive + m.great_positive) * counter_clockwise
+    ) / total
+    return BodyVelocity(linear, angular)
+
+
+@jitable
+def step(
+    state: NoState, error: TrackingError, reference: Reference, gains: FuzzyGains, dt: float
+) -> tuple[NoState, BodyVelocity]:
+    """
+    Ask for the body velocity that the ten rules give for the cart's distance and bearing.
+
+    Implements Eq. (34) and the rules of section 3.3 of the chapter.
+
+    Parameters
+    ----------
+    state : NoState
+        Comes back as it is.
+    error : TrackingError
+        e1, e2 [m]; e3 is not used.
+    reference : Reference
+        Not used: the law has no feed-forward and cannot follow a cart faster than its largest output.
+    gains : FuzzyGains
+        The membership functions.
+    dt : float
+        Not used: the law is static.
+
+    Returns
+    -------
+    tuple of NoState and BodyVelocity
+        The command [m/s], [rad/s].
+
+    """
+    return state, surface(distance(error), bearing(error), gains)

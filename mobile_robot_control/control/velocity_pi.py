@@ -1,0 +1,99 @@
+"""The multivariable PI velocity law: body velocity error to wheel torques."""
+
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.dynamics import saturate
+from mobile_robot_control.model.robot import Robot, half_separation
+from mobile_robot_control.parameters import Field
+from mobile_robot_control.quantities import BodyVelocity, WheelTorque
+
+
+class VelocityGains(NamedTuple):
+    """Gains of Eq. (17)."""
+
+    k1: Annotated[float, Field('N s/m', 'gain K1 of the linear channel', above=0.0, live=True)] = 1.0
+    ti1: Annotated[float, Field('s', 'integral time Ti1 of the linear channel', above=0.0, live=True)] = 10.0
+    k2: Annotated[float, Field('N m s/rad', 'gain K2 of the angular channel', above=0.0, live=True)] = 0.3
+    ti2: Annotated[float, Field('s', 'integral time Ti2 of the angular channel', above=0.0, live=True)] = 10.0
+
+
+class VelocityPiState(NamedTuple):
+    """
+    The integral terms, kept as torques so that new gains do not make them jump.
+
+    Attributes
+    ----------
+    common, differential : float
+        Half the sum and half the difference of the wheels' integral torques [N m].
+
+    """
+
+    common: float = 0.0
+    differential: float = 0.0
+
+
+@jitable
+def _held_by_limit(asked: float, given: float, error: float) -> bool:
+    """Say whether integrating the error would push a channel further beyond its limit."""
+    return (asked - given) * error > 0.0
+
+
+@jitable
+def step(
+    state: VelocityPiState,
+    command: BodyVelocity,
+    measured: BodyVelocity,
+    gains: VelocityGains,
+    robot: Robot,
+    max_wheel_torque: float,
+    dt: float,
+) -> tuple[VelocityPiState, WheelTorque]:
+    """
+    Ask for the wheel torques that bring the body velocity to its command.
+
+    Implements Eq. (16)-(17) of the chapter, sampled: the integral is the sum of the errors before this one.
+
+    Parameters
+    ----------
+    state : VelocityPiState
+        The integral terms; the default at a run's start.
+    command : BodyVelocity
+        Asked for [m/s], [rad/s].
+    measured : BodyVelocity
+        From the wheels [m/s], [rad/s].
+    gains : VelocityGains
+        K1, Ti1, K2, Ti2.
+    robot : Robot
+        r and R are used.
+    max_wheel_torque : float
+        Limit of each wheel [N m]; 0 means none. While it bites, a channel that asks for more does not integrate.
+    dt : float
+        Sampling period [s].
+
+    Returns
+    -------
+    tuple of VelocityPiState and WheelTorque
+        The state for the next step and the torques [N m].
+
+    Notes
+    -----
+    Eq. (21) and (22) are not followed: they use K Ti where (17) gives K R.
+
+    """
+    lever = half_separation(robot) / robot.wheel_radius
+    linear_error = command.linear - measured.linear
+    angular_error = command.angular - measured.angular
+    # Eq. (17): g_j = K_j (1 + 1/(Ti_j s)) R; the factor 1/r is that of (16)
+    proportional_common = lever * gains.k1 * linear_error
+    proportional_differential = lever * gains.k2 * angular_error
+    common = proportional_common + state.common
+    differential = proportional_differential + state.differential
+    # Eq. (16): τ_R = (g1 e_v + g2 e_ω)/r, τ_L = (g1 e_v - g2 e_ω)/r
+    torque = saturate(WheelTorque(common + differential, common - differential), max_wheel_torque)
+    grown_common, grown_differential = state
+    if not _held_by_limit(common, 0.5 * (torque.right + torque.left), linear_error):
+        grown_common += proportional_common * dt / gains.ti1
+    if not _held_by_limit(differential, 0.5 * (torque.right - torque.left), angular_error):
+        grown_differential += proportional_differential * dt / gains.ti2
+    return VelocityPiState(grown_common, grown_differential), torque

@@ -1,0 +1,146 @@
+"""Whether velocity gains are stable at a sampling rate: checked before anything moves."""
+
+from collections.abc import Sequence
+
+from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.model.dynamics import sample
+from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
+
+
+def _convolve(left: Sequence[float], right: Sequence[float]) -> list[float]:
+    product = [0.0] * (len(left) + len(right) - 1)
+    for i, a in enumerate(left):
+        for j, b in enumerate(right):
+            product[i + j] += a * b
+    return product
+
+
+def _roots_inside(polynomial: Sequence[float], radius: float) -> bool:
+    """Say whether all roots lie inside a circle: the Schur-Cohn reduction of the scaled polynomial."""
+    degree = len(polynomial) - 1
+    p = [coefficient * radius ** (degree - power) for power, coefficient in enumerate(polynomial)]
+    while len(p) > 1:
+        if abs(p[-1]) >= abs(p[0]):
+            return False
+        ratio = p[-1] / p[0]
+        p = [a - ratio * b for a, b in zip(p[:-1], p[:0:-1], strict=True)]
+    return True
+
+
+def _largest_root(polynomial: Sequence[float]) -> float:
+    """Give the largest absolute root, by bisection between 0 and Cauchy's bound."""
+    low, high = 0.0, 1.0 + max(abs(c / polynomial[0]) for c in polynomial[1:])
+    while high - low > 1e-13 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _roots_inside(polynomial, middle) else (middle, high)
+    return high
+
+
+def spectral_radius(gains: VelocityGains, robot: Robot, rate: float, delay: int) -> float:
+    """
+    Give the spectral radius of the sampled velocity loop.
+
+    Takes the plant of Eq. (13)-(14) of the chapter under a zero-order hold and the sampled PI of (16)-(17).
+
+    Parameters
+    ----------
+    gains : VelocityGains
+        K1, Ti1, K2, Ti2.
+    robot : Robot
+        Physical constants.
+    rate : float
+        Sampling rate [Hz].
+    delay : int
+        Whole samples between the measurement and the torque that answers it, >= 0.
+
+    Returns
+    -------
+    float
+        Below 1 where the loop is stable; the worse of the linear and the angular channel.
+
+    """
+    dt = 1.0 / rate
+    plant = sample(robot, dt)
+    # (A+B) dv/dt = K1 R e_v - K v and (A-B) dω/dt = K2 e_ω·R/R - K ω, from (16)-(19)
+    channels = (
+        (plant.linear.end, 0.5 * robot.wheel_separation * gains.k1 / linear_inertia(robot), gains.ti1),
+        (plant.angular.end, gains.k2 / angular_inertia(robot), gains.ti2),
+    )
+    return max(_channel_radius(response.decay, response.gain * gain, dt / ti, delay)
+               for response, gain, ti in channels)
+
+
+def _channel_radius(decay: float, gain: float, integral: float, delay: int) -> float:
+    # (z - decay)(z - 1) z^delay + gain (z - 1 + integral)
+    polynomial = _convolve(_convolve([1.0, -decay], [1.0, -1.0]), [1.0] + [0.0] * delay)
+    polynomial[-2] += gain
+    polynomial[-1] += gain * (integral - 1.0)
+    return _largest_root(polynomial)
+
+
+def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays: Sequence[int]) -> float:
+    """
+    Give the rate above which the sampled velocity loop is stable, seen from an unstable one.
+
+    Parameters
+    ----------
+    gains : VelocityGains
+        K1, Ti1, K2, Ti2.
+    robot : Robot
+        Physical constants.
+    rate : float
+        A rate at which it is not stable [Hz].
+    delays : sequence of int
+        Delays that must all be stable, in samples.
+
+    Returns
+    -------
+    float
+        [Hz]; infinite where no rate up to 1 GHz will do.
+
+    """
+    def stable(candidate: float) -> bool:
+        return all(spectral_radius(gains, robot, candidate, delay) < 1.0 for delay in delays)
+
+    low, high = rate, 2.0 * rate
+    while not stable(high):
+        low, high = high, 2.0 * high
+        if high > 1e9:
+            return float('inf')
+    while high - low > 1e-6 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if stable(middle) else (middle, high)
+    return high
+
+
+def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -> str:
+    """
+    Say why gains cannot run at a rate.
+
+    Parameters
+    ----------
+    gains : VelocityGains
+        K1, Ti1, K2, Ti2.
+    robot : Robot
+        Physical constants.
+    rate : float
+        Sampling rate [Hz].
+    lockstep : bool
+        True checks the loop without delay, False the worse of one and two samples of delay, as on the wall clock.
+
+    Returns
+    -------
+    str
+        '' where the loop is stable; else the radius, the slowest stable rate and the remedy.
+
+    """
+    delays = (0,) if lockstep else (1, 2)
+    radius = max(spectral_radius(gains, robot, rate, delay) for delay in delays)
+    if radius < 1.0:
+        return ''
+    slowest = slowest_stable_rate(gains, robot, rate, delays)
+    clock = 'in lockstep' if lockstep else 'with one and two samples of delay, as on the wall clock'
+    return (f'gains.k1 = {gains.k1} N s/m, gains.ti1 = {gains.ti1} s, gains.k2 = {gains.k2} N m s/rad, '
+            f'gains.ti2 = {gains.ti2} s are unstable at velocity_rate = {rate} Hz: '
+            f'spectral radius {radius:.4f} {clock}; '
+            f'the slowest stable rate is {slowest:.1f} Hz: raise velocity_rate above it, or lower the gains')

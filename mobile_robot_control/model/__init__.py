@@ -1,0 +1,1 @@
+"""The robot: wheel and body kinematics, dynamics."""

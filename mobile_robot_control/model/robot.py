@@ -1,0 +1,91 @@
+"""The robot's physical constants, with the chapter's values."""
+
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.parameters import Field
+
+
+class Robot(NamedTuple):
+    """Physical constants of the robot; the defaults are those of section 2.1 of the chapter."""
+
+    mass: Annotated[float, Field('kg', 'mass of the entire vehicle, M', above=0.0)] = 10.0
+    inertia: Annotated[
+        float, Field('kg m²', 'yaw inertia of the vehicle, I_A; M d² is added to it, as printed in Eq. (15)', above=0.0)
+    ] = 1.0
+    wheel_radius: Annotated[float, Field('m', 'radius of the driving wheels, r', above=0.0)] = 0.035
+    wheel_separation: Annotated[float, Field('m', 'distance between the wheels, 2R', above=0.0)] = 0.35
+    com_offset: Annotated[
+        float, Field('m', "distance d of the centre of mass C ahead of the axle's centre A; negative behind it")
+    ] = 0.05
+    wheel_inertia: Annotated[
+        float, Field('kg m²', 'inertia of one wheel with its rotor about the axle, I_0', above=0.0)
+    ] = 0.001
+    viscous_friction: Annotated[
+        float, Field('N m s/rad', 'viscous friction of one wheel and motor, K (the chapter: 0.5 A)', minimum=0.0)
+    ] = 0.00715625
+
+
+@jitable
+def half_separation(robot: Robot) -> float:
+    """
+    Give R, the distance from the axle's centre to a wheel.
+
+    Parameters
+    ----------
+    robot : Robot
+        Physical constants.
+
+    Returns
+    -------
+    float
+        R [m].
+
+    """
+    return 0.5 * robot.wheel_separation
+
+
+@jitable
+def linear_inertia(robot: Robot) -> float:
+    """
+    Give A + B, what the sum of both wheels' torques accelerates.
+
+    Implements Eq. (15) of the chapter: A + B = M r²/2 + I_0.
+
+    Parameters
+    ----------
+    robot : Robot
+        Physical constants.
+
+    Returns
+    -------
+    float
+        A + B [kg m²], reduced to the axle.
+
+    """
+    r = robot.wheel_radius
+    # Eq. (15): A + B
+    return 0.5 * robot.mass * r * r + robot.wheel_inertia
+
+
+@jitable
+def angular_inertia(robot: Robot) -> float:
+    """
+    Give A - B, what the difference of both wheels' torques accelerates.
+
+    Implements Eq. (15) of the chapter: A - B = (I_A + M d²) r²/(2 R²) + I_0.
+
+    Parameters
+    ----------
+    robot : Robot
+        Physical constants.
+
+    Returns
+    -------
+    float
+        A - B [kg m²], reduced to the axle.
+
+    """
+    r, R, d = robot.wheel_radius, half_separation(robot), robot.com_offset
+    # Eq. (15): A - B
+    return (robot.inertia + robot.mass * d * d) * r * r / (2.0 * R * R) + robot.wheel_inertia

@@ -1,0 +1,243 @@
+"""Parameter files and command-line overrides, read as ROS 2 reads them."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from mobile_robot_control.configuration import NODES
+from mobile_robot_control.parameters import ParameterError, declarations, nearest
+
+_DECLARED = {node: set(declarations(group)) for node, group in NODES.items()}
+_EVERYBODYS = ('use_sim_time', 'start_type_description_service')
+Values = dict[str, dict[str, Any]]
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML as rcl reads it: 1e-3 is a number, though YAML 1.1 wants 1.0e-3."""
+
+
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float',
+    re.compile(r'^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
+    list('-+0123456789.'),
+)
+
+
+def _parse(text: str, source: str) -> Any:
+    try:
+        return yaml.load(text, _Loader)  # noqa: S506 (a SafeLoader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        where = f', line {mark.line + 1}' if mark else ''
+        problem = getattr(error, 'problem', None) or 'not valid YAML'
+        raise ParameterError([f'{source}{where}: {problem}; it must be a ROS 2 parameter file']) from error
+
+
+def _flat(tree: Mapping[Any, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f'{prefix}{key}.')
+        else:
+            yield f'{prefix}{key}', value
+
+
+def _sections(tree: Mapping[Any, Any], path: str, source: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield node name (with its namespace, if written) and values of each section, in the file's order."""
+    for key, value in tree.items():
+        name = f'{path}/{str(key).strip("/")}' if path else str(key)
+        if key == 'ros__parameters':
+            if not isinstance(value, Mapping) or not value:
+                raise ParameterError([f"{source}: 'ros__parameters' of '{path}' is empty; "
+                                      "write 'name: value' under it"])
+            yield path, dict(_flat(value))
+        elif isinstance(value, Mapping):
+            yield from _sections(value, name, source)
+        else:
+            raise ParameterError([f"{source}: '{name}' stands outside a node's 'ros__parameters'; "
+                                  f"write '/**: {{ros__parameters: {{{key}: ...}}}}'"])
+
+
+def _matches(section: str, node: str, namespace: str) -> bool:
+    """Say whether a section is for a node, by rcl's wildcards: '*' is one token, '**' any number of them."""
+    pattern = re.escape('/' + section.strip('/'))
+    expression = pattern.replace(r'/\*\*', '(/[^/]+)*').replace(r'\*', '[^/]+')
+    return re.fullmatch(expression, f'{namespace.rstrip("/")}/{node}') is not None
+
+
+def _check_names(section: str, values: Mapping[str, Any], addressed: Sequence[str], source: str) -> Iterator[str]:
+    """Yield what is wrong with the names of a section that is for some of our nodes."""
+    known = set().union(*(_DECLARED[node] for node in addressed))
+    for name, value in values.items():
+        if name in known or name in _EVERYBODYS or name.startswith('qos_overrides.'):
+            if isinstance(value, list) and len({type(element) for element in value}) > 1:
+                yield (f"{source}: '{name}' of '{section}' = {value} mixes kinds of numbers, which ROS refuses; "
+                       f'write a decimal point in each: {[float(v) if type(v) is int else v for v in value]}')
+            continue
+        owners = [node for node, declared in _DECLARED.items() if name in declared]
+        if owners:
+            yield f"{source}: '{name}' of '{section}' belongs to {' and '.join(owners)}; write it there"
+        else:
+            yield f"{source}: unknown parameter '{name}' of '{section}'; {nearest(name, known)}"
+
+
+def read(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
+    """
+    Read one ROS 2 parameter file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    list of (str, dict)
+        Section name and values by dotted name, in the file's order.
+
+    Raises
+    ------
+    ParameterError
+        If the file is missing, empty, unreadable or not a parameter file.
+
+    """
+    source = str(path)
+    try:
+        text = Path(path).read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
+        raise ParameterError([f'{source}: cannot be read ({reason}); name an existing parameter file']) from error
+    tree = _parse(text, source)
+    if tree is None:
+        raise ParameterError([f"{source}: is empty; write '/**: {{ros__parameters: {{...}}}}' or leave the file out"])
+    if not isinstance(tree, Mapping):
+        raise ParameterError([f'{source}: holds {type(tree).__name__}, not node names with their ros__parameters'])
+    return list(_sections(tree, '', source))
+
+
+def override(text: str) -> tuple[str, dict[str, Any]]:
+    """
+    Read one command-line override.
+
+    Parameters
+    ----------
+    text : str
+        ``NODE.PARAMETER:=VALUE``, where NODE may be ``/**``; the value is YAML.
+
+    Returns
+    -------
+    tuple of str and dict
+        Section name, and the one value by its dotted name.
+
+    Raises
+    ------
+    ParameterError
+        If it has another form.
+
+    Examples
+    --------
+    >>> override('plant.duration:=5')
+    ('plant', {'duration': 5})
+
+    """
+    target, separator, value = text.partition(':=')
+    section, dot, name = target.partition('.')
+    if not (separator and dot and section and name):
+        raise ParameterError([f"-p '{text}': write NODE.PARAMETER:=VALUE, such as plant.duration:=16.0"])
+    if section != '/**' and section.strip('/') not in NODES:
+        raise ParameterError([f"-p '{text}': there is no node '{section}'; {nearest(section, ['/**', *NODES])}"])
+    return section, {name: _parse(value, f"-p '{text}'")}
+
+
+def merge(sources: Iterable[tuple[str, str, Mapping[str, Any]]], namespace: str = '/') -> Values:
+    """
+    Merge sections into values for each node; a later one wins.
+
+    Parameters
+    ----------
+    sources : iterable of (str, str, mapping)
+        Where it was written (for messages), section name, values by dotted name.
+    namespace : str
+        In which the nodes run.
+
+    Returns
+    -------
+    dict of str to dict
+        By node name, its values.
+
+    Raises
+    ------
+    ParameterError
+        Naming every parameter that no node declares, or that stands in a wrong section; sections of other people's
+        nodes pass.
+
+    """
+    values: Values = {node: {} for node in NODES}
+    violations: list[str] = []
+    for source, section, given in sources:
+        addressed = [node for node in NODES if _matches(section, node, namespace)]
+        if not addressed:
+            if section.strip('/') in NODES:
+                violations.append(f"{source}: section '{section}' is for a node outside the namespace '{namespace}'; "
+                                  f"write '/**/{section.strip('/')}'")
+            continue
+        violations += _check_names(section, given, addressed, source)
+        for node in addressed:
+            values[node].update({name: value for name, value in given.items() if name in _DECLARED[node]})
+    if violations:
+        raise ParameterError(violations)
+    return values
+
+
+def load(files: Sequence[str | Path], overrides: Sequence[str] = (), namespace: str = '/') -> Values:
+    """
+    Read parameter files and overrides into values for each node.
+
+    Parameters
+    ----------
+    files : sequence of path
+        Later ones win.
+    overrides : sequence of str
+        ``NODE.PARAMETER:=VALUE``; they win over files.
+    namespace : str
+        In which the nodes run.
+
+    Returns
+    -------
+    dict of str to dict
+        By node name, its values; not yet checked against types and bounds.
+
+    Raises
+    ------
+    ParameterError
+        As :func:`read`, :func:`override` and :func:`merge`.
+
+    """
+    sources = [(str(path), section, values) for path in files for section, values in read(path)]
+    sources += [(f"-p '{text}'", *override(text)) for text in overrides]
+    return merge(sources, namespace)
+
+
+def write(values: Mapping[str, Mapping[str, Any]]) -> str:
+    """
+    Give values by node as the text of a ROS 2 parameter file.
+
+    Parameters
+    ----------
+    values : mapping of str to mapping
+        By node name, values by dotted name.
+
+    Returns
+    -------
+    str
+        YAML with one section a node; reading it back gives the same numbers to the last bit.
+
+    """
+    tree = {
+        f'/**/{node}': {'ros__parameters': {
+            name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}}
+        for node, given in values.items() if given
+    }
+    return str(yaml.safe_dump(tree, sort_keys=False, default_flow_style=None))

@@ -1,0 +1,108 @@
+"""The quantities of the domain: what the functions of this package take and give.
+
+All are in SI units. The chapter's symbols stand behind each field.
+"""
+
+from typing import NamedTuple
+
+
+class Pose(NamedTuple):
+    """
+    Position of the axle's centre (point A) and heading, in the odometry frame.
+
+    Attributes
+    ----------
+    x, y : float
+        Position [m].
+    heading : float
+        Angle from the frame's x axis to the robot's, θ [rad].
+
+    """
+
+    x: float
+    y: float
+    heading: float
+
+
+class BodyVelocity(NamedTuple):
+    """
+    Velocity of point A in the robot's own frame.
+
+    Attributes
+    ----------
+    linear : float
+        Forward velocity, v [m/s].
+    angular : float
+        Yaw rate, ω [rad/s], counter-clockwise positive.
+
+    """
+
+    linear: float
+    angular: float
+
+
+class WheelVelocity(NamedTuple):
+    """
+    Angular velocities of the driving wheels.
+
+    Attributes
+    ----------
+    right, left : float
+        ω_R and ω_L [rad/s], positive forwards.
+
+    """
+
+    right: float
+    left: float
+
+
+class WheelTorque(NamedTuple):
+    """
+    Torques at the axle of the driving wheels.
+
+    Attributes
+    ----------
+    right, left : float
+        τ_R and τ_L [N m], positive forwards.
+
+    """
+
+    right: float
+    left: float
+
+
+class Reference(NamedTuple):
+    """
+    What the curve asks at one time: where the reference cart is and how it moves.
+
+    Attributes
+    ----------
+    pose : Pose
+        x_r, y_r [m] and θ_r [rad].
+    velocity : BodyVelocity
+        v_r [m/s] and ω_r [rad/s].
+
+    """
+
+    pose: Pose
+    velocity: BodyVelocity
+
+
+class TrackingError(NamedTuple):
+    """
+    Reference minus pose, in the robot's own frame.
+
+    Attributes
+    ----------
+    longitudinal : float
+        e1 [m], positive when the cart is ahead.
+    lateral : float
+        e2 [m], positive when the cart is to the left.
+    heading : float
+        e3 [rad], wrapped into (-π, π].
+
+    """
+
+    longitudinal: float
+    lateral: float
+    heading: float

@@ -1,0 +1,1 @@
+"""Runs as bags and as time series."""

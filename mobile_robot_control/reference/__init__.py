@@ -1,0 +1,1 @@
+"""The curves that the reference cart drives."""

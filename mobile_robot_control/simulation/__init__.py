@@ -1,0 +1,1 @@
+"""The closed loop in one process, and what is measured on it."""

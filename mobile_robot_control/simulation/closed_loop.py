@@ -1,0 +1,265 @@
+"""The closed loop of all four nodes in one process: the same functions in the same order."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from mobile_robot_control.configuration import Configuration, period_nanoseconds
+from mobile_robot_control.control import velocity_pi
+from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.dynamics import PlantState, SampledPlant, saturate
+from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.reference.curves import CURVES, Curve, Placement, reference_at
+
+
+class Loop(NamedTuple):
+    """
+    What stays the same over a rollout.
+
+    Attributes
+    ----------
+    plant : SampledPlant
+        With the robot and the velocity loop's period.
+    motor_limit, command_limit : float
+        Torque limits of the plant and of the velocity law [N m]; 0 means none.
+    velocity_gains : VelocityGains
+        Of the PI law.
+    law_gains : NamedTuple
+        What the position law takes.
+    placement : Placement
+        Of the curve.
+    position_dt : float
+        Period of the position loop [s].
+
+    """
+
+    plant: SampledPlant
+    motor_limit: float
+    command_limit: float
+    velocity_gains: VelocityGains
+    law_gains: Any
+    placement: Placement
+    position_dt: float
+
+
+class LoopState(NamedTuple):
+    """
+    What the four nodes together remember.
+
+    Attributes
+    ----------
+    plant : PlantState
+        Of the plant.
+    pi : VelocityPiState
+        Of the velocity law.
+    law : NamedTuple
+        Of the position law.
+    command : BodyVelocity
+        The newest command.
+
+    """
+
+    plant: PlantState
+    pi: VelocityPiState
+    law: Any
+    command: BodyVelocity
+
+
+class PositionTick(NamedTuple):
+    """What the slow loop saw at a position tick: time [s], odometry, reference and error."""
+
+    time: float
+    pose: Pose
+    velocity: BodyVelocity
+    reference: Reference
+    error: TrackingError
+
+
+class Sample(NamedTuple):
+    """
+    What the topics say at one time of the velocity grid.
+
+    Attributes
+    ----------
+    time : float
+        Stamp [s].
+    tick : PositionTick
+        The newest position tick; it is of this time where ``tick.time == time``.
+    command : BodyVelocity
+        ``cmd_vel`` of that tick.
+    right_angle, left_angle : float
+        Of the wheels [rad].
+    wheels : WheelVelocity
+        [rad/s].
+    applied : WheelTorque
+        Over the step that ended at the time [N m].
+    torque : WheelTorque
+        Asked for over the step that begins [N m].
+
+    """
+
+    time: float
+    tick: PositionTick
+    command: BodyVelocity
+    right_angle: float
+    left_angle: float
+    wheels: WheelVelocity
+    applied: WheelTorque
+    torque: WheelTorque
+
+
+def make_position_tick(law_step: Callable[..., Any], curve: Curve) -> Callable[..., tuple[LoopState, PositionTick]]:
+    """
+    Make the slow loop's step for a law and a curve, chosen by closure so that it compiles.
+
+    Parameters
+    ----------
+    law_step : callable
+        The step of a law.
+    curve : callable
+        One of CURVES.
+
+    Returns
+    -------
+    callable
+        ``position_tick(state, time, loop) -> (state, PositionTick)``.
+
+    """
+
+    def position_tick(state: LoopState, time: float, loop: Loop) -> tuple[LoopState, PositionTick]:
+        reference = reference_at(curve, time, loop.placement)
+        error = tracking_error(reference.pose, state.plant.pose)
+        law, command = law_step(state.law, error, reference, loop.law_gains, loop.position_dt)
+        return (
+            LoopState(state.plant, state.pi, law, command),
+            PositionTick(time, state.plant.pose, state.plant.velocity, reference, error),
+        )
+
+    return position_tick
+
+
+@jitable
+def velocity_tick(state: LoopState, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
+    """
+    Move the fast loop and the plant by one period.
+
+    Parameters
+    ----------
+    state : LoopState
+        At the period's start, with the command to follow.
+    loop : Loop
+        What stays the same.
+
+    Returns
+    -------
+    tuple of LoopState, WheelTorque and WheelTorque
+        The state at the period's end, the torque asked for and the torque applied [N m].
+
+    """
+    robot = loop.plant.robot
+    measured = body_velocity(wheel_velocity(state.plant.velocity, robot), robot)
+    pi, torque = velocity_pi.step(
+        state.pi, state.command, measured, loop.velocity_gains, robot, loop.command_limit, loop.plant.dt
+    )
+    applied = saturate(torque, loop.motor_limit)
+    return LoopState(dynamics.step(state.plant, applied, loop.plant), pi, state.law, state.command), torque, applied
+
+
+def start(configuration: Configuration) -> tuple[Loop, LoopState]:
+    """
+    Make ready the rollout that a configuration asks for.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked.
+
+    Returns
+    -------
+    tuple of Loop and LoopState
+        The constants, and the state at t = 0: the robot at rest.
+
+    """
+    shared, plant = configuration.plant.shared, configuration.plant
+    law, gains = select(configuration.position_controller.control)
+    loop = Loop(
+        dynamics.sample(shared.robot, 1.0 / shared.velocity_rate, plant.centripetal_coupling),
+        plant.max_wheel_torque,
+        configuration.velocity_controller.max_wheel_torque,
+        configuration.velocity_controller.gains,
+        gains,
+        configuration.reference_cart.curve.placement,
+        1.0 / shared.position_rate,
+    )
+    return loop, LoopState(
+        dynamics.at_rest(Pose(*plant.initial_pose)), VelocityPiState(), law.start, BodyVelocity(0.0, 0.0)
+    )
+
+
+def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
+    """
+    Run the closed loop and yield what the topics would say.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked.
+    duration : float
+        [s]; the run has round(duration × velocity_rate) steps.
+
+    Yields
+    ------
+    Sample
+        One for each time of the velocity grid, the last one at the run's end; fewer when the run diverges.
+
+    Examples
+    --------
+    >>> len(list(rollout(Configuration(), 0.1)))
+    51
+
+    """
+    shared = configuration.plant.shared
+    velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
+    law, _ = select(configuration.position_controller.control)
+    position_tick = make_position_tick(law.step, CURVES[configuration.reference_cart.curve.curve])
+    loop, state = start(configuration)
+    applied = WheelTorque(0.0, 0.0)
+    for k in range(round(duration * shared.velocity_rate) + 1):
+        nanoseconds = k * velocity_period
+        if nanoseconds % position_period == 0:
+            state, tick = position_tick(state, nanoseconds / 1e9, loop)
+        before, over_last_step = state, applied
+        state, torque, applied = velocity_tick(state, loop)
+        yield Sample(
+            nanoseconds / 1e9, tick, before.command, before.plant.right_angle, before.plant.left_angle,
+            wheel_velocity(before.plant.velocity, shared.robot), over_last_step, torque,
+        )
+        if dynamics.diverged(state.plant):
+            return
+
+
+def is_complete(last: Sample, duration: float, velocity_rate: float) -> bool:
+    """
+    Say whether a run got to its end.
+
+    Parameters
+    ----------
+    last : Sample
+        The last one of the run.
+    duration : float
+        Asked for [s].
+    velocity_rate : float
+        [Hz].
+
+    Returns
+    -------
+    bool
+        True if the last sample lies at the end.
+
+    """
+    return math.isclose(last.time, round(duration * velocity_rate) / velocity_rate, abs_tol=1e-9)

@@ -1,0 +1,63 @@
+"""Install the package, with pip or as ament_python with colcon."""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'mobile_robot_control'
+NODES = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
+COMMANDS = ('simulate', 'experiment')
+
+
+def config_files():
+    """List the parameter files by the folder that they are installed to."""
+    folders = sorted({path.parent for path in Path('config').rglob('*.yaml')})
+    return [(f'share/{PACKAGE}/{folder}', sorted(map(str, folder.glob('*.yaml')))) for folder in folders]
+
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Nonlinear motion control of a differential-drive robot with a wheel-torque plant, on ROS 2.',
+    license='Apache-2.0',
+    maintainer='mobile_robot_control maintainers',
+    maintainer_email='maintainers@users.noreply.github.com',
+    python_requires='>=3.10',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        *config_files(),
+    ],
+    install_requires=['setuptools', 'PyYAML', 'matplotlib', 'rosbags', 'tqdm'],
+    extras_require={
+        # ROS 2 itself, for a machine without one; a ROS 2 that is installed brings its own
+        'wheels': [
+            'ros-kilted-rclpy==9.1.2',
+            'ros-kilted-common-interfaces==5.5.1',
+            'ros-kilted-rmw-fastrtps-cpp==9.3.3',
+        ],
+        # the versions that the tests run with
+        'pinned': ['PyYAML==6.0.3', 'matplotlib==3.10.9', 'numpy==2.2.6', 'rosbags==0.11.9', 'tqdm==4.70.1'],
+        'test': [
+            'colcon-core==0.21.3',
+            'colcon-ros==0.5.0',
+            'hypothesis==6.168.5',
+            'mcap==1.6.0',
+            'mcap-ros2-support==0.6.0',
+            'mypy==2.4.1',
+            'pytest==9.2.0',
+            'pytest-timeout==2.4.0',
+            'ruff==0.17.5',
+            'scipy==1.15.3',
+            'types-PyYAML==6.0.12.20261113',
+        ],
+    },
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            *(f'{node} = {PACKAGE}.ros.{node}:main' for node in NODES),
+            *(f'{command} = {PACKAGE}.cli.{command}:main' for command in COMMANDS),
+        ],
+    },
+)
