@@ -11,7 +11,6 @@ from mobile_robot_control.configuration import NODES
 from mobile_robot_control.parameters import ParameterError, declarations, nearest
 
 _DECLARED = {node: set(declarations(group)) for node, group in NODES.items()}
-_EVERYBODYS = ('use_sim_time', 'start_type_description_service')
 Values = dict[str, dict[str, Any]]
 
 
@@ -67,11 +66,47 @@ def _matches(section: str, node: str, namespace: str) -> bool:
     return re.fullmatch(expression, f'{namespace.rstrip("/")}/{node}') is not None
 
 
+def is_declared(name: str) -> bool:
+    """
+    Say whether any of the four nodes declares a parameter.
+
+    Parameters
+    ----------
+    name : str
+        Dotted name.
+
+    Returns
+    -------
+    bool
+        True if one does.
+
+    """
+    return any(name in declared for declared in _DECLARED.values())
+
+
+def not_ours(name: str) -> bool:
+    """
+    Say whether a parameter is one of those that every ROS node has.
+
+    Parameters
+    ----------
+    name : str
+        Dotted name.
+
+    Returns
+    -------
+    bool
+        True for `use_sim_time`, `qos_overrides.*` and the like.
+
+    """
+    return name in ('use_sim_time', 'start_type_description_service') or name.startswith('qos_overrides.')
+
+
 def _check_names(section: str, values: Mapping[str, Any], addressed: Sequence[str], source: str) -> Iterator[str]:
     """Yield what is wrong with the names of a section that is for some of our nodes."""
     known = set().union(*(_DECLARED[node] for node in addressed))
     for name, value in values.items():
-        if name in known or name in _EVERYBODYS or name.startswith('qos_overrides.'):
+        if name in known or not_ours(name):
             if isinstance(value, list) and len({type(element) for element in value}) > 1:
                 yield (f"{source}: '{name}' of '{section}' = {value} mixes kinds of numbers, which ROS refuses; "
                        f'write a decimal point in each: {[float(v) if type(v) is int else v for v in value]}')

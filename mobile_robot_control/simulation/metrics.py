@@ -179,7 +179,7 @@ class Run(NamedTuple):
     totals: Totals
 
 
-class Recorder:
+class RunMeter:
     """
     Measures the samples of a run as they pass.
 

@@ -1,0 +1,140 @@
+"""Lockstep: which stamps a node answers, and how the plant waits for the answers."""
+
+import enum
+import time
+from collections.abc import Callable
+
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+
+_REPEAT_AFTER = 0.1
+"""[s] of wall time without progress."""
+_LONGEST_LAG = 0.1
+"""[s]: a run that falls further behind the wall clock does not catch up."""
+
+
+class Turn(enum.Enum):
+    """What a stamp means to a node."""
+
+    STEP = 'the next one on the grid'
+    START = 'a new run'
+    JOIN = 'the first one accepted, of a run under way'
+    AGAIN = 'asked again'
+    REFUSED = 'neither of these'
+
+
+class StampGate:
+    """
+    Decides by stamp, never by arrival order, what a node does with a message.
+
+    Parameters
+    ----------
+    period : int
+        Of the node's grid [ns].
+
+    Attributes
+    ----------
+    accepted : int or None
+        The stamp of the last step [ns]; None before the first.
+
+    """
+
+    def __init__(self, period: int) -> None:
+        self.period = period
+        self.accepted: int | None = None
+
+    def judge(self, stamp: int) -> Turn:
+        """
+        Say what a stamp means; nothing changes.
+
+        Parameters
+        ----------
+        stamp : int
+            [ns].
+
+        Returns
+        -------
+        Turn
+            What to do.
+
+        """
+        if stamp < 0 or stamp % self.period:
+            return Turn.REFUSED
+        if stamp == self.accepted:
+            return Turn.AGAIN
+        if stamp == 0:
+            return Turn.START
+        if self.accepted is None:
+            return Turn.JOIN
+        return Turn.STEP if stamp == self.accepted + self.period else Turn.REFUSED
+
+    def accept(self, stamp: int) -> None:
+        """
+        Take a stamp as the one of the last step.
+
+        Parameters
+        ----------
+        stamp : int
+            [ns].
+
+        """
+        self.accepted = stamp
+
+
+class Pace:
+    """
+    Holds simulated time back to a multiple of wall time, and repeats what is not answered.
+
+    Parameters
+    ----------
+    node : Node
+        The plant's.
+    period : int
+        Of the velocity grid [ns].
+    real_time_factor : float
+        1 is wall speed, 0 as fast as it goes.
+    publish : callable
+        Publishes what the plant has to say at the present time; again when it is not answered.
+    stalled : callable
+        Told how long [s] there has been no answer, at every repeat.
+
+    Attributes
+    ----------
+    asking : bool
+        Whether the present time has been published and not yet answered.
+
+    """
+
+    def __init__(
+        self, node: Node, period: int, real_time_factor: float, publish: Callable[[], None],
+        stalled: Callable[[float], None],
+    ) -> None:
+        self._publish, self._stalled = publish, stalled
+        self._wall_period = period / 1e9 / real_time_factor if real_time_factor > 0.0 else 0.0
+        self._due = self._asked = time.monotonic()
+        self.asking = False
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        node.create_timer(_REPEAT_AFTER, self._repeat, clock=clock)
+        if self._wall_period > 0.0:
+            node.create_timer(max(self._wall_period, 5e-4), self._tick, clock=clock)
+
+    def ask(self) -> None:
+        """Publish now, or as soon as the wall clock allows."""
+        self._due += self._wall_period
+        self.asking = False
+        self._tick()
+
+    def _tick(self) -> None:
+        now = time.monotonic()
+        if self.asking or now < self._due:
+            return
+        self._due = max(self._due, now - _LONGEST_LAG)
+        self.asking, self._asked = True, now
+        self._publish()
+
+    def _repeat(self) -> None:
+        silence = time.monotonic() - self._asked
+        if self.asking and silence >= _REPEAT_AFTER:
+            self._stalled(silence)
+            self._publish()

@@ -1,0 +1,146 @@
+"""Who is missing: nodes notice silent inputs, and the plant says for whom a run waits."""
+
+import struct
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+
+from mobile_robot_control.ros.qos import LOOP
+
+
+class Peers:
+    """
+    Watches a node's inputs: a silent one is named once in the log, and its return once.
+
+    Parameters
+    ----------
+    node : Node
+        Whose inputs.
+    sources : mapping of str to str
+        The node that each input topic comes from, by topic.
+    timeout : float
+        Wall time of silence [s].
+
+    """
+
+    def __init__(self, node: Node, sources: Mapping[str, str], timeout: float) -> None:
+        self._node, self._sources, self._timeout = node, sources, timeout
+        self._heard = dict.fromkeys(sources, time.monotonic())
+        self._missing: set[str] = set()
+        node.create_timer(min(0.5, timeout), self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def heard(self, topic: str) -> None:
+        """
+        Note that an input has come.
+
+        Parameters
+        ----------
+        topic : str
+            One of the sources' keys.
+
+        """
+        self._heard[topic] = time.monotonic()
+        if topic in self._missing:
+            self._missing.remove(topic)
+            self._node.get_logger().info(f'{topic} is back')
+
+    def _look(self) -> None:
+        now = time.monotonic()
+        for topic, source in self._sources.items():
+            if now - self._heard[topic] > self._timeout and topic not in self._missing:
+                self._missing.add(topic)
+                self._node.get_logger().warning(
+                    f'no {topic} for {self._timeout} s: is {source} running, and in lockstep like this node?'
+                )
+
+
+class Witness:
+    """
+    Finds out which node holds a lockstep run up.
+
+    Listens to the answers that do not go to the plant, from the first stall on: every node that is there answers a
+    repeated question, so the first link of the chain that stays silent is the one that is missing.
+
+    Parameters
+    ----------
+    node : Node
+        The plant's.
+    timeout : float
+        Wall time of silence after which the missing node is named [s].
+
+    """
+
+    _CHAIN = (('reference', Odometry, 'reference_cart'), ('cmd_vel', TwistStamped, 'position_controller'))
+
+    def __init__(self, node: Node, timeout: float) -> None:
+        self._node, self._timeout = node, timeout
+        self._newest: dict[str, int] = {}
+        self._subscriptions: list[Subscription[Any]] = []
+        self._named = ''
+
+    def stalled(self, silence: float, stamp: int, tick: int) -> None:
+        """
+        Note that a question was not answered.
+
+        Parameters
+        ----------
+        silence : float
+            Wall time since it was asked [s].
+        stamp, tick : int
+            Of the present velocity and position tick [ns].
+
+        """
+        if not self._subscriptions:
+            self._subscriptions = [
+                self._node.create_subscription(kind, topic, self._listener(topic), LOOP, raw=True)
+                for topic, kind, _ in self._CHAIN
+            ]
+        missing = self.missing(tick)
+        if silence > self._timeout and missing != self._named:
+            self._named = missing
+            self._node.get_logger().warning(
+                f'waiting for {missing} at t = {stamp / 1e9:g} s: no answer for {silence:.1f} s'
+            )
+
+    def missing(self, tick: int) -> str:
+        """
+        Name the node that a run waits for.
+
+        Parameters
+        ----------
+        tick : int
+            Stamp of the present position tick [ns].
+
+        Returns
+        -------
+        str
+            Node names, joined with ' and '.
+
+        """
+        absent = [source for topic, source in (*((topic, source) for topic, _, source in self._CHAIN),
+                                               ('wheel_torques', 'velocity_controller'))
+                  if self._node.count_publishers(topic) == 0]
+        silent = next((source for topic, _, source in self._CHAIN if self._newest.get(topic) != tick),
+                      'velocity_controller')
+        return ' and '.join(absent or [silent])
+
+    def progressed(self) -> None:
+        """Note that the question was answered."""
+        if self._named:
+            self._node.get_logger().info(f'{self._named} answered: the run goes on')
+            self._named = ''
+
+    def _listener(self, topic: str) -> Callable[[bytes], None]:
+        def listen(message: bytes) -> None:
+            # CDR, little endian: four bytes of encapsulation, then the header's stamp
+            seconds, nanoseconds = struct.unpack_from('<iI', message, 4)
+            self._newest[topic] = seconds * 1_000_000_000 + nanoseconds
+
+        return listen

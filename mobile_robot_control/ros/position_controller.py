@@ -1,0 +1,116 @@
+"""The node `position_controller`: from odometry and reference to a body velocity command."""
+
+from geometry_msgs.msg import TwistStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+
+from mobile_robot_control.configuration import PositionControllerParameters, period_nanoseconds
+from mobile_robot_control.control import handover
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
+from mobile_robot_control.ros import messages
+from mobile_robot_control.ros.border import Border
+from mobile_robot_control.ros.lockstep import StampGate, Turn
+from mobile_robot_control.ros.messages import Refused
+from mobile_robot_control.ros.parameter_bridge import declare, follow
+from mobile_robot_control.ros.peers import Peers
+from mobile_robot_control.ros.qos import LOOP
+
+
+class PositionController(Node):
+    """
+    Runs the position law that `controller_type` names.
+
+    Attributes
+    ----------
+    exit_code : None
+        The node never ends by itself.
+
+    """
+
+    def __init__(self) -> None:
+        super().__init__('position_controller')
+        self._values = declare(self, PositionControllerParameters)
+        shared = self._values.shared
+        self.exit_code: int | None = None
+        self._frame = shared.base_frame_id
+        self._dt = 1.0 / shared.position_rate
+        self._gate = StampGate(period_nanoseconds(shared.position_rate))
+        self._border = Border(self)
+        self._peers = Peers(self, {'odom': 'plant', 'reference': 'reference_cart'}, shared.peer_timeout)
+        self._running = handover.begin(self._values.control, under_way=False)
+        self._odom: tuple[int, Pose] | None = None
+        self._reference: tuple[int, Reference] | None = None
+        self._answer: tuple[BodyVelocity, TrackingError] | None = None
+        self._cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', LOOP)
+        self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
+        self.create_subscription(Odometry, 'odom', self._on_odom, LOOP)
+        self.create_subscription(Odometry, 'reference', self._on_reference, LOOP)
+        follow(self, self._values, self._change)
+
+    def _change(self, values: PositionControllerParameters) -> None:
+        self._values = values
+        self._running = handover.change(self._running, values.control)
+
+    def _on_odom(self, message: Odometry) -> None:
+        stamp = messages.nanoseconds(message.header.stamp)
+        turn = self._gate.judge(stamp)
+        if turn is Turn.REFUSED:
+            self._border.refuse('odom', 'not the next stamp')
+            return
+        if turn is Turn.AGAIN:
+            self._peers.heard('odom')
+            self._publish(stamp)
+            return
+        try:
+            pose, _ = messages.read_odometry(message)
+        except Refused as reason:
+            self._border.refuse('odom', reason)
+            return
+        self._peers.heard('odom')
+        self._odom = (stamp, pose)
+        self._answer_pair()
+
+    def _on_reference(self, message: Odometry) -> None:
+        stamp = messages.nanoseconds(message.header.stamp)
+        if self._gate.judge(stamp) is Turn.REFUSED:
+            self._border.refuse('reference', 'not the next stamp')
+            return
+        try:
+            reference = Reference(*messages.read_odometry(message))
+        except Refused as reason:
+            self._border.refuse('reference', reason)
+            return
+        self._peers.heard('reference')
+        self._reference = (stamp, reference)
+        self._answer_pair()
+
+    def _answer_pair(self) -> None:
+        """Step and answer once odometry and reference of the same, new stamp are there."""
+        if self._odom is None or self._reference is None or self._odom[0] != self._reference[0]:
+            return
+        stamp = self._odom[0]
+        turn = self._gate.judge(stamp)
+        if turn in (Turn.AGAIN, Turn.REFUSED):
+            return
+        if turn is not Turn.STEP:
+            if self._gate.accepted is not None:
+                self.get_logger().info('a new run')
+            self._running = handover.begin(self._values.control, under_way=turn is Turn.JOIN)
+        self._gate.accept(stamp)
+        self._step(self._odom[1], self._reference[1])
+        self._publish(stamp)
+
+    def _step(self, pose: Pose, reference: Reference) -> None:
+        error = tracking_error(reference.pose, pose)
+        self._running, command = handover.step(self._running, error, reference, self._dt)
+        self._answer = (command, error)
+
+    def _publish(self, stamp: int) -> None:
+        if self._answer is not None:
+            command, error = self._answer
+            self._cmd_vel.publish(messages.twist_message(stamp, self._frame, command))
+            self._tracking_error.publish(messages.error_message(stamp, self._frame, error))
+
+    def close(self) -> None:
+        """End; there is nothing to stop."""

@@ -1,0 +1,65 @@
+"""The node `reference_cart`: drives the virtual robot that the real one follows."""
+
+from nav_msgs.msg import Odometry, Path
+from rclpy.node import Node
+
+from mobile_robot_control.configuration import ReferenceCartParameters, period_nanoseconds
+from mobile_robot_control.reference.curves import CURVES, reference_at
+from mobile_robot_control.ros import messages
+from mobile_robot_control.ros.border import Border
+from mobile_robot_control.ros.lockstep import StampGate, Turn
+from mobile_robot_control.ros.parameter_bridge import declare
+from mobile_robot_control.ros.peers import Peers
+from mobile_robot_control.ros.qos import LATCHED, LOOP
+
+_PATH_POINTS = 400
+
+
+class ReferenceCart(Node):
+    """
+    Answers each odometry with where the cart is at that time, and how it moves.
+
+    Attributes
+    ----------
+    exit_code : None
+        The node never ends by itself.
+
+    """
+
+    def __init__(self) -> None:
+        super().__init__('reference_cart')
+        parameters = declare(self, ReferenceCartParameters)
+        shared = parameters.shared
+        self.exit_code: int | None = None
+        self._curve = CURVES[parameters.curve.curve]
+        self._placement = parameters.curve.placement
+        self._gate = StampGate(period_nanoseconds(shared.position_rate))
+        self._border = Border(self)
+        self._peers = Peers(self, {'odom': 'plant'}, shared.peer_timeout)
+        self._message = messages.odometry_message(shared.odom_frame_id, shared.reference_frame_id)
+        self._reference = self.create_publisher(Odometry, 'reference', LOOP)
+        self._path = self.create_publisher(Path, 'reference_path', LATCHED)
+        self._path.publish(messages.path_message(shared.odom_frame_id, [
+            reference_at(self._curve, self._placement.period * n / _PATH_POINTS, self._placement).pose
+            for n in range(_PATH_POINTS + 1)
+        ]))
+        self.create_subscription(Odometry, 'odom', self._on_odom, LOOP)
+
+    def _on_odom(self, message: Odometry) -> None:
+        stamp = messages.nanoseconds(message.header.stamp)
+        turn = self._gate.judge(stamp)
+        if turn is Turn.REFUSED:
+            self._border.refuse('odom', 'not the next stamp')
+            return
+        self._peers.heard('odom')
+        if turn is Turn.START and self._gate.accepted is not None:
+            self.get_logger().info('a new run')
+        self._gate.accept(stamp)
+        self._publish(stamp, stamp / 1e9)
+
+    def _publish(self, stamp: int, time: float) -> None:
+        reference = reference_at(self._curve, time, self._placement)
+        self._reference.publish(messages.fill_odometry(self._message, stamp, reference.pose, reference.velocity))
+
+    def close(self) -> None:
+        """End; there is nothing to stop."""

@@ -1,0 +1,114 @@
+"""Start nodes, spin them, stop them: the one spin loop."""
+
+import importlib
+import itertools
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import rclpy
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from mobile_robot_control import parameter_files
+from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.ros.executables import Stop
+
+_CLASSES = {
+    'plant': 'Plant',
+    'velocity_controller': 'VelocityController',
+    'position_controller': 'PositionController',
+    'reference_cart': 'ReferenceCart',
+}
+
+
+def make_executor() -> Executor:
+    """
+    Make the fastest executor there is.
+
+    Returns
+    -------
+    Executor
+        rclpy's EventsExecutor; the single-threaded one where rclpy has none yet.
+
+    """
+    try:
+        from rclpy.experimental.events_executor import EventsExecutor  # noqa: PLC0415 (absent before jazzy)
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def _parameter_files(arguments: Sequence[str]) -> Iterator[str]:
+    for option, value in itertools.pairwise(arguments):
+        if option == '--params-file':
+            yield value
+
+
+def _make(name: str) -> Any:
+    module = importlib.import_module(f'mobile_robot_control.ros.{name}')
+    return getattr(module, _CLASSES[name])()
+
+
+def _namespace(arguments: Sequence[str]) -> str:
+    rules = [argument.partition('__ns:=')[2] for argument in arguments if '__ns:=' in argument]
+    return rules[-1] if rules else '/'
+
+
+def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
+    """
+    Start nodes and spin them until one is done or a stop is asked for.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Node names.
+    arguments : sequence of str
+        ROS arguments.
+    stop : Stop
+        The request to end.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done or stopped, 1 the run failed, 2 refused configuration.
+
+    """
+    who = ' '.join(names)
+    try:
+        # ROS would read in silence what is refused here: empty files, unknown names, names in a wrong section
+        parameter_files.load(list(_parameter_files(arguments)), namespace=_namespace(arguments))
+        rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+    except ParameterError as error:
+        return _refuse(who, error.violations)
+    except Exception as error:  # rclpy raises bare RCLError for whatever rcl cannot parse
+        return _refuse(who, [str(error)])
+    nodes: list[Any] = []
+    try:
+        for name in names:
+            nodes.append(_make(name))
+        return _spin(nodes, stop)
+    except ParameterError as error:
+        return _refuse(who, error.violations)
+    finally:
+        for node in nodes:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _refuse(who: str, violations: Sequence[str]) -> int:
+    for violation in violations:
+        print(f'{who}: {violation}', file=sys.stderr)
+    return 2
+
+
+def _spin(nodes: Sequence[Any], stop: Stop) -> int:
+    executor = make_executor()
+    for node in nodes:
+        executor.add_node(node)
+    # EventsExecutor.spin() never returns on a signal: short turns look at the flag
+    while not stop.requested and all(node.exit_code is None for node in nodes):
+        executor.spin_once(timeout_sec=0.1)
+    for node in nodes:
+        node.close()
+    return max(node.exit_code or 0 for node in nodes)

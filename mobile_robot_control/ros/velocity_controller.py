@@ -1,0 +1,115 @@
+"""The node `velocity_controller`: from a body velocity command and the wheels' velocities to wheel torques."""
+
+from geometry_msgs.msg import TwistStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from mobile_robot_control.configuration import VelocityControllerParameters, period_nanoseconds
+from mobile_robot_control.control import velocity_pi
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.model.kinematics import body_velocity
+from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
+from mobile_robot_control.ros import messages
+from mobile_robot_control.ros.border import Border
+from mobile_robot_control.ros.lockstep import StampGate, Turn
+from mobile_robot_control.ros.messages import Refused
+from mobile_robot_control.ros.parameter_bridge import declare, follow
+from mobile_robot_control.ros.peers import Peers
+from mobile_robot_control.ros.qos import LOOP
+
+
+class VelocityController(Node):
+    """
+    Runs the multivariable PI law.
+
+    Attributes
+    ----------
+    exit_code : None
+        The node never ends by itself.
+
+    """
+
+    def __init__(self) -> None:
+        super().__init__('velocity_controller')
+        self._values = declare(self, VelocityControllerParameters)
+        shared = self._values.shared
+        self.exit_code: int | None = None
+        self._robot = shared.robot
+        self._dt = 1.0 / shared.velocity_rate
+        self._position_period = period_nanoseconds(shared.position_rate)
+        self._gate = StampGate(period_nanoseconds(shared.velocity_rate))
+        self._border = Border(self)
+        self._peers = Peers(
+            self, {'joint_states': 'plant', 'cmd_vel': 'position_controller'}, shared.peer_timeout
+        )
+        self._state = VelocityPiState()
+        self._wheels: tuple[int, WheelVelocity] | None = None
+        self._command: tuple[int, BodyVelocity] | None = None
+        self._torque = WheelTorque(0.0, 0.0)
+        self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', LOOP)
+        self.create_subscription(JointState, 'joint_states', self._on_joint_states, LOOP)
+        self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, LOOP)
+        follow(self, self._values, self._change)
+
+    def _change(self, values: VelocityControllerParameters) -> None:
+        self._values = values
+
+    def _on_joint_states(self, message: JointState) -> None:
+        stamp = messages.nanoseconds(message.header.stamp)
+        turn = self._gate.judge(stamp)
+        if turn is Turn.REFUSED:
+            self._border.refuse('joint_states', 'not the next stamp')
+            return
+        if turn is Turn.AGAIN:
+            self._peers.heard('joint_states')
+            self._publish(stamp)
+            return
+        try:
+            wheels = messages.read_wheel_velocity(message)
+        except Refused as reason:
+            self._border.refuse('joint_states', reason)
+            return
+        self._peers.heard('joint_states')
+        self._wheels = (stamp, wheels)
+        self._answer_wheels()
+
+    def _on_cmd_vel(self, message: TwistStamped) -> None:
+        stamp = messages.nanoseconds(message.header.stamp)
+        try:
+            command = messages.read_twist(message)
+        except Refused as reason:
+            self._border.refuse('cmd_vel', reason)
+            return
+        self._peers.heard('cmd_vel')
+        self._command = (stamp, command)
+        self._answer_wheels()
+
+    def _answer_wheels(self) -> None:
+        """Step and answer once new wheel velocities and the command of their position tick are there."""
+        if self._wheels is None or self._command is None:
+            return
+        stamp, wheels = self._wheels
+        if self._command[0] != stamp - stamp % self._position_period:
+            return
+        turn = self._gate.judge(stamp)
+        if turn in (Turn.AGAIN, Turn.REFUSED):
+            return
+        if turn is not Turn.STEP:
+            if self._gate.accepted is not None:
+                self.get_logger().info('a new run')
+            self._state = VelocityPiState()
+        self._gate.accept(stamp)
+        self._step(wheels, self._command[1])
+        self._publish(stamp)
+
+    def _step(self, wheels: WheelVelocity, command: BodyVelocity) -> None:
+        self._state, self._torque = velocity_pi.step(
+            self._state, command, body_velocity(wheels, self._robot), self._values.gains, self._robot,
+            self._values.max_wheel_torque, self._dt,
+        )
+
+    def _publish(self, stamp: int) -> None:
+        self._wheel_torques.publish(messages.torque_message(stamp, self._torque))
+
+    def close(self) -> None:
+        """End; there is nothing to stop."""
