@@ -48,6 +48,9 @@ class PlantParameters(NamedTuple):
     real_time_factor: Annotated[
         float, Field('', 'speed against the wall clock in lockstep; 0 runs as fast as it goes', minimum=0.0)
     ] = 1.0
+    paused: Annotated[
+        bool, Field('', 'lockstep: hold simulated time; the present messages are repeated until it goes on', live=True)
+    ] = False
     publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
     publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True
     max_wheel_torque: Annotated[
@@ -188,7 +191,7 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
     Raises
     ------
     ParameterError
-        Naming every violation in every node, each with its node's name before it.
+        Naming every violation, each once, with the nodes concerned before it.
 
     Examples
     --------
@@ -197,14 +200,15 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
 
     """
     parts: dict[str, Any] = {}
-    violations: dict[str, None] = {}
+    violations: dict[str, list[str]] = {}
     for node, group in NODES.items():
         try:
             parts[node] = build(group, values.get(node, {}))
         except ParameterError as error:
-            violations.update((f'{node}: {violation}', None) for violation in error.violations)
+            for violation in error.violations:
+                violations.setdefault(violation, []).append(node)
     if violations:
-        raise ParameterError(violations)
+        raise ParameterError(f'{", ".join(nodes)}: {violation}' for violation, nodes in violations.items())
     configuration = Configuration(**parts)
     disagreements = tuple(_nodes_agree(configuration))
     if disagreements:

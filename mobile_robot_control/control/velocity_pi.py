@@ -90,10 +90,12 @@ def step(
     common = proportional_common + state.common
     differential = proportional_differential + state.differential
     # Eq. (16): τ_R = (g1 e_v + g2 e_ω)/r, τ_L = (g1 e_v - g2 e_ω)/r
-    torque = saturate(WheelTorque(common + differential, common - differential), max_wheel_torque)
+    asked = WheelTorque(common + differential, common - differential)
+    torque = saturate(asked, max_wheel_torque)
     grown_common, grown_differential = state
-    if not _held_by_limit(common, 0.5 * (torque.right + torque.left), linear_error):
+    # asked and given pass the same sum and difference: their rounding must not look like a limit
+    if not _held_by_limit(asked.right + asked.left, torque.right + torque.left, linear_error):
         grown_common += proportional_common * dt / gains.ti1
-    if not _held_by_limit(differential, 0.5 * (torque.right - torque.left), angular_error):
+    if not _held_by_limit(asked.right - asked.left, torque.right - torque.left, angular_error):
         grown_differential += proportional_differential * dt / gains.ti2
     return VelocityPiState(grown_common, grown_differential), torque

@@ -17,8 +17,12 @@ def _convolve(left: Sequence[float], right: Sequence[float]) -> list[float]:
 
 def _roots_inside(polynomial: Sequence[float], radius: float) -> bool:
     """Say whether all roots lie inside a circle: the Schur-Cohn reduction of the scaled polynomial."""
-    degree = len(polynomial) - 1
-    p = [coefficient * radius ** (degree - power) for power, coefficient in enumerate(polynomial)]
+    p: list[float] = []
+    scale = 1.0
+    for coefficient in polynomial:
+        p.append(coefficient * scale)
+        # not radius ** n, which raises where a quotient merely vanishes
+        scale /= radius
     while len(p) > 1:
         if abs(p[-1]) >= abs(p[0]):
             return False

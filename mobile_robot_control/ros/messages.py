@@ -1,4 +1,4 @@
-"""Quantities to messages and back; each message's two directions stand side by side."""
+"""Quantities to messages; :mod:`mobile_robot_control.readings` is the way back."""
 
 import math
 from array import array
@@ -11,32 +11,9 @@ from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.readings import WHEEL_JOINTS
 
-RIGHT_WHEEL, LEFT_WHEEL = 'wheel_right_joint', 'wheel_left_joint'
-_WHEELS = [RIGHT_WHEEL, LEFT_WHEEL]
 _NANOSECONDS = 1_000_000_000
-
-
-class Refused(ValueError):  # noqa: N818 (a verdict on a message)
-    """A message that must not enter the loop; the text says why, in few words."""
-
-
-def nanoseconds(stamp: Time) -> int:
-    """
-    Read a stamp.
-
-    Parameters
-    ----------
-    stamp : Time
-        Of a message's header.
-
-    Returns
-    -------
-    int
-        [ns].
-
-    """
-    return int(stamp.sec) * _NANOSECONDS + int(stamp.nanosec)
 
 
 def time_message(stamp: int) -> Time:
@@ -55,12 +32,6 @@ def time_message(stamp: int) -> Time:
 
     """
     return Time(sec=stamp // _NANOSECONDS, nanosec=stamp % _NANOSECONDS)
-
-
-def _finite(name: str, *values: float) -> None:
-    for value in values:
-        if not math.isfinite(value):
-            raise Refused(f'{name} not finite')
 
 
 def _set_pose(message: Any, pose: Pose) -> None:
@@ -116,35 +87,6 @@ def fill_odometry(message: Odometry, stamp: int, pose: Pose, velocity: BodyVeloc
     return message
 
 
-def read_odometry(message: Odometry) -> tuple[Pose, BodyVelocity]:
-    """
-    Read pose and velocity from an odometry message.
-
-    Parameters
-    ----------
-    message : Odometry
-        From anybody.
-
-    Returns
-    -------
-    tuple of Pose and BodyVelocity
-        [m], [rad]; [m/s], [rad/s]; what does not lie in the plane is left out.
-
-    Raises
-    ------
-    Refused
-        If a number is not finite or the quaternion is not of unit length.
-
-    """
-    position, q, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
-    x, y, z, w = q.x, q.y, q.z, q.w
-    _finite('odometry', position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
-    if abs(x * x + y * y + z * z + w * w - 1.0) > 0.01:
-        raise Refused('quaternion not of unit length')
-    heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
-    return Pose(position.x, position.y, heading), BodyVelocity(twist.linear.x, twist.angular.z)
-
-
 def twist_message(stamp: int, frame: str, velocity: BodyVelocity) -> TwistStamped:
     """
     Write a body velocity command.
@@ -170,31 +112,6 @@ def twist_message(stamp: int, frame: str, velocity: BodyVelocity) -> TwistStampe
     message.twist.linear.x = velocity.linear
     message.twist.angular.z = velocity.angular
     return message
-
-
-def read_twist(message: TwistStamped) -> BodyVelocity:
-    """
-    Read a body velocity command.
-
-    Parameters
-    ----------
-    message : TwistStamped
-        From anybody.
-
-    Returns
-    -------
-    BodyVelocity
-        [m/s], [rad/s].
-
-    Raises
-    ------
-    Refused
-        If a number is not finite.
-
-    """
-    velocity = BodyVelocity(message.twist.linear.x, message.twist.angular.z)
-    _finite('command', *velocity)
-    return velocity
 
 
 def error_message(stamp: int, frame: str, error: TrackingError) -> Vector3Stamped:
@@ -223,24 +140,6 @@ def error_message(stamp: int, frame: str, error: TrackingError) -> Vector3Stampe
     return message
 
 
-def read_error(message: Vector3Stamped) -> TrackingError:
-    """
-    Read a tracking error.
-
-    Parameters
-    ----------
-    message : Vector3Stamped
-        From `tracking_error`.
-
-    Returns
-    -------
-    TrackingError
-        [m], [rad].
-
-    """
-    return TrackingError(message.vector.x, message.vector.y, message.vector.z)
-
-
 def torque_message(stamp: int, torque: WheelTorque) -> JointState:
     """
     Write wheel torques.
@@ -258,48 +157,9 @@ def torque_message(stamp: int, torque: WheelTorque) -> JointState:
         With names and effort only.
 
     """
-    message = JointState(name=_WHEELS, effort=array('d', torque))
+    message = JointState(name=WHEEL_JOINTS, effort=array('d', torque))
     message.header.stamp = time_message(stamp)
     return message
-
-
-def _by_name(message: JointState, values: Sequence[float], what: str) -> tuple[float, float]:
-    """Pick the right and the left wheel's value by their names."""
-    names = message.name
-    if len(values) != len(names):
-        raise Refused(f'{what} and names differ in number')
-    if names == _WHEELS:
-        right, left = values
-    else:
-        try:
-            right, left = values[names.index(RIGHT_WHEEL)], values[names.index(LEFT_WHEEL)]
-        except ValueError:
-            raise Refused('a wheel is not named') from None
-    _finite(what, right, left)
-    return right, left
-
-
-def read_torque(message: JointState) -> WheelTorque:
-    """
-    Read wheel torques.
-
-    Parameters
-    ----------
-    message : JointState
-        From anybody; the wheels may stand in any order.
-
-    Returns
-    -------
-    WheelTorque
-        [N m].
-
-    Raises
-    ------
-    Refused
-        If a wheel or its effort is missing, or a torque is not finite.
-
-    """
-    return WheelTorque(*_by_name(message, message.effort, 'effort'))
 
 
 def joint_message(
@@ -326,33 +186,10 @@ def joint_message(
 
     """
     message = JointState(
-        name=_WHEELS, position=array('d', angles), velocity=array('d', velocity), effort=array('d', torque)
+        name=WHEEL_JOINTS, position=array('d', angles), velocity=array('d', velocity), effort=array('d', torque)
     )
     message.header.stamp = time_message(stamp)
     return message
-
-
-def read_wheel_velocity(message: JointState) -> WheelVelocity:
-    """
-    Read the wheels' velocities.
-
-    Parameters
-    ----------
-    message : JointState
-        From anybody; the wheels may stand in any order, among other joints.
-
-    Returns
-    -------
-    WheelVelocity
-        [rad/s].
-
-    Raises
-    ------
-    Refused
-        If a wheel or its velocity is missing, or a velocity is not finite.
-
-    """
-    return WheelVelocity(*_by_name(message, message.velocity, 'velocity'))
 
 
 def path_message(frame: str, poses: Sequence[Pose]) -> Path:

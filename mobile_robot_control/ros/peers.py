@@ -1,6 +1,5 @@
 """Who is missing: nodes notice silent inputs, and the plant says for whom a run waits."""
 
-import struct
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,6 +11,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from mobile_robot_control.readings import serialised_stamp
 from mobile_robot_control.ros.qos import LOOP
 
 
@@ -139,8 +139,6 @@ class Witness:
 
     def _listener(self, topic: str) -> Callable[[bytes], None]:
         def listen(message: bytes) -> None:
-            # CDR, little endian: four bytes of encapsulation, then the header's stamp
-            seconds, nanoseconds = struct.unpack_from('<iI', message, 4)
-            self._newest[topic] = seconds * 1_000_000_000 + nanoseconds
+            self._newest[topic] = serialised_stamp(message)
 
         return listen

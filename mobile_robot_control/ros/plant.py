@@ -6,16 +6,17 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
+from mobile_robot_control import readings
 from mobile_robot_control.configuration import PlantParameters, period_nanoseconds
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.dynamics import saturate
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.quantities import Pose, WheelTorque
+from mobile_robot_control.readings import Refused
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import Pace
-from mobile_robot_control.ros.messages import Refused
-from mobile_robot_control.ros.parameter_bridge import declare
+from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Witness
 from mobile_robot_control.ros.qos import LOOP
 from mobile_robot_control.ros.transforms import make_broadcaster
@@ -54,16 +55,15 @@ class Plant(Node):
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOOP)
         self._clock_topic = self.create_publisher(Clock, '/clock', LOOP) if self._values.publish_clock else None
         self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, LOOP)
-        self._audience: tuple[int, int] | None = None
         self._pace = Pace(self, self._period, self._values.real_time_factor, self._publish, self._stalled)
+        follow(self, self._values, self._change)
         self._pace.ask()
+
+    def _change(self, values: PlantParameters) -> None:
+        self._values = values
 
     def _publish(self) -> None:
         """Say where the robot is; at position ticks odometry too."""
-        if self._now == 0 and self._audience != self._count_audience():
-            # whoever is just being discovered shall not miss the run's first messages
-            self._audience = self._count_audience()
-            return
         if self._now % self._position_period == 0:
             self._publish_odom()
         state = self._state
@@ -80,20 +80,19 @@ class Plant(Node):
         if self._broadcast is not None:
             self._broadcast(self._message)
 
-    def _count_audience(self) -> tuple[int, int]:
-        return self._odom.get_subscription_count(), self._joint_states.get_subscription_count()
-
     def _on_wheel_torques(self, message: JointState) -> None:
-        stamp = messages.nanoseconds(message.header.stamp)
+        stamp = readings.nanoseconds(message.header.stamp)
         if stamp != self._now or not self._pace.asking:
             # an answer that was asked for twice comes twice
             if stamp > self._now or stamp % self._period:
                 self._border.refuse('wheel_torques', 'not the present stamp')
             return
         try:
-            torque = messages.read_torque(message)
+            torque = readings.read_torque(message)
         except Refused as reason:
             self._border.refuse('wheel_torques', reason)
+            return
+        if self._values.paused:
             return
         self._witness.progressed()
         if self._steps and self._now == self._steps * self._period:
@@ -115,6 +114,8 @@ class Plant(Node):
             self.exit_code = 1
 
     def _stalled(self, silence: float) -> None:
+        if self._values.paused:
+            return
         self._witness.stalled(silence, self._now, self._now - self._now % self._position_period)
 
     def close(self) -> None:

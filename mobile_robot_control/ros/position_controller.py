@@ -4,14 +4,15 @@ from geometry_msgs.msg import TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
+from mobile_robot_control import readings
 from mobile_robot_control.configuration import PositionControllerParameters, period_nanoseconds
 from mobile_robot_control.control import handover
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
+from mobile_robot_control.readings import Refused
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
-from mobile_robot_control.ros.messages import Refused
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LOOP
@@ -53,7 +54,7 @@ class PositionController(Node):
         self._running = handover.change(self._running, values.control)
 
     def _on_odom(self, message: Odometry) -> None:
-        stamp = messages.nanoseconds(message.header.stamp)
+        stamp = readings.nanoseconds(message.header.stamp)
         turn = self._gate.judge(stamp)
         if turn is Turn.REFUSED:
             self._border.refuse('odom', 'not the next stamp')
@@ -63,7 +64,7 @@ class PositionController(Node):
             self._publish(stamp)
             return
         try:
-            pose, _ = messages.read_odometry(message)
+            pose, _ = readings.read_odometry(message)
         except Refused as reason:
             self._border.refuse('odom', reason)
             return
@@ -72,12 +73,12 @@ class PositionController(Node):
         self._answer_pair()
 
     def _on_reference(self, message: Odometry) -> None:
-        stamp = messages.nanoseconds(message.header.stamp)
+        stamp = readings.nanoseconds(message.header.stamp)
         if self._gate.judge(stamp) is Turn.REFUSED:
             self._border.refuse('reference', 'not the next stamp')
             return
         try:
-            reference = Reference(*messages.read_odometry(message))
+            reference = Reference(*readings.read_odometry(message))
         except Refused as reason:
             self._border.refuse('reference', reason)
             return

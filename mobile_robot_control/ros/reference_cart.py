@@ -3,6 +3,7 @@
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 
+from mobile_robot_control import readings
 from mobile_robot_control.configuration import ReferenceCartParameters, period_nanoseconds
 from mobile_robot_control.reference.curves import CURVES, reference_at
 from mobile_robot_control.ros import messages
@@ -46,7 +47,7 @@ class ReferenceCart(Node):
         self.create_subscription(Odometry, 'odom', self._on_odom, LOOP)
 
     def _on_odom(self, message: Odometry) -> None:
-        stamp = messages.nanoseconds(message.header.stamp)
+        stamp = readings.nanoseconds(message.header.stamp)
         turn = self._gate.judge(stamp)
         if turn is Turn.REFUSED:
             self._border.refuse('odom', 'not the next stamp')

@@ -4,15 +4,16 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from mobile_robot_control import readings
 from mobile_robot_control.configuration import VelocityControllerParameters, period_nanoseconds
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
+from mobile_robot_control.readings import Refused
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
-from mobile_robot_control.ros.messages import Refused
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LOOP
@@ -55,7 +56,7 @@ class VelocityController(Node):
         self._values = values
 
     def _on_joint_states(self, message: JointState) -> None:
-        stamp = messages.nanoseconds(message.header.stamp)
+        stamp = readings.nanoseconds(message.header.stamp)
         turn = self._gate.judge(stamp)
         if turn is Turn.REFUSED:
             self._border.refuse('joint_states', 'not the next stamp')
@@ -65,7 +66,7 @@ class VelocityController(Node):
             self._publish(stamp)
             return
         try:
-            wheels = messages.read_wheel_velocity(message)
+            wheels = readings.read_wheel_velocity(message)
         except Refused as reason:
             self._border.refuse('joint_states', reason)
             return
@@ -74,9 +75,9 @@ class VelocityController(Node):
         self._answer_wheels()
 
     def _on_cmd_vel(self, message: TwistStamped) -> None:
-        stamp = messages.nanoseconds(message.header.stamp)
+        stamp = readings.nanoseconds(message.header.stamp)
         try:
-            command = messages.read_twist(message)
+            command = readings.read_twist(message)
         except Refused as reason:
             self._border.refuse('cmd_vel', reason)
             return

@@ -1,0 +1,186 @@
+"""Start the nodes of an experiment, record them, and watch over them to the end."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import rclpy
+from rclpy.executors import Executor
+from rclpy.signals import SignalHandlerOptions
+from tqdm import tqdm
+
+from mobile_robot_control.cli.processes import NodeProcess
+from mobile_robot_control.cli.processes import stop as stop_processes
+from mobile_robot_control.configuration import NODES, Configuration, period_nanoseconds
+from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.recording.bag import BagWriter
+from mobile_robot_control.ros.executables import Stop
+from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.spin import make_executor
+
+_SETTLE = 1.0
+"""[s] of wall time in which rivals are looked for, and in which the last messages arrive."""
+
+
+class Conducted(NamedTuple):
+    """
+    How an experiment ended.
+
+    Attributes
+    ----------
+    outcome : str
+        'completed', 'diverged', 'interrupted' or 'node_died'.
+    reason : str
+        What went wrong, naming the node; '' where nothing did.
+
+    """
+
+    outcome: str
+    reason: str
+
+
+class _Conductor:
+    """Has the processes of one experiment and knows how far it is."""
+
+    def __init__(
+        self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
+        executor: Executor,
+    ) -> None:
+        self.processes: list[NodeProcess] = []
+        self._output, self._namespace, self._patience = output, namespace, patience
+        self._stop, self._recorder, self._executor = stop, recorder, executor
+        shared = parameters.plant.shared
+        period = period_nanoseconds(shared.velocity_rate)
+        self._end = round(parameters.plant.duration * shared.velocity_rate) * period
+        self._position_period = period_nanoseconds(shared.position_rate)
+
+    def start(self, *names: str) -> None:
+        arguments = ['--ros-args', '--params-file', str(self._output / 'parameters.yaml'), '-p', 'paused:=true']
+        if self._namespace != '/':
+            arguments += ['-r', f'__ns:={self._namespace}']
+        self.processes.append(NodeProcess(names, arguments, self._output / 'log' / f'{"_".join(names)[:60]}.log'))
+
+    def spin_until(self, condition: Callable[[], Any], seconds: float) -> bool:
+        """Spin until a condition holds; False when time is up, a process has ended or a stop is asked for."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > deadline or self._stop.requested or self._ended():
+                return False
+            self._executor.spin_once(timeout_sec=0.05)
+        return True
+
+    def _ended(self) -> bool:
+        return any(process.exit_code() is not None for process in self.processes)
+
+    def watch(self) -> None:
+        """Spin with a progress bar until a process ends, a stop is asked for, or nothing moves any more."""
+        newest, moved = -1, time.monotonic()
+        with tqdm(total=self._end / 1e9, unit='s', desc='simulated', bar_format='{l_bar}{bar}| {n:.1f}/{total:.1f} s '
+                  '[{elapsed}<{remaining}]') as bar:
+            while not self._stop.requested and not self._ended():
+                self._executor.spin_once(timeout_sec=0.05)
+                now = self._recorder.newest.get('joint_states', -1)
+                if now != newest:
+                    newest, moved = now, time.monotonic()
+                    if now / 1e9 - bar.n >= 0.05:
+                        bar.update(now / 1e9 - bar.n)
+                elif time.monotonic() - moved > self._patience:
+                    return
+            bar.update(max(0.0, self._recorder.newest.get('joint_states', 0) / 1e9 - bar.n))
+
+    def verdict(self) -> Conducted:
+        if self._stop.requested:
+            return Conducted('interrupted', '')
+        for process in self.processes:
+            code = process.exit_code()
+            if code == 0 and 'plant' in process.name:
+                self._collect()
+                return Conducted('completed', '')
+            if code == 1 and 'plant' in process.name:
+                return Conducted('diverged', process.obituary())
+        dead = [process for process in self.processes if process.exit_code() is not None]
+        if dead:
+            return Conducted('node_died', '\n'.join(process.obituary() for process in dead))
+        return Conducted('node_died', f'{self._silent()} gave no answer for {self._patience} s and was given up')
+
+    def _collect(self) -> None:
+        """Take in the last messages of the slow loop, for which the plant does not wait."""
+        last = self._end - self._end % self._position_period
+        deadline = time.monotonic() + _SETTLE
+        while min(self._recorder.newest.values()) < last and time.monotonic() < deadline:
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def _silent(self) -> str:
+        """Name the first node of the chain that owes an answer."""
+        newest = self._recorder.newest
+        if 'joint_states' not in newest:
+            return 'plant'
+        tick = newest['joint_states'] - newest['joint_states'] % self._position_period
+        for topic, node in (('odom', 'plant'), ('reference', 'reference_cart'), ('cmd_vel', 'position_controller')):
+            if newest.get(topic, -1) != tick:
+                return node
+        return 'velocity_controller' if newest.get('wheel_torques', -1) != newest['joint_states'] else 'plant'
+
+
+def conduct(
+    parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop
+) -> Conducted:
+    """
+    Run an experiment and record it.
+
+    Parameters
+    ----------
+    parameters : Configuration
+        Checked; `parameters.yaml` in the folder says the same.
+    output : Path
+        Takes the bag and the nodes' logs.
+    namespace : str
+        In which the nodes run.
+    composed : bool
+        All four nodes in one process.
+    patience : float
+        Wall time without progress after which the run is given up [s].
+    stop : Stop
+        A request to end.
+
+    Returns
+    -------
+    Conducted
+        Outcome and reason; the bag is whole in every case.
+
+    Raises
+    ------
+    ParameterError
+        If another robot is there already.
+
+    """
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with BagWriter(output / 'bag') as bag:
+            recorder = Recorder(namespace, bag.write, bag.knows)
+            executor = make_executor()
+            executor.add_node(recorder)
+            conductor = _Conductor(parameters, output, namespace, patience, stop, recorder, executor)
+            if conductor.spin_until(recorder.rivals, _SETTLE):
+                raise ParameterError([f'somebody publishes on {", ".join(recorder.rivals())} already; stop the other '
+                                      'robot, or choose another --namespace or ROS_DOMAIN_ID'])
+            try:
+                return _perform(conductor, composed, patience, recorder)
+            finally:
+                stop_processes(conductor.processes)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _perform(conductor: _Conductor, composed: bool, patience: float, recorder: Recorder) -> Conducted:
+    if composed:
+        conductor.start(*NODES)
+    else:
+        for name in NODES:
+            conductor.start(name)
+    # the plant is paused: it repeats its first messages until they and every answer to them have been recorded
+    if conductor.spin_until(recorder.hears_everything, patience):
+        conductor.spin_until(recorder.go_on().done, patience)
+        conductor.watch()
+    return conductor.verdict()

@@ -1,0 +1,104 @@
+"""Nodes as child processes."""
+
+import contextlib
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+_GRACE = 5.0
+"""[s] that a process has to end by itself."""
+
+
+class NodeProcess:
+    """
+    One or several nodes in a process of their own.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Node names.
+    arguments : sequence of str
+        ROS arguments.
+    log : Path
+        File that takes what they print.
+
+    Attributes
+    ----------
+    name : str
+        The node names, joined.
+
+    """
+
+    def __init__(self, names: Sequence[str], arguments: Sequence[str], log: Path) -> None:
+        self.name = ', '.join(names)
+        self._log = log
+        with log.open('wb') as file:
+            self._process = subprocess.Popen(  # noqa: S603 (our own module)
+                [sys.executable, '-m', 'mobile_robot_control.ros.executables', *names, *arguments],
+                stdin=subprocess.PIPE, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+            )
+
+    @property
+    def pid(self) -> int:
+        """Process number."""
+        return self._process.pid
+
+    def exit_code(self) -> int | None:
+        """
+        Give the exit code.
+
+        Returns
+        -------
+        int or None
+            Negative for a signal's number; None while it runs.
+
+        """
+        return self._process.poll()
+
+    def obituary(self) -> str:
+        """
+        Say how the process ended, with its last words.
+
+        Returns
+        -------
+        str
+            One line or more.
+
+        """
+        code = self.exit_code()
+        if code is None:
+            how = 'still runs'
+        elif code < 0:
+            how = f'was killed by {signal.Signals(-code).name}'
+        else:
+            how = f'ended with exit code {code}'
+        words = self._log.read_text(encoding='utf-8', errors='replace').strip().splitlines()[-8:]
+        return '\n'.join([f'{self.name} {how}', *(f'    {line}' for line in words)])
+
+
+def stop(processes: Sequence[NodeProcess]) -> None:
+    """
+    Stop processes: by SIGINT first, by SIGKILL what does not end in time.
+
+    Parameters
+    ----------
+    processes : sequence of NodeProcess
+        Those that have ended are passed over.
+
+    """
+    for process in processes:
+        with contextlib.suppress(ProcessLookupError):
+            process._process.send_signal(signal.SIGINT)
+            process._process.send_signal(signal.SIGCONT)
+    deadline = time.monotonic() + _GRACE
+    for process in processes:
+        try:
+            process._process.wait(max(0.0, deadline - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            process._process.kill()
+            process._process.wait()
+        if process._process.stdin is not None:
+            process._process.stdin.close()

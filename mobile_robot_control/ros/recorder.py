@@ -1,0 +1,137 @@
+"""The recorder: hears every topic of its namespace as serialised messages."""
+
+import importlib
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rcl_interfaces.srv import SetParameters
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
+
+from mobile_robot_control.readings import serialised_stamp
+
+LOOP_TOPICS = {
+    'odom': 'nav_msgs/msg/Odometry',
+    'joint_states': 'sensor_msgs/msg/JointState',
+    'reference': 'nav_msgs/msg/Odometry',
+    'cmd_vel': 'geometry_msgs/msg/TwistStamped',
+    'tracking_error': 'geometry_msgs/msg/Vector3Stamped',
+    'wheel_torques': 'sensor_msgs/msg/JointState',
+}
+_DEPTH = 5000
+Sink = Callable[[str, str, int, bytes, bool], None]
+
+
+def _message_class(kind: str) -> Any:
+    package, _, name = kind.split('/')
+    return getattr(importlib.import_module(f'{package}.msg'), name)
+
+
+class Recorder(Node):
+    """
+    Hands every message of its namespace, and of ROS's own topics, to a sink.
+
+    Parameters
+    ----------
+    namespace : str
+        What to record.
+    sink : callable
+        Takes topic, type, wall time of receipt [ns], CDR, and whether the topic is latched.
+    knows : callable
+        Says whether the sink takes a type.
+
+    Attributes
+    ----------
+    newest : dict of str to int
+        Stamp [ns] of the newest message on each loop topic, by its relative name.
+
+    """
+
+    def __init__(self, namespace: str, sink: Sink, knows: Callable[[str], bool]) -> None:
+        super().__init__('recorder', namespace=namespace, enable_rosout=False)
+        self._sink, self._knows = sink, knows
+        self._heard: dict[str, Any] = {}
+        self.newest: dict[str, int] = {}
+        self._loop = {self.resolve_topic_name(topic): topic for topic in LOOP_TOPICS}
+        for topic, name in self._loop.items():
+            self._record(topic, LOOP_TOPICS[name], latched=False)
+        self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
+        self.create_timer(0.25, self._discover, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def rivals(self) -> list[str]:
+        """
+        List the loop topics that somebody publishes.
+
+        Returns
+        -------
+        list of str
+            Absolute names; not empty before a run means that another robot is already there.
+
+        """
+        return [topic for topic in self._loop if self.count_publishers(topic)]
+
+    def hears_everything(self) -> bool:
+        """
+        Say whether a message has come on every loop topic.
+
+        Returns
+        -------
+        bool
+            True if so: nothing more will be missed.
+
+        """
+        return set(self.newest) == set(LOOP_TOPICS)
+
+    def go_on(self) -> Future[Any]:
+        """
+        Tell a paused plant to go on.
+
+        Returns
+        -------
+        Future
+            Done when the plant has said yes.
+
+        """
+        client: Any = self.create_client(SetParameters, 'plant/set_parameters')
+        answer: Future[Any] = client.call_async(SetParameters.Request(
+            parameters=[Parameter('paused', Parameter.Type.BOOL, False).to_parameter_msg()]
+        ))
+        return answer
+
+    def _discover(self) -> None:
+        """Join every topic of the namespace, and those that ROS shares between namespaces."""
+        prefix = self.get_namespace().rstrip('/') + '/'
+        for topic, kinds in self.get_topic_names_and_types():
+            shared = topic in ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
+            if topic in self._heard or not (topic.startswith(prefix) or shared):
+                continue
+            offers = self.get_publishers_info_by_topic(topic)
+            if not offers:
+                continue
+            latched = all(offer.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
+            reliable = all(offer.qos_profile.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
+            if self._knows(kinds[0]):
+                self._record(topic, kinds[0], latched, reliable)
+            else:
+                self._heard[topic] = None
+                self.get_logger().warning(f'{topic} is not recorded: its type {kinds[0]} is not a common one')
+
+    def _record(self, topic: str, kind: str, latched: bool, reliable: bool = True) -> None:
+        name = self._loop.get(topic)
+
+        def hear(message: bytes) -> None:
+            if name is not None:
+                self.newest[name] = serialised_stamp(message)
+            self._sink(topic, kind, time.time_ns(), message, latched)
+
+        quality = QoSProfile(
+            depth=_DEPTH,
+            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        )
+        self._heard[topic] = self.create_subscription(_message_class(kind), topic, hear, quality, raw=True)
