@@ -19,10 +19,10 @@ class Shared(NamedTuple):
 
     robot: Robot = Robot()
     velocity_rate: Annotated[
-        float, Field('Hz', 'rate of the plant and the velocity loop; its period is whole nanoseconds', above=0.0)
+        float, Field('Hz', 'rate of the plant and the velocity loop; its period is whole nanoseconds', minimum=0.001)
     ] = 500.0
     position_rate: Annotated[
-        float, Field('Hz', 'rate of the position loop; it divides velocity_rate', above=0.0)
+        float, Field('Hz', 'rate of the position loop; it divides velocity_rate', minimum=0.001)
     ] = 100.0
     lockstep: Annotated[
         bool, Field('', 'true: simulated time waits for every node; false: each node runs on its own wall clock')
@@ -150,7 +150,7 @@ def _rates_divide(shared: Shared) -> Iterator[str]:
         ratio = shared.velocity_rate / shared.position_rate
         if period_nanoseconds(shared.position_rate) % period_nanoseconds(shared.velocity_rate):
             lower, upper = math.floor(ratio), math.ceil(ratio)
-            choices = ' or '.join(f'{shared.velocity_rate / n:g}' for n in (upper, lower) if n)
+            choices = ' or '.join(repr(shared.velocity_rate / n) for n in (upper, lower) if n)
             yield (f'position_rate = {shared.position_rate} Hz does not divide velocity_rate = '
                    f'{shared.velocity_rate} Hz; take {choices} Hz')
 

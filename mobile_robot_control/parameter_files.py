@@ -18,17 +18,22 @@ class _Loader(yaml.SafeLoader):
     """YAML as rcl reads it: 1e-3 is a number, though YAML 1.1 wants 1.0e-3."""
 
 
-_Loader.add_implicit_resolver(
-    'tag:yaml.org,2002:float',
-    re.compile(r'^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
-    list('-+0123456789.'),
-)
+class _Dumper(yaml.SafeDumper):
+    """YAML for the loader: a text such as '1e-3' needs quotes."""
+
+
+for _side in (_Loader, _Dumper):
+    _side.add_implicit_resolver(
+        'tag:yaml.org,2002:float',
+        re.compile(r'^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
+        list('-+0123456789.'),
+    )
 
 
 def _parse(text: str, source: str) -> Any:
     try:
         return yaml.load(text, _Loader)  # noqa: S506 (a SafeLoader)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError) as error:  # a ValueError for a date such as 2001-99-99
         mark = getattr(error, 'problem_mark', None)
         where = f', line {mark.line + 1}' if mark else ''
         problem = getattr(error, 'problem', None) or 'not valid YAML'
@@ -48,6 +53,9 @@ def _sections(tree: Mapping[Any, Any], path: str, source: str) -> Iterator[tuple
     for key, value in tree.items():
         name = f'{path}/{str(key).strip("/")}' if path else str(key)
         if key == 'ros__parameters':
+            if not path:
+                raise ParameterError([f"{source}: 'ros__parameters' stands outside a node; "
+                                      "write '/**: {ros__parameters: {...}}'"])
             if not isinstance(value, Mapping) or not value:
                 raise ParameterError([f"{source}: 'ros__parameters' of '{path}' is empty; "
                                       "write 'name: value' under it"])
@@ -251,7 +259,10 @@ def load(files: Sequence[str | Path], overrides: Sequence[str] = (), namespace: 
 
     """
     sources = [(str(path), section, values) for path in files for section, values in read(path)]
-    sources += [(f"-p '{text}'", *override(text)) for text in overrides]
+    for text in overrides:
+        section, values = override(text)
+        # a node is named without its namespace there
+        sources.append((f"-p '{text}'", section if section == '/**' else f'/**/{section.strip("/")}', values))
     return merge(sources, namespace)
 
 
@@ -275,4 +286,4 @@ def write(values: Mapping[str, Mapping[str, Any]]) -> str:
             name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}}
         for node, given in values.items() if given
     }
-    return str(yaml.safe_dump(tree, sort_keys=False, default_flow_style=None))
+    return str(yaml.dump(tree, Dumper=_Dumper, sort_keys=False, default_flow_style=None))

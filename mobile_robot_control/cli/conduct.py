@@ -19,6 +19,8 @@ from mobile_robot_control.ros.executables import Stop
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
 
+_START = 30.0
+"""[s] of wall time that the nodes have to start."""
 _SETTLE = 1.0
 """[s] of wall time in which rivals are looked for, and in which the last messages arrive."""
 
@@ -75,19 +77,19 @@ class _Conductor:
 
     def watch(self) -> None:
         """Spin with a progress bar until a process ends, a stop is asked for, or nothing moves any more."""
-        newest, moved = -1, time.monotonic()
-        with tqdm(total=self._end / 1e9, unit='s', desc='simulated', bar_format='{l_bar}{bar}| {n:.1f}/{total:.1f} s '
+        newest, moved, end = -1, time.monotonic(), self._end / 1e9
+        with tqdm(total=end, desc='simulated', bar_format='{l_bar}{bar}| {n:.1f}/{total:.1f} s '
                   '[{elapsed}<{remaining}]') as bar:
             while not self._stop.requested and not self._ended():
                 self._executor.spin_once(timeout_sec=0.05)
-                now = self._recorder.newest.get('joint_states', -1)
+                now = self._recorder.newest['joint_states']
                 if now != newest:
                     newest, moved = now, time.monotonic()
-                    if now / 1e9 - bar.n >= 0.05:
-                        bar.update(now / 1e9 - bar.n)
+                    if min(now / 1e9, end) - bar.n >= 0.05:
+                        bar.update(min(now / 1e9, end) - bar.n)
                 elif time.monotonic() - moved > self._patience:
                     return
-            bar.update(max(0.0, self._recorder.newest.get('joint_states', 0) / 1e9 - bar.n))
+            bar.update(max(0.0, min(newest / 1e9, end) - bar.n))
 
     def verdict(self) -> Conducted:
         if self._stop.requested:
@@ -162,15 +164,20 @@ def conduct(
             executor = make_executor()
             executor.add_node(recorder)
             conductor = _Conductor(parameters, output, namespace, patience, stop, recorder, executor)
-            if conductor.spin_until(recorder.rivals, _SETTLE):
-                raise ParameterError([f'somebody publishes on {", ".join(recorder.rivals())} already; stop the other '
-                                      'robot, or choose another --namespace or ROS_DOMAIN_ID'])
+            conductor.spin_until(recorder.rivals, _SETTLE)
+            _refuse_rivals(recorder.rivals())
             try:
                 return _perform(conductor, composed, patience, recorder)
             finally:
                 stop_processes(conductor.processes)
     finally:
         rclpy.try_shutdown()
+
+
+def _refuse_rivals(topics: list[str]) -> None:
+    if topics:
+        raise ParameterError([f'somebody else publishes on {", ".join(topics)}; '
+                              'stop the other robot, or choose another --namespace or ROS_DOMAIN_ID'])
 
 
 def _perform(conductor: _Conductor, composed: bool, patience: float, recorder: Recorder) -> Conducted:
@@ -180,7 +187,8 @@ def _perform(conductor: _Conductor, composed: bool, patience: float, recorder: R
         for name in NODES:
             conductor.start(name)
     # the plant is paused: it repeats its first messages until they and every answer to them have been recorded
-    if conductor.spin_until(recorder.hears_everything, patience):
+    if conductor.spin_until(recorder.hears_everything, max(patience, _START)):
+        _refuse_rivals(recorder.rivals(ours=1))
         conductor.spin_until(recorder.go_on().done, patience)
         conductor.watch()
     return conductor.verdict()

@@ -1,6 +1,5 @@
 """Nodes as child processes."""
 
-import contextlib
 import signal
 import subprocess
 import sys
@@ -58,6 +57,23 @@ class NodeProcess:
         """
         return self._process.poll()
 
+    def signal(self, number: int) -> None:
+        """
+        Send a signal; to a process that has ended it does nothing.
+
+        Parameters
+        ----------
+        number : int
+            Such as SIGINT.
+
+        """
+        self._process.send_signal(number)
+
+    def kill(self) -> None:
+        """Kill the process, as `kill -9` does, and wait until it is gone."""
+        self._process.kill()
+        self._process.wait()
+
     def obituary(self) -> str:
         """
         Say how the process ended, with its last words.
@@ -90,15 +106,13 @@ def stop(processes: Sequence[NodeProcess]) -> None:
 
     """
     for process in processes:
-        with contextlib.suppress(ProcessLookupError):
-            process._process.send_signal(signal.SIGINT)
-            process._process.send_signal(signal.SIGCONT)
+        process.signal(signal.SIGINT)
+        process.signal(signal.SIGCONT)
     deadline = time.monotonic() + _GRACE
     for process in processes:
         try:
             process._process.wait(max(0.0, deadline - time.monotonic()))
         except subprocess.TimeoutExpired:
-            process._process.kill()
-            process._process.wait()
+            process.kill()
         if process._process.stdin is not None:
             process._process.stdin.close()

@@ -10,6 +10,9 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters import Field, rule
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
+_UNDERFLOW = 1e-300
+"""Weights below this have lost their bits, or vanished altogether."""
+
 
 class FuzzyGains(NamedTuple):
     """The membership functions of Fig. 12-15, in the order of the chromosome of Fig. 16."""
@@ -17,21 +20,21 @@ class FuzzyGains(NamedTuple):
     a: Annotated[
         float, Field('m', 'distance at which the cart is no longer near (S falls to 0, G rises to 1)',
                      above=0.0, live=True)
-    ] = 0.5
+    ] = 0.08924
     b: Annotated[
         tuple[float, ...],
         Field('rad', 'bearing: Z is the triangle (-b1, 0, b1), SP (b2, b3, b4), GP rises from b5 to b6; '
               '0 <= b2 < b3 < b4, b2 < b1, b5 < b4, b5 < b6 <= pi', minimum=0.0, maximum=math.pi, length=6, live=True)
-    ] = (0.6, 0.1, 0.7, 1.6, 0.8, 2.2)
+    ] = (1.131, 0.2004, 1.249, 1.269, 0.03106, 0.8354)
     c: Annotated[
         tuple[float, ...],
         Field('m/s', 'linear velocities: fast backwards, backwards, stop, forward, fast forward, ascending',
               length=5, live=True)
-    ] = (-0.4, -0.1, 0.0, 0.3, 0.8)
+    ] = (-0.2118, -0.1593, 0.1002, 0.2455, 0.9824)
     d: Annotated[
         tuple[float, ...],
         Field('rad/s', 'angular velocities: clockwise, straight, counter-clockwise, ascending', length=3, live=True)
-    ] = (-3.0, 0.0, 3.0)
+    ] = (-2.199, 0.0, 2.199)
 
 
 @rule
@@ -146,18 +149,22 @@ def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) 
     m = memberships(distance_to_cart, bearing_to_cart, gains)
     fast_back, back, stop, forward, fast_forward = gains.c
     clockwise, straight, counter_clockwise = gains.d
-    great, small = m.great_negative + m.great_positive, m.small_negative + m.small_positive
-    total = (m.near + m.far) * (great + small + m.zero)
+    great, small, zero = m.great_negative + m.great_positive, m.small_negative + m.small_positive, m.zero
+    if great + small + zero < _UNDERFLOW:
+        # a bearing of zero but for rounding, with shapes as narrow: straight ahead
+        zero = 1.0
+    total = (m.near + m.far) * (great + small + zero)
     # rules 1-5, S: GN, GP -> B; SN, SP -> F; Z -> S.  Rules 6-10, G: GN, GP -> FB; SN, SP, Z -> FF
-    linear = (m.near * (great * back + small * forward + m.zero * stop)
-              + m.far * (great * fast_back + (small + m.zero) * fast_forward)) / total
+    linear = (m.near * (great * back + small * forward + zero * stop)
+              + m.far * (great * fast_back + (small + zero) * fast_forward)) / total
     # S and G alike: GN, SN -> CW; Z -> ST; SP, GP -> CCW
     angular = (m.near + m.far) * (
         (m.great_negative + m.small_negative) * clockwise
-        + m.zero * straight
+        + zero * straight
         + (m.small_positive + m.great_positive) * counter_clockwise
     ) / total
-    return BodyVelocity(linear, angular)
+    # an average lies within its values, but for rounding
+    return BodyVelocity(max(min(linear, fast_forward), fast_back), max(min(angular, counter_clockwise), clockwise))
 
 
 @jitable

@@ -62,7 +62,7 @@ TRACKING = HybridState(seen=1.0, fade=1.0)
 
 @rule
 def _no_overshoot(gains: SeekingGains) -> list[str]:
-    if gains.b1**2 >= 4.0 * gains.b0:
+    if gains.b1 * gains.b1 >= 4.0 * gains.b0:
         return []
     return [f'hybrid_backstepping.b0 = {gains.b0} s² and b1 = {gains.b1} s make the fade-in swing; '
             f'b1² must be at least 4 b0: take b0 at most {gains.b1**2 / 4.0:.6g} s²']
@@ -103,7 +103,8 @@ def fade_step(fade: float, fade_rate: float, target: float, gains: SeekingGains,
 
     """
     mean = 0.5 * gains.b1 / gains.b0
-    spread = math.sqrt(max(0.0, mean * mean - 1.0 / gains.b0))
+    # √(mean² - 1/b0), in a form whose square does not overflow
+    spread = mean * math.sqrt(max(0.0, 1.0 - 4.0 * gains.b0 / (gains.b1 * gains.b1)))
     # the slow pole is 1/(b0 times the fast one): subtracting would lose it where b1² >> 4 b0
     slow = 1.0 / (gains.b0 * (mean + spread))
     slow_decay, fast_decay = math.exp(-slow * dt), math.exp(-(mean + spread) * dt)

@@ -48,7 +48,8 @@ def draw(samples: Sequence[Sample], title: str, file: Path) -> None:
     torque.set_xlabel('time [s]')
     for name in ('position', 'heading', 'torque'):
         axes[name].grid(alpha=0.3)
-        axes[name].legend(loc='upper right', framealpha=0.8)
+        # above the axes, where no line can be
+        axes[name].legend(loc='lower right', bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
         axes[name].sharex(torque)
     figure.savefig(file, dpi=120)
 
@@ -64,4 +65,4 @@ def _draw_path(axes: Axes, samples: Sequence[Sample]) -> None:
     axes.set_xlabel('x [m]')
     axes.set_ylabel('y [m]')
     axes.grid(alpha=0.3)
-    axes.legend(loc='lower left')
+    axes.legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False)

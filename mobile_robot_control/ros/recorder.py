@@ -63,17 +63,22 @@ class Recorder(Node):
         self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
         self.create_timer(0.25, self._discover, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def rivals(self) -> list[str]:
+    def rivals(self, ours: int = 0) -> list[str]:
         """
-        List the loop topics that somebody publishes.
+        List the loop topics that another robot publishes.
+
+        Parameters
+        ----------
+        ours : int
+            Publishers that each topic should have.
 
         Returns
         -------
         list of str
-            Absolute names; not empty before a run means that another robot is already there.
+            Absolute names of those with more.
 
         """
-        return [topic for topic in self._loop if self.count_publishers(topic)]
+        return [topic for topic in self._loop if self.count_publishers(topic) > ours]
 
     def hears_everything(self) -> bool:
         """
