@@ -41,6 +41,7 @@ setup(
         'pinned': ['PyYAML==6.0.3', 'matplotlib==3.10.9', 'numpy==2.2.6', 'rosbags==0.11.9', 'tqdm==4.70.1'],
         'test': [
             'colcon-core==0.21.3',
+            'colcon-package-information==0.4.1',
             'colcon-ros==0.5.0',
             'hypothesis==6.168.5',
             'mcap==1.6.0',
@@ -48,6 +49,7 @@ setup(
             'mypy==2.4.1',
             'pytest==9.2.0',
             'pytest-timeout==2.4.0',
+            'pytest-xdist==3.8.0',
             'ruff==0.17.5',
             'scipy==1.15.3',
             'types-PyYAML==6.0.12.20261113',
@@ -56,7 +58,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            *(f'{node} = {PACKAGE}.ros.{node}:main' for node in NODES),
+            *(f'{node} = {PACKAGE}.ros.executables:{node}' for node in NODES),
             *(f'{command} = {PACKAGE}.cli.{command}:main' for command in COMMANDS),
         ],
     },

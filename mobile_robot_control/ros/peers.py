@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from mobile_robot_control.readings import serialised_stamp
-from mobile_robot_control.ros.qos import LOOP
+from mobile_robot_control.ros.qos import NEWEST
 
 
 class Peers:
@@ -83,7 +83,7 @@ class Witness:
         self._node, self._timeout = node, timeout
         self._newest: dict[str, int] = {}
         self._subscriptions: list[Subscription[Any]] = []
-        self._named = ''
+        self._suspect, self._suspected_at, self._named = '', 0.0, ''
 
     def stalled(self, silence: float, stamp: int, tick: int) -> None:
         """
@@ -99,11 +99,14 @@ class Witness:
         """
         if not self._subscriptions:
             self._subscriptions = [
-                self._node.create_subscription(kind, topic, self._listener(topic), LOOP, raw=True)
+                self._node.create_subscription(kind, topic, self._listener(topic), NEWEST, raw=True)
                 for topic, kind, _ in self._CHAIN
             ]
         missing = self.missing(tick)
-        if silence > self._timeout and missing != self._named:
+        if missing != self._suspect:
+            self._suspect, self._suspected_at = missing, silence
+        # a node that comes back is answered by the next one a moment later: that one is not missing
+        if silence - self._suspected_at > self._timeout and missing != self._named:
             self._named = missing
             self._node.get_logger().warning(
                 f'waiting for {missing} at t = {stamp / 1e9:g} s: no answer for {silence:.1f} s'
@@ -133,6 +136,7 @@ class Witness:
 
     def progressed(self) -> None:
         """Note that the question was answered."""
+        self._suspect = ''
         if self._named:
             self._node.get_logger().info(f'{self._named} answered: the run goes on')
             self._named = ''

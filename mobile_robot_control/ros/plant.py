@@ -18,7 +18,7 @@ from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import Pace
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Witness
-from mobile_robot_control.ros.qos import LOOP
+from mobile_robot_control.ros.qos import LOOP, NEWEST
 from mobile_robot_control.ros.transforms import make_broadcaster
 
 
@@ -54,7 +54,7 @@ class Plant(Node):
         self._odom = self.create_publisher(Odometry, 'odom', LOOP)
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOOP)
         self._clock_topic = self.create_publisher(Clock, '/clock', LOOP) if self._values.publish_clock else None
-        self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, LOOP)
+        self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST)
         self._pace = Pace(self, self._period, self._values.real_time_factor, self._publish, self._stalled)
         follow(self, self._values, self._change)
         self._pace.ask()

@@ -15,7 +15,7 @@ from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
-from mobile_robot_control.ros.qos import LOOP
+from mobile_robot_control.ros.qos import LOOP, NEWEST
 
 
 class PositionController(Node):
@@ -45,8 +45,8 @@ class PositionController(Node):
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
         self._cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', LOOP)
         self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
-        self.create_subscription(Odometry, 'odom', self._on_odom, LOOP)
-        self.create_subscription(Odometry, 'reference', self._on_reference, LOOP)
+        self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
+        self.create_subscription(Odometry, 'reference', self._on_reference, NEWEST)
         follow(self, self._values, self._change)
 
     def _change(self, values: PositionControllerParameters) -> None:

@@ -11,7 +11,7 @@ from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.peers import Peers
-from mobile_robot_control.ros.qos import LATCHED, LOOP
+from mobile_robot_control.ros.qos import LATCHED, LOOP, NEWEST
 
 _PATH_POINTS = 400
 
@@ -44,7 +44,7 @@ class ReferenceCart(Node):
             reference_at(self._curve, self._placement.period * n / _PATH_POINTS, self._placement).pose
             for n in range(_PATH_POINTS + 1)
         ]))
-        self.create_subscription(Odometry, 'odom', self._on_odom, LOOP)
+        self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
 
     def _on_odom(self, message: Odometry) -> None:
         stamp = readings.nanoseconds(message.header.stamp)

@@ -16,7 +16,7 @@ from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
-from mobile_robot_control.ros.qos import LOOP
+from mobile_robot_control.ros.qos import LOOP, NEWEST
 
 
 class VelocityController(Node):
@@ -48,8 +48,8 @@ class VelocityController(Node):
         self._command: tuple[int, BodyVelocity] | None = None
         self._torque = WheelTorque(0.0, 0.0)
         self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', LOOP)
-        self.create_subscription(JointState, 'joint_states', self._on_joint_states, LOOP)
-        self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, LOOP)
+        self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST)
+        self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST)
         follow(self, self._values, self._change)
 
     def _change(self, values: VelocityControllerParameters) -> None:

@@ -1,0 +1,88 @@
+"""Real nodes in real processes: what the tests over DDS have in common."""
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from mobile_robot_control.cli.processes import NodeProcess, stop
+from mobile_robot_control.configuration import NODES
+from mobile_robot_control.recording import bag
+from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.spin import make_executor
+
+CONFIG = Path(__file__).parents[1] / 'config'
+
+
+def run_command(name, *arguments, timeout=90):
+    """Run a command of the package to its end."""
+    return subprocess.run(
+        [sys.executable, '-m', f'mobile_robot_control.cli.{name}', *map(str, arguments)],
+        capture_output=True, text=True, timeout=timeout, check=False,
+    )
+
+
+def experiment(output, *arguments, timeout=90):
+    """Run an experiment as fast as it goes; returns its metrics and its recording."""
+    done = run_command('experiment', '--output', output, '-p', 'plant.real_time_factor:=0.0', *arguments,
+                       timeout=timeout)
+    assert done.returncode == 0, done.stderr
+    return json.loads((output / 'metrics.json').read_text()), bag.read(output / 'bag')
+
+
+class Robot:
+    """The nodes of one run, and a recorder in this process that hears them."""
+
+    def __init__(self, folder):
+        self._folder = folder
+        self.processes = {}
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self._bag = bag.BagWriter(folder / 'bag')
+        self._bag.__enter__()
+        self.recorder = Recorder('/', self._bag.write, self._bag.knows)
+        self._executor = make_executor()
+        self._executor.add_node(self.recorder)
+
+    def start(self, *names, arguments=()):
+        """Start nodes, each in a process of its own."""
+        for name in names or NODES:
+            log = self._folder / f'{name}_{len(list(self._folder.glob("*.log")))}.log'
+            self.processes[name] = NodeProcess([name], ['--ros-args', *arguments], log)
+
+    def log(self, name):
+        """All that a node has printed, over all its lives."""
+        return ''.join(path.read_text() for path in sorted(self._folder.glob(f'{name}_*.log')))
+
+    def time(self):
+        """Simulated time [s]."""
+        return self.recorder.newest.get('joint_states', -1) / 1e9
+
+    def spin_until(self, condition, seconds=30.0):
+        """Listen until a condition holds."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < deadline, f'waited {seconds} s in vain at t = {self.time()} s'
+            refused = [process.obituary() for process in self.processes.values() if process.exit_code() == 2]
+            assert not refused, refused
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def listen(self, seconds):
+        """Listen for a while."""
+        end = time.monotonic() + seconds
+        self.spin_until(lambda: time.monotonic() > end, seconds + 5.0)
+
+    def recording(self):
+        """Close the bag and read it."""
+        self.listen(0.3)
+        self._bag.__exit__(None, None, None)
+        return bag.read(self._folder / 'bag')
+
+    def close(self):
+        """Leave nothing behind."""
+        stop(list(self.processes.values()))
+        self._executor.shutdown()
+        rclpy.try_shutdown()

@@ -1,0 +1,84 @@
+"""Every shipped parameter file loads, into the whole and into every node, and names only what is declared."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from mobile_robot_control.configuration import NODES, Configuration, configure
+from mobile_robot_control.parameter_files import load
+from mobile_robot_control.parameters import declarations, flatten
+
+CONFIG = Path(__file__).parents[2] / 'config'
+FILES = sorted(CONFIG.rglob('*.yaml'))
+
+
+def _id(path):
+    return str(path.relative_to(CONFIG))
+
+
+def test_the_files_of_the_contract_are_there():
+    chapter = [f'chapter/{curve}_{law}.yaml' for curve in ('lemniscate', 'trifolium')
+               for law in ('backstepping', 'hybrid_backstepping', 'fuzzy')]
+    everyday = ['backstepping.yaml', 'hybrid_backstepping.yaml', 'fuzzy.yaml']
+    assert {*chapter, *everyday} <= {_id(path) for path in FILES}
+
+
+@pytest.mark.parametrize('path', FILES, ids=_id)
+def test_it_loads(path):
+    configuration = configure(load([path]))
+    assert configure(load([path], namespace='/robot1')) == configuration
+
+
+@pytest.mark.parametrize('path', FILES, ids=_id)
+def test_every_key_is_declared(path):
+    for section, content in yaml.safe_load(path.read_text()).items():
+        nodes = NODES if section == '/**' else [section.removeprefix('/**/')]
+        known = set().union(*(declarations(NODES[node]) for node in nodes))
+        assert set(_flat(content['ros__parameters'])) <= known
+
+
+def _flat(tree, prefix=''):
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f'{prefix}{key}.')
+        else:
+            yield f'{prefix}{key}'
+
+
+def test_the_defaults_are_those_of_backstepping():
+    loaded = configure(load([CONFIG / 'backstepping.yaml']))
+    for ours, default in zip(loaded, Configuration(), strict=True):
+        assert flatten(ours) == flatten(default)
+
+
+@pytest.mark.parametrize('path', sorted((CONFIG / 'chapter').glob('*.yaml')), ids=_id)
+def test_the_chapter_files_have_the_printed_numbers(path):
+    configuration = configure(load([path]))
+    curve, _, law = path.stem.partition('_')
+    assert configuration.reference_cart.curve.curve == curve
+    assert configuration.position_controller.control.controller_type == law
+    assert configuration.plant.shared.velocity_rate == configuration.plant.shared.position_rate == 4000.0
+    assert tuple(configuration.velocity_controller.gains) == (128.444, 60.9756, 29.048, 31.4465)
+    if law != 'fuzzy':
+        gains = configuration.position_controller.control.backstepping
+        assert tuple(gains) == (1.9934, 0.0530, 1.0, 9.8615, 2.9956)
+
+
+def test_every_node_takes_every_file(domain):
+    """All four nodes in one process, each file in turn: what one of them refuses ends the process with exit 2."""
+    code = (
+        'import sys, rclpy\n'
+        'from mobile_robot_control.ros.spin import _make\n'
+        'from mobile_robot_control.configuration import NODES\n'
+        'for path in sys.argv[1:]:\n'
+        '    rclpy.init(args=["--ros-args", "--params-file", path])\n'
+        '    for name in NODES:\n'
+        '        _make(name).destroy_node()\n'
+        '    rclpy.shutdown()\n'
+    )
+    done = subprocess.run([sys.executable, '-c', code, *map(str, FILES)], capture_output=True, text=True, timeout=100,
+                          check=False)
+    assert done.returncode == 0, done.stderr

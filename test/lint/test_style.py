@@ -1,0 +1,21 @@
+"""Ruff and strict mypy have nothing to say."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+def _run(*arguments):
+    return subprocess.run([sys.executable, '-m', *arguments], capture_output=True, text=True, cwd=ROOT, check=False)
+
+
+def test_ruff():
+    done = _run('ruff', 'check', '--no-cache', '--config', 'test/lint/ruff.toml', '.')
+    assert done.returncode == 0, done.stdout
+
+
+def test_mypy():
+    done = _run('mypy')
+    assert done.returncode == 0, done.stdout

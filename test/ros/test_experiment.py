@@ -1,0 +1,147 @@
+"""The command `experiment`: what it writes, and what it says when something goes wrong."""
+
+import contextlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from harness import CONFIG, Robot, experiment, run_command
+from mcap_ros2.reader import read_ros2_messages
+
+from mobile_robot_control.cli import simulate
+from mobile_robot_control.recording import bag
+
+
+def _start(output, *arguments):
+    return subprocess.Popen(
+        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )
+
+
+def _node_pid(output, name):
+    """Find a node of an experiment by the parameter file that it was given."""
+    for process in Path('/proc').glob('[0-9]*'):
+        with contextlib.suppress(OSError):
+            words = (process / 'cmdline').read_text().split('\0')
+            if name in words and str(output / 'parameters.yaml') in words:
+                return int(process.name)
+    return None
+
+
+def _wait_until_it_moves(run):
+    """Read the progress bar up to a simulated second."""
+    shown = ''
+    while not re.search(r'\| [1-9]\d*\.\d/', shown):
+        read = run.stderr.read(1)
+        assert read, shown
+        shown += read
+
+
+def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
+    run = ['--duration', '4', '--params-file', str(CONFIG / 'fuzzy.yaml')]
+    metrics, _ = experiment(tmp_path / 'run', *run)
+    assert simulate.main([*run, '--json']) == 0
+    simulated = json.loads(capsys.readouterr().out)
+    assert set(metrics) == set(simulated)
+    assert metrics.pop('outcome') == simulated.pop('outcome') == 'completed'
+    for name, value in simulated.items():
+        assert metrics[name] == pytest.approx(value, rel=1e-9, abs=1e-9)
+    picture = (tmp_path / 'run' / 'run.png').read_bytes()
+    assert picture.startswith(b'\x89PNG')
+
+
+def test_the_bag_is_one_that_others_read(domain, tmp_path):
+    experiment(tmp_path / 'run', '--duration', 1)
+    topics = {}
+    for message in read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap'):
+        topics.setdefault(message.channel.topic, []).append(message.ros_msg)
+    assert {'/odom', '/joint_states', '/reference', '/cmd_vel', '/wheel_torques', '/tracking_error', '/clock',
+            '/reference_path', '/parameter_events'} <= set(topics)
+    assert topics['/joint_states'][-1].header.stamp.sec == 1
+    assert list(topics['/wheel_torques'][0].name) == ['wheel_right_joint', 'wheel_left_joint']
+    assert 'storage_identifier: mcap' in (tmp_path / 'run' / 'bag' / 'metadata.yaml').read_text()
+
+
+def test_a_namespace_of_its_own(domain, tmp_path):
+    output = tmp_path / 'run'
+    done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1',
+                       '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml')
+    assert done.returncode == 0, done.stderr
+    recording = bag.read(output / 'bag', '/robot1')
+    assert len(recording.samples) == 501
+    assert not recording.problems
+
+
+@pytest.mark.parametrize('name', ['position_controller', 'plant'])
+def test_a_node_that_dies_is_named(domain, tmp_path, name):
+    output = tmp_path / 'run'
+    run = _start(output, '--duration', 30)
+    _wait_until_it_moves(run)
+    os.kill(_node_pid(output, name), signal.SIGKILL)
+    _, errors = run.communicate(timeout=30)
+    assert run.returncode == 1
+    assert f'{name} was killed by SIGKILL' in errors
+    assert 'Traceback' not in errors
+    metrics = json.loads((output / 'metrics.json').read_text())
+    assert metrics['outcome'] == 'node_died'
+    assert 0.0 < metrics['duration'] < 30.0
+    assert bag.read(output / 'bag').samples[-1].time == metrics['duration']
+    assert _node_pid(output, 'velocity_controller') is None
+
+
+def test_a_node_that_hangs_is_named(domain, tmp_path):
+    output = tmp_path / 'run'
+    run = _start(output, '--duration', 30, '--patience', 2)
+    _wait_until_it_moves(run)
+    os.kill(_node_pid(output, 'reference_cart'), signal.SIGSTOP)
+    _, errors = run.communicate(timeout=40)
+    assert run.returncode == 1
+    assert 'reference_cart gave no answer for 2.0 s' in errors
+    assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'node_died'
+    assert bag.read(output / 'bag').samples
+
+
+def test_divergence_ends_with_exit_code_1(domain, tmp_path):
+    output = tmp_path / 'run'
+    done = run_command('experiment', '--duration', 60, '--output', output, '-p', 'plant.real_time_factor:=0.0',
+                       '-p', 'position_controller.backstepping.f:=500.0')
+    assert done.returncode == 1
+    assert 'the motion diverged' in done.stderr
+    assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'diverged'
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_runs_are_whole(domain, tmp_path, number):
+    output = tmp_path / 'run'
+    run = _start(output, '--duration', 60)
+    _wait_until_it_moves(run)
+    run.send_signal(number)
+    _, errors = run.communicate(timeout=30)
+    assert run.returncode == 0, errors
+    assert 'Traceback' not in errors
+    metrics = json.loads((output / 'metrics.json').read_text())
+    assert metrics['outcome'] == 'interrupted'
+    assert bag.read(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
+    assert not [name for name in ('plant', 'reference_cart') if _node_pid(output, name)]
+
+
+def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):
+    assert isinstance(robot, Robot)
+    robot.start('plant')
+    robot.spin_until(lambda: 'odom' in robot.recorder.newest)
+    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run')
+    assert done.returncode == 2
+    assert 'somebody else publishes on' in done.stderr
+
+
+def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path):
+    (tmp_path / 'notes.txt').write_text('mine')
+    for extra in ([], ['--overwrite']):
+        experiment(tmp_path, '--duration', 1, *extra)
+    assert (tmp_path / 'notes.txt').read_text() == 'mine'

@@ -1,0 +1,148 @@
+"""Start order, death and return, the end of a run, repeated questions."""
+
+import math
+import time
+
+import pytest
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TwistStamped
+from harness import CONFIG
+from nav_msgs.msg import Odometry, Path
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+from mobile_robot_control.configuration import NODES
+from mobile_robot_control.ros.qos import LATCHED, LOOP, NEWEST
+from mobile_robot_control.simulation.metrics import RunMeter, summary
+
+HYBRID = ('--params-file', str(CONFIG / 'hybrid_backstepping.yaml'))
+
+
+def _metrics(samples):
+    meter = RunMeter(0.002, 0.01)
+    for sample in samples:
+        meter.add(sample)
+    return summary(meter.run('completed'))
+
+
+@pytest.mark.parametrize('order', [list(NODES), list(NODES)[::-1]], ids=['plant first', 'plant last'])
+def test_start_order_is_free(robot, order):
+    for name in order:
+        robot.start(name, arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0'])
+        robot.listen(0.5)
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    assert robot.processes['plant'].exit_code() == 0
+
+
+def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
+    arguments = [*HYBRID, '-p', 'duration:=16.0', '-p', 'real_time_factor:=2.0', '-p', 'peer_timeout:=0.5']
+    robot.start(arguments=arguments)
+    for number, name in enumerate(('reference_cart', 'position_controller', 'velocity_controller'), start=1):
+        robot.spin_until(lambda: robot.time() > 3.0 * number)  # noqa: B023
+        robot.processes[name].kill()
+        robot.spin_until(lambda: f'waiting for {name}' in robot.log('plant'))  # noqa: B023
+        stopped_at = robot.time()
+        robot.listen(0.3)
+        assert robot.time() == stopped_at
+        robot.start(name, arguments=arguments)
+        robot.spin_until(lambda: f'{name} answered: the run goes on' in robot.log('plant'))  # noqa: B023
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    assert robot.processes['plant'].exit_code() == 0
+    recording = robot.recording()
+    assert recording.samples[-1].time == 16.0
+    assert _metrics(recording.samples)['max_position_error'] < 0.1
+
+
+def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
+    arguments = [*HYBRID, '-p', 'duration:=3.0', '-p', 'real_time_factor:=0.0']
+    robot.start(*list(NODES)[1:], arguments=arguments)
+    robot.start('plant', arguments=[*arguments[:-1], 'real_time_factor:=1.0'])
+    robot.spin_until(lambda: robot.time() > 1.0)
+    robot.processes['plant'].kill()
+    robot.listen(0.2)
+    robot.start('plant', arguments=arguments)
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    assert robot.processes['plant'].exit_code() == 0
+    for name in list(NODES)[1:]:
+        assert robot.log(name).count('a new run') == 1
+    recording = robot.recording()
+    assert [sample.time for sample in recording.samples[:3]][-1] <= 0.1
+    assert recording.samples[-1].time == 3.0
+
+
+def test_time_stands_still_while_paused(robot):
+    robot.start(arguments=['-p', 'paused:=true'])
+    robot.spin_until(robot.recorder.hears_everything)
+    robot.listen(0.5)
+    assert set(robot.recorder.newest.values()) == {0}
+    assert 'waiting for' not in robot.log('plant')
+    answer = robot.recorder.go_on()
+    robot.spin_until(answer.done)
+    robot.spin_until(lambda: robot.time() > 0.5)
+
+
+def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
+    robot.start('velocity_controller', arguments=['-p', 'gains.ti1:=0.05'])
+    node, answers = robot.recorder, []
+    node.create_subscription(JointState, 'wheel_torques', answers.append, NEWEST)
+    wheels = node.create_publisher(JointState, 'joint_states', LOOP)
+    command = node.create_publisher(TwistStamped, 'cmd_vel', LOOP)
+    robot.spin_until(lambda: wheels.get_subscription_count() > 1 and command.get_subscription_count() > 1)
+
+    def ask(stamp):
+        message = JointState(name=['wheel_left_joint', 'wheel_right_joint'], velocity=[0.0, 0.0])
+        message.header.stamp = Time(nanosec=stamp)
+        count = len(answers)
+        wheels.publish(message)
+        robot.spin_until(lambda: len(answers) > count, 5.0)
+        return list(answers[-1].effort)
+
+    order = TwistStamped()
+    order.twist.linear.x = 0.1
+    command.publish(order)
+    first = ask(0)
+    assert first[0] > 0.0
+    assert ask(0) == first
+    assert ask(0) == first
+    # the integral has grown by one step, not by three
+    assert ask(2_000_000)[0] - first[0] == pytest.approx(first[0] * 0.002 / 0.05, rel=1e-9)
+    # a stamp that is not the next one is refused: no answer
+    late = JointState(name=['wheel_right_joint', 'wheel_left_joint'], velocity=[0.0, 0.0])
+    late.header.stamp = Time(nanosec=8_000_000)
+    count = len(answers)
+    wheels.publish(late)
+    robot.spin_until(lambda: 'not the next stamp' in robot.log('velocity_controller'), 5.0)
+    assert len(answers) == count
+
+
+def test_path_is_latched_and_clock_follows(robot):
+    paths, clocks = [], []
+    robot.recorder.create_subscription(Clock, '/clock', clocks.append, 10)
+    robot.start(arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true'])
+    robot.spin_until(lambda: clocks and robot.recorder.hears_everything())
+    robot.recorder.go_on()
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.spin_until(lambda: clocks[-1].clock.sec == 1)
+    robot.recorder.create_subscription(Path, 'reference_path', paths.append, LATCHED)
+    robot.spin_until(lambda: paths)
+    first, last = paths[0].poses[0].pose.position, paths[0].poses[-1].pose.position
+    assert math.hypot(first.x - last.x, first.y - last.y) < 1e-12
+
+
+def test_messages_carry_the_frames_of_the_contract(robot):
+    robot.start(arguments=['-p', 'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'])
+    odometry, references = [], []
+    robot.recorder.create_subscription(Odometry, 'odom', odometry.append, NEWEST)
+    robot.recorder.create_subscription(Odometry, 'reference', references.append, NEWEST)
+    robot.spin_until(lambda: odometry and references)
+    assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ('map', 'axle')
+    assert (references[0].header.frame_id, references[0].child_frame_id) == ('map', 'cart')
+
+
+def test_wall_speed_is_kept(robot):
+    robot.start(arguments=['-p', 'real_time_factor:=1.0'])
+    robot.spin_until(lambda: robot.time() > 0.2)
+    started, simulated = time.monotonic(), robot.time()
+    robot.listen(2.0)
+    # never faster than the wall clock, but for the messages under way; a slow machine may fall behind
+    assert robot.time() - simulated <= time.monotonic() - started + 0.15

@@ -1,0 +1,56 @@
+"""Four processes over DDS and one process without ROS give the same numbers."""
+
+import multiprocessing
+
+import pytest
+from harness import CONFIG, experiment
+
+from mobile_robot_control.configuration import configure
+from mobile_robot_control.parameter_files import load
+from mobile_robot_control.simulation.closed_loop import rollout
+
+
+def _close(a, b):
+    return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
+
+
+@pytest.mark.parametrize('controller', ['backstepping', 'hybrid_backstepping', 'fuzzy'])
+def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, controller):
+    file = CONFIG / f'{controller}.yaml'
+    metrics, recording = experiment(tmp_path / 'run', '--duration', 16, '--params-file', file)
+    simulated = list(rollout(configure(load([file])), 16.0))
+    assert metrics['outcome'] == 'completed'
+    assert not recording.problems
+    assert len(recording.samples) == len(simulated) == 8001
+    for recorded, sample in zip(recording.samples, simulated, strict=True):
+        assert recorded.time == sample.time
+        assert recorded.tick.time == sample.tick.time
+        assert _close(recorded.command, sample.command)
+        assert _close(recorded.torque, sample.torque)
+        assert _close(recorded.wheels, sample.wheels)
+        assert _close(recorded.tick.velocity, sample.tick.velocity)
+        assert _close(recorded.tick.pose[:2], sample.tick.pose[:2])
+        assert _close(recorded.tick.error, sample.tick.error)
+    assert _close(metrics['final_pose'], simulated[-1].tick.pose)
+
+
+def _keep_a_core_busy():
+    while True:
+        pass
+
+
+def test_reruns_are_equal_to_the_last_bit_under_load_and_composed(domain, tmp_path):
+    run = ['--duration', 4, '--params-file', CONFIG / 'hybrid_backstepping.yaml',
+           '-p', 'plant.initial_pose:=[0.8, 0.1, 0.0]']
+    _, alone = experiment(tmp_path / 'alone', *run)
+    load_process = multiprocessing.get_context('spawn').Process(target=_keep_a_core_busy, daemon=True)
+    load_process.start()
+    try:
+        _, loaded = experiment(tmp_path / 'loaded', *run)
+    finally:
+        load_process.kill()
+    _, composed = experiment(tmp_path / 'composed', *run, '--composed')
+    assert not alone.problems + loaded.problems + composed.problems
+    assert len(alone.samples) == 2001
+    assert loaded.samples == alone.samples
+    assert composed.samples == alone.samples
