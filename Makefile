@@ -14,7 +14,7 @@ VENV_OPTIONS :=
 EXTRAS := wheels,pinned,test
 endif
 
-.PHONY: setup demo test lint clean
+.PHONY: setup demo test lint readme clean
 
 setup: $(READY)
 
@@ -26,13 +26,16 @@ $(READY): setup.py setup.cfg package.xml
 	@touch $@
 
 demo: setup
-	$(BIN)/experiment --duration 16 --output runs/demo
+	$(BIN)/experiment --duration 16 --output runs/demo --overwrite
 
 test: setup
 	$(BIN)/python -m pytest
 
 lint: setup
 	$(BIN)/python -m pytest test/lint
+
+readme: setup
+	$(BIN)/python -m mobile_robot_control.reporting.parameter_table README.md
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info

@@ -69,7 +69,7 @@ def _no_overshoot(gains: SeekingGains) -> list[str]:
 
 
 @jitable
-def _in_sight(state: HybridState, error: TrackingError) -> bool:
+def in_sight(state: HybridState, error: TrackingError) -> bool:
     """Say whether the cart lies straight ahead now, or has crossed that line since the last step."""
     now, last = bearing(error), state.last_bearing
     quarter = 0.5 * math.pi
@@ -159,7 +159,7 @@ def step(
         state.fade * asked.linear,
         state.fade * asked.angular + (1.0 - state.fade) * state.seek,
     )
-    seen = 1.0 if state.seen > 0.0 or _in_sight(state, error) else 0.0
+    seen = 1.0 if state.seen > 0.0 or in_sight(state, error) else 0.0
     seek = state.seek
     if seen == 0.0:
         # Eq. (31): d = sgn(atan2(e_y, e_x) - θ), wrapped; straight behind counts as left

@@ -23,7 +23,7 @@ ROOMS = {
     'parameter_files': {'parameters', 'configuration'},
     'simulation': {'quantities', 'angles', 'jit', 'parameters', 'model', 'control', 'reference', 'configuration'},
     'recording': {'quantities', 'readings', 'simulation'},
-    'reporting': {'quantities', 'simulation', 'recording'},
+    'reporting': {'quantities', 'parameters', 'configuration', 'simulation', 'recording'},
     'ros': {'quantities', 'jit', 'parameters', 'model', 'control', 'reference', 'configuration', 'parameter_files',
             'readings'},
     'cli': {'parameters', 'configuration', 'parameter_files', 'simulation', 'recording', 'reporting', 'ros'},

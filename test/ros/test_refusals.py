@@ -65,6 +65,10 @@ def test_simulate_refuses_a_file(tmp_path, text, words):
     _assert_refused(run_command('simulate', '--duration', 1, '--params-file', file), words)
 
 
+def test_the_wall_clock_is_not_there_yet(domain):
+    _assert_refused(_node('plant', '-p', 'lockstep:=false'), ['lockstep = false'])
+
+
 @pytest.mark.parametrize('node', ['velocity_controller', 'position_controller'])
 def test_a_node_refuses_a_missing_file(domain, node):
     _assert_refused(_node(node, '--params-file', '/nowhere.yaml'), ['/nowhere.yaml', 'cannot be read'])

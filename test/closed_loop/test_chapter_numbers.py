@@ -1,0 +1,46 @@
+"""The chapter's runs with its evolved gains: section 3.1 and 4.1, and what an independent solver found."""
+
+import math
+
+import chapter
+import pytest
+from measuring import configuration, measured
+
+VELOCITY = {f'gains.{name}': value for name, value in chapter.EVOLVED_VELOCITY_GAINS.items()}
+POSITION = {f'backstepping.{name}': value for name, value in chapter.EVOLVED_BACKSTEPPING_GAINS.items()}
+ON_THE_CURVE = [1.0, 0.0, 0.5 * math.pi]
+
+
+def run(rate, duration, law='backstepping', curve='trifolium', start=ON_THE_CURVE):
+    return measured(configuration(
+        rate, rate, plant={'initial_pose': start}, velocity_controller=VELOCITY,
+        position_controller={'controller_type': law, 'backstepping.alpha': 1.0, **POSITION},
+        reference_cart={'curve': curve, 'scale': 1.0, 'period': 16.0},
+    ), duration)
+
+
+def test_one_lap_of_the_trifolium_at_20_khz():
+    found, last = run(20000.0, 16.0)
+    assert last.time == 16.0
+    assert found['initial_wheel_torque']['right'] == pytest.approx(411.28, rel=1e-4)
+    assert found['initial_wheel_torque']['left'] == pytest.approx(-159.08, rel=1e-4)
+    assert found['rms_position_error'] == pytest.approx(1.237e-4, rel=0.02)
+    assert found['peak_wheel_torque']['right'] == found['initial_wheel_torque']['right']
+
+
+def test_ordinary_backstepping_needs_torques_beyond_50_newton_metres():
+    # section 4.1, on the lemniscate: both torques exceed 50 N m, at the beginning
+    found, _ = run(4000.0, 0.5, curve='lemniscate')
+    assert min(found['peak_wheel_torque'].values()) > 50.0
+    assert {side: abs(value) for side, value in found['initial_wheel_torque'].items()} == found['peak_wheel_torque']
+
+
+@pytest.mark.parametrize('start', [ON_THE_CURVE, [0.8, -0.1, 0.3]], ids=['on_the_curve', 'off_the_line_of_sight'])
+def test_hybrid_backstepping_needs_far_smaller_torques(start):
+    found, last = run(4000.0, 6.0, 'hybrid_backstepping', 'lemniscate', start)
+    assert max(found['peak_wheel_torque'].values()) < 3.0
+    assert found['initial_wheel_torque'] == {'right': 0.0, 'left': 0.0}
+    # and tracks in the end
+    assert math.hypot(*last.tick.error[:2]) < 0.05
+    ordinary, _ = run(4000.0, 0.1, 'backstepping', 'lemniscate', start)
+    assert min(ordinary['peak_wheel_torque'].values()) > 25.0 * max(found['peak_wheel_torque'].values())

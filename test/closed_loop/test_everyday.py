@@ -1,0 +1,49 @@
+"""The shipped everyday controllers on both curves, started on the path and beside it."""
+
+import math
+from pathlib import Path
+
+import pytest
+from measuring import RunMeter
+
+from mobile_robot_control.configuration import configure
+from mobile_robot_control.parameter_files import load
+from mobile_robot_control.simulation.closed_loop import rollout
+
+CONFIG = Path(__file__).parents[2] / 'config'
+LAP = 16.0
+# [m], RMS over half a lap
+BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.10}
+# 0.2 m beside the path, the cart out of sight: behind, or abeam
+BESIDE = [[0.8, 0.0, math.pi], [1.2, 0.0, 0.0], [1.2, 0.0, -0.5 * math.pi], [1.0, -0.2, -0.5 * math.pi]]
+
+
+def _half_lap(law, curve, start, laps):
+    """Run some laps; returns the RMS error over the last half of a lap and the peak torque of the run."""
+    configuration = configure(load(
+        [CONFIG / f'{law}.yaml'], [f'reference_cart.curve:={curve}', f'plant.initial_pose:={start}']
+    ))
+    whole, late = RunMeter(0.002, 0.01), RunMeter(0.002, 0.01)
+    for sample in rollout(configuration, laps * LAP):
+        whole.add(sample)
+        if sample.time >= (laps - 0.5) * LAP:
+            late.add(sample)
+    assert whole.last.time == laps * LAP
+    rms = math.sqrt(late.totals.squared_position / late.totals.time)
+    return rms, max(whole.totals.peak_right, whole.totals.peak_left)
+
+
+@pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
+@pytest.mark.parametrize('law', BOUNDS)
+def test_started_on_the_path(law, curve):
+    rms, peak = _half_lap(law, curve, [1.0, 0.0, 0.5 * math.pi], laps=1)
+    assert 0.0 < rms < BOUNDS[law]
+    assert peak < 3.0
+
+
+@pytest.mark.parametrize('start', BESIDE)
+@pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
+@pytest.mark.parametrize('law', BOUNDS)
+def test_started_beside_the_path_with_the_cart_out_of_sight(law, curve, start):
+    rms, _ = _half_lap(law, curve, start, laps=2)
+    assert 0.0 < rms < BOUNDS[law]

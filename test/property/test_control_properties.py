@@ -1,0 +1,262 @@
+"""What holds of every error and of all gains: the control laws."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping, velocity_pi
+from mobile_robot_control.control.backstepping import BacksteppingGains, NoState, lyapunov, lyapunov_rate
+from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
+from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains, fade_step
+from mobile_robot_control.control.tracking_error import bearing, distance, tracking_error
+from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque
+
+FINITE = st.floats(-1e15, 1e15)
+ORDINARY = st.floats(-5.0, 5.0)
+DIRECTIONS = st.floats(-math.pi, math.pi, exclude_min=True)
+POSES = st.builds(Pose, ORDINARY, ORDINARY, DIRECTIONS)
+ERRORS = st.builds(TrackingError, ORDINARY, ORDINARY, DIRECTIONS)
+ANY_ERRORS = st.builds(TrackingError, FINITE, FINITE, FINITE)
+REFERENCES = st.builds(Reference, st.just(Pose(0.0, 0.0, 0.0)), st.builds(BodyVelocity, ORDINARY, ORDINARY))
+ANY_REFERENCES = st.builds(Reference, st.builds(Pose, FINITE, FINITE, FINITE), st.builds(BodyVelocity, FINITE, FINITE))
+POSITIVE = st.floats(0.01, 10.0)
+BACKSTEPPING_GAINS = st.builds(BacksteppingGains, p=POSITIVE, q=POSITIVE, alpha=st.floats(1.0, 5.0), f=POSITIVE,
+                               g=POSITIVE)
+
+
+@st.composite
+def seeking_gains(draw):
+    b1 = draw(POSITIVE)
+    return build(SeekingGains, {'b0': 0.25 * b1 * b1 * draw(st.floats(1e-6, 0.999)), 'b1': b1,
+                                'seek_acceleration': draw(POSITIVE), 'seek_speed': draw(POSITIVE)})
+
+
+@st.composite
+def fuzzy_gains(draw):
+    """Every set of shapes and outputs that is allowed, as the whole check says."""
+    angles = st.floats(0.0, math.pi)
+    b2, b3, b4 = sorted(draw(st.lists(angles, min_size=3, max_size=3, unique=True)))
+    b1, b5, b6 = draw(angles), draw(angles), draw(angles)
+    c, d = (tuple(sorted(draw(st.lists(ORDINARY, min_size=n, max_size=n)))) for n in (5, 3))
+    try:
+        return build(FuzzyGains, {'a': draw(st.floats(0.0, 10.0, exclude_min=True)), 'b': (b1, b2, b3, b4, b5, b6),
+                                  'c': c, 'd': d})
+    except ParameterError:
+        assume(False)
+
+
+SEEKING_GAINS, FUZZY_GAINS = seeking_gains(), fuzzy_gains()
+
+
+def mirrored(error, reference):
+    (x, y, heading), (v_r, omega_r) = reference
+    return (TrackingError(error.longitudinal, -error.lateral, -error.heading),
+            Reference(Pose(x, -y, -heading), BodyVelocity(v_r, -omega_r)))
+
+
+# tracking error
+
+@given(POSES, POSES, ORDINARY, ORDINARY, ORDINARY)
+def test_equation_23_does_not_change_under_a_common_planar_motion(reference, pose, x, y, turn):
+    def moved(p):
+        cos, sin = math.cos(turn), math.sin(turn)
+        return Pose(x + cos * p.x - sin * p.y, y + sin * p.x + cos * p.y, p.heading + turn)
+
+    here, there = tracking_error(reference, pose), tracking_error(moved(reference), moved(pose))
+    assert there[:2] == pytest.approx(here[:2], abs=1e-13)
+    assert abs(math.remainder(there.heading - here.heading, 2.0 * math.pi)) < 1e-13
+
+
+@given(POSES, POSES)
+def test_equation_34_the_distance_is_that_of_the_two_places(reference, pose):
+    error = tracking_error(reference, pose)
+    assert distance(error) == pytest.approx(math.dist(reference[:2], pose[:2]), abs=1e-14)
+    assert -math.pi < error.heading <= math.pi
+
+
+@given(ANY_ERRORS)
+def test_the_bearing_is_wrapped_and_points_at_the_cart(error):
+    direction = bearing(error)
+    assert -math.pi < direction <= math.pi
+    far = distance(error)
+    if far >= 1e-9:
+        assert far * math.cos(direction) == pytest.approx(error.longitudinal, abs=1e-14 * far)
+        assert far * math.sin(direction) == pytest.approx(error.lateral, abs=1e-14 * far)
+
+
+# backstepping
+
+@given(ANY_ERRORS, ANY_REFERENCES, BACKSTEPPING_GAINS)
+def test_backstepping_gives_finite_commands_for_finite_inputs(error, reference, gains):
+    _, command = backstepping.step(NoState(), error, reference, gains, 0.01)
+    assert all(map(math.isfinite, command))
+
+
+@given(ERRORS, REFERENCES, BACKSTEPPING_GAINS)
+def test_backstepping_mirrors(error, reference, gains):
+    _, command = backstepping.step(NoState(), error, reference, gains, 0.01)
+    _, other = backstepping.step(NoState(), *mirrored(error, reference), gains, 0.01)
+    assert (other.linear, -other.angular) == command
+
+
+@given(ERRORS, REFERENCES, BACKSTEPPING_GAINS)
+def test_equations_25_to_28_along_the_error_dynamics_24(error, reference, gains):
+    """dV/dt of (26) by the chain rule with (24), in which the middle equation has the product of v_r and sin e3."""
+    e1, e2, e3 = error
+    v_r, omega_r = reference.velocity
+    p, q, alpha, _, _ = gains
+    _, (v, omega) = backstepping.step(NoState(), error, reference, gains, 0.01)
+    e1_rate = omega * e2 + v_r * math.cos(e3) - v
+    e2_rate = -omega * e1 + v_r * math.sin(e3)
+    e3_rate = omega_r - omega
+    squared = e1 * e1 + e2 * e2
+    outer = 2.0 * alpha * p * squared ** (alpha - 1.0)
+    terms = [outer * e1 * e1_rate, outer * e2 * e2_rate, q * math.sin(e3) * e3_rate]
+    scale = 1e-12 * (1.0 + abs(outer * e1 * omega * e2) + sum(map(abs, terms)))
+    assert lyapunov_rate(error, gains) == pytest.approx(sum(terms), abs=scale)
+    assert lyapunov_rate(error, gains) <= 0.0
+    assert lyapunov(error, gains) >= 0.0
+    # deviation 2: (27) leads there with a factor e1 in its first term, which is missing in print
+    u1, u2 = v_r * math.cos(e3) - v, omega_r - omega
+    rest = q * math.sin(e3) * u2 + outer * e2 * v_r * math.sin(e3)
+    assert outer * e1 * u1 + rest == pytest.approx(sum(terms), abs=scale)
+    assume(abs(outer * (e1 - 1.0) * u1) > 1e-6 + scale)
+    assert outer * u1 + rest != pytest.approx(sum(terms), abs=0.5e-6 + scale)
+
+
+@given(ERRORS, REFERENCES, BACKSTEPPING_GAINS, POSITIVE)
+def test_deviation_3_at_alpha_1_only_three_products_of_gains_matter(error, reference, gains, scale):
+    gains = gains._replace(alpha=1.0)
+    twin = BacksteppingGains(gains.p * scale, gains.q * scale, 1.0, gains.f / scale, gains.g / scale)
+    _, one = backstepping.step(NoState(), error, reference, gains, 0.01)
+    _, other = backstepping.step(NoState(), error, reference, twin, 0.01)
+    assert other == pytest.approx(one, rel=1e-12, abs=1e-9)
+
+
+# hybrid backstepping
+
+@given(ANY_ERRORS, ANY_REFERENCES, BACKSTEPPING_GAINS, SEEKING_GAINS, st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0),
+       DIRECTIONS)
+def test_the_hybrid_law_gives_finite_commands_for_finite_inputs(error, reference, inner, seeking, seen, fade, last):
+    state = HybridState(seen, fade, 0.0, 0.0, last)
+    for _ in range(3):
+        state, command = hybrid_backstepping.step(state, error, reference, HybridGains(inner, seeking), 0.01)
+        assert all(map(math.isfinite, (*state, *command)))
+
+
+@given(ERRORS, REFERENCES, BACKSTEPPING_GAINS, SEEKING_GAINS, DIRECTIONS)
+def test_the_hybrid_law_mirrors(error, reference, inner, seeking, last):
+    # straight behind counts as left on both sides
+    assume(abs(bearing(error)) < math.pi)
+    assume(abs(last) < math.pi)
+    gains = HybridGains(inner, seeking)
+    state, other = HybridState(last_bearing=last), HybridState(last_bearing=-last)
+    for _ in range(3):
+        state, command = hybrid_backstepping.step(state, error, reference, gains, 0.1)
+        other, opposite = hybrid_backstepping.step(other, *mirrored(error, reference), gains, 0.1)
+        assert (opposite.linear, -opposite.angular) == command
+        assert (other.seen, other.fade, -other.seek, -other.last_bearing) == (
+            state.seen, state.fade, state.seek, state.last_bearing)
+
+
+@given(SEEKING_GAINS, st.floats(1e-4, 0.5))
+def test_equation_32_rises_from_0_to_1_without_overshoot(gains, dt):
+    fade, rate = 0.0, 0.0
+    for _ in range(50):
+        before = fade
+        fade, rate = fade_step(fade, rate, 1.0, gains, dt)
+        assert before <= fade + 1e-15
+        assert fade <= 1.0 + 1e-15
+        assert rate >= -1e-15 / gains.b0
+
+
+@given(st.lists(ERRORS, min_size=1, max_size=30), REFERENCES, SEEKING_GAINS)
+def test_equation_33_latches_for_good_and_the_seeking_stays_within_its_speed(errors, reference, seeking):
+    state, gains = HybridState(), HybridGains(BacksteppingGains(), seeking)
+    for error in errors:
+        before = state
+        state, _ = hybrid_backstepping.step(state, error, reference, gains, 0.05)
+        assert state.seen >= before.seen
+        assert abs(state.seek) <= seeking.seek_speed
+        assert abs(state.seek - before.seek) <= seeking.seek_acceleration * 0.05 * (1.0 + 1e-12)
+        if state.seen:
+            assert state.seek == before.seek
+        else:
+            assert state.fade == 0.0
+
+
+# fuzzy
+
+@given(st.floats(0.0, 1e15), DIRECTIONS, FUZZY_GAINS)
+def test_memberships_lie_between_0_and_1_and_near_and_far_sum_to_1(i1, i2, gains):
+    m = memberships(i1, i2, gains)
+    assert all(0.0 <= part <= 1.0 for part in m)
+    assert m.near + m.far == 1.0
+
+
+@given(st.floats(0.0, 10.0), DIRECTIONS, FUZZY_GAINS)
+def test_deviation_6_some_rule_always_fires_and_the_weights_sum_to_1(i1, i2, gains):
+    m = memberships(i1, i2, gains)
+    weights = [near * direction for near in m[:2] for direction in m[2:]]
+    assume(sum(m[2:]) > 1e-300)
+    assert sum(weight / sum(weights) for weight in weights) == pytest.approx(1.0, rel=1e-12)
+    # the weighted average of the ten rules, put together once more
+    (fb, b, s, f, ff), (cw, straight, ccw) = gains.c, gains.d
+    linear = [b, f, s, f, b, fb, ff, ff, ff, fb]
+    angular = 2 * [cw, cw, straight, ccw, ccw]
+    expected = (np.dot(weights, linear) / sum(weights), np.dot(weights, angular) / sum(weights))
+    assert surface(i1, i2, gains) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+@given(ANY_ERRORS, ANY_REFERENCES, FUZZY_GAINS)
+def test_fuzzy_outputs_never_leave_their_limits(error, reference, gains):
+    _, (v, omega) = fuzzy.step(NoState(), error, reference, gains, 0.02)
+    assert gains.c[0] <= v <= gains.c[4]
+    assert gains.d[0] <= omega <= gains.d[2]
+
+
+@given(st.floats(0.0, 10.0), st.floats(0.0, math.pi, exclude_max=True), FUZZY_GAINS)
+def test_the_fuzzy_law_mirrors_when_its_turns_do(i1, i2, gains):
+    turn = gains.d[2]
+    symmetric = gains._replace(d=(-abs(turn), 0.0, abs(turn)))
+    left, right = surface(i1, i2, symmetric), surface(i1, -i2, symmetric)
+    assert right.linear == left.linear
+    assert right.angular == pytest.approx(-left.angular, abs=1e-14)
+
+
+# velocity law
+
+VELOCITY_GAINS = st.builds(VelocityGains, k1=st.floats(0.01, 200.0), ti1=st.floats(0.01, 100.0),
+                           k2=st.floats(0.01, 60.0), ti2=st.floats(0.01, 100.0))
+
+
+@given(VELOCITY_GAINS, ORDINARY, ORDINARY, ORDINARY, ORDINARY, st.floats(0.01, 10.0))
+def test_the_velocity_law_keeps_its_limit_and_never_winds_up_further(gains, v, omega, common, differential, limit):
+    state = VelocityPiState(common, differential)
+    after, torque = velocity_pi.step(state, BodyVelocity(v, omega), BodyVelocity(0.0, 0.0), gains, Robot(), limit, 0.01)
+    assert max(map(abs, torque)) <= limit
+    for channel, error, asked, given_ in (
+        (0, v, 5.0 * gains.k1 * v + common, 0.5 * (torque.right + torque.left)),
+        (1, omega, 5.0 * gains.k2 * omega + differential, 0.5 * (torque.right - torque.left)),
+    ):
+        if abs(asked - given_) > 1e-9 and (asked - given_) * error > 0.0:
+            assert after[channel] == state[channel]
+        elif abs(asked - given_) > 1e-9:
+            assert (after[channel] - state[channel]) * error >= 0.0
+
+
+@given(VELOCITY_GAINS, ORDINARY, ORDINARY, ORDINARY, ORDINARY)
+def test_equation_17_without_a_limit_both_channels_always_integrate(gains, v, omega, common, differential):
+    state = VelocityPiState(common, differential)
+    after, torque = velocity_pi.step(state, BodyVelocity(v, omega), BodyVelocity(0.0, 0.0), gains, Robot(), 0.0, 0.01)
+    expected = (common + 5.0 * gains.k1 * v * 0.01 / gains.ti1,
+                differential + 5.0 * gains.k2 * omega * 0.01 / gains.ti2)
+    assert after == pytest.approx(expected, rel=1e-12, abs=1e-13)
+    sum_, difference = 5.0 * gains.k1 * v + common, 5.0 * gains.k2 * omega + differential
+    assert torque == pytest.approx(WheelTorque(sum_ + difference, sum_ - difference), rel=1e-12, abs=1e-10)

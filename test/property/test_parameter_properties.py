@@ -1,0 +1,85 @@
+"""What holds of every configuration: parameters and their files."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mobile_robot_control.configuration import NODES, Configuration, configure
+from mobile_robot_control.parameter_files import load, write
+from mobile_robot_control.parameters import ParameterError, build, declarations, flatten
+
+FLOATS = st.floats(allow_nan=False, allow_infinity=False)
+TEXTS = st.text(min_size=1, max_size=20).filter(lambda text: text.isprintable())
+ANYTHING = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.binary(max_size=3),
+                     st.lists(st.one_of(st.floats(), st.integers(), st.booleans(), st.text(max_size=2)), max_size=7),
+                     st.dictionaries(st.text(max_size=2), st.integers(), max_size=2))
+NAMES = st.sampled_from([(node, name) for node, group in NODES.items() for name in declarations(group)])
+
+
+@pytest.fixture(scope='module')
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp('files') / 'params.yaml'
+
+
+@settings(max_examples=50)
+@given(values=st.dictionaries(st.sampled_from(['duration', 'robot.mass', 'torque_timeout']), FLOATS),
+       pose=st.lists(FLOATS, min_size=3, max_size=3), text=TEXTS, flag=st.booleans())
+def test_what_is_written_is_read_back_to_the_last_bit(path, values, pose, text, flag):
+    given_ = {**values, 'initial_pose': pose, 'odom_frame_id': text, 'lockstep': flag}
+    path.write_text(write({'plant': given_}), encoding='utf-8')
+    read_back = load([path])['plant']
+    assert read_back == given_
+    for name, value in given_.items():
+        assert repr(read_back[name]) == repr(value)
+
+
+@settings(max_examples=30)
+@given(gains=st.tuples(*[st.floats(0.01, 1.0)] * 4), d=st.lists(st.floats(-9.0, 9.0), min_size=3, max_size=3),
+       mass=st.floats(5.0, 50.0))
+def test_a_configuration_survives_its_file(path, gains, d, mass):
+    values = {node: {'robot.mass': mass} for node in NODES}
+    values['position_controller'].update({'backstepping.p': gains[0], 'fuzzy.d': sorted(d)})
+    values['velocity_controller'].update({'gains.ti1': 10.0 * gains[1], 'gains.k2': 0.1 * gains[2]})
+    configuration = configure(values)
+    path.write_text(write({node: flatten(getattr(configuration, node)) for node in NODES}), encoding='utf-8')
+    assert configure(load([path])) == configuration
+
+
+def attempt(node, values):
+    """Build the parameters of a node; returns them, or None and what is said against them."""
+    try:
+        return build(NODES[node], values), ()
+    except ParameterError as refusal:
+        return None, refusal.violations
+
+
+@given(NAMES, ANYTHING)
+def test_whatever_one_value_is_it_is_taken_or_refused_by_its_name(target, value):
+    node, name = target
+    built, violations = attempt(node, {name: value})
+    if built is None:
+        assert any(name.rpartition('.')[2] in violation for violation in violations)
+    else:
+        taken = flatten(built)[name]
+        declared = declarations(NODES[node])[name]
+        assert type(taken) is declared.kind
+        numbers = taken if declared.kind is tuple else (taken,) if declared.kind is float else ()
+        assert all(type(number) is float and math.isfinite(number) for number in numbers)
+
+
+@given(st.dictionaries(st.text(max_size=8), ANYTHING, max_size=4))
+def test_unknown_names_are_all_refused(values):
+    known = declarations(NODES['plant'])
+    unknown = {name: value for name, value in values.items() if name not in known}
+    _, violations = attempt('plant', unknown)
+    assert len(violations) == len(unknown)
+    for name in unknown:
+        assert any(violation.startswith(f"unknown parameter '{name}'") for violation in violations)
+
+
+@given(st.sampled_from(list(NODES)))
+def test_build_and_flatten_are_inverse_to_each_other(node):
+    defaults = getattr(Configuration(), node)
+    assert build(NODES[node], flatten(defaults)) == defaults

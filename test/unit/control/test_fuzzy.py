@@ -1,0 +1,148 @@
+"""The fuzzy law: Eq. (34) and the ten rules of section 3.3, with deviation 6."""
+
+import math
+
+import pytest
+
+from mobile_robot_control.control import fuzzy
+from mobile_robot_control.control.backstepping import NoState
+from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
+from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
+
+# Z holds alone within 0.4, SP alone in [0.5, 1.9], GP alone from 2.0; every output has its own value
+GAINS = FuzzyGains(a=0.5, b=(0.5, 0.4, 1.0, 2.0, 1.9, 2.5), c=(-4.0, -1.0, 0.5, 2.0, 7.0), d=(-3.0, 0.25, 5.0))
+FB, B, S, F, FF = GAINS.c
+CW, ST, CCW = GAINS.d
+NEAR, FAR = 0.0, 0.9
+GREAT, SMALL = 2.8, 1.2
+
+
+@pytest.mark.parametrize(('distance', 'near', 'far'), [
+    (0.0, 1.0, 0.0), (0.125, 0.75, 0.25), (0.25, 0.5, 0.5), (0.5, 0.0, 1.0), (9.0, 0.0, 1.0),
+])
+def test_deviation_6_near_falls_from_1_to_0_over_a(distance, near, far):
+    m = memberships(distance, 0.3, GAINS)
+    assert (m.near, m.far) == (near, far)
+
+
+@pytest.mark.parametrize(('bearing', 'zero', 'small', 'great'), [
+    (0.0, 1.0, 0.0, 0.0),
+    (0.25, 0.5, 0.0, 0.0),
+    (0.4, 0.2, 0.0, 0.0),
+    (0.45, 0.1, 0.05 / 0.6, 0.0),
+    (0.5, 0.0, 0.1 / 0.6, 0.0),
+    (1.0, 0.0, 1.0, 0.0),
+    (1.5, 0.0, 0.5, 0.0),
+    (1.95, 0.0, 0.05, 0.05 / 0.6),
+    (2.0, 0.0, 0.0, 0.1 / 0.6),
+    (2.2, 0.0, 0.0, 0.5),
+    (2.5, 0.0, 0.0, 1.0),
+    (math.pi, 0.0, 0.0, 1.0),
+])
+def test_deviation_6_shapes_over_the_bearing(bearing, zero, small, great):
+    left = memberships(0.1, bearing, GAINS)
+    right = memberships(0.1, -bearing, GAINS)
+    assert (left.zero, left.small_positive, left.great_positive) == pytest.approx((zero, small, great), abs=1e-15)
+    assert (left.small_negative, left.great_negative) == (0.0, 0.0)
+    assert (right.zero, right.small_negative, right.great_negative) == pytest.approx((zero, small, great), abs=1e-15)
+    assert (right.small_positive, right.great_positive) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(('distance', 'bearing', 'linear', 'angular'), [
+    pytest.param(NEAR, -GREAT, B, CW, id='S_GN_B_CW'),
+    pytest.param(NEAR, -SMALL, F, CW, id='S_SN_F_CW'),
+    pytest.param(NEAR, 0.0, S, ST, id='S_Z_S_ST'),
+    pytest.param(NEAR, SMALL, F, CCW, id='S_SP_F_CCW'),
+    pytest.param(NEAR, GREAT, B, CCW, id='S_GP_B_CCW'),
+    pytest.param(FAR, -GREAT, FB, CW, id='G_GN_FB_CW'),
+    pytest.param(FAR, -SMALL, FF, CW, id='G_SN_FF_CW'),
+    pytest.param(FAR, 0.0, FF, ST, id='G_Z_FF_ST'),
+    pytest.param(FAR, SMALL, FF, CCW, id='G_SP_FF_CCW'),
+    pytest.param(FAR, GREAT, FB, CCW, id='G_GP_FB_CCW'),
+])
+def test_each_of_the_ten_rules_where_it_fires_alone(distance, bearing, linear, angular):
+    m = memberships(distance, bearing, GAINS)
+    assert sum(part > 0.0 for part in m[:2]) == 1
+    assert sum(part > 0.0 for part in m[2:]) == 1
+    assert surface(distance, bearing, GAINS) == pytest.approx((linear, angular), rel=1e-15)
+
+
+def test_product_and_weighted_average_by_hand():
+    # near 0.75, far 0.25; Z 0.1, SP 1/12
+    small = 0.05 / 0.6
+    total = 0.1 + small
+    linear = (0.75 * (0.1 * S + small * F) + 0.25 * (0.1 + small) * FF) / total
+    angular = (0.1 * ST + small * CCW) / total
+    assert surface(0.125, 0.45, GAINS) == pytest.approx((linear, angular), rel=1e-13)
+    # SN 0.05, GN 1/12 on the other side
+    linear = (0.75 * (0.05 * F + small * B) + 0.25 * (0.05 * FF + small * FB)) / (0.05 + small)
+    assert surface(0.125, -1.95, GAINS) == pytest.approx((linear, CW), rel=1e-13)
+
+
+def test_equation_34_the_law_sees_distance_and_bearing_alone():
+    error = TrackingError(0.25 * math.cos(1.5), 0.25 * math.sin(1.5), 0.0)
+    expected = surface(0.25, 1.5, GAINS)
+    for heading in (0.0, 2.0, -3.0):
+        for velocity in ((0.0, 0.0), (3.0, -1.0)):
+            reference = Reference(Pose(1.0, 2.0, 3.0), BodyVelocity(*velocity))
+            state, command = fuzzy.step(NoState(), error._replace(heading=heading), reference, GAINS, 0.02)
+            assert command == pytest.approx(expected, rel=1e-14)
+            assert state == NoState()
+
+
+def test_on_the_cart_the_stop_rule_fires():
+    reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(1.0, 1.0))
+    _, command = fuzzy.step(NoState(), TrackingError(0.0, 0.0, 1.0), reference, GAINS, 0.02)
+    assert command == (S, ST)
+
+
+def test_the_defaults_are_allowed():
+    assert build(FuzzyGains, {}) == FuzzyGains()
+
+
+@pytest.mark.parametrize(('b', 'order'), [
+    ((0.5, 1.0, 1.0, 2.0, 1.5, 2.5), 'b2 < b3 < b4'),
+    ((0.5, 0.1, 2.0, 2.0, 1.5, 2.5), 'b2 < b3 < b4'),
+    ((0.5, 0.5, 1.0, 2.0, 1.5, 2.5), 'b2 < b1'),
+    ((0.3, 0.5, 1.0, 2.0, 1.5, 2.5), 'b2 < b1'),
+    ((0.5, 0.1, 1.0, 2.0, 2.0, 2.5), 'b5 < b4'),
+    ((0.5, 0.1, 1.0, 2.0, 1.5, 1.5), 'b5 < b6'),
+])
+def test_deviation_6_shapes_that_leave_a_gap_are_refused(b, order):
+    with pytest.raises(ParameterError) as refusal:
+        build(FuzzyGains, {'b': b})
+    assert any(f'fuzzy.b = {list(b)} rad' in text and text.endswith(f'it must hold that {order}')
+               for text in refusal.value.violations)
+
+
+def test_deviation_6_every_broken_order_is_named_at_once():
+    with pytest.raises(ParameterError) as refusal:
+        build(FuzzyGains, {'b': (0.1, 0.9, 0.8, 0.7, 0.75, 0.6)})
+    assert len(refusal.value.violations) == 4
+
+
+@pytest.mark.parametrize(('name', 'values', 'remedy'), [
+    ('c', (-0.4, 0.0, -0.1, 0.3, 0.8), 'write [-0.4, -0.1, 0.0, 0.3, 0.8]'),
+    ('d', (3.0, 0.0, -3.0), 'write [-3.0, 0.0, 3.0]'),
+])
+def test_deviation_6_outputs_out_of_order_are_refused(name, values, remedy):
+    with pytest.raises(ParameterError) as refusal:
+        build(FuzzyGains, {name: values})
+    text, = refusal.value.violations
+    assert f'fuzzy.{name} = {list(values)}' in text
+    assert text.endswith(remedy)
+
+
+@pytest.mark.parametrize(('name', 'value'), [
+    ('a', 0.0), ('a', -1.0), ('b', (0.6, -0.1, 0.7, 1.6, 0.8, 2.2)), ('b', (0.6, 0.1, 0.7, 1.6, 0.8, 3.2)),
+    ('b', (0.6, 0.1, 0.7, 1.6, 0.8)), ('c', (0.0,) * 4), ('d', (0.0,) * 4), ('d', ()),
+])
+def test_values_out_of_bounds_are_refused(name, value):
+    with pytest.raises(ParameterError, match=f'{name} = .* is not allowed'):
+        build(FuzzyGains, {name: value})
+
+
+def test_the_narrowest_triangle_still_leaves_a_rule():
+    narrow = build(FuzzyGains, {'b': (5e-324, 0.0, 3.0, 3.1, 1.5, 2.5)})
+    assert all(math.isfinite(part) for part in surface(0.1, 5e-324, narrow))

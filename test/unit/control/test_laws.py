@@ -1,0 +1,47 @@
+"""The registry of position laws."""
+
+import pytest
+
+from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping
+from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
+from mobile_robot_control.control.fuzzy import FuzzyGains
+from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains
+from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
+
+PARAMETERS = PositionControl(
+    backstepping=BacksteppingGains(p=2.5), hybrid_backstepping=SeekingGains(b1=3.0), fuzzy=FuzzyGains(a=0.7))
+
+
+@pytest.mark.parametrize(('name', 'step', 'gains'), [
+    ('backstepping', backstepping.step, PARAMETERS.backstepping),
+    ('hybrid_backstepping', hybrid_backstepping.step,
+     HybridGains(PARAMETERS.backstepping, PARAMETERS.hybrid_backstepping)),
+    ('fuzzy', fuzzy.step, PARAMETERS.fuzzy),
+])
+def test_select_gives_the_law_with_its_gains(name, step, gains):
+    law, selected = select(PARAMETERS._replace(controller_type=name))
+    assert law.step is step
+    assert selected == gains
+
+
+def test_the_states_of_starting_and_joining_laws():
+    assert LAWS['backstepping'][1:] == (NoState(), NoState())
+    assert LAWS['fuzzy'][1:] == (NoState(), NoState())
+    assert LAWS['hybrid_backstepping'][1:] == (HybridState(), hybrid_backstepping.TRACKING)
+
+
+@pytest.mark.parametrize('name', LAWS)
+def test_every_law_steps_from_its_states(name):
+    law, gains = select(PositionControl(controller_type=name))
+    reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.3, 0.1))
+    for state in (law.start, law.joining):
+        after, command = law.step(state, TrackingError(0.2, 0.1, -0.1), reference, gains, 0.01)
+        assert type(after) is type(state)
+        assert isinstance(command, BodyVelocity)
+
+
+def test_an_unknown_law_is_refused_with_the_nearest_name():
+    with pytest.raises(ParameterError, match="did you mean 'hybrid_backstepping'"):
+        build(PositionControl, {'controller_type': 'hybrid_backsteping'})

@@ -1,0 +1,129 @@
+"""Deviation 8: the Coriolis pair that Eq. (13)-(14) lose."""
+
+import math
+
+import chapter
+import numpy as np
+import pytest
+
+from mobile_robot_control.model import coupled, dynamics
+from mobile_robot_control.model.dynamics import PlantState
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
+
+ROBOT = Robot()
+
+
+def moving(linear, angular, heading=0.0):
+    return PlantState(Pose(0.0, 0.0, heading), BodyVelocity(linear, angular), 0.0, 0.0)
+
+
+def accelerations_with_constraint_forces(heading, right, left, torque):
+    """
+    Derive the motion from the energies (2)-(4) of five free coordinates, then put the rolling constraint in.
+
+    Coordinates x_A, y_A, theta, and both wheel angles; Lagrange multipliers hold the wheels on the ground. Returns
+    dv/dt and domega/dt of point A.
+    """
+    M, d, r, R, K = chapter.M, chapter.d, chapter.r, chapter.R, chapter.K
+    cos, sin = math.cos(heading), math.sin(heading)
+    v, omega = chapter.body(right, left)
+    # (8), (9): the velocity of C is that of A plus d theta' (-sin, cos), so T = 1/2 q'^T H(q) q'
+    H = np.diag([M, M, chapter.I_A + M * d**2, chapter.I_0, chapter.I_0])
+    H[0, 2] = H[2, 0] = -M * d * sin
+    H[1, 2] = H[2, 1] = M * d * cos
+    # d/dt(dT/dq') - dT/dq, without the accelerations
+    quadratic = np.array([-M * d * omega**2 * cos, -M * d * omega**2 * sin, 0.0, 0.0, 0.0])
+    applied = np.array([0.0, 0.0, 0.0, torque[0] - K * right, torque[1] - K * left])
+    # J q' = 0: no sideways slip, and each wheel rolls
+    J = np.array([[-sin, cos, 0, 0, 0], [cos, sin, R, -r, 0], [cos, sin, -R, 0, -r]])
+    J_rate = omega * np.array([[-cos, -sin, 0, 0, 0], [-sin, cos, 0, 0, 0], [-sin, cos, 0, 0, 0]])
+    rates = np.array([v * cos, v * sin, omega, right, left])
+    system = np.block([[H, -J.T], [J, np.zeros((3, 3))]])
+    solution = np.linalg.solve(system, np.concatenate([applied - quadratic, -J_rate @ rates]))
+    return chapter.body(solution[3], solution[4])
+
+
+@pytest.mark.parametrize('velocity', [(1.0, 2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
+def test_the_pair_is_what_constraint_forces_give(velocity):
+    torque, dt = WheelTorque(0.3, -0.2), 1e-5
+    plant = dynamics.sample(ROBOT, dt, centripetal_coupling=True)
+    dv, domega = accelerations_with_constraint_forces(0.4, *chapter.wheels(*velocity), torque)
+    after = dynamics.step(moving(*velocity, heading=0.4), torque, plant).velocity
+    back = dynamics.step(moving(-velocity[0], -velocity[1], heading=0.4), torque, plant).velocity
+    # a forward difference errs by dt/2 times the second derivative
+    assert (after.linear - velocity[0]) / dt == pytest.approx(dv, abs=1e-3)
+    assert (after.angular - velocity[1]) / dt == pytest.approx(domega, abs=1e-3)
+    # backwards the quadratic forces are the same, while friction turns round
+    dv, domega = accelerations_with_constraint_forces(0.4, *chapter.wheels(-velocity[0], -velocity[1]), torque)
+    assert (back.linear + velocity[0]) / dt == pytest.approx(dv, abs=1e-3)
+    assert (back.angular + velocity[1]) / dt == pytest.approx(domega, abs=1e-3)
+
+
+def test_the_reference_equations_of_these_tests_have_the_same_pair():
+    for velocity in ((1.0, 2.0), (-0.5, 3.0)):
+        right, left = chapter.wheels(*velocity)
+        accelerations = chapter.wheel_accelerations(right, left, (0.3, -0.2), coupling=True)
+        expected = accelerations_with_constraint_forces(0.4, right, left, (0.3, -0.2))
+        assert chapter.body(*accelerations) == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_spinning_robot_is_thrown_towards_its_mass_centre():
+    # (A+B) dv/dt = (r²/2) M d omega²: 0.00030625 * 16 / 0.007125 at omega = 4 rad/s
+    dt = 1e-6
+    plant = dynamics.sample(Robot(viscous_friction=0.0), dt, centripetal_coupling=True)
+    thrown = dynamics.step(moving(0.0, 4.0), WheelTorque(0.0, 0.0), plant).velocity.linear
+    assert thrown / dt == pytest.approx(0.00030625 * 16.0 / 0.007125, rel=1e-4)
+    behind = dynamics.sample(Robot(viscous_friction=0.0, com_offset=-0.05), dt, centripetal_coupling=True)
+    assert dynamics.step(moving(0.0, 4.0), WheelTorque(0.0, 0.0), behind).velocity.linear == pytest.approx(-thrown)
+
+
+def test_one_lap_of_varying_torques_against_a_solver(lap_of_torques):
+    torques, dt = lap_of_torques
+    plant = dynamics.sample(ROBOT, dt, centripetal_coupling=True)
+    state = dynamics.at_rest(Pose(1.0, -2.0, 0.5))
+    worst_position = worst_heading = worst_velocity = worst_angle = fastest = 0.0
+    solver = chapter.drive([1.0, -2.0, 0.5, 0, 0, 0, 0], torques, dt, coupling=True)
+    for torque, expected in zip(torques, solver, strict=True):
+        state = dynamics.step(state, WheelTorque(*torque), plant)
+        x, y, heading, right_angle, left_angle, right, left = expected
+        v, omega = chapter.body(right, left)
+        worst_position = max(worst_position, math.hypot(state.pose.x - x, state.pose.y - y))
+        worst_heading = max(worst_heading, abs(chapter.wrapped_difference(state.pose.heading, heading)))
+        worst_velocity = max(worst_velocity, abs(state.velocity.linear - v), abs(state.velocity.angular - omega))
+        worst_angle = max(worst_angle, abs(state.right_angle - right_angle), abs(state.left_angle - left_angle))
+        fastest = max(fastest, abs(v))
+    assert fastest > 2.0
+    assert worst_position < 1e-9
+    assert worst_heading < 1e-9
+    assert worst_velocity < 1e-9
+    assert worst_angle < 1e-8
+
+
+def test_without_an_offset_there_is_no_pair():
+    robot, torque, start = Robot(com_offset=0.0), WheelTorque(0.5, 0.2), moving(1.0, -2.0, heading=1.0)
+    with_, without = (dynamics.step(start, torque, dynamics.sample(robot, 0.002, pair)) for pair in (True, False))
+    assert with_.pose == pytest.approx(without.pose, abs=1e-14)
+    assert with_.velocity == pytest.approx(without.velocity, abs=1e-13)
+    assert (with_.right_angle, with_.left_angle) == pytest.approx((without.right_angle, without.left_angle), abs=1e-12)
+
+
+def test_with_an_offset_the_pair_matters():
+    torque, start = WheelTorque(0.0, 0.0), moving(1.0, 2.0)
+    with_, without = (dynamics.step(start, torque, dynamics.sample(ROBOT, 0.1, pair)) for pair in (True, False))
+    # (r²/2) M d omega² / (A+B) = 0.17 m/s² pushes, (r²/2R²) M d v omega / (A-B) = 0.93 rad/s² brakes
+    assert with_.velocity.linear - without.velocity.linear == pytest.approx(0.017, rel=0.2)
+    assert with_.velocity.angular - without.velocity.angular == pytest.approx(-0.093, rel=0.2)
+
+
+@pytest.mark.parametrize('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
+def test_long_periods_are_divided(dt):
+    # the same 10 ms in one period or in many, to the accuracy that the method keeps
+    torque, pose, velocity = WheelTorque(2.0, -1.0), Pose(0.0, 0.0, 0.3), BodyVelocity(2.0, 4.0)
+    whole = coupled.advance(pose, velocity, torque, ROBOT, 0.01)
+    state, plant = moving(2.0, 4.0, heading=0.3), dynamics.sample(ROBOT, dt, centripetal_coupling=True)
+    for _ in range(round(0.01 / dt)):
+        state = dynamics.step(state, torque, plant)
+    assert (state.pose.x, state.pose.y) == pytest.approx((whole.x, whole.y), abs=1e-12)
+    assert state.pose.heading == pytest.approx(0.3 + whole.turn, abs=1e-12)
+    assert state.velocity == pytest.approx((whole.linear, whole.angular), abs=1e-12)

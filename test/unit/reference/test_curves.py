@@ -1,0 +1,158 @@
+"""The curves of section 4 of the chapter, whose sizes, lap times and starts are the contract's (deviation 9)."""
+
+import math
+
+import pytest
+
+from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.reference.curves import CLOSED, CURVES, CurveParameters, Placement, reference_at
+
+# the contract's formulas, of scale 1
+FORMULAS = {
+    'lemniscate': lambda s: (math.cos(s) / (1 + math.sin(s)**2), math.sin(s) * math.cos(s) / (1 + math.sin(s)**2)),
+    'trifolium': lambda s: (math.cos(3 * s / 2) * math.cos(s / 2), math.cos(3 * s / 2) * math.sin(s / 2)),
+    'circle': lambda s: (math.cos(s), math.sin(s)),
+    'line': lambda s: (s / (2 * math.pi), 0.0),
+}
+PARAMETERS = [-2.0, -0.3, 0.0, 0.4, 1.0, 0.5 * math.pi, 2.2, math.pi, 4.0, 5.5, 2.0 * math.pi, 9.0]
+PLACED = Placement(scale=0.5, period=12.0, phase=0.15, center=(0.3, -0.8), rotation=0.7)
+
+# central differences of eighth order
+FIRST = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+SECOND = (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560)
+
+
+def first_difference(function, at, h=0.02):
+    return sum(c * (function(at + n * h) - function(at - n * h)) for n, c in enumerate(FIRST, start=1)) / h
+
+
+def second_difference(function, at, h=0.03):
+    total = SECOND[0] * function(at)
+    total += sum(c * (function(at + n * h) + function(at - n * h)) for n, c in enumerate(SECOND[1:], start=1))
+    return total / h**2
+
+
+def test_there_are_these_curves():
+    assert set(CURVES) == set(FORMULAS)
+    assert set(CLOSED) == set(FORMULAS) - {'line'}
+
+
+@pytest.mark.parametrize('name', CURVES)
+@pytest.mark.parametrize('s', PARAMETERS)
+def test_points_are_those_of_the_contracts_formula(name, s):
+    point = CURVES[name](s)
+    assert (point.x, point.y) == pytest.approx(FORMULAS[name](s), abs=1e-14)
+
+
+@pytest.mark.parametrize('name', CURVES)
+@pytest.mark.parametrize('s', PARAMETERS)
+def test_derivatives_are_those_of_the_contracts_formula(name, s):
+    point = CURVES[name](s)
+    for axis, (first, second) in enumerate(((point.dx, point.ddx), (point.dy, point.ddy))):
+        def coordinate(at, axis=axis):
+            return FORMULAS[name](at)[axis]
+
+        assert first == pytest.approx(first_difference(coordinate, s), abs=1e-9)
+        assert second == pytest.approx(second_difference(coordinate, s), abs=1e-8)
+
+
+@pytest.mark.parametrize('name', CLOSED)
+def test_deviation_9_closed_curves_start_at_a_heading_up(name):
+    reference = reference_at(CURVES[name], 0.0, Placement(scale=2.5))
+    assert reference.pose == pytest.approx((2.5, 0.0, 0.5 * math.pi), abs=1e-15)
+
+
+@pytest.mark.parametrize(('name', 'v_r', 'omega_r'), [
+    # s' = 2 pi / 16; trifolium: |dr/ds| = 1/2, turning at 5 s'; lemniscate: 1, 3 s'; circle: 1, s'
+    ('trifolium', 0.5, 5.0), ('lemniscate', 1.0, 3.0), ('circle', 1.0, 1.0), ('line', 0.5 / math.pi, 0.0),
+])
+def test_deviation_9_velocities_at_the_start_by_hand(name, v_r, omega_r):
+    rate = 2.0 * math.pi / 16.0
+    reference = reference_at(CURVES[name], 0.0, Placement())
+    assert reference.velocity == pytest.approx((v_r * rate, omega_r * rate), rel=1e-13)
+    # twice the size is twice as fast and turns alike
+    large = reference_at(CURVES[name], 0.0, Placement(scale=2.0))
+    assert large.velocity == pytest.approx((2.0 * v_r * rate, omega_r * rate), rel=1e-13)
+
+
+@pytest.mark.parametrize('name', CLOSED)
+def test_a_closed_curve_closes_after_one_lap_and_not_before(name):
+    curve = CURVES[name]
+    start, lap = (reference_at(curve, time, PLACED) for time in (0.0, PLACED.period))
+    assert lap.pose == pytest.approx(start.pose, abs=1e-13)
+    assert lap.velocity == pytest.approx(start.velocity, abs=1e-12)
+    for fraction in (0.25, 1.0 / 3.0, 0.5, 2.0 / 3.0):
+        between = reference_at(curve, fraction * PLACED.period, PLACED)
+        assert any(abs(a - b) > 0.01 for a, b in zip(between.pose, start.pose, strict=True))
+
+
+def test_the_trifolium_has_three_leaves():
+    tips = [reference_at(CURVES['trifolium'], 16.0 * lap / 3.0, Placement()).pose for lap in range(3)]
+    assert [math.hypot(tip.x, tip.y) for tip in tips] == pytest.approx([1.0, 1.0, 1.0], rel=1e-14)
+    directions = sorted(math.degrees(math.atan2(tip.y, tip.x)) for tip in tips)
+    assert directions == pytest.approx([-120.0, 0.0, 120.0], abs=1e-9)
+
+
+@pytest.mark.parametrize('placement', [Placement(), PLACED], ids=['default', 'placed'])
+@pytest.mark.parametrize('name', CURVES)
+@pytest.mark.parametrize('time', [0.0, 0.7, 3.1, 5.0, 8.8, 14.2, 20.0])
+def test_v_r_and_omega_r_are_the_derivatives_of_the_pose(name, time, placement):
+    curve = CURVES[name]
+    reference = reference_at(curve, time, placement)
+
+    def component(axis):
+        return lambda t: reference_at(curve, t, placement).pose[axis]
+
+    def heading(t):
+        # from here on, without a jump
+        return wrap_angle(component(2)(t) - reference.pose.heading)
+
+    vx, vy = first_difference(component(0), time), first_difference(component(1), time)
+    assert vx == pytest.approx(reference.velocity.linear * math.cos(reference.pose.heading), abs=1e-10)
+    assert vy == pytest.approx(reference.velocity.linear * math.sin(reference.pose.heading), abs=1e-10)
+    assert first_difference(heading, time, h=0.01) == pytest.approx(reference.velocity.angular, abs=1e-9)
+
+
+@pytest.mark.parametrize('name', CURVES)
+@pytest.mark.parametrize('time', [0.0, 1.3, 7.0, 13.0])
+def test_placement_by_the_contract(name, time):
+    pose = reference_at(CURVES[name], time, PLACED).pose
+    x, y = FORMULAS[name](2.0 * math.pi * (time / 12.0 + 0.15))
+    cos, sin = math.cos(0.7), math.sin(0.7)
+    assert pose.x == pytest.approx(0.3 + 0.5 * (cos * x - sin * y), abs=1e-14)
+    assert pose.y == pytest.approx(-0.8 + 0.5 * (sin * x + cos * y), abs=1e-14)
+
+
+def test_the_line_starts_at_its_origin_and_never_turns():
+    placement = Placement(scale=2.0, period=4.0, center=(1.0, 1.0), rotation=0.5 * math.pi)
+    for time in (0.0, 1.0, 10.0):
+        pose, velocity = reference_at(CURVES['line'], time, placement)
+        assert pose == pytest.approx((1.0, 1.0 + 0.5 * time, 0.5 * math.pi), abs=1e-14)
+        assert velocity == pytest.approx((0.5, 0.0), abs=1e-15)
+
+
+@pytest.mark.parametrize('name', CURVES)
+def test_the_heading_stays_wrapped(name):
+    for k in range(160):
+        heading = reference_at(CURVES[name], 0.1 * k, Placement(rotation=3.0)).pose.heading
+        assert -math.pi < heading <= math.pi
+
+
+@pytest.mark.parametrize('name', CURVES)
+def test_the_cart_never_stands(name):
+    # theorem 2 needs v_r away from zero
+    slowest = min(reference_at(CURVES[name], 0.01 * k, Placement()).velocity.linear for k in range(1600))
+    assert slowest > 0.06
+
+
+@pytest.mark.parametrize(('values', 'text'), [
+    ({'curve': 'trifolum'}, "did you mean 'trifolium'"),
+    ({'scale': 0.0}, 'scale = 0.0 is not allowed; it must be above 0.0 m'),
+    ({'period': -1.0}, 'period = -1.0 is not allowed; it must be above 0.0 s'),
+    ({'center': [1.0]}, '2 elements'),
+])
+def test_what_is_no_curve_is_refused(values, text):
+    with pytest.raises(ParameterError) as refusal:
+        build(CurveParameters, values)
+    assert text in str(refusal.value)

@@ -1,0 +1,160 @@
+"""The order in which the four nodes' functions act on each other."""
+
+import math
+
+import chapter
+import pytest
+from measuring import configuration, measured
+
+from mobile_robot_control.configuration import Configuration
+from mobile_robot_control.control import backstepping, velocity_pi
+from mobile_robot_control.control.hybrid_backstepping import HybridState
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
+from mobile_robot_control.reference.curves import CURVES, reference_at
+from mobile_robot_control.simulation.closed_loop import is_complete, rollout, start
+
+GAINS = {'gains.k1': 1.0, 'gains.ti1': 10.0, 'gains.k2': 0.3, 'gains.ti2': 10.0}
+GENTLE = {'backstepping.p': 1.0, 'backstepping.q': 1.0, 'backstepping.f': 1.0, 'backstepping.g': 2.0}
+
+
+def asked(velocity_rate=500.0, position_rate=100.0, **nodes):
+    nodes['velocity_controller'] = {**GAINS, **nodes.get('velocity_controller', {})}
+    nodes['position_controller'] = {**GENTLE, **nodes.get('position_controller', {})}
+    return configuration(velocity_rate, position_rate, **nodes)
+
+
+def test_there_is_a_sample_for_each_time_of_the_velocity_grid():
+    samples = list(rollout(asked(), 0.1))
+    assert [sample.time for sample in samples] == [k * 2_000_000 / 1e9 for k in range(51)]
+    assert is_complete(samples[-1], 0.1, 500.0)
+    assert not is_complete(samples[-2], 0.1, 500.0)
+
+
+def test_the_run_starts_at_rest_at_its_initial_pose():
+    first = next(rollout(asked(plant={'initial_pose': [2.0, 3.0, -math.pi]}), 1.0))
+    assert first.tick.pose == (2.0, 3.0, math.pi)
+    assert first.tick.velocity == (0.0, 0.0)
+    assert (first.wheels, first.applied) == ((0.0, 0.0), (0.0, 0.0))
+    assert (first.right_angle, first.left_angle) == (0.0, 0.0)
+
+
+def test_the_first_torque_answers_the_first_reference():
+    # v_r = 0.5 rate, omega_r = 5 rate, from rest: R/r (K1 v_r +- K2 omega_r)
+    first = next(rollout(asked(), 1.0))
+    rate = 2.0 * math.pi / 16.0
+    assert first.tick.error == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
+    assert first.command == pytest.approx((0.5 * rate, 5.0 * rate), rel=1e-12)
+    assert first.torque == pytest.approx((5.0 * (0.5 + 1.5) * rate, 5.0 * (0.5 - 1.5) * rate), rel=1e-12)
+
+
+def test_the_position_loop_ticks_at_its_own_rate_and_holds_its_command():
+    samples = list(rollout(asked(velocity_rate=500.0, position_rate=125.0), 0.1))
+    for k, sample in enumerate(samples):
+        assert sample.tick.time == samples[k // 4 * 4].time
+        assert sample.command == samples[k // 4 * 4].command
+    commands = {sample.command for sample in samples}
+    assert len(commands) == 13
+
+
+def test_what_is_applied_is_what_was_asked_for_one_period_before():
+    samples = list(rollout(asked(), 0.1))
+    assert [after.applied for after in samples[1:]] == [before.torque for before in samples[:-1]]
+
+
+def test_every_sample_follows_from_the_one_before():
+    """The loop put together once more: odometry, error, law, velocity law, plant, in this order."""
+    loop = asked(plant={'initial_pose': [0.9, -0.1, 1.2]}, reference_cart={'curve': 'circle', 'period': 9.0})
+    law = loop.position_controller.control.backstepping
+    placement = loop.reference_cart.curve.placement
+    gains = loop.velocity_controller.gains
+    plant, state, pi = dynamics.sample(Robot(), 0.002), dynamics.at_rest(Pose(0.9, -0.1, 1.2)), VelocityPiState()
+    for k, sample in enumerate(rollout(loop, 0.5)):
+        if k % 5 == 0:
+            time = k * 0.002
+            reference = reference_at(CURVES['circle'], time, placement)
+            cos, sin = math.cos(state.pose.heading), math.sin(state.pose.heading)
+            dx, dy = reference.pose.x - state.pose.x, reference.pose.y - state.pose.y
+            e3 = chapter.wrapped_difference(reference.pose.heading, state.pose.heading)
+            assert sample.tick.error == pytest.approx((cos * dx + sin * dy, cos * dy - sin * dx, e3), abs=1e-12)
+            _, command = backstepping.step(backstepping.NoState(), sample.tick.error, reference, law, 0.01)
+            assert sample.tick.pose == pytest.approx(state.pose, abs=1e-12)
+            assert sample.tick.velocity == pytest.approx(state.velocity, abs=1e-12)
+        assert sample.command == pytest.approx(command, abs=1e-11)
+        assert sample.wheels == pytest.approx(chapter.wheels(*state.velocity), abs=1e-10)
+        assert sample.right_angle == pytest.approx(state.right_angle, abs=1e-11)
+        assert sample.left_angle == pytest.approx(state.left_angle, abs=1e-11)
+        pi, torque = velocity_pi.step(pi, command, state.velocity, gains, Robot(), 0.0, 0.002)
+        assert sample.torque == pytest.approx(torque, abs=1e-10)
+        state = dynamics.step(state, torque, plant)
+
+
+def test_the_motors_limit_is_applied_and_the_laws_is_asked_for():
+    by_motor = list(rollout(asked(plant={'max_wheel_torque': 0.3}), 0.02))
+    assert by_motor[0].torque.right > 3.0
+    assert by_motor[1].applied == WheelTorque(0.3, -0.3)
+    by_law = list(rollout(asked(velocity_controller={'max_wheel_torque': 0.3}), 0.02))
+    assert by_law[0].torque == by_law[1].applied == WheelTorque(0.3, -0.3)
+    assert all(max(map(abs, sample.torque)) <= 0.3 for sample in by_law)
+
+
+def test_the_coupling_reaches_the_plant():
+    with_, without = (list(rollout(asked(plant={'centripetal_coupling': coupling}), 0.5))[-1].tick.pose
+                      for coupling in (True, False))
+    assert with_ != pytest.approx(without, abs=1e-5)
+    assert with_ == pytest.approx(without, abs=0.05)
+
+
+def test_start_gives_the_laws_start():
+    loop, state = start(asked(position_controller={'controller_type': 'hybrid_backstepping'}))
+    assert state.law == HybridState()
+    assert state.pi == VelocityPiState()
+    assert state.command == BodyVelocity(0.0, 0.0)
+    assert (loop.position_dt, loop.plant.dt) == (0.01, 0.002)
+
+
+def test_two_runs_give_the_same_numbers_to_the_last_bit():
+    assert list(rollout(asked(), 0.2)) == list(rollout(asked(), 0.2))
+
+
+def diverging():
+    # stable velocity gains, but a position loop far beyond its sampling rate
+    return asked(position_rate=50.0, plant={'initial_pose': [0.0, 0.0, 0.0]},
+                 position_controller={'backstepping.p': 50.0, 'backstepping.q': 0.01, 'backstepping.f': 100.0,
+                                      'backstepping.alpha': 3.0})
+
+
+def test_a_run_that_diverges_ends_early_with_finite_samples():
+    samples = list(rollout(diverging(), 16.0))
+    last = samples[-1]
+    assert not is_complete(last, 16.0, 500.0)
+    assert last.time < 15.0
+    for sample in samples:
+        for part in (sample.tick.pose, sample.tick.velocity, sample.wheels):
+            assert all(math.isfinite(value) for value in part)
+        assert max(map(abs, sample.tick.pose)) < 1e6
+
+
+def test_the_metrics_of_a_run_that_diverges_can_be_written():
+    found, last = measured(diverging(), 16.0)
+    assert found['duration'] == last.time
+    for value in (found['rms_position_error'], found['objective']):
+        assert value is None or math.isfinite(value)
+
+
+def test_unstable_gains_do_not_even_start():
+    with pytest.raises(ParameterError, match='unstable'):
+        asked(velocity_controller={'gains.k1': 128.444})
+
+
+def test_the_default_configuration_runs():
+    assert len(list(rollout(Configuration(), 0.1))) == 51
+
+
+def test_the_final_pose_is_the_one_at_the_end():
+    found, last = measured(asked(), 1.0)
+    assert last.tick.time == found['duration'] == 1.0
+    assert found['final_pose'] == list(last.tick.pose)

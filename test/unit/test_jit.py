@@ -1,0 +1,33 @@
+"""The mark for functions that a compiler may take."""
+
+from mobile_robot_control import jit
+from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping, velocity_pi
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation import closed_loop
+
+
+def test_a_marked_function_comes_back_as_it_is_and_is_remembered(monkeypatch):
+    monkeypatch.setattr(jit, 'JITABLE', [])
+
+    def double(x):
+        return 2.0 * x
+
+    assert jit.jitable(double) is double
+    assert [double] == jit.JITABLE
+
+
+def test_everything_a_rollout_calls_is_marked():
+    assert {law.step for law in LAWS.values()} <= set(jit.JITABLE)
+    assert set(CURVES.values()) <= set(jit.JITABLE)
+    for function in (backstepping.step, fuzzy.surface, hybrid_backstepping.fade_step, velocity_pi.step, dynamics.step,
+                     dynamics.diverged, closed_loop.velocity_tick):
+        assert function in jit.JITABLE
+
+
+def test_callees_stand_before_their_callers():
+    order = jit.JITABLE.index
+    assert order(backstepping.step) < order(hybrid_backstepping.step)
+    assert order(fuzzy.surface) < order(fuzzy.step)
+    assert order(dynamics.saturate) < order(velocity_pi.step) < order(closed_loop.velocity_tick)

@@ -1,0 +1,114 @@
+"""What messages say, and which must not enter the loop."""
+
+import math
+import struct
+from types import SimpleNamespace as Message
+
+import pytest
+
+from mobile_robot_control import readings
+from mobile_robot_control.readings import Refused
+
+RIGHT, LEFT = 'wheel_right_joint', 'wheel_left_joint'
+NOT_FINITE = [math.nan, math.inf, -math.inf]
+
+
+def odometry(x=1.0, y=2.0, q=(0.0, 0.0, 0.0, 1.0), v=0.5, omega=-0.2):
+    orientation = Message(x=q[0], y=q[1], z=q[2], w=q[3])
+    twist = Message(linear=Message(x=v, y=9.0, z=9.0), angular=Message(x=9.0, y=9.0, z=omega))
+    return Message(pose=Message(pose=Message(position=Message(x=x, y=y, z=9.0), orientation=orientation)),
+                   twist=Message(twist=twist))
+
+
+def twist(v=0.5, omega=-0.2):
+    return Message(twist=Message(linear=Message(x=v), angular=Message(z=omega)))
+
+
+def joints(names=(RIGHT, LEFT), position=(), velocity=(), effort=()):
+    return Message(name=list(names), position=list(position), velocity=list(velocity), effort=list(effort))
+
+
+def test_stamps():
+    assert readings.nanoseconds(Message(sec=3, nanosec=5)) == 3_000_000_005
+    serialised = b'\x00\x01\x00\x00' + struct.pack('<iI', 7, 9) + b'rest'
+    assert readings.serialised_stamp(serialised) == 7_000_000_009
+
+
+@pytest.mark.parametrize('heading', [-3.0, -0.5 * math.pi, 0.0, 0.3, 3.1])
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_odometry(heading, sign):
+    q = (0.0, 0.0, sign * math.sin(heading / 2.0), sign * math.cos(heading / 2.0))
+    pose, velocity = readings.read_odometry(odometry(q=q))
+    assert pose == pytest.approx((1.0, 2.0, heading), abs=1e-14)
+    assert velocity == (0.5, -0.2)
+
+
+def test_odometry_of_a_tilted_robot_keeps_the_yaw():
+    # pitched by 0.2 after a yaw of 1: z' y" rotations
+    yaw, pitch = 0.5, 0.1
+    q = (-math.sin(yaw) * math.sin(pitch), math.cos(yaw) * math.sin(pitch),
+         math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch))
+    assert readings.read_odometry(odometry(q=q))[0].heading == pytest.approx(1.0, abs=1e-14)
+
+
+@pytest.mark.parametrize('value', NOT_FINITE)
+@pytest.mark.parametrize('name', ['x', 'y', 'v', 'omega'])
+def test_odometry_that_is_not_finite_is_refused(name, value):
+    with pytest.raises(Refused, match='not finite'):
+        readings.read_odometry(odometry(**{name: value}))
+
+
+@pytest.mark.parametrize(('q', 'reason'), [
+    ((0.0, 0.0, 0.0, 0.0), 'unit length'),
+    ((0.0, 0.0, 0.0, 1.006), 'unit length'),
+    ((0.5, 0.5, 0.5, 0.6), 'unit length'),
+    ((0.0, 0.0, math.nan, 1.0), 'not finite'),
+])
+def test_odometry_without_an_orientation_is_refused(q, reason):
+    with pytest.raises(Refused, match=reason):
+        readings.read_odometry(odometry(q=q))
+
+
+def test_twist():
+    assert readings.read_twist(twist()) == (0.5, -0.2)
+
+
+@pytest.mark.parametrize('value', NOT_FINITE)
+@pytest.mark.parametrize('name', ['v', 'omega'])
+def test_a_command_that_is_not_finite_is_refused(name, value):
+    with pytest.raises(Refused, match='command not finite'):
+        readings.read_twist(twist(**{name: value}))
+
+
+def test_error():
+    assert readings.read_error(Message(vector=Message(x=0.1, y=-0.2, z=3.0))) == (0.1, -0.2, 3.0)
+
+
+READERS = [(readings.read_torque, 'effort'), (readings.read_wheel_velocity, 'velocity'),
+           (readings.read_wheel_angles, 'position')]
+
+
+@pytest.mark.parametrize(('read', 'field'), READERS)
+def test_wheels_are_read_by_their_names(read, field):
+    assert read(joints(**{field: (1.0, 2.0)})) == (1.0, 2.0)
+    assert read(joints((LEFT, RIGHT), **{field: (1.0, 2.0)})) == (2.0, 1.0)
+    assert read(joints(('arm', LEFT, RIGHT), **{field: (9.0, 1.0, 2.0)})) == (2.0, 1.0)
+
+
+@pytest.mark.parametrize(('read', 'field'), READERS)
+def test_wheels_that_cannot_be_read_are_refused(read, field):
+    for names, values, reason in (
+        ((RIGHT, LEFT), (), 'differ in number'),
+        ((RIGHT, LEFT), (1.0,), 'differ in number'),
+        ((RIGHT, LEFT), (1.0, 2.0, 3.0), 'differ in number'),
+        ((RIGHT, 'arm'), (1.0, 2.0), 'a wheel is not named'),
+        ((), (), 'a wheel is not named'),
+        *(((RIGHT, LEFT), (1.0, value), f'{field} not finite') for value in NOT_FINITE),
+        *(((LEFT, RIGHT), (1.0, value), f'{field} not finite') for value in NOT_FINITE),
+    ):
+        with pytest.raises(Refused, match=reason):
+            read(joints(names, **{field: values}))
+
+
+def test_another_joint_may_say_what_it_likes():
+    assert readings.read_torque(joints(('arm', LEFT, RIGHT), effort=(math.nan, 1.0, 2.0))) == (2.0, 1.0)
