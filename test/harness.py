@@ -65,7 +65,7 @@ class Robot:
         """Listen until a condition holds."""
         deadline = time.monotonic() + seconds
         while not condition():
-            assert time.monotonic() < deadline, f'waited {seconds} s in vain at t = {self.time()} s'
+            assert time.monotonic() < deadline, f'waited {seconds} s in vain at t = {self.time()} s\n{self.log("*")}'
             refused = [process.obituary() for process in self.processes.values() if process.exit_code() == 2]
             assert not refused, refused
             self._executor.spin_once(timeout_sec=0.05)

@@ -22,7 +22,7 @@ from mobile_robot_control.ros.spin import make_executor
 _START = 30.0
 """[s] of wall time that the nodes have to start."""
 _SETTLE = 1.0
-"""[s] of wall time in which rivals are looked for, and in which the last messages arrive."""
+"""[s] of wall time in which rivals are looked for."""
 
 
 class Conducted(NamedTuple):
@@ -72,6 +72,12 @@ class _Conductor:
             self._executor.spin_once(timeout_sec=0.05)
         return True
 
+    def drain(self) -> None:
+        """Take in what has arrived and is not recorded yet."""
+        ended = time.time_ns()
+        while time.time_ns() - max(ended, self._recorder.received) < 0.3e9:
+            self._executor.spin_once(timeout_sec=0.05)
+
     def _ended(self) -> bool:
         return any(process.exit_code() is not None for process in self.processes)
 
@@ -97,7 +103,6 @@ class _Conductor:
         for process in self.processes:
             code = process.exit_code()
             if code == 0 and 'plant' in process.name:
-                self._collect()
                 return Conducted('completed', '')
             if code == 1 and 'plant' in process.name:
                 return Conducted('diverged', process.obituary())
@@ -105,13 +110,6 @@ class _Conductor:
         if dead:
             return Conducted('node_died', '\n'.join(process.obituary() for process in dead))
         return Conducted('node_died', f'{self._silent()} gave no answer for {self._patience} s and was given up')
-
-    def _collect(self) -> None:
-        """Take in the last messages of the slow loop, for which the plant does not wait."""
-        last = self._end - self._end % self._position_period
-        deadline = time.monotonic() + _SETTLE
-        while min(self._recorder.newest.values()) < last and time.monotonic() < deadline:
-            self._executor.spin_once(timeout_sec=0.05)
 
     def _silent(self) -> str:
         """Name the first node of the chain that owes an answer."""
@@ -170,6 +168,7 @@ def conduct(
                 return _perform(conductor, composed, patience, recorder)
             finally:
                 stop_processes(conductor.processes)
+                conductor.drain()
     finally:
         rclpy.try_shutdown()
 

@@ -20,21 +20,21 @@ class FuzzyGains(NamedTuple):
     a: Annotated[
         float, Field('m', 'distance at which the cart is no longer near (S falls to 0, G rises to 1)',
                      above=0.0, live=True)
-    ] = 0.08924
+    ] = 0.242734
     b: Annotated[
         tuple[float, ...],
         Field('rad', 'bearing: Z is the triangle (-b1, 0, b1), SP (b2, b3, b4), GP rises from b5 to b6; '
               '0 <= b2 < b3 < b4, b2 < b1, b5 < b4, b5 < b6 <= pi', minimum=0.0, maximum=math.pi, length=6, live=True)
-    ] = (1.131, 0.2004, 1.249, 1.269, 0.03106, 0.8354)
+    ] = (1.1722, 0.913739, 0.9722, 1.0926, 0.02, 0.624274)
     c: Annotated[
         tuple[float, ...],
         Field('m/s', 'linear velocities: fast backwards, backwards, stop, forward, fast forward, ascending',
               length=5, live=True)
-    ] = (-0.2118, -0.1593, 0.1002, 0.2455, 0.9824)
+    ] = (-0.068115, -0.0341505, 0.0195467, 0.0527202, 1.6725)
     d: Annotated[
         tuple[float, ...],
         Field('rad/s', 'angular velocities: clockwise, straight, counter-clockwise, ascending', length=3, live=True)
-    ] = (-2.199, 0.0, 2.199)
+    ] = (-3.16832, 0.0, 3.16832)
 
 
 @rule

@@ -1,5 +1,6 @@
 """Runs as rosbag2 bags (mcap), written from serialised messages and read back as samples."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -177,15 +178,16 @@ def _joined(found: dict[str, dict[int, Any]]) -> Iterator[Sample]:
 
 
 def _problems(found: dict[str, dict[int, Any]], samples: list[Sample]) -> Iterator[str]:
-    for topic, values in found.items():
-        if not values:
-            yield f'no messages on {topic}'
     for topics in (_FAST, _SLOW):
-        every = set.union(*(set(found[topic]) for topic in topics))
+        stamps = sorted(set.union(*(set(found[topic]) for topic in topics)))
+        period = min((after - before for before, after in itertools.pairwise(stamps)), default=1)
+        expected = (stamps[-1] - stamps[0]) // period + 1 if stamps else 0
         for topic in topics:
-            missing = len(every) - len(found[topic])
-            if found[topic] and missing:
-                yield f'{missing} of {len(every)} messages missing on {topic}'
+            missing = expected - len(found[topic])
+            if not found[topic]:
+                yield f'no messages on {topic}'
+            elif missing:
+                yield f'{missing} of {expected} messages missing on {topic}'
     if samples and samples[0].time > 0.0:
         yield f'the recording starts at t = {samples[0].time} s'
 

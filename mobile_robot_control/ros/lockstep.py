@@ -95,9 +95,9 @@ class Pace:
     real_time_factor : float
         1 is wall speed, 0 as fast as it goes.
     publish : callable
-        Publishes what the plant has to say at the present time; again when it is not answered.
-    stalled : callable
-        Told how long [s] there has been no answer, at every repeat.
+        Publishes what the plant has to say at the present time.
+    repeat : callable
+        Publishes it again, told how long [s] there has been no answer.
 
     Attributes
     ----------
@@ -108,14 +108,14 @@ class Pace:
 
     def __init__(
         self, node: Node, period: int, real_time_factor: float, publish: Callable[[], None],
-        stalled: Callable[[float], None],
+        repeat: Callable[[float], None],
     ) -> None:
-        self._publish, self._stalled = publish, stalled
+        self._publish, self._repeat = publish, repeat
         self._wall_period = period / 1e9 / real_time_factor if real_time_factor > 0.0 else 0.0
         self._due = self._asked = time.monotonic()
         self.asking = False
         clock = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(_REPEAT_AFTER, self._repeat, clock=clock)
+        node.create_timer(_REPEAT_AFTER, self._look, clock=clock)
         if self._wall_period > 0.0:
             node.create_timer(max(self._wall_period, 5e-4), self._tick, clock=clock)
 
@@ -133,8 +133,7 @@ class Pace:
         self.asking, self._asked = True, now
         self._publish()
 
-    def _repeat(self) -> None:
+    def _look(self) -> None:
         silence = time.monotonic() - self._asked
         if self.asking and silence >= _REPEAT_AFTER:
-            self._stalled(silence)
-            self._publish()
+            self._repeat(silence)

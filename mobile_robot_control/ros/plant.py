@@ -1,7 +1,6 @@
 """The node `plant`: the simulated robot, from wheel torques to odometry."""
 
 from nav_msgs.msg import Odometry
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -18,7 +17,7 @@ from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import Pace
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Witness
-from mobile_robot_control.ros.qos import LOOP, NEWEST
+from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
 from mobile_robot_control.ros.transforms import make_broadcaster
 
 
@@ -55,7 +54,7 @@ class Plant(Node):
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOOP)
         self._clock_topic = self.create_publisher(Clock, '/clock', LOOP) if self._values.publish_clock else None
         self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST)
-        self._pace = Pace(self, self._period, self._values.real_time_factor, self._publish, self._stalled)
+        self._pace = Pace(self, self._period, self._values.real_time_factor, self._publish, self._repeat)
         follow(self, self._values, self._change)
         self._pace.ask()
 
@@ -65,20 +64,30 @@ class Plant(Node):
     def _publish(self) -> None:
         """Say where the robot is; at position ticks odometry too."""
         if self._now % self._position_period == 0:
+            messages.fill_odometry(self._message, self._now, self._state.pose, self._state.velocity)
             self._publish_odom()
+        self._publish_joint_states()
+
+    def _repeat(self, silence: float) -> None:
+        """Say the newest of both again, whichever of the others missed it."""
+        if not self._values.paused:
+            self._witness.stalled(silence, self._now, self._now - self._now % self._position_period)
+        self._publish_odom()
+        self._publish_joint_states()
+
+    def _publish_odom(self) -> None:
+        self._odom.publish(self._message)
+        if self._clock_topic is not None:
+            self._clock_topic.publish(Clock(clock=self._message.header.stamp))
+        if self._broadcast is not None:
+            self._broadcast(self._message)
+
+    def _publish_joint_states(self) -> None:
         state = self._state
         self._joint_states.publish(messages.joint_message(
             self._now, (state.right_angle, state.left_angle),
             wheel_velocity(state.velocity, self._sampled.robot), self._applied,
         ))
-
-    def _publish_odom(self) -> None:
-        messages.fill_odometry(self._message, self._now, self._state.pose, self._state.velocity)
-        self._odom.publish(self._message)
-        if self._clock_topic is not None:
-            self._clock_topic.publish(Clock(clock=messages.time_message(self._now)))
-        if self._broadcast is not None:
-            self._broadcast(self._message)
 
     def _on_wheel_torques(self, message: JointState) -> None:
         stamp = readings.nanoseconds(message.header.stamp)
@@ -113,12 +122,6 @@ class Plant(Node):
             )
             self.exit_code = 1
 
-    def _stalled(self, silence: float) -> None:
-        if self._values.paused:
-            return
-        self._witness.stalled(silence, self._now, self._now - self._now % self._position_period)
-
     def close(self) -> None:
         """End when the last messages have arrived."""
-        for publisher in (self._odom, self._joint_states):
-            publisher.wait_for_all_acked(Duration(seconds=1))
+        flush(self._odom, self._joint_states)

@@ -15,7 +15,7 @@ from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
-from mobile_robot_control.ros.qos import LOOP, NEWEST
+from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
 
 
 class PositionController(Node):
@@ -114,4 +114,5 @@ class PositionController(Node):
             self._tracking_error.publish(messages.error_message(stamp, self._frame, error))
 
     def close(self) -> None:
-        """End; there is nothing to stop."""
+        """End when the last messages have arrived."""
+        flush(self._cmd_vel, self._tracking_error)

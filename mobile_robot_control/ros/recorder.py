@@ -49,6 +49,8 @@ class Recorder(Node):
     ----------
     newest : dict of str to int
         Stamp [ns] of the newest message on each loop topic, by its relative name.
+    received : int
+        Wall time [ns] at which the last message was taken in.
 
     """
 
@@ -57,6 +59,7 @@ class Recorder(Node):
         self._sink, self._knows = sink, knows
         self._heard: dict[str, Any] = {}
         self.newest: dict[str, int] = {}
+        self.received = 0
         self._loop = {self.resolve_topic_name(topic): topic for topic in LOOP_TOPICS}
         for topic, name in self._loop.items():
             self._record(topic, LOOP_TOPICS[name], latched=False)
@@ -132,7 +135,8 @@ class Recorder(Node):
         def hear(message: bytes) -> None:
             if name is not None:
                 self.newest[name] = serialised_stamp(message)
-            self._sink(topic, kind, time.time_ns(), message, latched)
+            self.received = time.time_ns()
+            self._sink(topic, kind, self.received, message, latched)
 
         quality = QoSProfile(
             depth=_DEPTH,

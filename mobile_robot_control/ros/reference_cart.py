@@ -11,7 +11,7 @@ from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.peers import Peers
-from mobile_robot_control.ros.qos import LATCHED, LOOP, NEWEST
+from mobile_robot_control.ros.qos import LATCHED, LOOP, NEWEST, flush
 
 _PATH_POINTS = 400
 
@@ -63,4 +63,5 @@ class ReferenceCart(Node):
         self._reference.publish(messages.fill_odometry(self._message, stamp, reference.pose, reference.velocity))
 
     def close(self) -> None:
-        """End; there is nothing to stop."""
+        """End when the last messages have arrived."""
+        flush(self._reference)

@@ -16,7 +16,7 @@ from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
-from mobile_robot_control.ros.qos import LOOP, NEWEST
+from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
 
 
 class VelocityController(Node):
@@ -113,4 +113,5 @@ class VelocityController(Node):
         self._wheel_torques.publish(messages.torque_message(stamp, self._torque))
 
     def close(self) -> None:
-        """End; there is nothing to stop."""
+        """End when the last messages have arrived."""
+        flush(self._wheel_torques)

@@ -41,6 +41,7 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
         robot.spin_until(lambda: robot.time() > 3.0 * number)  # noqa: B023
         robot.processes[name].kill()
         robot.spin_until(lambda: f'waiting for {name}' in robot.log('plant'))  # noqa: B023
+        robot.listen(0.5)
         stopped_at = robot.time()
         robot.listen(0.3)
         assert robot.time() == stopped_at
@@ -113,6 +114,26 @@ def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
     wheels.publish(late)
     robot.spin_until(lambda: 'not the next stamp' in robot.log('velocity_controller'), 5.0)
     assert len(answers) == count
+
+
+def test_between_position_ticks_odometry_is_repeated_too(robot):
+    """A velocity controller that is started again there needs the command of the last tick once more."""
+    robot.start('plant')
+    node, odometry, wheels = robot.recorder, [], []
+    torques = node.create_publisher(JointState, 'wheel_torques', LOOP)
+    node.create_subscription(Odometry, 'odom', odometry.append, NEWEST)
+
+    def answer_the_first(message):
+        wheels.append(message.header.stamp.nanosec)
+        if message.header.stamp.nanosec == 0:
+            still = JointState(name=message.name, effort=[0.0, 0.0])
+            torques.publish(still)
+
+    node.create_subscription(JointState, 'joint_states', answer_the_first, NEWEST)
+    robot.spin_until(lambda: 2_000_000 in wheels)
+    heard = len(odometry)
+    robot.spin_until(lambda: len(odometry) > heard + 3, 5.0)
+    assert {message.header.stamp.nanosec for message in odometry} == {0}
 
 
 def test_path_is_latched_and_clock_follows(robot):
