@@ -65,7 +65,7 @@ class Witness:
     """
     Finds out which node holds a lockstep run up.
 
-    Listens to the answers that do not go to the plant, from the first stall on: every node that is there answers a
+    Listens to the answers that do not go to the plant, while a run stalls: every node that is there answers a
     repeated question, so the first link of the chain that stays silent is the one that is missing.
 
     Parameters
@@ -136,6 +136,8 @@ class Witness:
 
     def progressed(self) -> None:
         """Note that the question was answered."""
+        while self._subscriptions:
+            self._node.destroy_subscription(self._subscriptions.pop())
         self._suspect = ''
         if self._named:
             self._node.get_logger().info(f'{self._named} answered: the run goes on')

@@ -1,5 +1,6 @@
 """Quality of service of the topics, one profile a purpose."""
 
+import time
 from typing import Any
 
 from rclpy.duration import Duration
@@ -21,7 +22,7 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 
 def flush(*publishers: Publisher[Any]) -> None:
     """
-    Wait, a second at most for each, until every listener has what was published.
+    Wait, a second at most, until every listener has what was published.
 
     Parameters
     ----------
@@ -29,5 +30,6 @@ def flush(*publishers: Publisher[Any]) -> None:
         Of a node that is about to end.
 
     """
+    deadline = time.monotonic() + 1.0
     for publisher in publishers:
-        publisher.wait_for_all_acked(Duration(seconds=1))
+        publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))

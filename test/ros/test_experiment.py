@@ -57,7 +57,7 @@ def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
 
 
 def test_the_bag_is_one_that_others_read(domain, tmp_path):
-    experiment(tmp_path / 'run', '--duration', 1)
+    experiment(tmp_path / 'run', '--duration', 1, '--composed')
     topics = {}
     for message in read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap'):
         topics.setdefault(message.channel.topic, []).append(message.ros_msg)
@@ -143,5 +143,5 @@ def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):
 def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path):
     (tmp_path / 'notes.txt').write_text('mine')
     for extra in ([], ['--overwrite']):
-        experiment(tmp_path, '--duration', 1, *extra)
+        experiment(tmp_path, '--duration', 1, '--composed', *extra)
     assert (tmp_path / 'notes.txt').read_text() == 'mine'

@@ -35,10 +35,10 @@ def test_start_order_is_free(robot, order):
 
 
 def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
-    arguments = [*HYBRID, '-p', 'duration:=16.0', '-p', 'real_time_factor:=2.0', '-p', 'peer_timeout:=0.5']
+    arguments = [*HYBRID, '-p', 'duration:=12.0', '-p', 'real_time_factor:=3.0', '-p', 'peer_timeout:=0.5']
     robot.start(arguments=arguments)
     for number, name in enumerate(('reference_cart', 'position_controller', 'velocity_controller'), start=1):
-        robot.spin_until(lambda: robot.time() > 3.0 * number)  # noqa: B023
+        robot.spin_until(lambda: robot.time() > 2.5 * number)  # noqa: B023
         robot.processes[name].kill()
         robot.spin_until(lambda: f'waiting for {name}' in robot.log('plant'))  # noqa: B023
         robot.listen(0.5)
@@ -50,7 +50,7 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
     robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
     assert robot.processes['plant'].exit_code() == 0
     recording = robot.recording()
-    assert recording.samples[-1].time == 16.0
+    assert recording.samples[-1].time == 12.0
     assert _metrics(recording.samples)['max_position_error'] < 0.1
 
 
