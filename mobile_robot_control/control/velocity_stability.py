@@ -34,7 +34,7 @@ def _roots_inside(polynomial: Sequence[float], radius: float) -> bool:
 def _largest_root(polynomial: Sequence[float]) -> float:
     """Give the largest absolute root, by bisection between 0 and Cauchy's bound."""
     low, high = 0.0, 1.0 + max(abs(c / polynomial[0]) for c in polynomial[1:])
-    while high - low > 1e-13 * high:
+    while high - low > 1e-13 * max(1.0, high):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if _roots_inside(polynomial, middle) else (middle, high)
     return high

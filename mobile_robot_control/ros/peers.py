@@ -83,7 +83,8 @@ class Witness:
         self._node, self._timeout = node, timeout
         self._newest: dict[str, int] = {}
         self._subscriptions: list[Subscription[Any]] = []
-        self._suspect, self._suspected_at, self._named = '', 0.0, ''
+        self._suspect, self._suspected_at = '', 0.0
+        self._named: list[str] = []
 
     def stalled(self, silence: float, stamp: int, tick: int) -> None:
         """
@@ -106,8 +107,8 @@ class Witness:
         if missing != self._suspect:
             self._suspect, self._suspected_at = missing, silence
         # a node that comes back is answered by the next one a moment later: that one is not missing
-        if silence - self._suspected_at > self._timeout and missing != self._named:
-            self._named = missing
+        if silence - self._suspected_at > self._timeout and missing not in self._named:
+            self._named.append(missing)
             self._node.get_logger().warning(
                 f'waiting for {missing} at t = {stamp / 1e9:g} s: no answer for {silence:.1f} s'
             )
@@ -140,8 +141,8 @@ class Witness:
             self._node.destroy_subscription(self._subscriptions.pop())
         self._suspect = ''
         if self._named:
-            self._node.get_logger().info(f'{self._named} answered: the run goes on')
-            self._named = ''
+            self._node.get_logger().info(f'{" and ".join(self._named)} answered: the run goes on')
+            self._named = []
 
     def _listener(self, topic: str) -> Callable[[bytes], None]:
         def listen(message: bytes) -> None:

@@ -51,6 +51,13 @@ def test_the_radius_of_a_loop_by_hand():
     assert spectral_radius(gains, robot, 1000.0, 0) == pytest.approx(17.5 / 7.125 - 1.0, rel=1e-9)
 
 
+def test_gains_that_settle_in_two_samples_have_no_radius():
+    # without friction z² - (2 - G) z + 1 - G + G dt/Ti, which is z² at G = 2 and Ti = 2 dt
+    robot, dt = Robot(viscous_friction=0.0), 0.01
+    gains = VelocityGains(k1=2.0 * 0.007125 / (0.175 * dt), ti1=2.0 * dt, k2=2.0 * 0.0215 / dt, ti2=2.0 * dt)
+    assert spectral_radius(gains, robot, 1.0 / dt, 0) < 1e-6
+
+
 def test_stable_gains_have_nothing_to_say():
     assert instability(EVOLVED, ROBOT, 4000.0, lockstep=True) == ''
     assert instability(EVOLVED, ROBOT, 6000.0, lockstep=False) == ''
