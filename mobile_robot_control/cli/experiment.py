@@ -43,6 +43,9 @@ def _prepare(output: Path, overwrite: bool, parameters: Configuration) -> None:
 
 def _run(options: argparse.Namespace, stop: Stop) -> int:
     parameters = configuration(options, options.namespace, [f'plant.duration:={options.duration!r}'])
+    if not parameters.plant.shared.lockstep:
+        raise ParameterError(["lockstep = false: an experiment needs lockstep; add -p '/**.lockstep:=true', "
+                              'or start the nodes by themselves'])
     output = Path(options.output)
     _prepare(output, options.overwrite, parameters)
     # imported late: bad usage is told at once

@@ -22,6 +22,7 @@ class Turn(enum.Enum):
     JOIN = 'the first one accepted, of a run under way'
     AGAIN = 'asked again'
     REFUSED = 'neither of these'
+    HOLD = 'to be held: the node runs on its own clock'
 
 
 class StampGate:

@@ -56,8 +56,6 @@ def declare(node: Node, group: type[Group]) -> Group:
     # rclpy has no public access to what a node was started with before it is declared
     overrides = {name: parameter.value for name, parameter in node._parameter_overrides.items()}
     values = build(group, {name: value for name, value in overrides.items() if not _foreign(name, group)})
-    if not values.shared.lockstep:  # type: ignore[attr-defined]
-        raise ParameterError(['lockstep = false: the wall clock is not there yet; write lockstep: true'])
     for name, declared in declarations(group, defaults=values).items():
         node.declare_parameter(name, _plain(declared.default), _descriptor(declared), ignore_override=True)
     return values

@@ -1,5 +1,6 @@
 """Who is missing: nodes notice silent inputs, and the plant says for whom a run waits."""
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -34,6 +35,7 @@ class Peers:
         self._node, self._sources, self._timeout = node, sources, timeout
         self._heard = dict.fromkeys(sources, time.monotonic())
         self._missing: set[str] = set()
+        self._known: set[str] = set()
         node.create_timer(min(0.5, timeout), self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def heard(self, topic: str) -> None:
@@ -47,9 +49,27 @@ class Peers:
 
         """
         self._heard[topic] = time.monotonic()
+        self._known.add(topic)
         if topic in self._missing:
             self._missing.remove(topic)
             self._node.get_logger().info(f'{topic} is back')
+
+    def age(self, topic: str) -> float:
+        """
+        Give how long ago an input came.
+
+        Parameters
+        ----------
+        topic : str
+            One of the sources' keys.
+
+        Returns
+        -------
+        float
+            [s]; infinite before the first.
+
+        """
+        return time.monotonic() - self._heard[topic] if topic in self._known else math.inf
 
     def _look(self) -> None:
         now = time.monotonic()
@@ -57,7 +77,7 @@ class Peers:
             if now - self._heard[topic] > self._timeout and topic not in self._missing:
                 self._missing.add(topic)
                 self._node.get_logger().warning(
-                    f'no {topic} for {self._timeout} s: is {source} running, and in lockstep like this node?'
+                    f'no {topic} for {self._timeout} s: is {source} running, on the same clock as this node?'
                 )
 
 

@@ -1,5 +1,8 @@
 """The node `plant`: the simulated robot, from wheel torques to odometry."""
 
+import math
+import time
+
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
@@ -19,6 +22,7 @@ from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Witness
 from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
 from mobile_robot_control.ros.transforms import make_broadcaster
+from mobile_robot_control.ros.wall_clock import Ticker
 
 
 class Plant(Node):
@@ -52,11 +56,16 @@ class Plant(Node):
         self._broadcast = make_broadcaster(self) if self._values.publish_tf else None
         self._odom = self.create_publisher(Odometry, 'odom', LOOP)
         self._joint_states = self.create_publisher(JointState, 'joint_states', LOOP)
-        self._clock_topic = self.create_publisher(Clock, '/clock', LOOP) if self._values.publish_clock else None
+        publish_clock = self._values.publish_clock and shared.lockstep
+        self._clock_topic = self.create_publisher(Clock, '/clock', LOOP) if publish_clock else None
         self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST)
-        self._pace = Pace(self, self._period, self._values.real_time_factor, self._publish, self._repeat)
         follow(self, self._values, self._change)
-        self._pace.ask()
+        self._torque, self._torque_at = WheelTorque(0.0, 0.0), -math.inf
+        if shared.lockstep:
+            self._pace = Pace(self, self._period, self._values.real_time_factor, self._publish, self._repeat)
+            self._pace.ask()
+        else:
+            self._ticker = Ticker(self, shared.velocity_rate, self._tick)
 
     def _change(self, values: PlantParameters) -> None:
         self._values = values
@@ -64,7 +73,7 @@ class Plant(Node):
     def _publish(self) -> None:
         """Say where the robot is; at position ticks odometry too."""
         if self._now % self._position_period == 0:
-            messages.fill_odometry(self._message, self._now, self._state.pose, self._state.velocity)
+            messages.fill_odometry(self._message, self._stamp(), self._state.pose, self._state.velocity)
             self._publish_odom()
         self._publish_joint_states()
 
@@ -85,12 +94,15 @@ class Plant(Node):
     def _publish_joint_states(self) -> None:
         state = self._state
         self._joint_states.publish(messages.joint_message(
-            self._now, (state.right_angle, state.left_angle),
+            self._stamp(), (state.right_angle, state.left_angle),
             wheel_velocity(state.velocity, self._sampled.robot), self._applied,
         ))
 
     def _on_wheel_torques(self, message: JointState) -> None:
         stamp = readings.nanoseconds(message.header.stamp)
+        if not self._values.shared.lockstep:
+            self._hold(message)
+            return
         if stamp != self._now or not self._pace.asking:
             # an answer that was asked for twice comes twice
             if stamp > self._now or stamp % self._period:
@@ -111,6 +123,25 @@ class Plant(Node):
         if self.exit_code is None:
             self._now += self._period
             self._pace.ask()
+
+    def _hold(self, message: JointState) -> None:
+        try:
+            self._torque, self._torque_at = readings.read_torque(message), time.monotonic()
+        except Refused as reason:
+            self._border.refuse('wheel_torques', reason)
+
+    def _tick(self) -> None:
+        """On the wall clock: step with the newest torque, or none when it is too old."""
+        fresh = time.monotonic() - self._torque_at <= self._values.torque_timeout
+        self._step(self._torque if fresh else WheelTorque(0.0, 0.0))
+        self._now += self._period
+        if self.exit_code is None:
+            self._publish()
+            if self._steps and self._now >= self._steps * self._period:
+                self.exit_code = 0
+
+    def _stamp(self) -> int:
+        return self._now if self._values.shared.lockstep else self.get_clock().now().nanoseconds
 
     def _step(self, torque: WheelTorque) -> None:
         self._applied = saturate(torque, self._values.max_wheel_torque)

@@ -16,6 +16,7 @@ from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
+from mobile_robot_control.ros.wall_clock import OpenGate, Ticker
 
 
 class PositionController(Node):
@@ -36,7 +37,7 @@ class PositionController(Node):
         self.exit_code: int | None = None
         self._frame = shared.base_frame_id
         self._dt = 1.0 / shared.position_rate
-        self._gate = StampGate(period_nanoseconds(shared.position_rate))
+        self._gate = StampGate(period_nanoseconds(shared.position_rate)) if shared.lockstep else OpenGate()
         self._border = Border(self)
         self._peers = Peers(self, {'odom': 'plant', 'reference': 'reference_cart'}, shared.peer_timeout)
         self._running = handover.begin(self._values.control, under_way=False)
@@ -48,6 +49,9 @@ class PositionController(Node):
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
         self.create_subscription(Odometry, 'reference', self._on_reference, NEWEST)
         follow(self, self._values, self._change)
+        self._tracking = False
+        if not shared.lockstep:
+            self._ticker = Ticker(self, shared.position_rate, self._tick)
 
     def _change(self, values: PositionControllerParameters) -> None:
         self._values = values
@@ -92,7 +96,7 @@ class PositionController(Node):
             return
         stamp = self._odom[0]
         turn = self._gate.judge(stamp)
-        if turn in (Turn.AGAIN, Turn.REFUSED):
+        if turn in (Turn.AGAIN, Turn.REFUSED, Turn.HOLD):
             return
         if turn is not Turn.STEP:
             if self._gate.accepted is not None:
@@ -101,6 +105,20 @@ class PositionController(Node):
         self._gate.accept(stamp)
         self._step(self._odom[1], self._reference[1])
         self._publish(stamp)
+
+    def _tick(self) -> None:
+        """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
+        stamp = self.get_clock().now().nanoseconds
+        age = max(self._peers.age('odom'), self._peers.age('reference'))
+        if self._odom is not None and self._reference is not None and age <= self._values.input_timeout:
+            if not self._tracking:
+                self._running = handover.begin(self._values.control, under_way=self._answer is not None)
+            self._tracking = True
+            self._step(self._odom[1], self._reference[1])
+            self._publish(stamp)
+        elif self._answer is not None:
+            self._tracking = False
+            self._cmd_vel.publish(messages.twist_message(stamp, self._frame, BodyVelocity(0.0, 0.0)))
 
     def _step(self, pose: Pose, reference: Reference) -> None:
         error = tracking_error(reference.pose, pose)

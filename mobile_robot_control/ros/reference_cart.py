@@ -1,5 +1,7 @@
 """The node `reference_cart`: drives the virtual robot that the real one follows."""
 
+import time
+
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 
@@ -12,6 +14,7 @@ from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LATCHED, LOOP, NEWEST, flush
+from mobile_robot_control.ros.wall_clock import OpenGate, Ticker
 
 _PATH_POINTS = 400
 
@@ -34,7 +37,7 @@ class ReferenceCart(Node):
         self.exit_code: int | None = None
         self._curve = CURVES[parameters.curve.curve]
         self._placement = parameters.curve.placement
-        self._gate = StampGate(period_nanoseconds(shared.position_rate))
+        self._gate = StampGate(period_nanoseconds(shared.position_rate)) if shared.lockstep else OpenGate()
         self._border = Border(self)
         self._peers = Peers(self, {'odom': 'plant'}, shared.peer_timeout)
         self._message = messages.odometry_message(shared.odom_frame_id, shared.reference_frame_id)
@@ -45,6 +48,9 @@ class ReferenceCart(Node):
             for n in range(_PATH_POINTS + 1)
         ]))
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
+        self._started: float | None = None
+        if not shared.lockstep:
+            self._ticker = Ticker(self, shared.position_rate, self._tick)
 
     def _on_odom(self, message: Odometry) -> None:
         stamp = readings.nanoseconds(message.header.stamp)
@@ -53,10 +59,18 @@ class ReferenceCart(Node):
             self._border.refuse('odom', 'not the next stamp')
             return
         self._peers.heard('odom')
+        if turn is Turn.HOLD:
+            self._started = self._started or time.monotonic()
+            return
         if turn is Turn.START and self._gate.accepted is not None:
             self.get_logger().info('a new run')
         self._gate.accept(stamp)
         self._publish(stamp, stamp / 1e9)
+
+    def _tick(self) -> None:
+        """On the wall clock, the curve's time starts at the first odometry."""
+        if self._started is not None:
+            self._publish(self.get_clock().now().nanoseconds, time.monotonic() - self._started)
 
     def _publish(self, stamp: int, time: float) -> None:
         reference = reference_at(self._curve, time, self._placement)

@@ -17,6 +17,10 @@ from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
+from mobile_robot_control.ros.wall_clock import OpenGate, Ticker
+
+_BLIND_AFTER = 0.1
+"""[s]: on the wall clock, no torque is asked for when the wheels' velocities are older."""
 
 
 class VelocityController(Node):
@@ -38,7 +42,7 @@ class VelocityController(Node):
         self._robot = shared.robot
         self._dt = 1.0 / shared.velocity_rate
         self._position_period = period_nanoseconds(shared.position_rate)
-        self._gate = StampGate(period_nanoseconds(shared.velocity_rate))
+        self._gate = StampGate(period_nanoseconds(shared.velocity_rate)) if shared.lockstep else OpenGate()
         self._border = Border(self)
         self._peers = Peers(
             self, {'joint_states': 'plant', 'cmd_vel': 'position_controller'}, shared.peer_timeout
@@ -51,6 +55,8 @@ class VelocityController(Node):
         self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST)
         self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST)
         follow(self, self._values, self._change)
+        if not shared.lockstep:
+            self._ticker = Ticker(self, shared.velocity_rate, self._tick)
 
     def _change(self, values: VelocityControllerParameters) -> None:
         self._values = values
@@ -93,7 +99,7 @@ class VelocityController(Node):
         if self._command[0] != stamp - stamp % self._position_period:
             return
         turn = self._gate.judge(stamp)
-        if turn in (Turn.AGAIN, Turn.REFUSED):
+        if turn in (Turn.AGAIN, Turn.REFUSED, Turn.HOLD):
             return
         if turn is not Turn.STEP:
             if self._gate.accepted is not None:
@@ -102,6 +108,18 @@ class VelocityController(Node):
         self._gate.accept(stamp)
         self._step(wheels, self._command[1])
         self._publish(stamp)
+
+    def _tick(self) -> None:
+        """On the wall clock: step with the newest inputs; a silent command means zero, silent wheels no torque."""
+        if self._wheels is None:
+            return
+        timeout = self._values.cmd_vel_timeout
+        fresh = self._command is not None and (timeout == 0.0 or self._peers.age('cmd_vel') <= timeout)
+        if self._peers.age('joint_states') <= _BLIND_AFTER:
+            self._step(self._wheels[1], self._command[1] if fresh and self._command else BodyVelocity(0.0, 0.0))
+        else:
+            self._state, self._torque = VelocityPiState(), WheelTorque(0.0, 0.0)
+        self._publish(self.get_clock().now().nanoseconds)
 
     def _step(self, wheels: WheelVelocity, command: BodyVelocity) -> None:
         self._state, self._torque = velocity_pi.step(

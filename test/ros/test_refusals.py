@@ -65,8 +65,10 @@ def test_simulate_refuses_a_file(tmp_path, text, words):
     _assert_refused(run_command('simulate', '--duration', 1, '--params-file', file), words)
 
 
-def test_the_wall_clock_is_not_there_yet(domain):
-    _assert_refused(_node('plant', '-p', 'lockstep:=false'), ['lockstep = false'])
+def test_experiment_is_for_lockstep(domain, tmp_path):
+    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run',
+                       '--params-file', CONFIG / 'wall_clock.yaml')
+    _assert_refused(done, ['lockstep = false', 'lockstep:=true'])
 
 
 @pytest.mark.parametrize('node', ['velocity_controller', 'position_controller'])

@@ -1,0 +1,92 @@
+"""Every node on its own clock: the robot tracks, stops when somebody is silent, and comes back."""
+
+import math
+import signal
+import time
+
+import pytest
+from geometry_msgs.msg import TwistStamped, Vector3Stamped
+from harness import CONFIG
+from nav_msgs.msg import Odometry
+from rclpy.time import Time
+from sensor_msgs.msg import JointState
+
+from mobile_robot_control.ros.qos import NEWEST
+
+ARGUMENTS = ['--params-file', str(CONFIG / 'wall_clock.yaml')]
+
+# [m], RMS
+BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.1}
+
+
+class Watch:
+    """What the newest messages say, and all position errors [m] by wall time."""
+
+    def __init__(self, robot):
+        self.errors, self.speed, self.command, self.torque, self.stamp = [], math.nan, math.nan, math.nan, 0
+        node = robot.recorder
+        node.create_subscription(Vector3Stamped, 'tracking_error', self._on_error, NEWEST)
+        node.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
+        node.create_subscription(TwistStamped, 'cmd_vel', self._on_command, NEWEST)
+        node.create_subscription(JointState, 'joint_states', self._on_wheels, NEWEST)
+
+    def _on_error(self, message):
+        self.errors.append((time.monotonic(), math.hypot(message.vector.x, message.vector.y)))
+
+    def _on_odom(self, message):
+        self.speed = math.hypot(message.twist.twist.linear.x, message.twist.twist.angular.z)
+        self.stamp = Time.from_msg(message.header.stamp).nanoseconds
+
+    def _on_command(self, message):
+        self.command = math.hypot(message.twist.linear.x, message.twist.angular.z)
+
+    def _on_wheels(self, message):
+        self.torque = max(map(abs, message.effort))
+
+    def rms(self, seconds):
+        """RMS error [m] over the last seconds."""
+        late = [error for at, error in self.errors if at > time.monotonic() - seconds]
+        assert late
+        return math.sqrt(sum(error**2 for error in late) / len(late))
+
+
+@pytest.mark.parametrize('controller', BOUNDS)
+def test_the_robot_tracks(robot, controller):
+    watch = Watch(robot)
+    robot.start(arguments=[*ARGUMENTS, '-p', f'controller_type:={controller}'])
+    robot.spin_until(lambda: watch.errors)
+    robot.listen(8.0)
+    assert 0.0 < watch.rms(2.0) < BOUNDS[controller]
+    assert abs(time.time_ns() - watch.stamp) < 1e9
+    for process in robot.processes.values():
+        process.signal(signal.SIGINT)
+    robot.spin_until(lambda: all(process.exit_code() == 0 for process in robot.processes.values()), 10.0)
+
+
+def test_a_silent_node_stops_the_robot_and_its_return_goes_on(robot):
+    watch = Watch(robot)
+    robot.start(arguments=ARGUMENTS)
+    robot.spin_until(lambda: watch.errors)
+    robot.listen(2.0)
+    for name, silent in (
+        ('position_controller', lambda: watch.speed < 1e-2),
+        ('reference_cart', lambda: watch.command == 0.0 and watch.speed < 1e-2),
+        ('velocity_controller', lambda: watch.torque == 0.0),
+    ):
+        assert watch.speed > 0.05
+        robot.processes[name].signal(signal.SIGSTOP)
+        # timeouts are 0.5, 0.5 and 0.1 s; braking takes the rest
+        robot.spin_until(silent, 3.0)
+        robot.processes[name].signal(signal.SIGCONT)
+        robot.spin_until(lambda: watch.speed > 0.05, 5.0)
+        robot.listen(2.0)
+    robot.spin_until(lambda: watch.errors[-1][1] < 0.05, 16.0)
+
+
+def test_without_torques_the_plant_stands_and_ends_in_time(robot):
+    watch = Watch(robot)
+    robot.start('plant', arguments=[*ARGUMENTS, '-p', 'duration:=5.0'])
+    robot.spin_until(lambda: watch.torque == 0.0)
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None, 10.0)
+    assert robot.processes['plant'].exit_code() == 0
+    assert watch.speed == 0.0
