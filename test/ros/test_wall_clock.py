@@ -15,7 +15,7 @@ from mobile_robot_control.ros.qos import NEWEST
 
 ARGUMENTS = ['--params-file', str(CONFIG / 'wall_clock.yaml')]
 
-# [m], RMS
+# RMS error in the last seconds [m]
 BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.1}
 
 
