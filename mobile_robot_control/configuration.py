@@ -19,10 +19,11 @@ class Shared(NamedTuple):
 
     robot: Robot = Robot()
     velocity_rate: Annotated[
-        float, Field('Hz', 'rate of the plant and the velocity loop; its period is whole nanoseconds', minimum=0.001)
+        float, Field('Hz', 'rate of the plant and the velocity loop; its period is whole nanoseconds', minimum=0.001,
+                     maximum=1e5)  # beyond, the stability check drowns in rounding
     ] = 500.0
     position_rate: Annotated[
-        float, Field('Hz', 'rate of the position loop; it divides velocity_rate', minimum=0.001)
+        float, Field('Hz', 'rate of the position loop; it divides velocity_rate', minimum=0.001, maximum=1e5)
     ] = 100.0
     lockstep: Annotated[
         bool, Field('', 'true: simulated time waits for every node; false: each node runs on its own wall clock')

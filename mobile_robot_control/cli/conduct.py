@@ -22,7 +22,7 @@ from mobile_robot_control.ros.spin import make_executor
 _START = 30.0
 """[s] of wall time that the nodes have to start."""
 _SETTLE = 1.0
-"""[s] of wall time in which rivals are looked for."""
+"""[s] of wall time in which rivals are looked for, before a run and again and again in it."""
 
 
 class Conducted(NamedTuple):
@@ -40,6 +40,12 @@ class Conducted(NamedTuple):
 
     outcome: str
     reason: str
+
+
+def _refuse_rivals(topics: list[str]) -> None:
+    if topics:
+        raise ParameterError([f'somebody else publishes on {", ".join(topics)}; '
+                              'stop the other robot, or choose another --namespace or ROS_DOMAIN_ID'])
 
 
 class _Conductor:
@@ -75,7 +81,8 @@ class _Conductor:
     def drain(self) -> None:
         """Take in what has arrived and is not recorded yet."""
         ended = time.time_ns()
-        while time.time_ns() - max(ended, self._recorder.received) < 0.3e9:
+        # a rival robot never falls silent
+        while time.time_ns() - max(ended, self._recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
             self._executor.spin_once(timeout_sec=0.05)
 
     def _ended(self) -> bool:
@@ -84,10 +91,14 @@ class _Conductor:
     def watch(self) -> None:
         """Spin with a progress bar until a process ends, a stop is asked for, or nothing moves any more."""
         newest, moved, end = -1, time.monotonic(), self._end / 1e9
+        looked = 0.0
         with tqdm(total=end, desc='simulated', bar_format='{l_bar}{bar}| {n:.1f}/{total:.1f} s '
                   '[{elapsed}<{remaining}]') as bar:
             while not self._stop.requested and not self._ended():
                 self._executor.spin_once(timeout_sec=0.05)
+                if time.monotonic() > looked + _SETTLE:
+                    looked = time.monotonic()
+                    _refuse_rivals(self._recorder.rivals(ours=1))
                 now = self._recorder.newest['joint_states']
                 if now != newest:
                     newest, moved = now, time.monotonic()
@@ -173,12 +184,6 @@ def conduct(
         rclpy.try_shutdown()
 
 
-def _refuse_rivals(topics: list[str]) -> None:
-    if topics:
-        raise ParameterError([f'somebody else publishes on {", ".join(topics)}; '
-                              'stop the other robot, or choose another --namespace or ROS_DOMAIN_ID'])
-
-
 def _perform(conductor: _Conductor, composed: bool, patience: float, recorder: Recorder) -> Conducted:
     if composed:
         conductor.start(*NODES)
@@ -187,7 +192,6 @@ def _perform(conductor: _Conductor, composed: bool, patience: float, recorder: R
             conductor.start(name)
     # the plant is paused: it repeats its first messages until they and every answer to them have been recorded
     if conductor.spin_until(recorder.hears_everything, max(patience, _START)):
-        _refuse_rivals(recorder.rivals(ours=1))
         conductor.spin_until(recorder.go_on().done, patience)
         conductor.watch()
     return conductor.verdict()

@@ -47,7 +47,7 @@ class Plant(Node):
         self._sampled = dynamics.sample(shared.robot, 1.0 / shared.velocity_rate, self._values.centripetal_coupling)
         self._state = dynamics.at_rest(Pose(*self._values.initial_pose))
         self._applied = WheelTorque(0.0, 0.0)
-        self._now = 0
+        self._now = self._wall_stamp = 0
         self._message = messages.odometry_message(shared.odom_frame_id, shared.base_frame_id)
         self._message.pose.covariance[::7] = self._values.pose_covariance_diagonal
         self._message.twist.covariance[::7] = self._values.twist_covariance_diagonal
@@ -135,13 +135,14 @@ class Plant(Node):
         fresh = time.monotonic() - self._torque_at <= self._values.torque_timeout
         self._step(self._torque if fresh else WheelTorque(0.0, 0.0))
         self._now += self._period
+        self._wall_stamp = self.get_clock().now().nanoseconds
         if self.exit_code is None:
             self._publish()
             if self._steps and self._now >= self._steps * self._period:
                 self.exit_code = 0
 
     def _stamp(self) -> int:
-        return self._now if self._values.shared.lockstep else self.get_clock().now().nanoseconds
+        return self._now if self._values.shared.lockstep else self._wall_stamp
 
     def _step(self, torque: WheelTorque) -> None:
         self._applied = saturate(torque, self._values.max_wheel_torque)

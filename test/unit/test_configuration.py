@@ -103,7 +103,7 @@ def test_nodes_that_disagree_are_refused():
 
 
 @pytest.mark.parametrize(('velocity_rate', 'position_rate'), [
-    (500.0, 500.0), (500.0, 100.0), (4000.0, 4000.0), (20000.0, 50.0), (200.0, 50.0), (500.0, 0.5), (1e6, 1.0),
+    (500.0, 500.0), (500.0, 100.0), (4000.0, 4000.0), (20000.0, 50.0), (200.0, 50.0), (500.0, 0.5), (1e5, 1.0),
 ])
 def test_rates_that_divide_are_allowed(velocity_rate, position_rate):
     shared = configure(everywhere(velocity_rate=velocity_rate, position_rate=position_rate)).plant.shared
@@ -126,7 +126,7 @@ def test_rates_that_do_not_divide_are_refused(velocity_rate, position_rate, reme
 
 @pytest.mark.parametrize(('name', 'rate', 'period'), [
     ('velocity_rate', 300.0, '3333333.333 ns'), ('position_rate', 60.0, '16666666.667 ns'),
-    ('velocity_rate', 3e9, '0.333 ns'),
+    ('velocity_rate', 70000.0, '14285.714 ns'),
 ])
 def test_periods_must_be_whole_nanoseconds(name, rate, period):
     violation, = (text for text in refused(everywhere(**{name: rate})) if 'whole nanoseconds' in text)
