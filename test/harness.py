@@ -77,7 +77,7 @@ class Robot:
 
     def recording(self):
         """Close the bag and read it."""
-        self.listen(0.3)
+        self.spin_until(lambda: time.time_ns() - self.recorder.received > 0.5e9)
         self._bag.__exit__(None, None, None)
         return bag.read(self._folder / 'bag')
 

@@ -6,6 +6,7 @@ Run by pytest with the others, or by itself: ``python test/test_integration.py``
 
 import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -15,7 +16,9 @@ from pathlib import Path
 import rclpy
 from geometry_msgs.msg import TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import SetParameters
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
 CONFIG = Path(__file__).parents[1] / 'config'
@@ -26,14 +29,20 @@ BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.1}
 
 def _start(name, parameters):
     return subprocess.Popen(
-        [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args',
-         '--params-file', str(parameters), '-p', f'duration:={DURATION}', '-p', 'real_time_factor:=0.0'],
+        [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args', '--params-file',
+         str(parameters), '-p', f'duration:={DURATION}', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true'],
         stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )
 
 
+def _go_on(observer):
+    """Ask the paused plant to let time run."""
+    client = observer.create_client(SetParameters, 'plant/set_parameters')
+    client.call_async(SetParameters.Request(parameters=[Parameter('paused', value=False).to_parameter_msg()]))
+
+
 def track(controller, heard):
-    """Start the four nodes with a controller's parameter file, collect what they say, and return their exit codes."""
+    """Run the four nodes with a controller's parameter file and collect what they say; returns exit codes and words."""
     rclpy.init()
     observer = rclpy.create_node('observer')
     for topic, kind in (('odom', Odometry), ('cmd_vel', TwistStamped), ('joint_states', JointState),
@@ -41,19 +50,28 @@ def track(controller, heard):
         observer.create_subscription(kind, topic, heard.setdefault(topic, []).append, 1000)
     executor = SingleThreadedExecutor()
     executor.add_node(observer)
+
+    def spin_until(condition):
+        deadline = time.monotonic() + 60.0
+        while not condition() and time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.05)
+
     processes = {name: _start(name, CONFIG / f'{controller}.yaml') for name in NODES}
-    deadline = time.monotonic() + 60.0
-    while processes['plant'].poll() is None and time.monotonic() < deadline:
-        executor.spin_once(timeout_sec=0.05)
-    for _ in range(200):
-        executor.spin_once(timeout_sec=0.005)
+    spin_until(lambda: all(heard.values()))
+    _go_on(observer)
+    spin_until(lambda: processes['plant'].poll() is not None)
+    spin_until(lambda: min(_time(messages[-1]) for messages in heard.values()) == DURATION)
     for process in processes.values():
-        process.send_signal(2)
+        process.send_signal(signal.SIGINT)
     codes = {name: process.wait(10) for name, process in processes.items()}
     said = {name: process.stderr.read() for name, process in processes.items()}
     observer.destroy_node()
     rclpy.shutdown()
     return codes, said
+
+
+def _time(message):
+    return message.header.stamp.sec + message.header.stamp.nanosec / 1e9
 
 
 def _check(controller):
@@ -62,10 +80,9 @@ def _check(controller):
     assert codes == dict.fromkeys(NODES, 0), said
     assert not [text for text in said.values() if 'Traceback' in text]
     last = heard['odom'][-1]
-    assert math.isclose(last.header.stamp.sec + last.header.stamp.nanosec / 1e9, DURATION)
-    errors = {(message.header.stamp.sec, message.header.stamp.nanosec): math.hypot(message.vector.x, message.vector.y)
-              for message in heard['tracking_error']}
-    late = [error for (sec, _), error in errors.items() if sec >= DURATION / 2]
+    assert _time(last) == DURATION
+    errors = {_time(message): math.hypot(message.vector.x, message.vector.y) for message in heard['tracking_error']}
+    late = [error for at, error in errors.items() if at >= DURATION / 2]
     assert late
     rms = math.sqrt(sum(error**2 for error in late) / len(late))
     moved = math.hypot(last.pose.pose.position.x - 1.0, last.pose.pose.position.y)

@@ -4,12 +4,11 @@ from geometry_msgs.msg import TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
-from mobile_robot_control import readings
 from mobile_robot_control.configuration import PositionControllerParameters, period_nanoseconds
 from mobile_robot_control.control import handover
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
-from mobile_robot_control.readings import Refused
+from mobile_robot_control.readings import read_odometry
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
@@ -58,37 +57,20 @@ class PositionController(Node):
         self._running = handover.change(self._running, values.control)
 
     def _on_odom(self, message: Odometry) -> None:
-        stamp = readings.nanoseconds(message.header.stamp)
-        turn = self._gate.judge(stamp)
-        if turn is Turn.REFUSED:
-            self._border.refuse('odom', 'not the next stamp')
+        admitted = self._border.admit('odom', message, read_odometry, self._gate, self._peers)
+        if admitted is None:
             return
-        if turn is Turn.AGAIN:
-            self._peers.heard('odom')
-            self._publish(stamp)
+        if admitted.turn is Turn.AGAIN:
+            self._publish(admitted.stamp)
             return
-        try:
-            pose, _ = readings.read_odometry(message)
-        except Refused as reason:
-            self._border.refuse('odom', reason)
-            return
-        self._peers.heard('odom')
-        self._odom = (stamp, pose)
+        self._odom = (admitted.stamp, admitted.value[0])
         self._answer_pair()
 
     def _on_reference(self, message: Odometry) -> None:
-        stamp = readings.nanoseconds(message.header.stamp)
-        if self._gate.judge(stamp) is Turn.REFUSED:
-            self._border.refuse('reference', 'not the next stamp')
-            return
-        try:
-            reference = Reference(*readings.read_odometry(message))
-        except Refused as reason:
-            self._border.refuse('reference', reason)
-            return
-        self._peers.heard('reference')
-        self._reference = (stamp, reference)
-        self._answer_pair()
+        admitted = self._border.admit('reference', message, read_odometry, self._gate, self._peers)
+        if admitted is not None and admitted.turn is not Turn.AGAIN:
+            self._reference = (admitted.stamp, Reference(*admitted.value))
+            self._answer_pair()
 
     def _answer_pair(self) -> None:
         """Step and answer once odometry and reference of the same, new stamp are there."""

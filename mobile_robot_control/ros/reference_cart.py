@@ -5,8 +5,8 @@ import time
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 
-from mobile_robot_control import readings
 from mobile_robot_control.configuration import ReferenceCartParameters, period_nanoseconds
+from mobile_robot_control.readings import read_odometry
 from mobile_robot_control.reference.curves import CURVES, reference_at
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.border import Border
@@ -53,19 +53,16 @@ class ReferenceCart(Node):
             self._ticker = Ticker(self, shared.position_rate, self._tick)
 
     def _on_odom(self, message: Odometry) -> None:
-        stamp = readings.nanoseconds(message.header.stamp)
-        turn = self._gate.judge(stamp)
-        if turn is Turn.REFUSED:
-            self._border.refuse('odom', 'not the next stamp')
+        admitted = self._border.admit('odom', message, read_odometry, self._gate, self._peers)
+        if admitted is None:
             return
-        self._peers.heard('odom')
-        if turn is Turn.HOLD:
+        if admitted.turn is Turn.HOLD:
             self._started = self._started or time.monotonic()
             return
-        if turn is Turn.START and self._gate.accepted is not None:
+        if admitted.turn is Turn.START and self._gate.accepted is not None:
             self.get_logger().info('a new run')
-        self._gate.accept(stamp)
-        self._publish(stamp, stamp / 1e9)
+        self._gate.accept(admitted.stamp)
+        self._publish(admitted.stamp, admitted.stamp / 1e9)
 
     def _tick(self) -> None:
         """On the wall clock, the curve's time starts at the first odometry."""

@@ -4,13 +4,12 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control import readings
 from mobile_robot_control.configuration import VelocityControllerParameters, period_nanoseconds
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
-from mobile_robot_control.readings import Refused
+from mobile_robot_control.readings import read_twist, read_wheel_velocity
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.lockstep import StampGate, Turn
@@ -62,34 +61,21 @@ class VelocityController(Node):
         self._values = values
 
     def _on_joint_states(self, message: JointState) -> None:
-        stamp = readings.nanoseconds(message.header.stamp)
-        turn = self._gate.judge(stamp)
-        if turn is Turn.REFUSED:
-            self._border.refuse('joint_states', 'not the next stamp')
+        admitted = self._border.admit('joint_states', message, read_wheel_velocity, self._gate, self._peers)
+        if admitted is None:
             return
-        if turn is Turn.AGAIN:
-            self._peers.heard('joint_states')
-            self._publish(stamp)
+        if admitted.turn is Turn.AGAIN:
+            self._publish(admitted.stamp)
             return
-        try:
-            wheels = readings.read_wheel_velocity(message)
-        except Refused as reason:
-            self._border.refuse('joint_states', reason)
-            return
-        self._peers.heard('joint_states')
-        self._wheels = (stamp, wheels)
+        self._wheels = (admitted.stamp, admitted.value)
         self._answer_wheels()
 
     def _on_cmd_vel(self, message: TwistStamped) -> None:
-        stamp = readings.nanoseconds(message.header.stamp)
-        try:
-            command = readings.read_twist(message)
-        except Refused as reason:
-            self._border.refuse('cmd_vel', reason)
-            return
-        self._peers.heard('cmd_vel')
-        self._command = (stamp, command)
-        self._answer_wheels()
+        # a command is held until the wheels of its position tick ask for it
+        admitted = self._border.admit('cmd_vel', message, read_twist, OpenGate(), self._peers)
+        if admitted is not None:
+            self._command = (admitted.stamp, admitted.value)
+            self._answer_wheels()
 
     def _answer_wheels(self) -> None:
         """Step and answer once new wheel velocities and the command of their position tick are there."""

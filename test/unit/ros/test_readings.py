@@ -1,0 +1,78 @@
+"""What is written into messages is read back; what must not enter the loop is refused by its reason."""
+
+import math
+
+import pytest
+from rclpy.serialization import serialize_message
+
+from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.readings import (
+    Refused,
+    nanoseconds,
+    read_error,
+    read_odometry,
+    read_torque,
+    read_twist,
+    read_wheel_angles,
+    read_wheel_velocity,
+    serialised_stamp,
+)
+from mobile_robot_control.ros import messages
+
+STAMP = 12_345_678_901
+
+
+def _odometry(pose=None, velocity=None):
+    return messages.fill_odometry(messages.odometry_message('odom', 'base_link'), STAMP, pose or Pose(1.0, 2.0, 0.5),
+                                  velocity or BodyVelocity(0.1, 0.2))
+
+
+@pytest.mark.parametrize('heading', [0.0, 0.5, -3.1, math.pi])
+def test_odometry_comes_back(heading):
+    pose, velocity = read_odometry(_odometry(Pose(1.0, -2.0, heading), BodyVelocity(0.3, -0.4)))
+    assert pose[:2] == (1.0, -2.0)
+    assert pose.heading == pytest.approx(heading, abs=1e-15)
+    assert velocity == BodyVelocity(0.3, -0.4)
+
+
+def test_the_others_come_back_to_the_last_bit():
+    assert read_twist(messages.twist_message(STAMP, 'base_link', BodyVelocity(0.1, 0.7))) == (0.1, 0.7)
+    assert read_error(messages.error_message(STAMP, 'base_link', TrackingError(0.1, 0.2, 0.3))) == (0.1, 0.2, 0.3)
+    assert read_torque(messages.torque_message(STAMP, WheelTorque(0.1, -0.2))) == (0.1, -0.2)
+    wheels = messages.joint_message(STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), WheelTorque(5.5, 6.6))
+    assert read_wheel_angles(wheels) == (1.1, 2.2)
+    assert read_wheel_velocity(wheels) == (3.3, 4.4)
+    assert read_torque(wheels) == (5.5, 6.6)
+    assert nanoseconds(wheels.header.stamp) == STAMP
+    assert serialised_stamp(serialize_message(wheels)) == STAMP
+
+
+def test_wheels_are_found_by_name_in_any_order():
+    message = messages.torque_message(STAMP, WheelTorque(1.0, 2.0))
+    message.name, message.effort = ['arm', 'wheel_left_joint', 'wheel_right_joint'], [9.0, 2.0, 1.0]
+    assert read_torque(message) == WheelTorque(right=1.0, left=2.0)
+
+
+@pytest.mark.parametrize(('names', 'effort', 'reason'), [
+    (['wheel_right_joint', 'wheel_left_joint'], [], 'differ in number'),
+    (['wheel_right_joint', 'left'], [1.0, 2.0], 'not named'),
+    (['wheel_right_joint', 'wheel_left_joint'], [1.0, math.nan], 'effort not finite'),
+    (['wheel_right_joint', 'wheel_left_joint'], [math.inf, 1.0], 'effort not finite'),
+])
+def test_bad_torques_are_refused(names, effort, reason):
+    message = messages.torque_message(STAMP, WheelTorque(0.0, 0.0))
+    message.name, message.effort = names, effort
+    with pytest.raises(Refused, match=reason):
+        read_torque(message)
+
+
+def test_bad_odometry_and_commands_are_refused():
+    message = _odometry()
+    message.pose.pose.orientation.w = 0.0
+    message.pose.pose.orientation.z = 0.0
+    with pytest.raises(Refused, match='unit length'):
+        read_odometry(message)
+    with pytest.raises(Refused, match='odometry not finite'):
+        read_odometry(_odometry(Pose(math.nan, 0.0, 0.0)))
+    with pytest.raises(Refused, match='command not finite'):
+        read_twist(messages.twist_message(STAMP, 'base_link', BodyVelocity(math.inf, 0.0)))
