@@ -1,0 +1,71 @@
+"""Gains and controller type change while the robot drives: whole, without a jump, or not at all."""
+
+import itertools
+
+import pytest
+from harness import CONFIG
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+
+ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=2.0']
+
+
+def _set(robot, node, **values):
+    """Set parameters of a node; returns what it says to each."""
+    client = robot.recorder.create_client(SetParameters, f'{node}/set_parameters')
+    robot.spin_until(client.service_is_ready)
+    answer = client.call_async(SetParameters.Request(parameters=[
+        Parameter(name.replace('__', '.'), value=value).to_parameter_msg() for name, value in values.items()
+    ]))
+    robot.spin_until(answer.done)
+    return answer.result().results
+
+
+def test_another_law_takes_over_without_a_jump(robot):
+    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=8.0'])
+    robot.spin_until(robot.recorder.hears_everything)
+    assert _set(robot, 'plant', paused=False)[0].successful
+    robot.spin_until(lambda: robot.time() > 2.0)
+    result, = _set(robot, 'position_controller', controller_type='fuzzy')
+    assert result.successful, result.reason
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    recording = robot.recording()
+    assert not recording.problems
+    ticks = [sample for sample in recording.samples if sample.tick.time == sample.time]
+    assert len(ticks) == 801
+    held = [after.time for before, after in itertools.pairwise(ticks[1:])
+            if after.command == pytest.approx(before.command, abs=1e-12)]
+    # the first command of the new law is the last one of the old: what they differ by fades away afterwards
+    assert len(held) == 1
+    assert 2.0 <= held[0] <= 4.0
+    # the fuzzy law follows at a distance, as backstepping does not
+    assert max(abs(sample.tick.error.longitudinal) for sample in ticks[-100:]) > 0.02
+    assert max(abs(sample.tick.error.longitudinal) for sample in ticks[100:200]) < 0.02
+
+
+def test_what_is_refused_changes_nothing(robot):
+    robot.start(arguments=ARGUMENTS)
+    robot.spin_until(lambda: robot.time() > 0.5)
+    for node, values, word in (
+        ('position_controller', {'controller_type': 'fuzy'}, "'fuzzy'"),
+        ('position_controller', {'fuzzy__c': [0.5, 0.0, 0.1, 0.2, 0.3]}, 'must ascend'),
+        ('position_controller', {'backstepping__p': -1.0}, 'above 0.0'),
+        ('velocity_controller', {'gains__k1': 500.0}, 'slowest stable rate'),
+        ('velocity_controller', {'velocity_rate': 100.0}, 'read-only'),
+        ('plant', {'initial_pose': [0.0, 0.0, 0.0]}, 'read-only'),
+    ):
+        result, = _set(robot, node, **values)
+        assert not result.successful
+        assert word in result.reason
+    before = robot.time()
+    robot.spin_until(lambda: robot.time() > before + 0.5)
+
+
+@pytest.mark.parametrize(('node', 'values'), [
+    ('velocity_controller', {'gains__k1': 1, 'max_wheel_torque': 3}),
+    ('position_controller', {'fuzzy__c': [-1, 0, 1, 2, 3]}),
+])
+def test_whole_numbers_serve_live_too(robot, node, values):
+    robot.start(arguments=ARGUMENTS)
+    for result in _set(robot, node, **values):
+        assert result.successful, result.reason
