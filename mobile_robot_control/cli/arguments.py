@@ -116,6 +116,9 @@ def command(name: str, run: Callable[[], int]) -> int:
         where = f'{error.filename}: ' if error.filename else ''
         print(f'{name}: {where}{error.strerror or error}; name a place that can be written', file=sys.stderr)
         return 2
+    except ModuleNotFoundError as error:
+        print(f'{name}: the Python module {error.name} is missing; install it with rosdep or pip', file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print(f'{name}: interrupted', file=sys.stderr)
         return 1
