@@ -51,6 +51,7 @@ def draw(samples: Sequence[Sample], title: str, file: Path) -> None:
         # above the axes, where no line can be
         axes[name].legend(loc='lower right', bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
         axes[name].sharex(torque)
+    figure.align_ylabels([position, axes['heading'], torque])
     figure.savefig(file, dpi=120)
 
 
