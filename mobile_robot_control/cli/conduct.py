@@ -10,6 +10,7 @@ from rclpy.executors import Executor
 from rclpy.signals import SignalHandlerOptions
 from tqdm import tqdm
 
+from mobile_robot_control.cli import transport
 from mobile_robot_control.cli.processes import NodeProcess
 from mobile_robot_control.cli.processes import stop as stop_processes
 from mobile_robot_control.configuration import NODES, Configuration, period_nanoseconds
@@ -166,6 +167,7 @@ def conduct(
         If another robot is there already.
 
     """
+    transport.settle(output / 'log')
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with BagWriter(output / 'bag') as bag:
