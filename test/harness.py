@@ -75,6 +75,19 @@ class Robot:
         end = time.monotonic() + seconds
         self.spin_until(lambda: time.monotonic() > end, seconds + 5.0)
 
+    def go_on(self):
+        """Tell the paused plant to go on, until it answers."""
+        answers = []
+
+        def answered():
+            if not answers or time.monotonic() > asked[-1] + 1.0:
+                answers.append(self.recorder.go_on())
+                asked.append(time.monotonic())
+            return any(answer.done() for answer in answers)
+
+        asked = []
+        self.spin_until(answered)
+
     def recording(self):
         """Close the bag and read it."""
         self.spin_until(lambda: time.time_ns() - self.recorder.received > 0.5e9)

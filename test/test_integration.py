@@ -38,6 +38,7 @@ def _start(name, parameters):
 def _go_on(observer):
     """Ask the paused plant to let time run."""
     client = observer.create_client(SetParameters, 'plant/set_parameters')
+    assert client.wait_for_service(30.0)
     client.call_async(SetParameters.Request(parameters=[Parameter('paused', value=False).to_parameter_msg()]))
 
 

@@ -79,6 +79,13 @@ class _Conductor:
             self._executor.spin_once(timeout_sec=0.05)
         return True
 
+    def let_time_run(self) -> None:
+        """Tell the paused plant to go on, until it has heard it."""
+        deadline = time.monotonic() + self._patience
+        while not self.spin_until(self._recorder.go_on().done, 1.0):
+            if time.monotonic() > deadline or self._stop.requested or self._ended():
+                return
+
     def drain(self) -> None:
         """Take in what has arrived and is not recorded yet."""
         ended = time.time_ns()
@@ -194,6 +201,6 @@ def _perform(conductor: _Conductor, composed: bool, patience: float, recorder: R
             conductor.start(name)
     # the plant is paused: it repeats its first messages until they and every answer to them have been recorded
     if conductor.spin_until(recorder.hears_everything, max(patience, _START)):
-        conductor.spin_until(recorder.go_on().done, patience)
+        conductor.let_time_run()
         conductor.watch()
     return conductor.verdict()

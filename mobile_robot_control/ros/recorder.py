@@ -60,6 +60,7 @@ class Recorder(Node):
         self._heard: dict[str, Any] = {}
         self.newest: dict[str, int] = {}
         self.received = 0
+        self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
         self._loop = {self.resolve_topic_name(topic): topic for topic in LOOP_TOPICS}
         for topic, name in self._loop.items():
             self._record(topic, LOOP_TOPICS[name], latched=False)
@@ -97,7 +98,7 @@ class Recorder(Node):
 
     def go_on(self) -> Future[Any]:
         """
-        Tell a paused plant to go on.
+        Tell a paused plant to go on; a plant that is not discovered yet does not hear it, so say it until it answers.
 
         Returns
         -------
@@ -105,8 +106,7 @@ class Recorder(Node):
             Done when the plant has said yes.
 
         """
-        client: Any = self.create_client(SetParameters, 'plant/set_parameters')
-        answer: Future[Any] = client.call_async(SetParameters.Request(
+        answer: Future[Any] = self._plant.call_async(SetParameters.Request(
             parameters=[Parameter('paused', Parameter.Type.BOOL, False).to_parameter_msg()]
         ))
         return answer
