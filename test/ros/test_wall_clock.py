@@ -55,7 +55,7 @@ def test_the_robot_tracks(robot, controller):
     watch = Watch(robot)
     robot.start(arguments=[*ARGUMENTS, '-p', f'controller_type:={controller}'])
     robot.spin_until(lambda: watch.errors)
-    robot.listen(8.0)
+    robot.listen(6.0)
     assert 0.0 < watch.rms(2.0) < BOUNDS[controller]
     assert abs(time.time_ns() - watch.stamp) < 1e9
     for process in robot.processes.values():
