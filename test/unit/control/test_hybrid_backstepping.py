@@ -2,8 +2,10 @@
 
 import math
 
+import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from mobile_robot_control.control import backstepping, hybrid_backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
@@ -110,6 +112,8 @@ def test_equation_33_latches_on_the_cart(distance, seen):
     (-1.5, 1.5, 1.0),
     (0.1, 0.05, 0.0),
     (-0.1, -0.2, 0.0),
+    (0.5 * math.pi, -0.1, 1.0),
+    (-0.1, 0.5 * math.pi, 1.0),
     # one of the two samples farther than pi/2 from zero
     (1.6, -0.1, 0.0),
     (0.1, -1.6, 0.0),
@@ -182,6 +186,15 @@ def test_equation_32_exactly_under_held_z(b0, b1, start):
     expected = solution.y[0, -1], solution.y[1, -1]
     gains = SeekingGains(b0=b0, b1=b1)
     assert fade_step(fade, rate, z, gains, dt) == pytest.approx(expected, rel=1e-8, abs=1e-10)
+
+
+@pytest.mark.parametrize('excess', [0.0, 1e-15, 1e-13, 1e-12, 1e-9, 1e-4])
+def test_equation_32_loses_nothing_near_the_double_pole(excess):
+    # y' = F y with y = (alpha - 1, alpha'), by the exponential of F
+    gains, dt = SeekingGains(b0=0.25, b1=math.sqrt(1.0 + excess)), 0.02
+    transition = expm(np.array([[0.0, 1.0], [-1.0 / gains.b0, -gains.b1 / gains.b0]]) * dt)
+    fade, rate = transition @ [0.3 - 1.0, -0.7]
+    assert fade_step(0.3, -0.7, 1.0, gains, dt) == pytest.approx((1.0 + fade, rate), abs=1e-14)
 
 
 @pytest.mark.parametrize('b0', [1e-6, 1e-3, 0.1, 0.25])
