@@ -4,6 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.laws import Law, PositionControl, select
+from mobile_robot_control.control.limits import Limits, limit
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
 _FADE_TIME = 0.2
@@ -21,6 +22,8 @@ class RunningLaw(NamedTuple):
         What runs.
     gains, state : NamedTuple
         Of the law.
+    limits : Limits
+        What it may ask for.
     command : BodyVelocity
         The newest one.
     changed : bool
@@ -35,6 +38,7 @@ class RunningLaw(NamedTuple):
     law: Law
     gains: Any
     state: Any
+    limits: Limits
     command: BodyVelocity = _ZERO
     changed: bool = False
     step_left: BodyVelocity = _ZERO
@@ -59,7 +63,7 @@ def begin(parameters: PositionControl, under_way: bool) -> RunningLaw:
 
     """
     law, gains = select(parameters)
-    return RunningLaw(law, gains, law.joining if under_way else law.start)
+    return RunningLaw(law, gains, law.joining if under_way else law.start, parameters.limits)
 
 
 def change(running: RunningLaw, parameters: PositionControl) -> RunningLaw:
@@ -81,7 +85,7 @@ def change(running: RunningLaw, parameters: PositionControl) -> RunningLaw:
     """
     law, gains = select(parameters)
     state = running.state if law is running.law else law.joining
-    return running._replace(law=law, gains=gains, state=state, changed=True)
+    return running._replace(law=law, gains=gains, state=state, limits=parameters.limits, changed=True)
 
 
 def step(
@@ -104,7 +108,7 @@ def step(
     Returns
     -------
     tuple of RunningLaw and BodyVelocity
-        For the next step, and the command: the law's + (last before - first after) exp(-t / 0.2 s).
+        For the next step, and the command: the law's + (last before - first after) exp(-t / 0.2 s), within the limits.
 
     """
     state, asked = running.law.step(running.state, error, reference, running.gains, dt)
@@ -113,5 +117,6 @@ def step(
         left = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)
         elapsed = 0.0
     fade = math.exp(-elapsed / _FADE_TIME)
-    command = BodyVelocity(asked.linear + fade * left.linear, asked.angular + fade * left.angular)
-    return RunningLaw(running.law, running.gains, state, command, False, left, elapsed + dt), command
+    faded = BodyVelocity(asked.linear + fade * left.linear, asked.angular + fade * left.angular)
+    command = limit(faded, running.command, running.limits, dt)
+    return RunningLaw(running.law, running.gains, state, running.limits, command, False, left, elapsed + dt), command

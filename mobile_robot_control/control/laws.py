@@ -7,6 +7,7 @@ from mobile_robot_control.control import backstepping, fuzzy, hybrid_backsteppin
 from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
 from mobile_robot_control.control.fuzzy import FuzzyGains
 from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains
+from mobile_robot_control.control.limits import Limits
 from mobile_robot_control.parameters import Field
 
 
@@ -38,7 +39,7 @@ LAWS = {
 
 
 class PositionControl(NamedTuple):
-    """Which position law runs, and the gains of all of them."""
+    """Which position law runs, the gains of all of them, and what any of them may ask for."""
 
     controller_type: Annotated[
         str, Field('', 'which position law runs', choices=tuple(LAWS), live=True)
@@ -46,6 +47,7 @@ class PositionControl(NamedTuple):
     backstepping: BacksteppingGains = BacksteppingGains()
     hybrid_backstepping: SeekingGains = SeekingGains()
     fuzzy: FuzzyGains = FuzzyGains()
+    limits: Limits = Limits()
 
 
 def select(parameters: PositionControl) -> tuple[Law, Any]:

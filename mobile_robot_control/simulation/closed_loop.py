@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from mobile_robot_control.configuration import Configuration, period_nanoseconds
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.limits import Limits, limit
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.jit import jitable
@@ -31,6 +32,8 @@ class Loop(NamedTuple):
         Of the PI law.
     law_gains : NamedTuple
         What the position law takes.
+    limits : Limits
+        What it may ask for.
     placement : Placement
         Of the curve.
     position_dt : float
@@ -43,6 +46,7 @@ class Loop(NamedTuple):
     command_limit: float
     velocity_gains: VelocityGains
     law_gains: Any
+    limits: Limits
     placement: Placement
     position_dt: float
 
@@ -134,7 +138,8 @@ def make_position_tick(law_step: Callable[..., Any], curve: Curve) -> Callable[.
     def position_tick(state: LoopState, time: float, loop: Loop) -> tuple[LoopState, PositionTick]:
         reference = reference_at(curve, time, loop.placement)
         error = tracking_error(reference.pose, state.plant.pose)
-        law, command = law_step(state.law, error, reference, loop.law_gains, loop.position_dt)
+        law, asked = law_step(state.law, error, reference, loop.law_gains, loop.position_dt)
+        command = limit(asked, state.command, loop.limits, loop.position_dt)
         return (
             LoopState(state.plant, state.pi, law, command),
             PositionTick(time, state.plant.pose, state.plant.velocity, reference, error),
@@ -193,6 +198,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
         configuration.velocity_controller.max_wheel_torque,
         configuration.velocity_controller.gains,
         gains,
+        configuration.position_controller.control.limits,
         configuration.reference_cart.curve.placement,
         1.0 / shared.position_rate,
     )

@@ -1,5 +1,6 @@
 """The order in which the four nodes' functions act on each other."""
 
+import itertools
 import math
 
 import chapter
@@ -158,3 +159,14 @@ def test_the_final_pose_is_the_one_at_the_end():
     found, last = measured(asked(), 1.0)
     assert last.tick.time == found['duration'] == 1.0
     assert found['final_pose'] == list(last.tick.pose)
+
+
+def test_the_command_keeps_within_its_limits():
+    free = list(rollout(asked(), 2.0))
+    limits = {'limits.linear_velocity': 0.1, 'limits.angular_acceleration': 0.5}
+    held = list(rollout(asked(position_controller=limits), 2.0))
+    assert max(abs(sample.command.linear) for sample in free) > 0.15
+    assert max(abs(sample.command.linear) for sample in held) == 0.1
+    ticks = [BodyVelocity(0.0, 0.0), *(sample.command for sample in held if sample.tick.time == sample.time)]
+    steps = [abs(after.angular - before.angular) for before, after in itertools.pairwise(ticks)]
+    assert max(steps) == pytest.approx(0.005, rel=1e-9)
