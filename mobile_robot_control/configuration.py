@@ -31,6 +31,12 @@ class Shared(NamedTuple):
     peer_timeout: Annotated[
         float, Field('s', 'wall time after which a node says that its input is missing', above=0.0)
     ] = 2.0
+    stamp_tolerance: Annotated[
+        float, Field('s', 'wall clock: how far the stamp of a message may lie from now before it is refused', above=0.0)
+    ] = 0.5
+    stamped_cmd_vel: Annotated[
+        bool, Field('', 'false: cmd_vel is a plain Twist, for bases that take no other (on the wall clock alone)')
+    ] = True
     odom_frame_id: Annotated[str, Field('', 'frame of odometry, reference and path')] = 'odom'
     base_frame_id: Annotated[str, Field('', "frame of the robot, at the axle's centre")] = 'base_link'
     reference_frame_id: Annotated[str, Field('', 'frame of the reference cart')] = 'reference_cart'
@@ -154,6 +160,13 @@ def _rates_divide(shared: Shared) -> Iterator[str]:
             choices = ' or '.join(repr(shared.velocity_rate / n) for n in (upper, lower) if n)
             yield (f'position_rate = {shared.position_rate} Hz does not divide velocity_rate = '
                    f'{shared.velocity_rate} Hz; take {choices} Hz')
+
+
+@rule
+def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
+    if shared.lockstep and not shared.stamped_cmd_vel:
+        yield ('stamped_cmd_vel = False needs lockstep = False: in lockstep stamps decide; '
+               'set lockstep to false, or leave cmd_vel stamped')
 
 
 @rule

@@ -16,8 +16,26 @@ WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
 _NANOSECONDS = 1_000_000_000
 
 
+_LARGEST = 1e12
+"""In SI units: even a diverging loop is noticed by the plant before anything gets there."""
+
+
 class Refused(ValueError):  # noqa: N818 (a verdict on a message)
-    """A message that must not enter the loop; the text says why, in few words."""
+    """
+    A message that must not enter the loop.
+
+    Parameters
+    ----------
+    reason : str
+        Why, in few words that are the same for all messages alike, so that they can be counted.
+    detail : str
+        The values found and the remedy, for the log.
+
+    """
+
+    def __init__(self, reason: str, detail: str = '') -> None:
+        self.reason, self.detail = reason, detail
+        super().__init__(f'{reason} ({detail})' if detail else reason)
 
 
 def nanoseconds(stamp: Any) -> int:
@@ -58,13 +76,22 @@ def serialised_stamp(message: bytes) -> int:
     return int(seconds) * _NANOSECONDS + int(rest)
 
 
-def _finite(name: str, *values: float) -> None:
+def _check(name: str, *values: float) -> None:
     for value in values:
-        if not math.isfinite(value):
-            raise Refused(f'{name} not finite')
+        # written so that NaN does not pass
+        if not abs(value) <= _LARGEST:
+            if math.isfinite(value):
+                raise Refused(f'{name} too large', f'{value:g} is beyond {_LARGEST:g}')
+            raise Refused(f'{name} not finite', f'{value}')
 
 
-def read_odometry(message: Any) -> tuple[Pose, BodyVelocity]:
+def _check_frame(field: str, found: str, expected: str) -> None:
+    if expected not in ('', found):
+        raise Refused(f'{field} is not {expected}', f"it is '{found}'; the parameters odom_frame_id, base_frame_id and "
+                      'reference_frame_id say what is expected')
+
+
+def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple[Pose, BodyVelocity]:
     """
     Read pose and velocity from an odometry message.
 
@@ -72,6 +99,8 @@ def read_odometry(message: Any) -> tuple[Pose, BodyVelocity]:
     ----------
     message : nav_msgs/Odometry
         From anybody.
+    frame, child_frame : str
+        In which the pose and the twist must be; '' takes any.
 
     Returns
     -------
@@ -81,19 +110,22 @@ def read_odometry(message: Any) -> tuple[Pose, BodyVelocity]:
     Raises
     ------
     Refused
-        If a number is not finite or the quaternion is not of unit length.
+        If a number is not finite or absurdly large, the quaternion is not of unit length, or a frame is wrong.
 
     """
+    _check_frame('frame_id', message.header.frame_id, frame)
+    _check_frame('child_frame_id', message.child_frame_id, child_frame)
     position, q, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
     x, y, z, w = q.x, q.y, q.z, q.w
-    _finite('odometry', position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
-    if abs(x * x + y * y + z * z + w * w - 1.0) > 0.01:
-        raise Refused('quaternion not of unit length')
+    _check('odometry', position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
+    length = x * x + y * y + z * z + w * w
+    if abs(length - 1.0) > 0.01:
+        raise Refused('quaternion not of unit length', f'its length is {math.sqrt(length):g}')
     heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
     return Pose(position.x, position.y, heading), BodyVelocity(twist.linear.x, twist.angular.z)
 
 
-def read_twist(message: Any) -> BodyVelocity:
+def read_twist(message: Any, frame: str = '') -> BodyVelocity:
     """
     Read a body velocity command.
 
@@ -101,6 +133,8 @@ def read_twist(message: Any) -> BodyVelocity:
     ----------
     message : geometry_msgs/TwistStamped
         From anybody.
+    frame : str
+        The robot's; a message that names no frame means it. '' takes any.
 
     Returns
     -------
@@ -110,11 +144,13 @@ def read_twist(message: Any) -> BodyVelocity:
     Raises
     ------
     Refused
-        If a number is not finite.
+        If a number is not finite or absurdly large, or the frame is wrong.
 
     """
+    if message.header.frame_id:
+        _check_frame('frame_id', message.header.frame_id, frame)
     velocity = BodyVelocity(message.twist.linear.x, message.twist.angular.z)
-    _finite('command', *velocity)
+    _check('command', *velocity)
     return velocity
 
 
@@ -140,15 +176,15 @@ def _by_name(message: Any, values: Sequence[float], what: str) -> tuple[float, f
     """Pick the right and the left wheel's value by their names."""
     names = message.name
     if len(values) != len(names):
-        raise Refused(f'{what} and names differ in number')
+        raise Refused(f'{what} and names differ in number', f'{len(values)} and {len(names)}')
     if names == WHEEL_JOINTS:
         right, left = values
     else:
         try:
             right, left = values[names.index(WHEEL_JOINTS[0])], values[names.index(WHEEL_JOINTS[1])]
         except ValueError:
-            raise Refused('a wheel is not named') from None
-    _finite(what, right, left)
+            raise Refused('a wheel is not named', f'{WHEEL_JOINTS} are not all among {list(names)}') from None
+    _check(what, right, left)
     return float(right), float(left)
 
 
@@ -169,7 +205,7 @@ def read_torque(message: Any) -> WheelTorque:
     Raises
     ------
     Refused
-        If a wheel or its effort is missing, or a torque is not finite.
+        If a wheel or its effort is missing, or a torque is not finite or absurdly large.
 
     """
     return WheelTorque(*_by_name(message, message.effort, 'effort'))
@@ -192,7 +228,7 @@ def read_wheel_velocity(message: Any) -> WheelVelocity:
     Raises
     ------
     Refused
-        If a wheel or its velocity is missing, or a velocity is not finite.
+        If a wheel or its velocity is missing, or a velocity is not finite or absurdly large.
 
     """
     return WheelVelocity(*_by_name(message, message.velocity, 'velocity'))
@@ -215,7 +251,7 @@ def read_wheel_angles(message: Any) -> tuple[float, float]:
     Raises
     ------
     Refused
-        If a wheel or its position is missing, or an angle is not finite.
+        If a wheel or its position is missing, or an angle is not finite or absurdly large.
 
     """
     return _by_name(message, message.position, 'position')

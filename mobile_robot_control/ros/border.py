@@ -2,14 +2,47 @@
 
 from collections import Counter
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from rclpy.node import Node
 
+from mobile_robot_control.configuration import Shared, period_nanoseconds
 from mobile_robot_control.readings import Refused, nanoseconds
 from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.peers import Peers
-from mobile_robot_control.ros.wall_clock import OpenGate
+from mobile_robot_control.ros.wall_clock import ClockGate
+
+
+class Gate(Protocol):
+    """What judges stamps: StampGate or Pace in lockstep, ClockGate on the wall clock."""
+
+    def judge(self, stamp: int) -> Turn:
+        """Say what a stamp [ns] means."""
+
+    def objection(self, stamp: int) -> Refused:
+        """Say why a stamp [ns] is refused."""
+
+
+def make_gate(node: Node, shared: Shared, rate: float) -> StampGate | ClockGate:
+    """
+    Make what judges the stamps of a node's inputs.
+
+    Parameters
+    ----------
+    node : Node
+        Whose inputs.
+    shared : Shared
+        Says which clock there is.
+    rate : float
+        Of the node's grid in lockstep [Hz].
+
+    Returns
+    -------
+    StampGate or ClockGate
+        For :meth:`Border.admit`.
+
+    """
+    return StampGate(period_nanoseconds(rate)) if shared.lockstep else ClockGate(node, shared.stamp_tolerance)
 
 
 class Admitted(NamedTuple):
@@ -23,7 +56,7 @@ class Admitted(NamedTuple):
     turn : Turn
         What the stamp means.
     value : object
-        What the message says; None where it asks again.
+        What the message says.
 
     """
 
@@ -40,6 +73,8 @@ class Border:
     ----------
     node : Node
         Whose border it is.
+    peers : Peers
+        Told of what is taken; what is refused changes nothing, no timeout either.
 
     Attributes
     ----------
@@ -48,15 +83,13 @@ class Border:
 
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, node: Node, peers: Peers) -> None:
+        self._node, self._peers = node, peers
         self.refused: Counter[str] = Counter()
 
-    def admit(
-        self, topic: str, message: Any, read: Callable[[Any], Any], gate: StampGate | OpenGate, peers: Peers
-    ) -> Admitted | None:
+    def admit(self, topic: str, message: Any, read: Callable[[Any], Any], gate: Gate) -> Admitted | None:
         """
-        Take a message or refuse it; what is refused changes nothing, no timeout either.
+        Take a message or refuse it.
 
         Parameters
         ----------
@@ -66,10 +99,8 @@ class Border:
             With a header.
         read : callable
             Gives what it says, or raises Refused.
-        gate : StampGate or OpenGate
+        gate : Gate
             Judges its stamp.
-        peers : Peers
-            Told of it when it is taken.
 
         Returns
         -------
@@ -79,28 +110,13 @@ class Border:
         """
         stamp = nanoseconds(message.header.stamp)
         turn = gate.judge(stamp)
-        if turn is Turn.REFUSED:
-            self.refuse(topic, 'not the next stamp')
-            return None
         try:
-            value = None if turn is Turn.AGAIN else read(message)
-        except Refused as reason:
-            self.refuse(topic, reason)
+            if turn is Turn.REFUSED:
+                raise gate.objection(stamp)
+            value = read(message)
+        except Refused as refusal:
+            self.refused[f'{topic}: {refusal.reason}'] += 1
+            self._node.get_logger().warning(f'refused a message on {topic}: {refusal}', throttle_duration_sec=2.0)
             return None
-        peers.heard(topic)
+        self._peers.heard(topic)
         return Admitted(stamp, turn, value)
-
-    def refuse(self, topic: str, reason: object) -> None:
-        """
-        Count a refused message.
-
-        Parameters
-        ----------
-        topic : str
-            Where it came from.
-        reason : object
-            Why, in few words.
-
-        """
-        self.refused[f'{topic}: {reason}'] += 1
-        self._node.get_logger().warning(f'refused a message on {topic}: {reason}', throttle_duration_sec=2.0)

@@ -8,6 +8,8 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
+from mobile_robot_control.readings import Refused
+
 _REPEAT_AFTER = 0.1
 """[s] of wall time without progress."""
 _LONGEST_LAG = 0.1
@@ -70,6 +72,25 @@ class StampGate:
             return Turn.JOIN
         return Turn.STEP if stamp == self.accepted + self.period else Turn.REFUSED
 
+    def objection(self, stamp: int) -> Refused:
+        """
+        Say why a stamp is refused.
+
+        Parameters
+        ----------
+        stamp : int
+            [ns].
+
+        Returns
+        -------
+        Refused
+            To be counted.
+
+        """
+        if stamp < 0 or stamp % self.period:
+            return Refused('stamp not on the grid', f'{stamp / 1e9} s; the period is {self.period / 1e9} s')
+        return Refused('not the next stamp', f'{stamp / 1e9} s after {(self.accepted or 0) / 1e9} s')
+
     def accept(self, stamp: int) -> None:
         """
         Take a stamp as the one of the last step.
@@ -85,7 +106,7 @@ class StampGate:
 
 class Pace:
     """
-    Holds simulated time back to a multiple of wall time, and repeats what is not answered.
+    Holds simulated time back to a multiple of wall time, repeats what is not answered, and knows the answer's stamp.
 
     Parameters
     ----------
@@ -104,6 +125,8 @@ class Pace:
     ----------
     asking : bool
         Whether the present time has been published and not yet answered.
+    overruns : int
+        How often the run fell too far behind the wall clock to catch up.
 
     """
 
@@ -114,14 +137,60 @@ class Pace:
         self._publish, self._repeat = publish, repeat
         self._wall_period = period / 1e9 / real_time_factor if real_time_factor > 0.0 else 0.0
         self._due = self._asked = time.monotonic()
-        self.asking = False
+        self._period, self._present = period, 0
+        self.asking, self.overruns = False, 0
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_REPEAT_AFTER, self._look, clock=clock)
         if self._wall_period > 0.0:
             node.create_timer(max(self._wall_period, 5e-4), self._tick, clock=clock)
 
-    def ask(self) -> None:
-        """Publish now, or as soon as the wall clock allows."""
+    def judge(self, stamp: int) -> Turn:
+        """
+        Say what the stamp of an answer means.
+
+        Parameters
+        ----------
+        stamp : int
+            [ns].
+
+        Returns
+        -------
+        Turn
+            STEP for the answer that is waited for, AGAIN for an earlier one: what was asked twice is answered twice.
+
+        """
+        if stamp < 0 or stamp > self._present or stamp % self._period:
+            return Turn.REFUSED
+        return Turn.STEP if self.asking and stamp == self._present else Turn.AGAIN
+
+    def objection(self, stamp: int) -> Refused:
+        """
+        Say why a stamp is refused.
+
+        Parameters
+        ----------
+        stamp : int
+            [ns].
+
+        Returns
+        -------
+        Refused
+            To be counted.
+
+        """
+        return Refused('not the present stamp', f'{stamp / 1e9} s at {self._present / 1e9} s')
+
+    def ask(self, present: int) -> None:
+        """
+        Publish now, or as soon as the wall clock allows.
+
+        Parameters
+        ----------
+        present : int
+            Simulated time [ns].
+
+        """
+        self._present = present
         self._due += self._wall_period
         self.asking = False
         self._tick()
@@ -130,7 +199,9 @@ class Pace:
         now = time.monotonic()
         if self.asking or now < self._due:
             return
-        self._due = max(self._due, now - _LONGEST_LAG)
+        if now - self._due > _LONGEST_LAG:
+            self._due = now - _LONGEST_LAG
+            self.overruns += self._wall_period > 0.0
         self.asking, self._asked = True, now
         self._publish()
 

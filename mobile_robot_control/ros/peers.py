@@ -29,10 +29,16 @@ class Peers:
     timeout : float
         Wall time of silence [s].
 
+    Attributes
+    ----------
+    sources : mapping of str to str
+        As given.
+
     """
 
     def __init__(self, node: Node, sources: Mapping[str, str], timeout: float) -> None:
-        self._node, self._sources, self._timeout = node, sources, timeout
+        self.sources = sources
+        self._node, self._timeout = node, timeout
         self._heard = dict.fromkeys(sources, time.monotonic())
         self._missing: set[str] = set()
         self._known: set[str] = set()
@@ -71,10 +77,25 @@ class Peers:
         """
         return time.monotonic() - self._heard[topic] if topic in self._known else math.inf
 
+    def missing(self) -> list[str]:
+        """
+        List the nodes whose messages are waited for.
+
+        Returns
+        -------
+        list of str
+            Sources of the inputs that never came, or not for the timeout.
+
+        """
+        return [source for topic, source in self.sources.items()
+                if topic not in self._known or self._silent(topic)]
+
+    def _silent(self, topic: str) -> bool:
+        return time.monotonic() - self._heard[topic] > self._timeout
+
     def _look(self) -> None:
-        now = time.monotonic()
-        for topic, source in self._sources.items():
-            if now - self._heard[topic] > self._timeout and topic not in self._missing:
+        for topic, source in self.sources.items():
+            if topic not in self._missing and self._silent(topic):
                 self._missing.add(topic)
                 self._node.get_logger().warning(
                     f'no {topic} for {self._timeout} s: is {source} running, on the same clock as this node?'
@@ -95,6 +116,11 @@ class Witness:
     timeout : float
         Wall time of silence after which the missing node is named [s].
 
+    Attributes
+    ----------
+    named : list of str
+        The nodes that have been named since the run last moved.
+
     """
 
     _CHAIN = (('reference', Odometry, 'reference_cart'), ('cmd_vel', TwistStamped, 'position_controller'))
@@ -104,7 +130,7 @@ class Witness:
         self._newest: dict[str, int] = {}
         self._subscriptions: list[Subscription[Any]] = []
         self._suspect, self._suspected_at = '', 0.0
-        self._named: list[str] = []
+        self.named: list[str] = []
 
     def stalled(self, silence: float, stamp: int, tick: int) -> None:
         """
@@ -127,8 +153,8 @@ class Witness:
         if missing != self._suspect:
             self._suspect, self._suspected_at = missing, silence
         # a node that comes back is answered by the next one a moment later: that one is not missing
-        if silence - self._suspected_at > self._timeout and missing not in self._named:
-            self._named.append(missing)
+        if silence - self._suspected_at > self._timeout and missing not in self.named:
+            self.named.append(missing)
             self._node.get_logger().warning(
                 f'waiting for {missing} at t = {stamp / 1e9:g} s: no answer for {silence:.1f} s'
             )
@@ -160,9 +186,9 @@ class Witness:
         while self._subscriptions:
             self._node.destroy_subscription(self._subscriptions.pop())
         self._suspect = ''
-        if self._named:
-            self._node.get_logger().info(f'{" and ".join(self._named)} answered: the run goes on')
-            self._named = []
+        if self.named:
+            self._node.get_logger().info(f'{" and ".join(self.named)} answered: the run goes on')
+            self.named = []
 
     def _listener(self, topic: str) -> Callable[[bytes], None]:
         def listen(message: bytes) -> None:

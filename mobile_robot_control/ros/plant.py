@@ -1,27 +1,24 @@
 """The node `plant`: the simulated robot, from wheel torques to odometry."""
 
-import math
-import time
-
-from nav_msgs.msg import Odometry
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.configuration import PlantParameters, period_nanoseconds
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.dynamics import saturate
-from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.quantities import Pose, WheelTorque
-from mobile_robot_control.readings import Refused, nanoseconds, read_torque
-from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.border import Border
-from mobile_robot_control.ros.lockstep import Pace
+from mobile_robot_control.readings import read_torque
+from mobile_robot_control.ros.border import Border, Gate
+from mobile_robot_control.ros.diagnostics import Condition, Diagnostics
+from mobile_robot_control.ros.lockstep import Pace, Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
-from mobile_robot_control.ros.peers import Witness
-from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
-from mobile_robot_control.ros.transforms import make_broadcaster
-from mobile_robot_control.ros.wall_clock import Ticker
+from mobile_robot_control.ros.peers import Peers, Witness
+from mobile_robot_control.ros.plant_topics import PlantTopics
+from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.ros.wall_clock import ClockGate, Ticker
+
+_NO_TORQUE = WheelTorque(0.0, 0.0)
 
 
 class Plant(Node):
@@ -44,98 +41,88 @@ class Plant(Node):
         self._steps = round(self._values.duration * shared.velocity_rate)
         self._sampled = dynamics.sample(shared.robot, 1.0 / shared.velocity_rate, self._values.centripetal_coupling)
         self._state = dynamics.at_rest(Pose(*self._values.initial_pose))
-        self._applied = self._torque = WheelTorque(0.0, 0.0)
-        self._torque_at = -math.inf
-        self._now = self._stamp = 0  # simulated time, and what messages carry: the same in lockstep
-        self._message = messages.odometry_message(shared.odom_frame_id, shared.base_frame_id)
-        self._message.pose.covariance[::7] = self._values.pose_covariance_diagonal
-        self._message.twist.covariance[::7] = self._values.twist_covariance_diagonal
-        self._border = Border(self)
+        self._applied = self._torque = _NO_TORQUE
+        self._now = 0  # simulated time, on the wall clock too
+        self._topics = PlantTopics(self, self._values)
         self._witness = Witness(self, shared.peer_timeout)
-        self._broadcast = make_broadcaster(self) if self._values.publish_tf else None
-        self._odom = self.create_publisher(Odometry, 'odom', LOOP)
-        self._joint_states = self.create_publisher(JointState, 'joint_states', LOOP)
-        publish_clock = self._values.publish_clock and shared.lockstep
-        self._clock_topic = self.create_publisher(Clock, '/clock', LOOP) if publish_clock else None
+        # in lockstep the witness knows better who is missing
+        sources = {} if shared.lockstep else {'wheel_torques': 'velocity_controller'}
+        self._peers = Peers(self, sources, shared.peer_timeout)
+        self._border = Border(self, self._peers)
+        self._pace: Pace | None = None
+        self._gate: Gate
+        if shared.lockstep:
+            self._gate = self._pace = Pace(
+                self, self._period, self._values.real_time_factor, self._publish, self._repeat
+            )
+        else:
+            self._gate = ClockGate(self, shared.stamp_tolerance)
+        ticker = self._pace or Ticker(self, shared.velocity_rate, self._tick)
+        self._diagnostics = Diagnostics(self, self._border, self._peers, ticker, self._condition)
         self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST)
         follow(self, self._values, self._change)
-        if shared.lockstep:
-            self._pace = Pace(self, self._period, self._values.real_time_factor, self._publish, self._repeat)
-            self._pace.ask()
-        else:
-            self._ticker = Ticker(self, shared.velocity_rate, self._tick)
+        if self._pace is not None:
+            self._pace.ask(self._now)
 
     def _change(self, values: PlantParameters) -> None:
         self._values = values
 
+    def _condition(self) -> Condition | None:
+        if self._values.paused:
+            return Condition(DiagnosticStatus.OK, 'paused')
+        if self._witness.named:
+            return Condition(DiagnosticStatus.ERROR if self._now else DiagnosticStatus.STALE, 'waiting',
+                             self._witness.named)
+        return None
+
     def _publish(self) -> None:
-        """Say where the robot is; at position ticks odometry too."""
+        """In lockstep: say where the robot is; at position ticks odometry too."""
         if self._now % self._position_period == 0:
-            messages.fill_odometry(self._message, self._stamp, self._state.pose, self._state.velocity)
-            self._publish_odom()
-        self._publish_joint_states()
+            self._topics.publish_odometry(self._now, self._state)
+        self._topics.publish_joint_states(self._now, self._state, self._applied)
 
     def _repeat(self, silence: float) -> None:
         """Say the newest of both again, whichever of the others missed it."""
         if not self._values.paused:
             self._witness.stalled(silence, self._now, self._now - self._now % self._position_period)
-        self._publish_odom()
-        self._publish_joint_states()
-
-    def _publish_odom(self) -> None:
-        self._odom.publish(self._message)
-        if self._clock_topic is not None:
-            self._clock_topic.publish(Clock(clock=self._message.header.stamp))
-        if self._broadcast is not None:
-            self._broadcast(self._message)
-
-    def _publish_joint_states(self) -> None:
-        state = self._state
-        self._joint_states.publish(messages.joint_message(
-            self._stamp, (state.right_angle, state.left_angle),
-            wheel_velocity(state.velocity, self._sampled.robot), self._applied,
-        ))
+        self._topics.repeat_odometry()
+        self._topics.publish_joint_states(self._now, self._state, self._applied)
 
     def _on_wheel_torques(self, message: JointState) -> None:
-        try:
-            torque = read_torque(message)
-        except Refused as reason:
-            self._border.refuse('wheel_torques', reason)
+        admitted = self._border.admit('wheel_torques', message, read_torque, self._gate)
+        if admitted is None:
             return
-        if self._values.shared.lockstep:
-            self._on_answer(nanoseconds(message.header.stamp), torque)
-        else:
-            self._torque, self._torque_at = torque, time.monotonic()
+        if admitted.turn is Turn.HOLD:
+            self._torque = admitted.value
+        elif admitted.turn is Turn.STEP and not self._values.paused:
+            self._on_answer(admitted.value)
 
-    def _on_answer(self, stamp: int, torque: WheelTorque) -> None:
-        if stamp != self._now or not self._pace.asking:
-            # an answer that was asked for twice comes twice
-            if stamp > self._now or stamp % self._period:
-                self._border.refuse('wheel_torques', 'not the present stamp')
-            return
-        if self._values.paused:
-            return
+    def _on_answer(self, torque: WheelTorque) -> None:
         self._witness.progressed()
         if self._steps and self._now == self._steps * self._period:
             self.exit_code = 0
             return
         self._step(torque)
-        if self.exit_code is None:
-            self._stamp = self._now
-            self._pace.ask()
+        if self.exit_code is None and self._pace is not None:
+            self._pace.ask(self._now)
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest torque, or none when it is too old."""
-        fresh = time.monotonic() - self._torque_at <= self._values.torque_timeout
-        self._step(self._torque if fresh else WheelTorque(0.0, 0.0))
+        fresh = self._peers.age('wheel_torques') <= self._values.torque_timeout
+        self._step(self._torque if fresh else _NO_TORQUE)
+        if not fresh:
+            self._diagnostics.stopped('wheel_torques')
         if self.exit_code is None:
-            self._stamp = self.get_clock().now().nanoseconds
-            self._publish()
+            stamp = self.get_clock().now().nanoseconds
+            if self._now % self._position_period == 0:
+                self._topics.publish_odometry(stamp, self._state)
+            self._topics.publish_joint_states(stamp, self._state, self._applied)
             if self._steps and self._now >= self._steps * self._period:
                 self.exit_code = 0
 
     def _step(self, torque: WheelTorque) -> None:
         self._applied = saturate(torque, self._values.max_wheel_torque)
+        self._diagnostics.stepped(saturated=self._applied != torque)
         self._state = dynamics.step(self._state, self._applied, self._sampled)
         self._now += self._period
         if dynamics.diverged(self._state):
@@ -147,4 +134,8 @@ class Plant(Node):
 
     def close(self) -> None:
         """End when the last messages have arrived."""
-        flush(self._odom, self._joint_states)
+        if self.exit_code == 1:
+            self._diagnostics.end(DiagnosticStatus.ERROR, 'diverged')
+        else:
+            self._diagnostics.end()
+        self._topics.flush()

@@ -1,21 +1,24 @@
 """The node `position_controller`: from odometry and reference to a body velocity command."""
 
-from geometry_msgs.msg import TwistStamped, Vector3Stamped
+from functools import partial
+
+from geometry_msgs.msg import Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
-from mobile_robot_control.configuration import PositionControllerParameters, period_nanoseconds
+from mobile_robot_control.configuration import PositionControllerParameters
 from mobile_robot_control.control import handover
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 from mobile_robot_control.readings import read_odometry
 from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.border import Border
-from mobile_robot_control.ros.lockstep import StampGate, Turn
+from mobile_robot_control.ros.border import Border, make_gate
+from mobile_robot_control.ros.diagnostics import Diagnostics
+from mobile_robot_control.ros.lockstep import Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
-from mobile_robot_control.ros.wall_clock import OpenGate, Ticker
+from mobile_robot_control.ros.wall_clock import Ticker
 
 
 class PositionController(Node):
@@ -34,30 +37,34 @@ class PositionController(Node):
         self._values = declare(self, PositionControllerParameters)
         shared = self._values.shared
         self.exit_code: int | None = None
-        self._frame = shared.base_frame_id
+        self._frame, self._stamped, self._lockstep = shared.base_frame_id, shared.stamped_cmd_vel, shared.lockstep
         self._dt = 1.0 / shared.position_rate
-        self._gate = StampGate(period_nanoseconds(shared.position_rate)) if shared.lockstep else OpenGate()
-        self._border = Border(self)
+        self._gate = make_gate(self, shared, shared.position_rate)
+        self._read_odom, self._read_reference = (
+            partial(read_odometry, frame=shared.odom_frame_id, child_frame=child)
+            for child in (shared.base_frame_id, shared.reference_frame_id)
+        )
         self._peers = Peers(self, {'odom': 'plant', 'reference': 'reference_cart'}, shared.peer_timeout)
+        self._border = Border(self, self._peers)
         self._running = handover.begin(self._values.control, under_way=False)
         self._odom: tuple[int, Pose] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
-        self._cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', LOOP)
+        self._cmd_vel = self.create_publisher(TwistStamped if self._stamped else Twist, 'cmd_vel', LOOP)
         self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
         self.create_subscription(Odometry, 'reference', self._on_reference, NEWEST)
         follow(self, self._values, self._change)
         self._tracking = False
-        if not shared.lockstep:
-            self._ticker = Ticker(self, shared.position_rate, self._tick)
+        ticker = None if shared.lockstep else Ticker(self, shared.position_rate, self._tick)
+        self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)
 
     def _change(self, values: PositionControllerParameters) -> None:
         self._values = values
         self._running = handover.change(self._running, values.control)
 
     def _on_odom(self, message: Odometry) -> None:
-        admitted = self._border.admit('odom', message, read_odometry, self._gate, self._peers)
+        admitted = self._border.admit('odom', message, self._read_odom, self._gate)
         if admitted is None:
             return
         if admitted.turn is Turn.AGAIN:
@@ -67,7 +74,7 @@ class PositionController(Node):
         self._answer_pair()
 
     def _on_reference(self, message: Odometry) -> None:
-        admitted = self._border.admit('reference', message, read_odometry, self._gate, self._peers)
+        admitted = self._border.admit('reference', message, self._read_reference, self._gate)
         if admitted is not None and admitted.turn is not Turn.AGAIN:
             self._reference = (admitted.stamp, Reference(*admitted.value))
             self._answer_pair()
@@ -91,8 +98,8 @@ class PositionController(Node):
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
         stamp = self.get_clock().now().nanoseconds
-        age = max(self._peers.age('odom'), self._peers.age('reference'))
-        if self._odom is not None and self._reference is not None and age <= self._values.input_timeout:
+        silent = [topic for topic in self._peers.sources if self._peers.age(topic) > self._values.input_timeout]
+        if self._odom is not None and self._reference is not None and not silent:
             if not self._tracking:
                 self._running = handover.begin(self._values.control, under_way=self._answer is not None)
             self._tracking = True
@@ -100,19 +107,28 @@ class PositionController(Node):
             self._publish(stamp)
         elif self._answer is not None:
             self._tracking = False
-            self._cmd_vel.publish(messages.twist_message(stamp, self._frame, BodyVelocity(0.0, 0.0)))
+            self._diagnostics.stopped(*silent)
+            self._publish_command(stamp, BodyVelocity(0.0, 0.0))
 
     def _step(self, pose: Pose, reference: Reference) -> None:
         error = tracking_error(reference.pose, pose)
         self._running, command = handover.step(self._running, error, reference, self._dt)
         self._answer = (command, error)
+        self._diagnostics.stepped()
 
     def _publish(self, stamp: int) -> None:
         if self._answer is not None:
             command, error = self._answer
-            self._cmd_vel.publish(messages.twist_message(stamp, self._frame, command))
+            self._publish_command(stamp, command)
             self._tracking_error.publish(messages.error_message(stamp, self._frame, error))
 
+    def _publish_command(self, stamp: int, command: BodyVelocity) -> None:
+        message = messages.twist_message(stamp, self._frame, command)
+        self._cmd_vel.publish(message if self._stamped else message.twist)
+
     def close(self) -> None:
-        """End when the last messages have arrived."""
+        """Stop a robot that runs on the wall clock; end when the last messages have arrived."""
+        if not self._lockstep and self._answer is not None:
+            self._publish_command(self.get_clock().now().nanoseconds, BodyVelocity(0.0, 0.0))
+        self._diagnostics.end()
         flush(self._cmd_vel, self._tracking_error)

@@ -50,7 +50,7 @@ class Recorder(Node):
     newest : dict of str to int
         Stamp [ns] of the newest message on each loop topic, by its relative name.
     received : int
-        Wall time [ns] at which the last message was taken in.
+        Wall time [ns] at which the last message of a loop topic was taken in.
 
     """
 
@@ -133,10 +133,10 @@ class Recorder(Node):
         name = self._loop.get(topic)
 
         def hear(message: bytes) -> None:
+            now = time.time_ns()
             if name is not None:
-                self.newest[name] = serialised_stamp(message)
-            self.received = time.time_ns()
-            self._sink(topic, kind, self.received, message, latched)
+                self.newest[name], self.received = serialised_stamp(message), now
+            self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(
             depth=_DEPTH,

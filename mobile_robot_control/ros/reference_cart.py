@@ -1,20 +1,22 @@
 """The node `reference_cart`: drives the virtual robot that the real one follows."""
 
 import time
+from functools import partial
 
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 
-from mobile_robot_control.configuration import ReferenceCartParameters, period_nanoseconds
+from mobile_robot_control.configuration import ReferenceCartParameters
 from mobile_robot_control.readings import read_odometry
 from mobile_robot_control.reference.curves import CURVES, reference_at
 from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.border import Border
-from mobile_robot_control.ros.lockstep import StampGate, Turn
+from mobile_robot_control.ros.border import Border, make_gate
+from mobile_robot_control.ros.diagnostics import Diagnostics
+from mobile_robot_control.ros.lockstep import Turn
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LATCHED, LOOP, NEWEST, flush
-from mobile_robot_control.ros.wall_clock import OpenGate, Ticker
+from mobile_robot_control.ros.wall_clock import Ticker
 
 _PATH_POINTS = 400
 
@@ -37,9 +39,10 @@ class ReferenceCart(Node):
         self.exit_code: int | None = None
         self._curve = CURVES[parameters.curve.curve]
         self._placement = parameters.curve.placement
-        self._gate = StampGate(period_nanoseconds(shared.position_rate)) if shared.lockstep else OpenGate()
-        self._border = Border(self)
+        self._gate = make_gate(self, shared, shared.position_rate)
+        self._read = partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id)
         self._peers = Peers(self, {'odom': 'plant'}, shared.peer_timeout)
+        self._border = Border(self, self._peers)
         self._message = messages.odometry_message(shared.odom_frame_id, shared.reference_frame_id)
         self._reference = self.create_publisher(Odometry, 'reference', LOOP)
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
@@ -49,11 +52,11 @@ class ReferenceCart(Node):
         ]))
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
         self._started: float | None = None
-        if not shared.lockstep:
-            self._ticker = Ticker(self, shared.position_rate, self._tick)
+        ticker = None if shared.lockstep else Ticker(self, shared.position_rate, self._tick)
+        self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)
 
     def _on_odom(self, message: Odometry) -> None:
-        admitted = self._border.admit('odom', message, read_odometry, self._gate, self._peers)
+        admitted = self._border.admit('odom', message, self._read, self._gate)
         if admitted is None:
             return
         if admitted.turn is Turn.HOLD:
@@ -61,12 +64,15 @@ class ReferenceCart(Node):
             return
         if admitted.turn is Turn.START and self._gate.accepted is not None:
             self.get_logger().info('a new run')
+        if admitted.turn is not Turn.AGAIN:
+            self._diagnostics.stepped()
         self._gate.accept(admitted.stamp)
         self._publish(admitted.stamp, admitted.stamp / 1e9)
 
     def _tick(self) -> None:
         """On the wall clock, the curve's time starts at the first odometry."""
         if self._started is not None:
+            self._diagnostics.stepped()
             self._publish(self.get_clock().now().nanoseconds, time.monotonic() - self._started)
 
     def _publish(self, stamp: int, time: float) -> None:
@@ -75,4 +81,5 @@ class ReferenceCart(Node):
 
     def close(self) -> None:
         """End when the last messages have arrived."""
+        self._diagnostics.end()
         flush(self._reference)

@@ -1,6 +1,8 @@
 """The node `velocity_controller`: from a body velocity command and the wheels' velocities to wheel torques."""
 
-from geometry_msgs.msg import TwistStamped
+from functools import partial
+
+from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
@@ -11,12 +13,13 @@ from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
 from mobile_robot_control.readings import read_twist, read_wheel_velocity
 from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.border import Border
-from mobile_robot_control.ros.lockstep import StampGate, Turn
+from mobile_robot_control.ros.border import Border, make_gate
+from mobile_robot_control.ros.diagnostics import Diagnostics
+from mobile_robot_control.ros.lockstep import Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
-from mobile_robot_control.ros.wall_clock import OpenGate, Ticker
+from mobile_robot_control.ros.wall_clock import Ticker
 
 _BLIND_AFTER = 0.1
 """[s]: on the wall clock, no torque is asked for when the wheels' velocities are older."""
@@ -38,30 +41,35 @@ class VelocityController(Node):
         self._values = declare(self, VelocityControllerParameters)
         shared = self._values.shared
         self.exit_code: int | None = None
-        self._robot = shared.robot
+        self._robot, self._lockstep = shared.robot, shared.lockstep
         self._dt = 1.0 / shared.velocity_rate
         self._position_period = period_nanoseconds(shared.position_rate)
-        self._gate = StampGate(period_nanoseconds(shared.velocity_rate)) if shared.lockstep else OpenGate()
-        self._border = Border(self)
+        self._gate = make_gate(self, shared, shared.velocity_rate)
+        self._command_gate = make_gate(self, shared, shared.position_rate)
+        self._read_twist = partial(read_twist, frame=shared.base_frame_id)
         self._peers = Peers(
             self, {'joint_states': 'plant', 'cmd_vel': 'position_controller'}, shared.peer_timeout
         )
+        self._border = Border(self, self._peers)
         self._state = VelocityPiState()
         self._wheels: tuple[int, WheelVelocity] | None = None
         self._command: tuple[int, BodyVelocity] | None = None
         self._torque = WheelTorque(0.0, 0.0)
         self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', LOOP)
         self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST)
-        self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST)
+        if shared.stamped_cmd_vel:
+            self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST)
+        else:
+            self.create_subscription(Twist, 'cmd_vel', self._on_twist, NEWEST)
         follow(self, self._values, self._change)
-        if not shared.lockstep:
-            self._ticker = Ticker(self, shared.velocity_rate, self._tick)
+        ticker = None if shared.lockstep else Ticker(self, shared.velocity_rate, self._tick)
+        self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)
 
     def _change(self, values: VelocityControllerParameters) -> None:
         self._values = values
 
     def _on_joint_states(self, message: JointState) -> None:
-        admitted = self._border.admit('joint_states', message, read_wheel_velocity, self._gate, self._peers)
+        admitted = self._border.admit('joint_states', message, read_wheel_velocity, self._gate)
         if admitted is None:
             return
         if admitted.turn is Turn.AGAIN:
@@ -72,10 +80,16 @@ class VelocityController(Node):
 
     def _on_cmd_vel(self, message: TwistStamped) -> None:
         # a command is held until the wheels of its position tick ask for it
-        admitted = self._border.admit('cmd_vel', message, read_twist, OpenGate(), self._peers)
-        if admitted is not None:
+        admitted = self._border.admit('cmd_vel', message, self._read_twist, self._command_gate)
+        # and of two with one stamp the first counts
+        if admitted is not None and (self._command is None or self._command[0] != admitted.stamp):
             self._command = (admitted.stamp, admitted.value)
             self._answer_wheels()
+
+    def _on_twist(self, message: Twist) -> None:
+        stamped = TwistStamped(twist=message)
+        stamped.header.stamp = self.get_clock().now().to_msg()
+        self._on_cmd_vel(stamped)
 
     def _answer_wheels(self) -> None:
         """Step and answer once new wheel velocities and the command of their position tick are there."""
@@ -92,6 +106,7 @@ class VelocityController(Node):
                 self.get_logger().info('a new run')
             self._state = VelocityPiState()
         self._gate.accept(stamp)
+        self._command_gate.accept(self._command[0])
         self._step(wheels, self._command[1])
         self._publish(stamp)
 
@@ -103,8 +118,11 @@ class VelocityController(Node):
         fresh = self._command is not None and (timeout == 0.0 or self._peers.age('cmd_vel') <= timeout)
         if self._peers.age('joint_states') <= _BLIND_AFTER:
             self._step(self._wheels[1], self._command[1] if fresh and self._command else BodyVelocity(0.0, 0.0))
+            if not fresh:
+                self._diagnostics.stopped('cmd_vel')
         else:
             self._state, self._torque = VelocityPiState(), WheelTorque(0.0, 0.0)
+            self._diagnostics.stopped('joint_states')
         self._publish(self.get_clock().now().nanoseconds)
 
     def _step(self, wheels: WheelVelocity, command: BodyVelocity) -> None:
@@ -112,10 +130,16 @@ class VelocityController(Node):
             self._state, command, body_velocity(wheels, self._robot), self._values.gains, self._robot,
             self._values.max_wheel_torque, self._dt,
         )
+        limit = self._values.max_wheel_torque
+        self._diagnostics.stepped(saturated=0.0 < limit <= max(abs(self._torque.right), abs(self._torque.left)))
 
     def _publish(self, stamp: int) -> None:
         self._wheel_torques.publish(messages.torque_message(stamp, self._torque))
 
     def close(self) -> None:
-        """End when the last messages have arrived."""
+        """Let go of a robot that runs on the wall clock; end when the last messages have arrived."""
+        if not self._lockstep and self._wheels is not None:
+            self._torque = WheelTorque(0.0, 0.0)
+            self._publish(self.get_clock().now().nanoseconds)
+        self._diagnostics.end()
         flush(self._wheel_torques)

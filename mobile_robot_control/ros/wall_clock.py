@@ -7,15 +7,25 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
+from mobile_robot_control.readings import Refused
 from mobile_robot_control.ros.lockstep import Turn
 
 _LONGEST_LAG = 0.1
 """[s]: a node that was held up longer does not catch up."""
 
 
-class OpenGate:
+class ClockGate:
     """
-    Lets every stamp in, to be held until the node's own clock asks for it: the wall clock's StampGate.
+    Lets stamps in that are neither old nor future, to be held until the node's own clock asks for them.
+
+    The wall clock's StampGate.
+
+    Parameters
+    ----------
+    node : Node
+        Whose clock it is.
+    tolerance : float
+        How far a stamp may be from now [s].
 
     Attributes
     ----------
@@ -26,7 +36,10 @@ class OpenGate:
 
     accepted = None
 
-    def judge(self, stamp: int) -> Turn:  # noqa: ARG002 (one gate is like the other)
+    def __init__(self, node: Node, tolerance: float) -> None:
+        self._clock, self._tolerance = node.get_clock(), tolerance
+
+    def judge(self, stamp: int) -> Turn:
         """
         Say what a stamp means.
 
@@ -38,10 +51,30 @@ class OpenGate:
         Returns
         -------
         Turn
-            Always HOLD.
+            HOLD or REFUSED.
 
         """
-        return Turn.HOLD
+        return Turn.HOLD if abs(self._age(stamp)) <= self._tolerance else Turn.REFUSED
+
+    def objection(self, stamp: int) -> Refused:
+        """
+        Say why a stamp is refused.
+
+        Parameters
+        ----------
+        stamp : int
+            [ns].
+
+        Returns
+        -------
+        Refused
+            To be counted.
+
+        """
+        age = self._age(stamp)
+        reason = 'stamp too old' if age > 0.0 else 'stamp in the future'
+        return Refused(reason, f'by {abs(age):.3f} s; stamp_tolerance is {self._tolerance} s: stamp messages with the '
+                       'time at which they are sent, set the clocks of both machines alike, or raise it')
 
     def accept(self, stamp: int) -> None:
         """
@@ -53,6 +86,9 @@ class OpenGate:
             [ns].
 
         """
+
+    def _age(self, stamp: int) -> float:
+        return (int(self._clock.now().nanoseconds) - stamp) / 1e9
 
 
 class Ticker:

@@ -11,17 +11,19 @@ from mobile_robot_control.readings import Refused
 
 RIGHT, LEFT = 'wheel_right_joint', 'wheel_left_joint'
 NOT_FINITE = [math.nan, math.inf, -math.inf]
+TOO_LARGE = [1e308, -1e308, 1.1e12]
 
 
-def odometry(x=1.0, y=2.0, q=(0.0, 0.0, 0.0, 1.0), v=0.5, omega=-0.2):
+def odometry(x=1.0, y=2.0, q=(0.0, 0.0, 0.0, 1.0), v=0.5, omega=-0.2, frames=('odom', 'base_link')):
     orientation = Message(x=q[0], y=q[1], z=q[2], w=q[3])
     twist = Message(linear=Message(x=v, y=9.0, z=9.0), angular=Message(x=9.0, y=9.0, z=omega))
-    return Message(pose=Message(pose=Message(position=Message(x=x, y=y, z=9.0), orientation=orientation)),
+    pose = Message(position=Message(x=x, y=y, z=9.0), orientation=orientation)
+    return Message(header=Message(frame_id=frames[0]), child_frame_id=frames[1], pose=Message(pose=pose),
                    twist=Message(twist=twist))
 
 
-def twist(v=0.5, omega=-0.2):
-    return Message(twist=Message(linear=Message(x=v), angular=Message(z=omega)))
+def twist(v=0.5, omega=-0.2, frame='base_link'):
+    return Message(header=Message(frame_id=frame), twist=Message(linear=Message(x=v), angular=Message(z=omega)))
 
 
 def joints(names=(RIGHT, LEFT), position=(), velocity=(), effort=()):
@@ -67,6 +69,40 @@ def test_odometry_that_is_not_finite_is_refused(name, value):
 def test_odometry_without_an_orientation_is_refused(q, reason):
     with pytest.raises(Refused, match=reason):
         readings.read_odometry(odometry(q=q))
+
+
+@pytest.mark.parametrize('value', TOO_LARGE)
+def test_numbers_that_no_robot_says_are_refused(value):
+    for name in ('x', 'y', 'v', 'omega'):
+        with pytest.raises(Refused, match='odometry too large'):
+            readings.read_odometry(odometry(**{name: value}))
+    for name in ('v', 'omega'):
+        with pytest.raises(Refused, match='command too large'):
+            readings.read_twist(twist(**{name: value}))
+    for read, field in READERS:
+        with pytest.raises(Refused, match=f'{field} too large'):
+            read(joints(**{field: (1.0, value)}))
+
+
+@pytest.mark.parametrize(('frames', 'reason'), [
+    (('map', 'base_link'), 'frame_id is not odom'),
+    (('', 'base_link'), 'frame_id is not odom'),
+    (('odom', 'camera'), 'child_frame_id is not base_link'),
+    (('odom', ''), 'child_frame_id is not base_link'),
+])
+def test_odometry_in_another_frame_is_refused(frames, reason):
+    assert readings.read_odometry(odometry(frames=frames))
+    with pytest.raises(Refused, match=reason) as refused:
+        readings.read_odometry(odometry(frames=frames), 'odom', 'base_link')
+    assert refused.value.reason == reason
+    assert next(frame for frame in frames if frame not in ('odom', 'base_link')) in refused.value.detail
+
+
+def test_a_command_may_leave_its_frame_out():
+    assert readings.read_twist(twist(frame=''), 'base_link') == (0.5, -0.2)
+    assert readings.read_twist(twist(frame='map')) == (0.5, -0.2)
+    with pytest.raises(Refused, match='frame_id is not base_link'):
+        readings.read_twist(twist(frame='map'), 'base_link')
 
 
 def test_twist():

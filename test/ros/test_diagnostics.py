@@ -1,0 +1,131 @@
+"""What the nodes say of themselves on /diagnostics."""
+
+import signal
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import TwistStamped
+from harness import CONFIG
+
+from mobile_robot_control.configuration import NODES
+from mobile_robot_control.ros.qos import LOOP
+
+WALL_CLOCK = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'peer_timeout:=1.0']
+
+
+class Reports:
+    """The newest status of each node."""
+
+    def __init__(self, robot):
+        self.all = []
+        robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+
+    def _hear(self, message):
+        self.all.extend(message.status)
+
+    def newest(self, name):
+        return next((status for status in reversed(self.all) if status.name == name),
+                    DiagnosticStatus(message='nothing said yet', level=DiagnosticStatus.STALE))
+
+    def values(self, name):
+        return {pair.key: pair.value for pair in self.newest(name).values}
+
+
+def test_nodes_at_work_are_well_and_one_that_is_gone_is_named(robot):
+    reports = Reports(robot)
+    robot.start(arguments=['-p', 'peer_timeout:=1.0', '-p', 'real_time_factor:=0.5'])
+    for name in NODES:
+        robot.spin_until(lambda: reports.newest(name).level == DiagnosticStatus.OK)  # noqa: B023
+        assert reports.newest(name).message == 'running'
+    robot.spin_until(lambda: float(reports.values('plant').get('period mean [s]', '1')) < 0.05)
+    assert int(reports.values('velocity_controller')['steps']) > 50
+    assert float(reports.values('position_controller')['reference age max [s]']) < 1.0
+    robot.processes['reference_cart'].kill()
+    robot.spin_until(lambda: reports.newest('plant').message == 'waiting, waits for reference_cart')
+    assert reports.newest('plant').level == DiagnosticStatus.ERROR
+    robot.spin_until(lambda: reports.newest('position_controller').message == 'waiting, waits for reference_cart')
+    assert reports.newest('position_controller').level == DiagnosticStatus.ERROR
+    # it does its part: somebody else is missing
+    robot.spin_until(lambda: reports.newest('velocity_controller').message.startswith('waiting'))
+    for name in ('plant', 'velocity_controller'):
+        robot.processes[name].signal(signal.SIGINT)
+        robot.spin_until(lambda: reports.newest(name).message == 'ended')  # noqa: B023
+
+
+def test_a_node_alone_is_stale_and_says_for_whom_it_waits(robot):
+    reports = Reports(robot)
+    robot.start('position_controller', 'plant')
+    robot.spin_until(lambda: reports.newest('position_controller').message == 'waiting, waits for reference_cart')
+    assert reports.newest('position_controller').level == DiagnosticStatus.STALE
+    robot.spin_until(lambda: reports.newest('plant').message.startswith('waiting, waits for'))
+    assert 'reference_cart' in reports.values('plant')['waits for']
+    assert reports.newest('plant').level == DiagnosticStatus.STALE
+
+
+def test_a_paused_plant_is_well(robot):
+    reports = Reports(robot)
+    robot.start('plant', arguments=['-p', 'paused:=true', '-r', '__ns:=/robot1'])
+    robot.spin_until(lambda: reports.newest('robot1/plant').message == 'paused')
+    assert reports.newest('robot1/plant').level == DiagnosticStatus.OK
+
+
+def test_a_robot_that_was_stopped_says_why(robot):
+    reports = Reports(robot)
+    robot.start(arguments=WALL_CLOCK)
+    for name in NODES:
+        robot.spin_until(lambda: reports.newest(name).message == 'running')  # noqa: B023
+    assert float(reports.values('position_controller')['odom age max [s]']) < 1.0
+    robot.processes['reference_cart'].signal(signal.SIGSTOP)
+    robot.spin_until(lambda: reports.newest('position_controller').message == 'stopped, waits for reference_cart')
+    assert reports.newest('position_controller').level == DiagnosticStatus.ERROR
+    robot.processes['reference_cart'].signal(signal.SIGCONT)
+    robot.spin_until(lambda: reports.newest('position_controller').message == 'running')
+
+
+@pytest.mark.parametrize('name', ['plant', 'velocity_controller'])
+def test_saturation_is_a_warning(robot, name):
+    reports = Reports(robot)
+    robot.start(arguments=['-p', f'{name}:max_wheel_torque:=0.001'])
+    robot.spin_until(lambda: float(reports.values(name).get('saturation share', '0')) > 0.2)
+    assert reports.newest(name).level == DiagnosticStatus.WARN
+
+
+def test_divergence_is_an_error(robot):
+    reports = Reports(robot)
+    robot.start(arguments=['-p', 'backstepping.f:=500.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true'])
+    robot.spin_until(lambda: reports.newest('plant').message == 'paused')
+    robot.go_on()
+    robot.spin_until(lambda: reports.newest('plant').message == 'diverged', 60.0)
+    assert reports.newest('plant').level == DiagnosticStatus.ERROR
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() == 1)
+
+
+@pytest.mark.parametrize(('change', 'reason'), [
+    (lambda message: setattr(message.header.stamp, 'sec', message.header.stamp.sec - 3), 'stamp too old'),
+    (lambda message: setattr(message.header.stamp, 'sec', message.header.stamp.sec + 3), 'stamp in the future'),
+    (lambda message: setattr(message.header, 'frame_id', 'map'), 'frame_id is not base_link'),
+    (lambda message: setattr(message.twist.linear, 'x', 1e308), 'command too large'),
+])
+def test_what_is_refused_on_the_wall_clock_is_counted_and_keeps_no_robot_going(robot, change, reason):
+    reports = Reports(robot)
+    robot.start('plant', 'velocity_controller', arguments=WALL_CLOCK)
+    node = robot.recorder
+    publisher = node.create_publisher(TwistStamped, 'cmd_vel', LOOP)
+    message = TwistStamped()
+    message.twist.linear.x = 0.2
+
+    def publish(altered):
+        message.header.stamp, message.header.frame_id = node.get_clock().now().to_msg(), 'base_link'
+        message.twist.linear.x = 0.2
+        if altered:
+            change(message)
+        publisher.publish(message)
+
+    timer = node.create_timer(0.02, lambda: publish(altered=False))
+    robot.spin_until(lambda: reports.newest('velocity_controller').message == 'running')
+    timer.cancel()
+    node.create_timer(0.02, lambda: publish(altered=True))
+    robot.spin_until(lambda: int(reports.values('velocity_controller').get(f'refused cmd_vel: {reason}', '0')) > 10)
+    # what is refused refreshes no timeout: the command has fallen to zero
+    robot.spin_until(lambda: reports.newest('velocity_controller').message == 'stopped, waits for position_controller')
+    assert 'refused a message on cmd_vel' in robot.log('velocity_controller')
