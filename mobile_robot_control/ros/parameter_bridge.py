@@ -9,6 +9,7 @@ from rclpy.parameter import Parameter
 
 from mobile_robot_control.parameter_files import is_declared, not_ours
 from mobile_robot_control.parameters import Declaration, ParameterError, bounds, build, declarations
+from mobile_robot_control.ros.parameter_service import CheckedParameterService
 
 Group = TypeVar('Group')
 
@@ -33,12 +34,12 @@ def _plain(value: Any) -> Any:
 
 def declare(node: Node, group: type[Group]) -> Group:
     """
-    Declare the parameters of a group on a node and read what it was started with.
+    Declare the parameters of a group on a node, read what it was started with, and serve them.
 
     Parameters
     ----------
     node : Node
-        Freshly made.
+        Freshly made, without parameter services.
     group : type
         The declared NamedTuple.
 
@@ -58,6 +59,7 @@ def declare(node: Node, group: type[Group]) -> Group:
     values = build(group, {name: value for name, value in overrides.items() if not _foreign(name, group)})
     for name, declared in declarations(group, defaults=values).items():
         node.declare_parameter(name, _plain(declared.default), _descriptor(declared), ignore_override=True)
+    CheckedParameterService(node, group)
     return values
 
 

@@ -33,7 +33,7 @@ class Plant(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__('plant')
+        super().__init__('plant', start_parameter_services=False)
         self._values = declare(self, PlantParameters)
         shared = self._values.shared
         self.exit_code: int | None = None

@@ -33,7 +33,7 @@ class PositionController(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__('position_controller')
+        super().__init__('position_controller', start_parameter_services=False)
         self._values = declare(self, PositionControllerParameters)
         shared = self._values.shared
         self.exit_code: int | None = None

@@ -33,7 +33,7 @@ class ReferenceCart(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__('reference_cart')
+        super().__init__('reference_cart', start_parameter_services=False)
         parameters = declare(self, ReferenceCartParameters)
         shared = parameters.shared
         self.exit_code: int | None = None

@@ -37,7 +37,7 @@ class VelocityController(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__('velocity_controller')
+        super().__init__('velocity_controller', start_parameter_services=False)
         self._values = declare(self, VelocityControllerParameters)
         shared = self._values.shared
         self.exit_code: int | None = None

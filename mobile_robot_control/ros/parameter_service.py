@@ -1,0 +1,95 @@
+"""The parameter services of a node: what is asked is taken as it stands or refused by name, whatever was sent."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
+
+from mobile_robot_control.parameter_files import not_ours
+from mobile_robot_control.parameters import ParameterError, build, declarations, nearest
+
+_TYPES = [kind.value for kind in Parameter.Type]
+
+
+class CheckedParameterService(ParameterService):
+    """
+    Takes the place of rclpy's own, which ends the node at a type that does not exist and forgets names in its reasons.
+
+    `set_parameters` applies a call whose values are right together as one change, so that the order within the call
+    does not matter; otherwise, as ROS has it, each parameter by itself. `set_parameters_atomically` applies all or
+    nothing.
+
+    Parameters
+    ----------
+    node : Node
+        Made without parameter services of its own, its parameters declared.
+    group : type
+        The declared NamedTuple.
+
+    """
+
+    def __init__(self, node: Node, group: type) -> None:
+        super().__init__(node)
+        self._group, self._declared = group, declarations(group)
+
+    def _set_parameters_callback(self, request: Any, response: Any) -> Any:
+        asked = request.parameters
+        if len(asked) > 1 and not self._violations(asked):
+            together = self._set(asked)
+            if together.successful:
+                response.results = [together] * len(asked)
+                return response
+        response.results = [self._set([message]) for message in asked]
+        return response
+
+    def _set_parameters_atomically_callback(self, request: Any, response: Any) -> Any:
+        response.result = self._set(request.parameters)
+        return response
+
+    def _set(self, asked: Sequence[Any]) -> SetParametersResult:
+        """Apply all or nothing."""
+        violations = self._violations(asked)
+        if violations:
+            return SetParametersResult(successful=False, reason='; '.join(violations))
+        result = self._get_node().set_parameters_atomically([Parameter.from_parameter_msg(one) for one in asked])
+        if not result.successful:
+            result.reason = f'{", ".join(one.name for one in asked)}: {result.reason}'
+        return result
+
+    def _violations(self, asked: Sequence[Any]) -> list[str]:
+        """List everything that is wrong with a call; nothing changes."""
+        formal = {message.name: found for message in asked for found in self._formal(message)}
+        times = Counter(message.name for message in asked)
+        repeated = [f'{name} is given {count} times; give it once' for name, count in times.items() if count > 1]
+        current = {name: self._get_node().get_parameter(name).value for name in self._declared}
+        changed = {message.name: Parameter.from_parameter_msg(message).value for message in asked
+                   if message.name in self._declared and message.name not in formal}
+        try:
+            build(self._group, current | changed)
+        except ParameterError as error:
+            return [*formal.values(), *repeated, *self._named(error.violations, changed)]
+        return [*formal.values(), *repeated]
+
+    @staticmethod
+    def _named(violations: Sequence[str], changed: Sequence[str] | dict[str, Any]) -> Iterator[str]:
+        """Say at a rule between parameters which of them was to change, where the rule itself does not."""
+        for violation in violations:
+            named = any(name in violation for name in changed)
+            yield violation if named else f'{", ".join(changed)}: {violation}'
+
+    def _formal(self, message: Any) -> Iterator[str]:
+        """Yield what is wrong with a parameter whatever its value."""
+        name, declared = message.name, self._declared.get(message.name)
+        if message.value.type not in _TYPES:
+            yield f"'{name}' is of type {message.value.type}, which is none of ROS 2"
+        elif declared is None:
+            if not (not_ours(name) and self._get_node().has_parameter(name)):
+                yield f"unknown parameter '{name}'; {nearest(name, self._declared)}"
+        elif not declared.field.live:
+            yield f'{name} is read-only while the node runs; write it into a parameter file and start the node again'
+        elif message.value.type == Parameter.Type.NOT_SET.value:
+            yield f'{name} cannot be removed; it must have a value'

@@ -1,0 +1,195 @@
+"""Whatever is asked of the parameter services: each value is taken whole or refused by name, and the run goes on."""
+
+import itertools
+import time
+
+import pytest
+from harness import CONFIG
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from parameter_calls import DECLARED, Call, calls, of, plain, wild
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+
+from mobile_robot_control.configuration import NODES
+
+SLOW = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'lockstep:=true', '-p', 'real_time_factor:=0.2']
+_KINDS = {'get_parameters': GetParameters, 'set_parameters': SetParameters,
+          'set_parameters_atomically': SetParametersAtomically}
+
+
+class Services:
+    """The parameter services of the nodes, as another process sees them."""
+
+    def __init__(self, robot, nodes=tuple(NODES)):
+        self._robot = robot
+        self._clients = {
+            (node, name): robot.recorder.create_client(kind, f'{node}/{name}')
+            for node in nodes for name, kind in _KINDS.items()
+        }
+        robot.spin_until(lambda: all(client.service_is_ready() for client in self._clients.values()))
+        self.values = {node: self.get(node) for node in nodes}
+
+    def _call(self, node, name, request):
+        asked = []
+
+        def answered():
+            # a call can be lost before both sides have found each other
+            if not asked or time.monotonic() > asked[-1][0] + 2.0:
+                asked.append((time.monotonic(), self._clients[node, name].call_async(request)))
+            return any(future.done() for _, future in asked)
+
+        self._robot.spin_until(answered)
+        return next(future.result() for _, future in asked if future.done())
+
+    def get(self, node):
+        """All parameters of a node as it gives them."""
+        names = list(DECLARED[node])
+        values = self._call(node, 'get_parameters', GetParameters.Request(names=names)).values
+        assert len(values) == len(names)
+        return {name: plain(value) for name, value in zip(names, values, strict=True)}
+
+    def set(self, node, messages):
+        """What a node says to each of several parameters."""
+        results = self._call(node, 'set_parameters', SetParameters.Request(parameters=messages)).results
+        assert len(results) == len(messages)
+        return results
+
+    def set_atomically(self, node, messages):
+        """What a node says to several parameters as one."""
+        return self._call(
+            node, 'set_parameters_atomically', SetParametersAtomically.Request(parameters=messages)).result
+
+
+def _each(services, call):
+    """Each parameter by itself: what is said of it holds of it."""
+    results = services.set(call.node, [setting.message for setting in call.settings])
+    for setting, result in zip(call.settings, results, strict=True):
+        if setting.good is not None:
+            assert result.successful is setting.good, (call, result)
+        if result.successful:
+            services.values[call.node][setting.message.name] = plain(setting.message.value)
+        else:
+            assert setting.message.name in result.reason, (call, result)
+            assert result.reason
+
+
+def _all_or_nothing(services, call):
+    """One set: taken if all are good and none comes twice, else every bad one is named."""
+    result = services.set_atomically(call.node, [setting.message for setting in call.settings])
+    names = [setting.message.name for setting in call.settings]
+    bad = {name for setting, name in zip(call.settings, names, strict=True) if not setting.good}
+    bad |= {name for name in names if names.count(name) > 1}
+    assert result.successful is (not bad) or not names, (call, result)
+    if result.successful:
+        services.values[call.node].update(
+            {setting.message.name: plain(setting.message.value) for setting in call.settings})
+    else:
+        assert result.reason
+        for name in bad:
+            assert name in result.reason, (call, result)
+
+
+def _assert_it_goes_on(robot, services):
+    assert services.set('plant', [of('paused', False)])[0].successful
+    services.values['plant']['paused'] = False
+    before = robot.time()
+    robot.spin_until(lambda: robot.time() > before + 0.01, 5.0)
+
+
+def test_fuzzed_calls_are_applied_whole_or_refused_by_name(robot):
+    robot.start(arguments=SLOW)
+    robot.spin_until(lambda: robot.time() > 0.02)
+    services, count = Services(robot), itertools.count(1)
+
+    # a failure is not made smaller: the nodes remember what came before
+    @settings(max_examples=500, phases=[Phase.generate])
+    @given(calls())
+    def fuzz(call):
+        (_all_or_nothing if call.atomically else _each)(services, call)
+        assert services.get(call.node) == services.values[call.node], call
+        if next(count) % 50 == 0:
+            _assert_it_goes_on(robot, services)
+
+    fuzz()
+    _assert_it_goes_on(robot, services)
+    assert next(count) > 500
+    for name, process in robot.processes.items():
+        assert process.exit_code() is None
+        assert 'Traceback' not in robot.log(name)
+
+
+def test_a_call_whose_values_fit_together_needs_no_order(robot):
+    robot.start('position_controller')
+    services = Services(robot, ['position_controller'])
+
+    def ask(**values):
+        messages = [of(f'hybrid_backstepping.{name}', value) for name, value in values.items()]
+        return [result.successful for result in services.set('position_controller', messages)]
+
+    def held():
+        values = services.get('position_controller')
+        return values['hybrid_backstepping.b0'], values['hybrid_backstepping.b1']
+
+    # b1² >= 4 b0: each is refused by itself while the other is what it was
+    assert ask(b0=4.0) == [False]
+    assert ask(b0=4.0, b1=5.0) == [True, True]
+    assert held() == (4.0, 5.0)
+    # where not all is right, each stands by itself, in the order given
+    assert ask(b1=1.0, b0=0.2) == [True, True]
+    assert ask(b1=5.0, seek_speed=-1.0, b0=4.0) == [True, False, True]
+    assert held() == (4.0, 5.0)
+    result = services.set_atomically('position_controller', [
+        of('hybrid_backstepping.b0', 0.1), of('hybrid_backstepping.seek_speed', -1.0)])
+    assert not result.successful
+    assert held() == (4.0, 5.0)
+
+
+def test_what_a_node_has_can_be_loaded_again_but_for_what_is_read_only(robot):
+    robot.start('position_controller')
+    services = Services(robot, ['position_controller'])
+    values = services.values['position_controller']
+    results = services.set('position_controller', [of(name, value) for name, value in values.items()])
+    for name, result in zip(values, results, strict=True):
+        assert result.successful is DECLARED['position_controller'][name].field.live
+        assert result.successful or f'{name} is read-only' in result.reason
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(600)
+def test_nodes_live_on_with_any_gains_that_they_take(robot):
+    """Gains without sense end the run with a verdict of the plant at the worst, never a controller."""
+    arguments = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'lockstep:=true']
+    robot.start(arguments=arguments)
+    robot.spin_until(lambda: robot.time() > 0.02)
+    services, diverged = Services(robot), []
+
+    @settings(max_examples=150, phases=[Phase.generate])
+    @given(st.sampled_from(['position_controller', 'velocity_controller']).flatmap(
+        lambda node: st.lists(wild(node), min_size=1, max_size=4, unique_by=lambda setting: setting.message.name).map(
+            lambda drawn: Call(node, False, drawn))))
+    def fuzz(call):
+        before = dict(services.values[call.node])
+        _each(services, call)
+        after = services.get(call.node)
+        assert after == services.values[call.node], call
+        if after == before:
+            return
+        plant, start = robot.processes['plant'], robot.time()
+        robot.spin_until(lambda: plant.exit_code() is not None or robot.time() > start + 0.1, 10.0)
+        live = [name for name, declared in DECLARED[call.node].items() if declared.field.live]
+        result = services.set_atomically(call.node, [of(name, DECLARED[call.node][name].default) for name in live])
+        assert result.successful, result
+        services.values[call.node] = services.get(call.node)
+        if plant.exit_code() is not None:
+            assert plant.exit_code() == 1
+            assert 'the motion diverged' in robot.log('plant')
+            diverged.append(call)
+            robot.recorder.newest.clear()
+            robot.start('plant', arguments=arguments)
+        robot.spin_until(lambda: robot.time() > 0.02)
+
+    fuzz()
+    print(f'{len(diverged)} of 150 calls made the motion diverge')
+    for name, process in robot.processes.items():
+        assert process.exit_code() is None
+        assert 'Traceback' not in robot.log(name)
