@@ -115,7 +115,9 @@ def _check_names(section: str, values: Mapping[str, Any], addressed: Sequence[st
     known = set().union(*(_DECLARED[node] for node in addressed))
     for name, value in values.items():
         if name in known or not_ours(name):
-            if isinstance(value, list) and len({type(element) for element in value}) > 1:
+            if value is None:
+                yield f"{source}: '{name}' of '{section}' has no value; write one, or leave the line out"
+            elif isinstance(value, list) and len({type(element) for element in value}) > 1:
                 yield (f"{source}: '{name}' of '{section}' = {value} mixes kinds of numbers, which ROS refuses; "
                        f'write a decimal point in each: {[float(v) if type(v) is int else v for v in value]}')
             continue

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
@@ -90,6 +91,8 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
         return _spin(nodes, stop)
     except ParameterError as error:
         return _refuse(who, error.violations)
+    except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3
+        return _refuse(who, [str(error)])
     finally:
         for node in nodes:
             node.destroy_node()

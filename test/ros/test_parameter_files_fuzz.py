@@ -1,0 +1,119 @@
+"""Whatever a parameter file says: the node starts with just that, or refuses it in words; both readers agree."""
+
+import types
+
+import rclpy
+import yaml
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from parameter_calls import DECLARED
+from rclpy.signals import SignalHandlerOptions
+
+from mobile_robot_control.configuration import NODES
+from mobile_robot_control.parameter_files import load
+from mobile_robot_control.parameters import ParameterError, build, flatten
+from mobile_robot_control.ros import spin
+
+_STOPPED = types.SimpleNamespace(requested=True)
+_NUMBERS = st.one_of(st.floats(), st.floats(0.01, 1.0), st.integers(), st.integers(0, 1000), st.booleans())
+_SCALARS = st.one_of(_NUMBERS, st.text(max_size=6), st.sampled_from(['1e-3', '.nan', 'true', '~', '0x10', '1_000', '']))
+_ANYTHING = st.one_of(_SCALARS, st.none(), st.lists(_SCALARS, max_size=7), st.lists(st.floats(), max_size=7),
+                      st.dates(), st.binary(max_size=3), st.dictionaries(st.text(max_size=3), _SCALARS, max_size=2))
+
+
+def _near(default):
+    """Values like a default, right or nearly so."""
+    if isinstance(default, bool | str):
+        return st.one_of(st.just(default), _SCALARS)
+    if isinstance(default, tuple):
+        return st.one_of(st.just(list(default)), st.lists(_NUMBERS, min_size=len(default), max_size=len(default)))
+    return st.one_of(st.floats(0.5 * default, 2.0 * default), st.just(int(default)), _NUMBERS)
+
+
+def _tree(node):
+    """Draw the tree of a file for a node: its sections, flat names and nested ones, ours and others."""
+    ours = st.sampled_from(list(DECLARED[node])).flatmap(
+        lambda name: st.tuples(st.just(name), st.one_of(_near(DECLARED[node][name].default),
+                                                        _near(DECLARED[node][name].default), _ANYTHING)))
+    others = st.tuples(st.one_of(st.sampled_from(['nonsense', 'robot', 'use_sim_time', 'gains', 'fuzzy.']),
+                                 st.text(max_size=5)), _ANYTHING)
+    values = st.lists(st.one_of(ours, ours, ours, others), min_size=1, max_size=4).map(dict)
+    sections = st.sampled_from(['/**', f'/**/{node}', f'/{node}', node, f'/other/{node}', 'stranger', '/*'])
+    return st.dictionaries(sections, values.map(lambda given: {'ros__parameters': _nested(given)}), min_size=1,
+                           max_size=2)
+
+
+def _nested(values):
+    """Write dotted names of one group as a group, where nothing stands in the way."""
+    tree = {}
+    for name, value in values.items():
+        group, _, leaf = name.partition('.')
+        if leaf and isinstance(tree.setdefault(group, {}), dict):
+            tree[group][leaf] = value
+        else:
+            tree[name] = value
+    return tree
+
+
+def _texts(node):
+    """Draw files: sound YAML for the most part, and some with a character lost or doubled."""
+    sound = _tree(node).map(lambda tree: yaml.safe_dump(tree, allow_unicode=True))
+    spoilt = st.tuples(sound, st.integers(0, 200), st.sampled_from(['', ':', '[', '\t', '&'])).map(
+        lambda drawn: drawn[0][:drawn[1]] + drawn[2] + drawn[0][drawn[1] + 1:])
+    return st.one_of(sound, sound, sound, spoilt)
+
+
+FILES = st.sampled_from(list(NODES)).flatmap(lambda node: st.tuples(st.just(node), _texts(node)))
+
+
+def _read_by_us(node, path):
+    """What the commands read from a file for a node, or None and what they say."""
+    try:
+        values = {name: value for name, value in load([path])[node].items() if name in DECLARED[node]}
+        return flatten(build(NODES[node], values)), ''
+    except ParameterError as error:
+        return None, str(error)
+
+
+def _run_by_rcl(node, path):
+    """What a node runs with that was started with a file."""
+    rclpy.init(args=['--ros-args', '--params-file', str(path)], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        made = spin._make(node)
+        values = {name: made.get_parameter(name).value for name in DECLARED[node]}
+        made.destroy_node()
+    finally:
+        rclpy.try_shutdown()
+    return {name: value if isinstance(value, str | bool | float) else tuple(value) for name, value in values.items()}
+
+
+def test_both_readers_take_the_same_or_refuse(domain, tmp_path, capfd):
+    path, outcomes = tmp_path / 'fuzzed.yaml', {}
+
+    @settings(max_examples=200)
+    @example(('plant', '/**: {ros__parameters: {odom_frame_id: null}}'))
+    @example(('plant', '/**: {ros__parameters: {use_sim_time: []}}'))
+    @example(('plant', '/**: {ros__parameters: {use_sim_time: 3}}'))
+    @given(FILES)
+    def fuzz(drawn):
+        node, text = drawn
+        path.write_text(text, encoding='utf-8')
+        ours, words = _read_by_us(node, path)
+        capfd.readouterr()
+        code = spin.spin([node], ['--ros-args', '--params-file', str(path)], _STOPPED)
+        told = capfd.readouterr().err
+        assert 'Traceback' not in told
+        outcomes[ours is not None, code] = outcomes.get((ours is not None, code), 0) + 1
+        if ours is None:
+            assert code == 2, (words, told)
+        if code == 2:
+            assert f'{node}: ' in told
+        else:
+            assert code == 0
+            assert {name: repr(value) for name, value in _run_by_rcl(node, path).items()} == {
+                name: repr(value) for name, value in ours.items()}
+
+    fuzz()
+    print(outcomes)
+    assert outcomes[True, 0] > 10
+    assert outcomes[False, 2] > 10
