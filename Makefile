@@ -14,7 +14,7 @@ VENV_OPTIONS :=
 EXTRAS := wheels,pinned,test
 endif
 
-.PHONY: setup demo test lint readme clean
+.PHONY: setup demo test soak lint readme clean
 
 setup: $(READY)
 
@@ -30,6 +30,10 @@ demo: setup
 
 test: setup
 	$(BIN)/python -m pytest
+
+# one test at a time, each with the machine for itself; a line a test says how far it is
+soak: setup
+	$(BIN)/python -m pytest -m soak --numprocesses 0 --capture no --verbose --durations 0
 
 lint: setup
 	$(BIN)/python -m pytest test/lint
