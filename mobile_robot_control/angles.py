@@ -32,3 +32,29 @@ def wrap_angle(angle: float) -> float:
         return angle
     turn = angle % (2.0 * math.pi)
     return turn if turn <= math.pi else turn - 2.0 * math.pi
+
+
+@jitable
+def direction(angle: float) -> tuple[float, float]:
+    """
+    Give cosine and sine of an angle.
+
+    Parameters
+    ----------
+    angle : float
+        [rad].
+
+    Returns
+    -------
+    tuple of float
+        Both nan where the angle is not finite, as compiled code has it; plain Python would raise there.
+
+    Examples
+    --------
+    >>> direction(0.0)
+    (1.0, 0.0)
+
+    """
+    if not math.isfinite(angle):
+        return math.nan, math.nan
+    return math.cos(angle), math.sin(angle)

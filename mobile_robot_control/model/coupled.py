@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+from mobile_robot_control.angles import direction
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
@@ -47,8 +48,8 @@ def _derivative(motion: Motion, heading: float, torque: WheelTorque, robot: Robo
     # (A-B) dω/dt + (r²/(2R²)) M d v ω = (r/(2R))(τ_R - τ_L) - K ω
     angular = (0.5 * r / R * (torque.right - torque.left) - K * omega
                - 0.5 * r * r / (R * R) * offset_mass * v * omega) / angular_inertia(robot)
-    theta = heading + motion.turn
-    return Motion(v * math.cos(theta), v * math.sin(theta), omega, v, linear, angular)
+    cosine, sine = direction(heading + motion.turn)
+    return Motion(v * cosine, v * sine, omega, v, linear, angular)
 
 
 @jitable

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.angles import direction, wrap_angle
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import coupled
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
@@ -253,8 +253,9 @@ def step(state: PlantState, torque: WheelTorque, plant: SampledPlant) -> PlantSt
         forward = weight * (along.decay * v + along.gain * push)
         heading = state.pose.heading + around.gain * omega + around.travel * twist
         # Eq. (5), (6): dx/dt = v cos θ, dy/dt = v sin θ
-        x += forward * math.cos(heading)
-        y += forward * math.sin(heading)
+        cosine, sine = direction(heading)
+        x += forward * cosine
+        y += forward * sine
     along, around = plant.linear.end, plant.angular.end
     return _moved(
         state,

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.angles import direction, wrap_angle
 
 
 @pytest.mark.parametrize(('angle', 'wrapped'), [
@@ -46,3 +46,13 @@ def test_equation_35(angle):
 @pytest.mark.parametrize('angle', [math.inf, -math.inf, math.nan])
 def test_what_has_no_direction_gives_nan(angle):
     assert math.isnan(wrap_angle(angle))
+
+
+@pytest.mark.parametrize('angle', [0.0, 1.0, -3.0, 1e300])
+def test_a_direction_is_cosine_and_sine(angle):
+    assert direction(angle) == (math.cos(angle), math.sin(angle))
+
+
+@pytest.mark.parametrize('angle', [math.inf, -math.inf, math.nan])
+def test_what_is_no_angle_has_no_direction(angle):
+    assert all(map(math.isnan, direction(angle)))

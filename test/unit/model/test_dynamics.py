@@ -171,3 +171,13 @@ def test_diverged_sees_every_place(place, value):
 
 def test_diverged_lets_ordinary_motion_pass():
     assert not dynamics.diverged(PlantState(Pose(9e5, -9e5, 3.0), BodyVelocity(-9e5, 9e5), 1e9, -1e9))
+
+
+@pytest.mark.parametrize('coupling', [False, True])
+@pytest.mark.parametrize('torque', [(1e308, 0.0), (-1e308, 1e308), (1e300, 1e20), (1e154, 1e154)])
+def test_torques_beyond_all_motors_diverge_and_do_not_raise(coupling, torque):
+    plant = dynamics.sample(ROBOT, 0.002, coupling)
+    state = dynamics.at_rest(Pose(1.0, 0.0, 1.0))
+    for _ in range(3):
+        state = dynamics.step(state, WheelTorque(*torque), plant)
+    assert dynamics.diverged(state)
