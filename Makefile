@@ -39,7 +39,7 @@ lint: setup
 	$(BIN)/python -m pytest test/lint
 
 readme: setup
-	$(BIN)/python -m mobile_robot_control.reporting.parameter_table README.md
+	$(BIN)/python -m mobile_robot_control.reporting.parameter_table README.md docs/nodes/*.md
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info

@@ -1,4 +1,4 @@
-"""The parameters of the nodes as Markdown tables, for the README."""
+"""The parameters of the nodes as Markdown tables, for the README and the nodes' pages."""
 
 import re
 import sys
@@ -8,7 +8,7 @@ from typing import Any
 from mobile_robot_control.configuration import NODES, Shared
 from mobile_robot_control.parameters import Declaration, bounds, declarations
 
-_BEGIN, _END = '<!-- parameters: generated -->', '<!-- end of parameters -->'
+_END = '<!-- end of parameters -->'
 
 
 def _written(value: Any) -> str:
@@ -29,32 +29,36 @@ def _table(title: str, declared: dict[str, Declaration]) -> str:
     return '\n'.join([head, *map(_row, declared.values())])
 
 
-def tables() -> str:
+def tables(node: str = '') -> str:
     """
-    Give the tables of all parameters.
+    Give the tables of parameters.
+
+    Parameters
+    ----------
+    node : str
+        The node whose own parameters are asked for; all of them, and the shared ones, where it is ''.
 
     Returns
     -------
     str
-        Markdown: the shared parameters, then each node's own; a star marks those that change live.
+        Markdown; a star marks those that change live.
 
     """
     shared = declarations(Shared)
-    parts = [_table('all nodes', shared)]
-    for node, group in NODES.items():
-        own = {name: declared for name, declared in declarations(group).items() if name not in shared}
-        parts.append(_table(f'`{node}`', own))
-    return '\n\n'.join(parts)
+    own = {name: _table(f'`{name}`', {key: declared for key, declared in declarations(group).items()
+                                      if key not in shared}) for name, group in NODES.items()}
+    return own[node] if node else '\n\n'.join([_table('all nodes', shared), *own.values()])
 
 
 def insert(text: str) -> str:
     """
-    Put the tables into a text, between its two marks.
+    Put the tables into a text, between its marks.
 
     Parameters
     ----------
     text : str
-        Markdown with both marks.
+        Markdown with ``<!-- parameters: generated -->`` or ``<!-- parameters of NODE: generated -->`` and
+        ``<!-- end of parameters -->``.
 
     Returns
     -------
@@ -62,11 +66,13 @@ def insert(text: str) -> str:
         The same with present tables.
 
     """
-    made = f'{_BEGIN}\n\n{tables()}\n\n{_END}'
-    return re.sub(f'{re.escape(_BEGIN)}.*{re.escape(_END)}', lambda _: made, text, flags=re.DOTALL)
+    def table(found: re.Match[str]) -> str:
+        return f'{found[1]}\n\n{tables(found[2] or "")}\n\n{_END}'
+
+    return re.sub(rf'(<!-- parameters(?: of (\w+))?: generated -->).*?{_END}', table, text, flags=re.DOTALL)
 
 
 if __name__ == '__main__':
-    for name in sys.argv[1:]:
-        path = Path(name)
+    for file in sys.argv[1:]:
+        path = Path(file)
         path.write_text(insert(path.read_text(encoding='utf-8')), encoding='utf-8')

@@ -1,0 +1,54 @@
+"""
+A kinematic base that is not of this package: takes cmd_vel, gives odometry, on its own wall clock.
+
+Run as a process: ``python stand_in_base.py [--plain]``; with ``--plain`` it takes a Twist
+on plain_cmd_vel instead.
+"""
+
+import contextlib
+import math
+import sys
+
+import rclpy
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+PERIOD = 0.02
+
+
+class Base(Node):
+    """Moves as it is told, a third of the difference a period."""
+
+    def __init__(self, plain):
+        super().__init__('base')
+        self.x, self.y, self.heading, self.v, self.omega, self.told = 1.0, 0.0, 0.5 * math.pi, 0.0, 0.0, Twist()
+        kind, topic = (Twist, 'plain_cmd_vel') if plain else (TwistStamped, 'cmd_vel')
+        self.create_subscription(kind, topic, self.take, 1)
+        self.odom = self.create_publisher(Odometry, 'odom', 1)
+        self.create_timer(PERIOD, self.move)
+
+    def take(self, message):
+        self.told = message if isinstance(message, Twist) else message.twist
+
+    def move(self):
+        self.v += (self.told.linear.x - self.v) / 3.0
+        self.omega += (self.told.angular.z - self.omega) / 3.0
+        self.x += PERIOD * self.v * math.cos(self.heading)
+        self.y += PERIOD * self.v * math.sin(self.heading)
+        self.heading += PERIOD * self.omega
+        message = Odometry(child_frame_id='base_footprint')
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.header.frame_id = 'map'
+        message.pose.pose.position.x, message.pose.pose.position.y = self.x, self.y
+        message.pose.pose.orientation.z = math.sin(0.5 * self.heading)
+        message.pose.pose.orientation.w = math.cos(0.5 * self.heading)
+        message.twist.twist.linear.x, message.twist.twist.angular.z = self.v, self.omega
+        self.odom.publish(message)
+
+
+if __name__ == '__main__':
+    rclpy.init()
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+        rclpy.spin(Base('--plain' in sys.argv))
