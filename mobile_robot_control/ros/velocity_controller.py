@@ -38,7 +38,7 @@ class VelocityController(Node):
 
     def __init__(self) -> None:
         super().__init__('velocity_controller', start_parameter_services=False)
-        self._values = declare(self, VelocityControllerParameters)
+        self._values = self._changed = declare(self, VelocityControllerParameters)
         shared = self._values.shared
         self.exit_code: int | None = None
         self._robot, self._lockstep = shared.robot, shared.lockstep
@@ -66,7 +66,7 @@ class VelocityController(Node):
         self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)
 
     def _change(self, values: VelocityControllerParameters) -> None:
-        self._values = values
+        self._changed = values
 
     def _on_joint_states(self, message: JointState) -> None:
         admitted = self._border.admit('joint_states', message, read_wheel_velocity, self._gate)
@@ -107,6 +107,8 @@ class VelocityController(Node):
             self._state = VelocityPiState()
         self._gate.accept(stamp)
         self._command_gate.accept(self._command[0])
+        if stamp == self._command[0]:
+            self._values = self._changed  # live changes, at position ticks as in the position controller
         self._step(wheels, self._command[1])
         self._publish(stamp)
 
@@ -114,6 +116,7 @@ class VelocityController(Node):
         """On the wall clock: step with the newest inputs; a silent command means zero, silent wheels no torque."""
         if self._wheels is None:
             return
+        self._values = self._changed
         timeout = self._values.cmd_vel_timeout
         fresh = self._command is not None and (timeout == 0.0 or self._peers.age('cmd_vel') <= timeout)
         if self._peers.age('joint_states') <= _BLIND_AFTER:

@@ -7,6 +7,12 @@ from harness import CONFIG
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
+from mobile_robot_control.configuration import configure
+from mobile_robot_control.control import velocity_pi
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.model.kinematics import body_velocity
+from mobile_robot_control.parameter_files import load
+
 ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=2.0']
 
 
@@ -41,6 +47,33 @@ def test_another_law_takes_over_without_a_jump(robot):
     # the fuzzy law follows at a distance, as backstepping does not
     assert max(abs(sample.tick.error.longitudinal) for sample in ticks[-100:]) > 0.02
     assert max(abs(sample.tick.error.longitudinal) for sample in ticks[100:200]) < 0.02
+
+
+def test_new_velocity_gains_act_from_a_position_tick_on(robot):
+    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=6.0'])
+    robot.spin_until(robot.recorder.hears_everything)
+    robot.go_on()
+    robot.spin_until(lambda: robot.time() > 1.0)
+    result, = _set(robot, 'velocity_controller', gains__k1=0.25)
+    assert result.successful, result.reason
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    recording = robot.recording()
+    assert not recording.problems
+    parameters = configure(load([CONFIG / 'backstepping.yaml'])).velocity_controller
+    gains, state, changed_at = parameters.gains, VelocityPiState(), []
+    for sample in recording.samples:
+        measured, asked = body_velocity(sample.wheels, parameters.shared.robot), {}
+        for k1 in (gains.k1, 0.25):
+            asked[k1] = velocity_pi.step(state, sample.command, measured, gains._replace(k1=k1),
+                                         parameters.shared.robot, 0.0, 0.002)
+        if asked[gains.k1][1] != pytest.approx(sample.torque, abs=1e-9):
+            gains = gains._replace(k1=0.25)
+            changed_at.append(sample.time)
+        state, torque = asked[gains.k1]
+        assert torque == pytest.approx(sample.torque, abs=1e-9)
+    at, = changed_at
+    assert 1.0 <= at <= 4.0
+    assert round(at * 500) % 5 == 0
 
 
 def test_what_is_refused_changes_nothing(robot):
