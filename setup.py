@@ -29,7 +29,7 @@ setup(
         (f'share/{PACKAGE}', ['package.xml']),
         *config_files(),
     ],
-    install_requires=['setuptools', 'PyYAML', 'matplotlib', 'rosbags', 'tqdm'],
+    install_requires=['setuptools', 'PyYAML', 'matplotlib', 'mcap', 'rosbags', 'tqdm'],
     extras_require={
         # ROS 2 itself, for a machine without one; a ROS 2 that is installed brings its own
         'wheels': [
@@ -38,13 +38,19 @@ setup(
             'ros-kilted-rmw-fastrtps-cpp==9.3.3',
         ],
         # the versions that the tests run with
-        'pinned': ['PyYAML==6.0.3', 'matplotlib==3.10.9', 'numpy==2.2.6', 'rosbags==0.11.9', 'tqdm==4.70.1'],
+        'pinned': [
+            'PyYAML==6.0.3',
+            'matplotlib==3.10.9',
+            'mcap==1.6.0',
+            'numpy==2.2.6',
+            'rosbags==0.11.9',
+            'tqdm==4.70.1',
+        ],
         'test': [
             'colcon-core==0.21.3',
             'colcon-package-information==0.4.1',
             'colcon-ros==0.5.0',
             'hypothesis==6.168.5',
-            'mcap==1.6.0',
             'mcap-ros2-support==0.6.0',
             'mypy==2.4.1',
             'pytest==9.2.0',

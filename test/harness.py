@@ -12,6 +12,7 @@ from rclpy.signals import SignalHandlerOptions
 from mobile_robot_control.cli.processes import NodeProcess, stop
 from mobile_robot_control.configuration import NODES
 from mobile_robot_control.recording import bag
+from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
 
@@ -41,7 +42,7 @@ class Robot:
         self._folder = folder
         self.processes = {}
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self._bag = bag.BagWriter(folder / 'bag')
+        self._bag = BagWriter(folder / 'bag')
         self._bag.__enter__()
         self.recorder = Recorder('/', self._bag.write, self._bag.knows)
         self._executor = make_executor()

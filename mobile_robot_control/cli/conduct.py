@@ -15,7 +15,7 @@ from mobile_robot_control.cli.processes import NodeProcess
 from mobile_robot_control.cli.processes import stop as stop_processes
 from mobile_robot_control.configuration import NODES, Configuration, period_nanoseconds
 from mobile_robot_control.parameters import ParameterError
-from mobile_robot_control.recording.bag import BagWriter
+from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.executables import Stop
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor

@@ -7,6 +7,7 @@ from typing import Any
 
 from mobile_robot_control.configuration import Configuration
 from mobile_robot_control.recording import bag
+from mobile_robot_control.recording.signals import joined
 from mobile_robot_control.reporting import run_picture
 from mobile_robot_control.simulation.closed_loop import is_complete
 from mobile_robot_control.simulation.metrics import RunMeter, summary
@@ -38,7 +39,7 @@ def evaluate(parameters: Configuration, output: Path, namespace: str, outcome: s
         print(f'experiment: the recording has gaps: {problem}', file=sys.stderr)
     shared, plant = parameters.plant.shared, parameters.plant
     meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
-    for sample in recording.samples:
+    for sample in joined(recording.signals):
         meter.add(sample)
     if meter.last is None:
         metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}

@@ -1,104 +1,25 @@
-"""Runs as rosbag2 bags (mcap), written from serialised messages and read back as samples."""
+"""Runs read from bags, whole or damaged, as signals: memory holds numbers, never messages."""
 
-import itertools
-import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple
 
-from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
-from rosbags.rosbag2 import StoragePlugin, Writer
+import yaml
+from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from mobile_robot_control.quantities import Reference, WheelTorque, WheelVelocity
-from mobile_robot_control.readings import (
-    nanoseconds,
-    read_error,
-    read_odometry,
-    read_torque,
-    read_twist,
-    read_wheel_angles,
-    read_wheel_velocity,
-)
-from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
+from mobile_robot_control.readings import Refused, nanoseconds
+from mobile_robot_control.recording import gaps
+from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, Progress
+from mobile_robot_control.recording.signals import COLUMNS, READ, Collector, Signal, joined
+from mobile_robot_control.simulation.closed_loop import Sample
 
-_FOREVER = QosTime(9223372036, 854775807)
-_FAST = ('joint_states', 'wheel_torques')
-_SLOW = ('odom', 'reference', 'cmd_vel', 'tracking_error')
-
-
-class BagWriter:
-    """
-    Writes serialised messages to a new mcap bag that stock ROS 2 reads; a context manager.
-
-    Parameters
-    ----------
-    path : Path
-        The bag's folder; it must not exist.
-
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._types: Any = get_typestore(Stores.ROS2_KILTED)
-        self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
-        self._connections: dict[str, Any] = {}
-
-    def __enter__(self) -> 'BagWriter':
-        self._writer.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._writer.close()
-
-    def knows(self, kind: str) -> bool:
-        """
-        Say whether messages of a type can be written.
-
-        Parameters
-        ----------
-        kind : str
-            Such as 'nav_msgs/msg/Odometry'.
-
-        Returns
-        -------
-        bool
-            True for the types of the common interfaces.
-
-        """
-        return kind in self._types.fielddefs
-
-    def write(self, topic: str, kind: str, received: int, message: bytes, latched: bool = False) -> None:
-        """
-        Append a message.
-
-        Parameters
-        ----------
-        topic : str
-            Absolute name.
-        kind : str
-            Type, such as 'nav_msgs/msg/Odometry'.
-        received : int
-            Wall time of receipt [ns].
-        message : bytes
-            CDR.
-        latched : bool
-            Whether the topic is transient local.
-
-        """
-        connection = self._connections.get(topic)
-        if connection is None:
-            durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
-            connection = self._connections[topic] = self._writer.add_connection(
-                topic, kind, typestore=self._types, offered_qos_profiles=[Qos(
-                    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, durability, _FOREVER, _FOREVER,
-                    QosLiveliness.AUTOMATIC, _FOREVER, avoid_ros_namespace_conventions=False,
-                )],
-            )
-        self._writer.write(connection, received, message)
+_TYPES = {
+    'joint_states': 'sensor_msgs/msg/JointState', 'wheel_torques': 'sensor_msgs/msg/JointState',
+    'odom': 'nav_msgs/msg/Odometry', 'reference': 'nav_msgs/msg/Odometry',
+    'cmd_vel': 'geometry_msgs/msg/TwistStamped', 'tracking_error': 'geometry_msgs/msg/Vector3Stamped',
+}
 
 
 class Recording(NamedTuple):
@@ -107,114 +28,147 @@ class Recording(NamedTuple):
 
     Attributes
     ----------
-    samples : list of Sample
-        In order of time, repeats removed by stamp.
+    signals : dict of str to Signal
+        By topic, repeats removed by stamp; empty for a silent one.
     problems : tuple of str
         What is missing, in words; empty for a whole run.
 
     """
 
-    samples: list[Sample]
+    signals: dict[str, Signal]
     problems: tuple[str, ...]
 
-
-class _Joints(NamedTuple):
-    angles: tuple[float, float]
-    wheels: WheelVelocity
-    applied: WheelTorque
-
-
-def _joints(message: Any) -> _Joints:
-    return _Joints(read_wheel_angles(message), read_wheel_velocity(message), read_torque(message))
+    @property
+    def samples(self) -> list[Sample]:
+        """All at once, in order of time; :func:`joined` of the signals yields the same one by one."""
+        return list(joined(self.signals))
 
 
-_READ: dict[str, Callable[[Any], Any]] = {
-    'joint_states': _joints,
-    'wheel_torques': read_torque,
-    'odom': read_odometry,
-    'reference': lambda message: Reference(*read_odometry(message)),
-    'cmd_vel': read_twist,
-    'tracking_error': read_error,
-}
+def _silent(_read: int, _all: int) -> None:
+    """Tell nobody."""
 
 
-def _by_stamp(path: Path, namespace: str) -> dict[str, dict[int, Any]]:
-    """Read the loop's topics by stamp; a repeat says the same again, a new run takes the place of the old one."""
-    prefix = namespace.rstrip('/') + '/'
-    found: dict[str, dict[int, Any]] = {topic: {} for topic in _READ}
-    newest = -1
-    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_KILTED)) as reader:
-        wanted = [connection for connection in reader.connections
-                  if connection.topic.startswith(prefix) and connection.topic.removeprefix(prefix) in _READ]
-        for connection, _, data in reader.messages(connections=wanted) if wanted else ():
-            topic = connection.topic.removeprefix(prefix)
-            message: Any = reader.deserialize(data, connection.msgtype)
-            stamp = nanoseconds(message.header.stamp)
-            if topic == 'joint_states':
-                if stamp == 0 and newest > 0:
-                    found = {name: {} for name in _READ}
-                newest = stamp
-            found[topic][stamp] = _READ[topic](message)
-    return found
+class _Bag:
+    """A bag's messages from whatever files it is made of."""
+
+    def __init__(self, path: Path, progress: Progress) -> None:
+        self.problems: list[str] = []
+        self.topics: set[str] = set()
+        self._path, self._progress = path, progress
+
+    def messages(self, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        if not self._path.exists():
+            raise BagError(f'{self._path}: does not exist; name a bag that `experiment` or `ros2 bag record` wrote')
+        metadata = self._metadata()
+        files = [self._path] if self._path.is_file() else sorted(
+            (file for ending in ('mcap', 'db3') for file in self._path.glob(f'*.{ending}')),
+            key=lambda file: (len(file.name), file.name))  # bag_10 after bag_9
+        if metadata is not None and (_is_compressed(metadata) or not files):
+            yield from self._by_rosbags(self._path, wanted)
+            return
+        if not files:
+            raise BagError(f'{self._path}: is not a bag: there is no .mcap or .db3 file in it; '
+                           'name the folder that `experiment` or `ros2 bag record` wrote')
+        for file in files:
+            if file.suffix == '.mcap':
+                stream = McapStream(file, self._progress)
+                yield from stream.messages(wanted)
+                self.problems += stream.problems
+                self.topics.update(stream.topics())
+            else:
+                yield from self._by_rosbags(file, wanted)
+
+    def _metadata(self) -> dict[str, Any] | None:
+        """Read metadata.yaml, which is of use for compressed bags only: None where there is none, or a broken one."""
+        file = self._path / 'metadata.yaml'
+        try:
+            found = yaml.safe_load(file.read_text(encoding='utf-8'))['rosbag2_bagfile_information']
+        except (OSError, ValueError, TypeError, KeyError, yaml.YAMLError):
+            return None
+        return found if isinstance(found, dict) else None
+
+    def _by_rosbags(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Read sqlite3 files, and bags whose files or messages are compressed one by one."""
+        try:
+            reader = Reader(path)
+            reader.open()
+        except Exception as error:  # (a broken file breaks a reader in any way)
+            raise BagError(f'{path}: cannot be read as a bag ({error}); '
+                           'name one that `experiment` or `ros2 bag record` wrote') from error
+        try:
+            self.topics.update(connection.topic for connection in reader.connections)
+            connections = [connection for connection in reader.connections if wanted(connection.topic)]
+            total = reader.message_count
+            messages = reader.messages(connections=connections) if connections else ()
+            for count, (connection, received, data) in enumerate(messages):
+                if count % 1000 == 0:
+                    self._progress(count, total)
+                yield Message(connection.topic, connection.msgtype, received, data)
+            self._progress(total, total)
+        except Exception as error:
+            self.problems.append(f'the recording was cut off: {path.name} is damaged ({error}), '
+                                 'and was read up to there')
+        finally:
+            reader.close()
 
 
-def _joined(found: dict[str, dict[int, Any]]) -> Iterator[Sample]:
-    """Join the topics by stamp: each time of the fast loop with the newest whole position tick."""
-    ticks = sorted(set.intersection(*(set(found[topic]) for topic in _SLOW)))
-    torques = found['wheel_torques']
-    upcoming = iter((*ticks, math.inf))
-    following = next(upcoming)
-    tick: PositionTick | None = None
-    for stamp, joints in sorted(found['joint_states'].items()):
-        while following <= stamp:
-            at = int(following)
-            pose, velocity = found['odom'][at]
-            tick = PositionTick(at / 1e9, pose, velocity, found['reference'][at], found['tracking_error'][at])
-            command = found['cmd_vel'][at]
-            following = next(upcoming)
-        if tick is not None and stamp in torques:
-            right, left = joints.angles
-            yield Sample(stamp / 1e9, tick, command, right, left, joints.wheels, joints.applied, torques[stamp])
+def _is_compressed(metadata: dict[str, Any]) -> bool:
+    return str(metadata.get('compression_mode') or 'none').lower() != 'none'
 
 
-def _problems(found: dict[str, dict[int, Any]], samples: list[Sample]) -> Iterator[str]:
-    for topics in (_FAST, _SLOW):
-        stamps = sorted(set.union(*(set(found[topic]) for topic in topics)))
-        period = min((after - before for before, after in itertools.pairwise(stamps)), default=1)
-        expected = (stamps[-1] - stamps[0]) // period + 1 if stamps else 0
-        for topic in topics:
-            missing = expected - len(found[topic])
-            if not found[topic]:
-                yield f'no messages on {topic}'
-            elif missing:
-                yield f'{missing} of {expected} messages missing on {topic}'
-    if samples and samples[0].time > 0.0:
-        yield f'the recording starts at t = {samples[0].time} s'
-
-
-def read(path: Path, namespace: str = '/') -> Recording:
+def read(path: Path, namespace: str = '/', progress: Progress = _silent) -> Recording:
     """
     Read a run from a bag.
 
     Parameters
     ----------
     path : Path
-        The bag's folder.
+        The bag's folder, or one file of it; nothing is changed.
     namespace : str
         In which the nodes ran.
+    progress : callable
+        Told how far the reading is.
 
     Returns
     -------
     Recording
-        Samples and what is missing.
+        The last run that was recorded, and what is missing. A bag that breaks off is read up to there.
 
     Raises
     ------
-    rosbags.rosbag2.ReaderError
+    BagError
         If it is not a bag that can be read.
 
     """
-    found = _by_stamp(path, namespace)
-    samples = list(_joined(found))
-    return Recording(samples, tuple(_problems(found, samples)))
+    prefix = namespace.rstrip('/') + '/'
+    names = {prefix + name: name for name in COLUMNS}
+    types = get_typestore(Stores.ROS2_KILTED)
+    bag, collector = _Bag(path, progress), Collector()
+    left_out: Counter[str] = Counter()
+    for topic, kind, received, data in bag.messages(names.__contains__):
+        name = names[topic]
+        if kind != _TYPES[name]:
+            left_out[f'{topic} is of type {kind}, not {_TYPES[name]}'] += 1
+            continue
+        try:
+            message: Any = types.deserialize_cdr(data, kind)
+            collector.add(name, nanoseconds(message.header.stamp), READ[name](message), received)
+        except Refused as reason:
+            left_out[f'{topic}: {reason}'] += 1
+        except Exception as error:
+            left_out[f'{topic}: cannot be deserialised ({type(error).__name__})'] += 1
+    return Recording(collector.signals, tuple(_problems(bag, collector, left_out, prefix)))
 
+
+def _problems(bag: _Bag, collector: Collector, left_out: Counter[str], prefix: str) -> Iterator[str]:
+    yield from bag.problems
+    for reason, count in left_out.items():
+        yield f'{count} messages left out: {reason}'
+    if collector.disordered:
+        yield f'{collector.disordered} messages came after a later stamp of their topic'
+    if collector.earlier_runs:
+        yield f'{collector.earlier_runs} earlier runs left out; the last one is taken'
+    if not any(prefix + name in bag.topics for name in COLUMNS):
+        yield (f'none of the topics {", ".join(prefix + name for name in COLUMNS)}; the bag holds '
+               f'{", ".join(sorted(bag.topics)) or "nothing"}: name the robot with --namespace')
+    yield from gaps.problems(collector.signals)

@@ -1,0 +1,143 @@
+"""Runs written as rosbag2 bags (mcap) from serialised messages, so that little is lost when the writing breaks off."""
+
+import errno
+import os
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+from mcap.writer import CompressionType, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from mobile_robot_control.recording import bag_metadata
+from mobile_robot_control.recording.bag_metadata import Topic
+
+_FLUSH = 500_000_000
+"""[ns] of wall time after which what has come is given to the operating system."""
+_CHUNK = 1 << 18
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+
+
+class BagWriter:
+    """
+    Writes serialised messages to a new mcap bag that stock ROS 2 reads; a context manager.
+
+    What is older than half a second survives the end of this process, however it comes.
+
+    Parameters
+    ----------
+    path : Path
+        The bag's folder; it must not exist.
+
+    Attributes
+    ----------
+    failure : str
+        Why the writing broke off, naming the file, in words; '' while all is well. What is written after that is lost.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.failure = ''
+        self._types: Any = get_typestore(Stores.ROS2_KILTED)
+        self._path, self._file = path, path / f'{path.name}.mcap'
+        self._topics: dict[str, Topic] = {}
+        self._schemas: dict[str, int] = {}
+        self._flushed = self._first = self._last = 0
+
+    def __enter__(self) -> 'BagWriter':
+        self._path.mkdir(parents=True)
+        self._stream: BinaryIO = self._file.open('xb')
+        self._writer: Any = Writer(self._stream, chunk_size=_CHUNK, compression=CompressionType.NONE)
+        self._writer.start('ros2')
+        self._stream.flush()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if not self.failure:
+                self._writer.add_metadata('rosbag2', {'serialized_metadata': self._metadata().inner})
+                self._writer.finish()
+                self._stream.flush()
+                self._metadata().write(self._path)
+        except OSError as reason:
+            self._fail(reason)
+        finally:
+            with suppress(OSError):
+                self._stream.close()
+
+    def knows(self, kind: str) -> bool:
+        """
+        Say whether messages of a type can be written.
+
+        Parameters
+        ----------
+        kind : str
+            Such as 'nav_msgs/msg/Odometry'.
+
+        Returns
+        -------
+        bool
+            True for the types of the common interfaces.
+
+        """
+        return kind in self._types.fielddefs
+
+    def write(self, topic: str, kind: str, received: int, message: bytes, latched: bool = False) -> None:
+        """
+        Append a message.
+
+        Parameters
+        ----------
+        topic : str
+            Absolute name.
+        kind : str
+            Type, such as 'nav_msgs/msg/Odometry'.
+        received : int
+            Wall time of receipt [ns].
+        message : bytes
+            CDR.
+        latched : bool
+            Whether the topic is transient local.
+
+        """
+        if self.failure:
+            return
+        try:
+            known = self._topics.get(topic) or self._add(topic, kind, latched)
+            self._writer.add_message(known.channel, received, message, received)
+            known.count += 1
+            self._first, self._last = min(self._first or received, received), max(self._last, received)
+            if received - self._flushed > _FLUSH:
+                self._flush(received)
+        except OSError as reason:
+            self._fail(reason)
+
+    def _add(self, topic: str, kind: str, latched: bool) -> Topic:
+        if kind not in self._schemas:
+            definition, _ = self._types.generate_msgdef(kind, ros_version=2)
+            self._schemas[kind] = self._writer.register_schema(kind, 'ros2msg', definition.encode())
+        quality = bag_metadata.quality(latched)
+        channel = self._writer.register_channel(
+            topic, 'cdr', self._schemas[kind], {'offered_qos_profiles': bag_metadata.dump([quality])}
+        )
+        self._topics[topic] = Topic(topic, kind, self._types.hash_rihs01(kind), quality, channel)
+        # written with every new topic, so that a bag that breaks off has one too
+        self._metadata().write(self._path)
+        return self._topics[topic]
+
+    def _flush(self, now: int) -> None:
+        self._flushed = now
+        self._writer.flush()
+        if os.fstat(self._stream.fileno()).st_nlink == 0:
+            raise FileNotFoundError(errno.ENOENT, 'was removed while it was written')
+
+    def _metadata(self) -> bag_metadata.Metadata:
+        return bag_metadata.Metadata(self._file.name, tuple(self._topics.values()), self._first, self._last)
+
+    def _fail(self, reason: OSError) -> None:
+        remedy = ('make room there, or name a folder elsewhere; what was recorded up to here can be read'
+                  if reason.errno in _FULL else 'name a folder that can be written, and leave it in its place')
+        self.failure = f'{self._file}: {reason.strerror or reason}; {remedy}'

@@ -1,0 +1,121 @@
+"""What a recording lacks: silent topics, late starts, gaps."""
+
+import itertools
+from array import array
+from collections import Counter
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from mobile_robot_control.recording.signals import FAST, SLOW, Signal, origin
+
+_MANY_PERIODS = 2.5
+"""On the wall clock, a silence longer than this many periods is a gap."""
+
+
+class Gap(NamedTuple):
+    """
+    A silence in a topic.
+
+    Attributes
+    ----------
+    start, end : float
+        Times of the messages before and after it [s].
+
+    """
+
+    start: float
+    end: float
+
+
+def period(stamps: 'array[int]') -> int:
+    """
+    Give the usual distance between stamps.
+
+    Parameters
+    ----------
+    stamps : array of int
+        Ascending [ns].
+
+    Returns
+    -------
+    int
+        [ns]; the commonest distance where the stamps lie on a grid, their median elsewhere; 0 for fewer than two.
+
+    """
+    distances = [after - before for before, after in itertools.pairwise(stamps)]
+    if not distances:
+        return 0
+    common, times = Counter(distances).most_common(1)[0]
+    return common if times > len(distances) // 2 else sorted(distances)[len(distances) // 2]
+
+
+def gaps(stamps: 'array[int]', start: int = 0) -> list[Gap]:
+    """
+    Find the silences of a topic.
+
+    Parameters
+    ----------
+    stamps : array of int
+        Ascending [ns].
+    start : int
+        The stamp that time is counted from [ns].
+
+    Returns
+    -------
+    list of Gap
+        In order of time.
+
+    """
+    usual = period(stamps)
+    # stamps of a lockstep run lie on a grid; those of a wall clock jitter
+    longest = usual * (_MANY_PERIODS if start else 1.5)
+    return [Gap((before - start) / 1e9, (after - start) / 1e9)
+            for before, after in itertools.pairwise(stamps) if after - before > longest]
+
+
+def problems(signals: dict[str, Signal]) -> Iterator[str]:
+    """
+    Say what is missing.
+
+    Parameters
+    ----------
+    signals : dict of str to Signal
+        By topic.
+
+    Yields
+    ------
+    str
+        One sentence for each fault; none for a whole run.
+
+    """
+    start = origin(signals)
+    heard = [signal.stamps for signal in signals.values() if signal.stamps]
+    if not heard:
+        yield 'no message of the control loop at all'
+        return
+    first, last = min(stamps[0] for stamps in heard), max(stamps[-1] for stamps in heard)
+    if not start and first > 0:
+        yield f'the recording starts late, at t = {first / 1e9:g} s'
+    for topic in (*FAST, *SLOW):
+        stamps = signals[topic].stamps
+        if not stamps:
+            yield f'no messages on {topic}'
+        elif len(stamps) == 1 and last > first:
+            yield f'one message only on {topic}'
+        elif len(stamps) > 1:
+            yield from _faults(topic, stamps, first, last, start)
+
+
+def _faults(topic: str, stamps: 'array[int]', first: int, last: int, start: int) -> Iterator[str]:
+    usual = period(stamps)
+    patience = int(usual * (20 if start else 1.5))
+    if stamps[0] - first > patience:
+        yield f'{topic} starts late, at t = {(stamps[0] - start) / 1e9:g} s'
+    if last - stamps[-1] > patience:
+        yield f'{topic} ends early, at t = {(stamps[-1] - start) / 1e9:g} s'
+    found = gaps(stamps, start)
+    if found:
+        missing = sum(max(1, round((gap.end - gap.start) * 1e9 / usual) - 1) for gap in found)
+        widest = max(found, key=lambda gap: gap.end - gap.start)
+        yield (f'{missing} of {len(stamps) + missing} messages missing on {topic}, in {len(found)} gap'
+               f'{"s" if len(found) > 1 else ""}; the longest from t = {widest.start:g} s to {widest.end:g} s')
