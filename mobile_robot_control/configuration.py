@@ -7,6 +7,7 @@ from typing import Annotated, Any, NamedTuple
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
+from mobile_robot_control.model.imperfections import Imperfections
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters import INLINE, Field, ParameterError, build, declarations, rule
 from mobile_robot_control.reference.curves import CurveParameters
@@ -75,6 +76,7 @@ class PlantParameters(NamedTuple):
     twist_covariance_diagonal: Annotated[
         tuple[float, ...], Field('m²/s², rad²/s²', 'diagonal of the covariance of odom.twist', minimum=0.0, length=6)
     ] = (0.0,) * 6
+    imperfections: Annotated[Imperfections, INLINE] = Imperfections()
 
 
 class VelocityControllerParameters(NamedTuple):

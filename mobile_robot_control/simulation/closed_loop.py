@@ -13,9 +13,19 @@ from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiSt
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.dynamics import PlantState, SampledPlant, saturate
+from mobile_robot_control.model.imperfections import (
+    DelayLine,
+    Imperfections,
+    delayed,
+    disturbed,
+    empty_line,
+    measured_pose,
+    measured_twist,
+    measured_wheels,
+)
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
-from mobile_robot_control.reference.curves import CURVES, Curve, Placement, reference_at
+from mobile_robot_control.reference.curves import CURVES, Placement, reference_at
 
 
 class Loop(NamedTuple):
@@ -26,6 +36,8 @@ class Loop(NamedTuple):
     ----------
     plant : SampledPlant
         With the robot and the velocity loop's period.
+    imperfections : Imperfections
+        Noise, delay and disturbance.
     motor_limit, command_limit : float
         Torque limits of the plant and of the velocity law [N m]; 0 means none.
     velocity_gains : VelocityGains
@@ -42,6 +54,7 @@ class Loop(NamedTuple):
     """
 
     plant: SampledPlant
+    imperfections: Imperfections
     motor_limit: float
     command_limit: float
     velocity_gains: VelocityGains
@@ -65,6 +78,8 @@ class LoopState(NamedTuple):
         Of the position law.
     command : BodyVelocity
         The newest command.
+    line : DelayLine
+        The torques asked for before, while they act late.
 
     """
 
@@ -72,6 +87,7 @@ class LoopState(NamedTuple):
     pi: VelocityPiState
     law: Any
     command: BodyVelocity
+    line: DelayLine
 
 
 class PositionTick(NamedTuple):
@@ -117,39 +133,46 @@ class Sample(NamedTuple):
     torque: WheelTorque
 
 
-def make_position_tick(law_step: Callable[..., Any], curve: Curve) -> Callable[..., tuple[LoopState, PositionTick]]:
+def make_position_tick(
+    law_step: Callable[..., Any],
+) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
     """
-    Make the slow loop's step for a law and a curve, chosen by closure so that it compiles.
+    Make the slow loop's step for a law, chosen by closure so that it compiles.
 
     Parameters
     ----------
     law_step : callable
         The step of a law.
-    curve : callable
-        One of CURVES.
 
     Returns
     -------
     callable
-        ``position_tick(state, time, loop) -> (state, PositionTick)``.
+        ``position_tick(state, reference, k, time, loop) -> (state, PositionTick, TrackingError)``, where k counts the
+        steps of the velocity loop and the last is the true error, which noise on the odometry hides.
 
     """
 
-    def position_tick(state: LoopState, time: float, loop: Loop) -> tuple[LoopState, PositionTick]:
-        reference = reference_at(curve, time, loop.placement)
-        error = tracking_error(reference.pose, state.plant.pose)
+    def position_tick(
+        state: LoopState, reference: Reference, k: int, time: float, loop: Loop
+    ) -> tuple[LoopState, PositionTick, TrackingError]:
+        robot, noise = loop.plant.robot, loop.imperfections.noise
+        true = tracking_error(reference.pose, state.plant.pose)
+        pose = measured_pose(state.plant.pose, noise, k)
+        error = true if pose == state.plant.pose else tracking_error(reference.pose, pose)
+        wheels = measured_wheels(wheel_velocity(state.plant.velocity, robot), noise, k)
         law, asked = law_step(state.law, error, reference, loop.law_gains, loop.position_dt)
         command = limit(asked, state.command, loop.limits, loop.position_dt)
         return (
-            LoopState(state.plant, state.pi, law, command),
-            PositionTick(time, state.plant.pose, state.plant.velocity, reference, error),
+            LoopState(state.plant, state.pi, law, command, state.line),
+            PositionTick(time, pose, measured_twist(state.plant.velocity, wheels, noise, robot), reference, error),
+            true,
         )
 
     return position_tick
 
 
 @jitable
-def velocity_tick(state: LoopState, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
+def velocity_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
     """
     Move the fast loop and the plant by one period.
 
@@ -157,22 +180,28 @@ def velocity_tick(state: LoopState, loop: Loop) -> tuple[LoopState, WheelTorque,
     ----------
     state : LoopState
         At the period's start, with the command to follow.
+    k : int
+        Step of the velocity loop.
     loop : Loop
         What stays the same.
 
     Returns
     -------
     tuple of LoopState, WheelTorque and WheelTorque
-        The state at the period's end, the torque asked for and the torque applied [N m].
+        The state at the period's end, the torque asked for and the torque that the motors apply [N m].
 
     """
-    robot = loop.plant.robot
-    measured = body_velocity(wheel_velocity(state.plant.velocity, robot), robot)
+    robot, imperfect = loop.plant.robot, loop.imperfections
+    wheels = measured_wheels(wheel_velocity(state.plant.velocity, robot), imperfect.noise, k)
     pi, torque = velocity_pi.step(
-        state.pi, state.command, measured, loop.velocity_gains, robot, loop.command_limit, loop.plant.dt
+        state.pi, state.command, body_velocity(wheels, robot), loop.velocity_gains, robot, loop.command_limit,
+        loop.plant.dt,
     )
-    applied = saturate(torque, loop.motor_limit)
-    return LoopState(dynamics.step(state.plant, applied, loop.plant), pi, state.law, state.command), torque, applied
+    line, acting = delayed(state.line, torque)
+    applied = saturate(acting, loop.motor_limit)
+    pushed = disturbed(applied, imperfect.disturbance, k, loop.plant.dt)
+    moved = dynamics.step(state.plant, pushed, loop.plant)
+    return LoopState(moved, pi, state.law, state.command, line), torque, applied
 
 
 def start(configuration: Configuration) -> tuple[Loop, LoopState]:
@@ -194,6 +223,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     law, gains = select(configuration.position_controller.control)
     loop = Loop(
         dynamics.sample(shared.robot, 1.0 / shared.velocity_rate, plant.centripetal_coupling),
+        plant.imperfections,
         plant.max_wheel_torque,
         configuration.velocity_controller.max_wheel_torque,
         configuration.velocity_controller.gains,
@@ -203,7 +233,8 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
         1.0 / shared.position_rate,
     )
     return loop, LoopState(
-        dynamics.at_rest(Pose(*plant.initial_pose)), VelocityPiState(), law.start, BodyVelocity(0.0, 0.0)
+        dynamics.at_rest(Pose(*plant.initial_pose)), VelocityPiState(), law.start, BodyVelocity(0.0, 0.0),
+        empty_line(plant.imperfections.delay),
     )
 
 
@@ -232,18 +263,21 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     shared = configuration.plant.shared
     velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
     law, _ = select(configuration.position_controller.control)
-    position_tick = make_position_tick(law.step, CURVES[configuration.reference_cart.curve.curve])
+    position_tick = make_position_tick(law.step)
+    curve = CURVES[configuration.reference_cart.curve.curve]
     loop, state = start(configuration)
+    noise = loop.imperfections.noise
     applied = WheelTorque(0.0, 0.0)
     for k in range(round(duration * shared.velocity_rate) + 1):
         nanoseconds = k * velocity_period
         if nanoseconds % position_period == 0:
-            state, tick = position_tick(state, nanoseconds / 1e9, loop)
+            time = nanoseconds / 1e9
+            state, tick, _ = position_tick(state, reference_at(curve, time, loop.placement), k, time, loop)
         before, over_last_step = state, applied
-        state, torque, applied = velocity_tick(state, loop)
+        state, torque, applied = velocity_tick(state, k, loop)
         yield Sample(
             nanoseconds / 1e9, tick, before.command, before.plant.right_angle, before.plant.left_angle,
-            wheel_velocity(before.plant.velocity, shared.robot), over_last_step, torque,
+            measured_wheels(wheel_velocity(before.plant.velocity, shared.robot), noise, k), over_last_step, torque,
         )
         if dynamics.diverged(state.plant):
             return
