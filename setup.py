@@ -37,6 +37,10 @@ setup(
             'ros-kilted-common-interfaces==5.5.1',
             'ros-kilted-rmw-fastrtps-cpp==9.3.3',
         ],
+        # compiled rollouts: some hundred times faster searches
+        'fast': ['numba==0.68.0'],
+        # the search on a cluster
+        'cluster': ['distributed==2026.8.0'],
         # the versions that the tests run with
         'pinned': [
             'PyYAML==6.0.3',
@@ -52,7 +56,9 @@ setup(
             'colcon-ros==0.5.0',
             'hypothesis==6.168.5',
             'mcap-ros2-support==0.6.0',
+            'distributed==2026.8.0',
             'mypy==2.4.1',
+            'numba==0.68.0',
             'pytest==9.2.0',
             'pytest-timeout==2.4.0',
             'pytest-xdist==3.8.0',
