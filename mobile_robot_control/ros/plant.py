@@ -7,6 +7,7 @@ from sensor_msgs.msg import JointState
 from mobile_robot_control.configuration import PlantParameters, period_nanoseconds
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.dynamics import saturate
+from mobile_robot_control.model.imperfections import delayed, disturbed, empty_line
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.readings import read_torque
 from mobile_robot_control.ros.border import Border, Gate
@@ -42,7 +43,8 @@ class Plant(Node):
         self._sampled = dynamics.sample(shared.robot, 1.0 / shared.velocity_rate, self._values.centripetal_coupling)
         self._state = dynamics.at_rest(Pose(*self._values.initial_pose))
         self._applied = self._torque = _NO_TORQUE
-        self._now = 0  # simulated time, on the wall clock too
+        self._line = empty_line(self._values.imperfections.delay)
+        self._now = self._k = 0  # simulated time, on the wall clock too, and the steps so far
         self._topics = PlantTopics(self, self._values)
         self._witness = Witness(self, shared.peer_timeout)
         # in lockstep the witness knows better who is missing
@@ -78,15 +80,15 @@ class Plant(Node):
     def _publish(self) -> None:
         """In lockstep: say where the robot is; at position ticks odometry too."""
         if self._now % self._position_period == 0:
-            self._topics.publish_odometry(self._now, self._state)
-        self._topics.publish_joint_states(self._now, self._state, self._applied)
+            self._topics.publish_odometry(self._now, self._k, self._state)
+        self._topics.publish_joint_states(self._now, self._k, self._state, self._applied)
 
     def _repeat(self, silence: float) -> None:
         """Say the newest of both again, whichever of the others missed it."""
         if not self._values.paused:
             self._witness.stalled(silence, self._now, self._now - self._now % self._position_period)
         self._topics.repeat_odometry()
-        self._topics.publish_joint_states(self._now, self._state, self._applied)
+        self._topics.publish_joint_states(self._now, self._k, self._state, self._applied)
 
     def _on_wheel_torques(self, message: JointState) -> None:
         admitted = self._border.admit('wheel_torques', message, read_torque, self._gate)
@@ -99,7 +101,7 @@ class Plant(Node):
 
     def _on_answer(self, torque: WheelTorque) -> None:
         self._witness.progressed()
-        if self._steps and self._now == self._steps * self._period:
+        if self._k == self._steps > 0:
             self.exit_code = 0
             return
         self._step(torque)
@@ -115,16 +117,18 @@ class Plant(Node):
         if self.exit_code is None:
             stamp = self.get_clock().now().nanoseconds
             if self._now % self._position_period == 0:
-                self._topics.publish_odometry(stamp, self._state)
-            self._topics.publish_joint_states(stamp, self._state, self._applied)
-            if self._steps and self._now >= self._steps * self._period:
+                self._topics.publish_odometry(stamp, self._k, self._state)
+            self._topics.publish_joint_states(stamp, self._k, self._state, self._applied)
+            if self._k == self._steps > 0:
                 self.exit_code = 0
 
     def _step(self, torque: WheelTorque) -> None:
-        self._applied = saturate(torque, self._values.max_wheel_torque)
-        self._diagnostics.stepped(saturated=self._applied != torque)
-        self._state = dynamics.step(self._state, self._applied, self._sampled)
-        self._now += self._period
+        self._line, acting = delayed(self._line, torque)
+        self._applied = saturate(acting, self._values.max_wheel_torque)
+        self._diagnostics.stepped(saturated=self._applied != acting)
+        pushed = disturbed(self._applied, self._values.imperfections.disturbance, self._k, self._sampled.dt)
+        self._state = dynamics.step(self._state, pushed, self._sampled)
+        self._now, self._k = self._now + self._period, self._k + 1
         if dynamics.diverged(self._state):
             self.get_logger().fatal(
                 f'the motion diverged at t = {self._now / 1e9:g} s: {self._state.pose}, {self._state.velocity}; '

@@ -1,4 +1,6 @@
-"""What the plant says: odometry and joint states, and what follows from odometry."""
+"""What the plant says: odometry and joint states as measured, and what follows from odometry."""
+
+from collections.abc import Sequence
 
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -7,11 +9,22 @@ from sensor_msgs.msg import JointState
 
 from mobile_robot_control.configuration import PlantParameters
 from mobile_robot_control.model.dynamics import PlantState
+from mobile_robot_control.model.imperfections import (
+    measured_pose,
+    measured_twist,
+    measured_wheels,
+    pose_variances,
+    twist_variances,
+)
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.quantities import WheelTorque
+from mobile_robot_control.quantities import WheelTorque, WheelVelocity
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.qos import LOOP, flush
 from mobile_robot_control.ros.transforms import make_broadcaster
+
+
+def _sums(first: Sequence[float], second: Sequence[float]) -> list[float]:
+    return [a + b for a, b in zip(first, second, strict=True)]
 
 
 class PlantTopics:
@@ -29,30 +42,39 @@ class PlantTopics:
 
     def __init__(self, node: Node, values: PlantParameters) -> None:
         shared = values.shared
-        self._robot = shared.robot
+        self._robot, self._noise = shared.robot, values.imperfections.noise
         self._message = messages.odometry_message(shared.odom_frame_id, shared.base_frame_id)
-        self._message.pose.covariance[::7] = values.pose_covariance_diagonal
-        self._message.twist.covariance[::7] = values.twist_covariance_diagonal
+        injected = pose_variances(self._noise), twist_variances(self._noise, self._robot)
+        self._message.pose.covariance[::7] = _sums(values.pose_covariance_diagonal, injected[0])
+        self._message.twist.covariance[::7] = _sums(values.twist_covariance_diagonal, injected[1])
+        self._truth = messages.odometry_message(shared.odom_frame_id, shared.base_frame_id)
+        noisy = any(injected[0] + injected[1])
+        self._ground_truth = node.create_publisher(Odometry, 'ground_truth', LOOP) if noisy else None
         self._odom = node.create_publisher(Odometry, 'odom', LOOP)
         self._joint_states = node.create_publisher(JointState, 'joint_states', LOOP)
         publish_clock = values.publish_clock and shared.lockstep
         self._clock = node.create_publisher(Clock, '/clock', LOOP) if publish_clock else None
         self._broadcast = make_broadcaster(node) if values.publish_tf else None
 
-    def publish_odometry(self, stamp: int, state: PlantState) -> None:
+    def publish_odometry(self, stamp: int, k: int, state: PlantState) -> None:
         """
-        Say where the robot is.
+        Say where the robot is and, where there is noise, where it truly is.
 
         Parameters
         ----------
         stamp : int
             [ns].
+        k : int
+            Step of the velocity loop.
         state : PlantState
             At that time.
 
         """
-        messages.fill_odometry(self._message, stamp, state.pose, state.velocity)
+        twist = measured_twist(state.velocity, self._measured(k, state), self._noise, self._robot)
+        messages.fill_odometry(self._message, stamp, measured_pose(state.pose, self._noise, k), twist)
         self.repeat_odometry()
+        if self._ground_truth is not None:
+            self._ground_truth.publish(messages.fill_odometry(self._truth, stamp, state.pose, state.velocity))
 
     def repeat_odometry(self) -> None:
         """Say the newest odometry, once more or for the first time."""
@@ -62,7 +84,7 @@ class PlantTopics:
         if self._broadcast is not None:
             self._broadcast(self._message)
 
-    def publish_joint_states(self, stamp: int, state: PlantState, applied: WheelTorque) -> None:
+    def publish_joint_states(self, stamp: int, k: int, state: PlantState, applied: WheelTorque) -> None:
         """
         Say how the wheels turn.
 
@@ -70,6 +92,8 @@ class PlantTopics:
         ----------
         stamp : int
             [ns].
+        k : int
+            Step of the velocity loop.
         state : PlantState
             At that time.
         applied : WheelTorque
@@ -77,8 +101,11 @@ class PlantTopics:
 
         """
         self._joint_states.publish(messages.joint_message(
-            stamp, (state.right_angle, state.left_angle), wheel_velocity(state.velocity, self._robot), applied
+            stamp, (state.right_angle, state.left_angle), self._measured(k, state), applied
         ))
+
+    def _measured(self, k: int, state: PlantState) -> WheelVelocity:
+        return measured_wheels(wheel_velocity(state.velocity, self._robot), self._noise, k)
 
     def flush(self) -> None:
         """Wait, not long, until every listener has what was published."""

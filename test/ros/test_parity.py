@@ -1,9 +1,11 @@
 """Four processes over DDS and one process without ROS give the same numbers."""
 
+import math
 import multiprocessing
 
 import pytest
 from harness import CONFIG, experiment
+from mcap_ros2.reader import read_ros2_messages
 
 from mobile_robot_control.configuration import configure
 from mobile_robot_control.parameter_files import load
@@ -32,6 +34,35 @@ def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, controller):
         assert _close(recorded.tick.pose[:2], sample.tick.pose[:2])
         assert _close(recorded.tick.error, sample.tick.error)
     assert _close(metrics['final_pose'], simulated[-1].tick.pose)
+
+
+IMPERFECT = ('noise.pose:=[0.01, 0.02, 0.005]', 'noise.velocity:=0.05', 'noise.seed:=7', 'delay.velocity_steps:=2',
+             'disturbance.time:=1.0', 'disturbance.impulse:=[0.002, -0.001]', 'disturbance.step:=[0.05, 0.02]')
+
+
+def test_noise_delay_and_disturbance_too(domain, tmp_path):
+    file = CONFIG / 'hybrid_backstepping.yaml'
+    said = [f'plant.{one}' for one in IMPERFECT]
+    options = [word for one in said for word in ('-p', one)]
+    _, recording = experiment(tmp_path / 'run', '--duration', 3, '--params-file', file, *options)
+    simulated = list(rollout(configure(load([file], said)), 3.0))
+    assert not recording.problems
+    recorded = recording.samples
+    assert len(recorded) == len(simulated) == 1501
+    for ours, theirs in zip(recorded, simulated, strict=True):
+        for one in ('command', 'torque', 'wheels', 'applied'):
+            assert _close(getattr(ours, one), getattr(theirs, one)), (one, ours.time)
+        assert _close(ours.tick.pose, theirs.tick.pose)
+        assert _close(ours.tick.velocity, theirs.tick.velocity)
+    truth = {message.ros_msg.header.stamp.sec + message.ros_msg.header.stamp.nanosec / 1e9: message.ros_msg
+             for message in read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap', topics=['/ground_truth'])}
+    off = [sample.tick.pose.x - truth[sample.time].pose.pose.position.x
+           for sample in recorded if sample.time in truth and sample.tick.time == sample.time]
+    assert len(off) > 250
+    # of 300 draws the standard deviation is known to some 4 %
+    assert math.sqrt(sum(error**2 for error in off) / len(off)) == pytest.approx(0.01, rel=0.2)
+    odom = next(read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap', topics=['/odom'])).ros_msg
+    assert list(odom.pose.covariance)[::7] == pytest.approx([1e-4, 4e-4, 0.0, 0.0, 0.0, 2.5e-5])
 
 
 def _keep_a_core_busy():
