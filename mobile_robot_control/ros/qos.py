@@ -7,8 +7,11 @@ from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
-"""What the nodes subscribe to loop topics with: reliable, the newest message only."""
+NEWEST = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+"""
+What the nodes subscribe to loop topics with: reliable, the newest few messages. The loop wants the newest alone, but
+where somebody else talks as well, one of his would push it out before it is taken.
+"""
 
 LOOP = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 """
