@@ -1,0 +1,160 @@
+"""
+A publisher of garbage on every loop topic: what no node may take, at 1 kHz, with stamps of the run under way.
+
+A process of its own: ``python test/garbage.py``. At the end it prints how many messages it has sent.
+"""
+
+import copy
+import functools
+import itertools
+import math
+import signal
+import sys
+import time
+
+import rclpy
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TwistStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+from mobile_robot_control.readings import nanoseconds
+from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.ros.spin import make_executor
+
+RATE = 1000.0
+WRONG_FRAME = 'elsewhere'
+NUMBERS = (math.nan, math.inf, -math.inf, 1e308, -1e308)
+MARK = 7.25
+# where garbage bears its mark: fields that the loop does not use
+MARKS = {'odom': 'pose.pose.position.z', 'reference': 'pose.pose.position.z', 'cmd_vel': 'twist.linear.y',
+         'tracking_error': 'vector.y', 'joint_states': 'header.frame_id', 'wheel_torques': 'header.frame_id'}
+_VELOCITY_PERIOD, _POSITION_PERIOD = 2_000_000, 10_000_000
+KINDS = {'odom': Odometry, 'reference': Odometry, 'cmd_vel': TwistStamped, 'tracking_error': Vector3Stamped,
+         'joint_states': JointState, 'wheel_torques': JointState}
+
+
+def _changed(message, path, value):
+    """Copy a message with one field changed, named by its path."""
+    made = copy.deepcopy(message)
+    *folders, leaf = path.split('.')
+    target = made
+    for folder in folders:
+        target = getattr(target, folder)
+    setattr(target, leaf, value)
+    return made
+
+
+def _odometry(sound):
+    for path in ('pose.pose.position.x', 'twist.twist.linear.x', 'twist.twist.angular.z', 'pose.pose.orientation.w'):
+        for value in NUMBERS:
+            yield _changed(sound, path, value)
+    zero = copy.deepcopy(sound)
+    zero.pose.pose.orientation.z = zero.pose.pose.orientation.w = 0.0
+    yield zero
+    yield _changed(sound, 'header.frame_id', WRONG_FRAME)
+    yield _changed(sound, 'child_frame_id', WRONG_FRAME)
+
+
+def _twist(sound):
+    for path in ('twist.linear.x', 'twist.angular.z'):
+        for value in NUMBERS:
+            yield _changed(sound, path, value)
+    yield _changed(sound, 'header.frame_id', WRONG_FRAME)
+
+
+def _error(sound):
+    for value in NUMBERS:
+        yield _changed(sound, 'vector.x', value)
+    yield _changed(sound, 'header.frame_id', WRONG_FRAME)
+
+
+def _joints(field):
+    def joints(sound):
+        for value in NUMBERS:
+            yield _changed(sound, field, [value, 0.0])
+        yield _changed(sound, field, [])
+        yield _changed(sound, field, [0.0, 0.0, 0.0])
+        yield _changed(sound, 'name', [])
+        yield _changed(sound, 'name', ['left', 'right'])
+
+    return joints
+
+
+_SPOIL = {'odom': _odometry, 'reference': _odometry, 'cmd_vel': _twist, 'tracking_error': _error,
+          'joint_states': _joints('velocity'), 'wheel_torques': _joints('effort')}
+
+
+def _elsewhen(period):
+    """Shifts of the present stamp to where nothing is to be taken; far enough that the run does not get there."""
+    return (-3 * period, 1, period // 2 + 1, 1_000_000_000, 3_600_000_000_000, -3_600_000_000_000)
+
+
+def spoilt(topic, sound):
+    """
+    Give every kind of garbage that can be made of a sound message, with how its stamp differs from the present [ns].
+
+    A sound message with the stamp 0 or the next one is not garbage: that is how a new run begins and goes on.
+    """
+    period = _VELOCITY_PERIOD if topic in ('joint_states', 'wheel_torques') else _POSITION_PERIOD
+    sound = _changed(sound, MARKS[topic], WRONG_FRAME if MARKS[topic].endswith('frame_id') else MARK)
+    for made in _SPOIL[topic](sound):
+        for shift in (0, _VELOCITY_PERIOD, _POSITION_PERIOD):
+            yield made, shift
+    for shift in _elsewhen(period):
+        yield sound, shift
+
+
+def is_garbage(topic, serialised):
+    """Say whether a recorded message is one of these, by its mark."""
+    *folders, leaf = MARKS[topic].split('.')
+    found = functools.reduce(getattr, [*folders, leaf], deserialize_message(serialised, KINDS[topic]))
+    return found == (WRONG_FRAME if leaf == 'frame_id' else MARK)
+
+
+def _stamp(now, shift):
+    # before the first position ticks have passed, 'the past' must not be the stamp 0
+    stamp = now + shift if now + shift > 0 or shift >= 0 else -1_000_000_000
+    return Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000)
+
+
+def main():
+    """Publish until a signal comes."""
+    stopped = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.append(True))
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node, executor = rclpy.create_node('vandal'), make_executor()
+    executor.add_node(node)
+    sound, clock = {}, [0]
+    subscriptions = [node.create_subscription(kind, topic, functools.partial(sound.setdefault, topic), NEWEST)
+                     for topic, kind in KINDS.items()]
+    node.create_subscription(Clock, '/clock', lambda message: clock.append(nanoseconds(message.clock)), NEWEST)
+    while len(sound) < len(KINDS) and not stopped:
+        executor.spin_once(timeout_sec=0.1)
+    for subscription in subscriptions:
+        node.destroy_subscription(subscription)
+    publishers = {topic: node.create_publisher(kind, topic, 10) for topic, kind in KINDS.items()}
+    streams = {topic: itertools.cycle(list(spoilt(topic, message))) for topic, message in sound.items()}
+    topics, sent, started = itertools.cycle(KINDS), 0, time.monotonic()
+    while not stopped:
+        executor.spin_once(timeout_sec=0.0005)
+        due = int((time.monotonic() - started) * RATE)
+        while sent < due and not stopped:
+            topic = next(topics)
+            message, shift = next(streams[topic])
+            message.header.stamp = _stamp(clock[-1], shift)
+            publishers[topic].publish(message)
+            sent += 1
+        del clock[:-1]
+    print(sent, flush=True)
+    executor.shutdown()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
