@@ -1,0 +1,171 @@
+"""SIGINT and SIGTERM at random moments of nodes and experiments: exit 0, whole bags, no traceback, nothing left."""
+
+import contextlib
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from harness import CONFIG
+
+from mobile_robot_control.configuration import NODES
+from mobile_robot_control.recording import bag
+
+SHARED_MEMORY = Path('/dev/shm')
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Moment(NamedTuple):
+    """Which of the processes gets which signal, and how long after it can take one [s]."""
+
+    target: str
+    delay: float
+    number: signal.Signals
+
+
+def _moments(targets, longest, count, seed):
+    draw = random.Random(seed)  # noqa: S311 (moments, no secrets)
+    return [Moment(targets[k % len(targets)], draw.uniform(0.0, longest), SIGNALS[k % 2]) for k in range(count)]
+
+
+def _catches(pid):
+    """Say whether a process has its own handler for SIGTERM: before, the interpreter has not begun with the package."""
+    with contextlib.suppress(OSError):
+        caught = re.search(r'SigCgt:\s*(\w+)', Path(f'/proc/{pid}/status').read_text())
+        return bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
+    return False
+
+
+def _wait_for(condition, seconds=10.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.002)  # the step of a wait on a condition
+
+
+def _family(output):
+    """Processes that were started with a file of this folder."""
+    found = []
+    for process in Path('/proc').glob('[0-9]*'):
+        with contextlib.suppress(OSError):
+            if str(output) in (process / 'cmdline').read_text() and int(process.name) != os.getpid():
+                found.append(int(process.name))
+    return found
+
+
+def _segments(pids):
+    """Files in shared memory that these processes have locked as their own."""
+    locked = set()
+    for line in Path('/proc/locks').read_text().splitlines():
+        words = line.split()
+        if len(words) > 5 and words[1] == 'FLOCK' and int(words[4]) in pids:
+            locked.add(int(words[5].rpartition(':')[2]))
+    return {path for path in SHARED_MEMORY.glob('fastdds_*') if _inode(path) in locked}
+
+
+def _inode(path):
+    with contextlib.suppress(OSError):
+        return path.stat().st_ino
+    return None
+
+
+def _start_node(name, folder, arguments):
+    return subprocess.Popen(
+        [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args', *map(str, arguments)],
+        stdin=subprocess.PIPE, stdout=(folder / f'{name}.log').open('wb'), stderr=subprocess.STDOUT,
+    )
+
+
+def _signal_a_node(folder, moment):
+    """Start the four nodes; the one that the moment names gets its signal, the others theirs afterwards."""
+    folder.mkdir()
+    parameters = folder / 'parameters.yaml'
+    parameters.write_text((CONFIG / 'fuzzy.yaml').read_text())
+    run = ['--params-file', parameters, '-p', 'duration:=0.5', '-p', 'peer_timeout:=60.0', '-p',
+           f'paused:={str(moment.delay > 1.0).lower()}']
+    processes = {}
+    try:
+        for name in NODES:
+            processes[name] = _start_node(name, folder, run)
+        _wait_for(lambda: all(_catches(process.pid) for process in processes.values()))
+        time.sleep(moment.delay)  # the moment is what is tested
+        segments = _segments({process.pid for process in processes.values()})
+        processes[moment.target].send_signal(moment.number)
+        assert processes[moment.target].wait(10.0) == 0, (moment, (folder / f'{moment.target}.log').read_text())
+        for process in processes.values():
+            process.send_signal(moment.number)
+        assert [process.wait(10.0) for process in processes.values()] == [0] * 4, moment
+    finally:
+        for process in processes.values():
+            process.kill()
+            process.stdin.close()
+    for name in NODES:
+        assert 'Traceback' not in (folder / f'{name}.log').read_text(), (moment, name)
+    return segments
+
+
+def _signal_an_experiment(folder, moment):
+    """Interrupt an experiment of two simulated seconds; its bag is read."""
+    log = folder.with_suffix('.log')
+    arguments = ['--duration', '2', '--output', folder, '--params-file', CONFIG / 'fuzzy.yaml']
+    run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', *map(str, arguments)],
+                           stdout=log.open('wb'), stderr=subprocess.STDOUT)
+    try:
+        _wait_for(lambda: _catches(run.pid))
+        time.sleep(moment.delay)  # the moment is what is tested
+        pids = {run.pid, *_family(folder)}
+        segments = _segments(pids)
+        run.send_signal(moment.number)
+        assert run.wait(30.0) == 0, (moment, log.read_text())
+    finally:
+        run.kill()
+    assert 'Traceback' not in log.read_text(), (moment, log.read_text())
+    bag.read(folder / 'bag')
+    assert (folder / 'metrics.json').exists()
+    _wait_for(lambda: not _family(folder))
+    return segments
+
+
+def _signal(folder, moment):
+    """Run one case; what its processes had in shared memory is gone with them."""
+    segments = (_signal_an_experiment if moment.target == 'experiment' else _signal_a_node)(folder, moment)
+    # the ports belong to all processes of a domain, of whom the last one cleans up
+    left = [path for path in segments if path.exists() and 'port' not in path.name]
+    assert not left, (moment, left)
+    return len(segments)
+
+
+# start-up, discovery, paused, running, end
+CHOSEN = [
+    Moment('plant', 0.02, signal.SIGINT),
+    Moment('reference_cart', 0.3, signal.SIGTERM),
+    Moment('position_controller', 0.7, signal.SIGINT),
+    Moment('velocity_controller', 1.2, signal.SIGTERM),
+    Moment('experiment', 0.0, signal.SIGTERM),
+    Moment('experiment', 1.4, signal.SIGINT),
+    Moment('experiment', 2.8, signal.SIGTERM),
+    Moment('experiment', 4.8, signal.SIGINT),
+]
+
+
+@pytest.mark.parametrize('moment', CHOSEN, ids=[f'{moment.target} {moment.delay}' for moment in CHOSEN])
+def test_signals_at_chosen_moments(domain, tmp_path, moment):
+    _signal(tmp_path / 'run', moment)
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(900)
+def test_signals_at_fifty_random_moments(domain, tmp_path):
+    moments = [*_moments(list(NODES), 3.0, 25, 3), *_moments(['experiment'], 7.0, 25, 4)]
+    seen = 0
+    for number, moment in enumerate(moments):
+        print(f'\r{number} of {len(moments)}: {moment.target} after {moment.delay:.2f} s          ', end='', flush=True)
+        seen += _signal(tmp_path / f'run{number}', moment)
+    print(f'\r{len(moments)} signals, each ended with 0; {seen} segments of shared memory seen')
+    assert seen > len(moments)

@@ -1,0 +1,80 @@
+"""On the wall clock beside a process that keeps one core busy: long runs, and each node stopped in turn."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from harness import CONFIG
+from watching import Timeline, first_below, settled_below
+
+SOAK = float(os.environ.get('SOAK_SECONDS', '120'))
+LAP = 16.0
+BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.1}
+STANDS = 0.01
+"""[m/s]."""
+SLACK = 0.15
+"""[s]: a period or two of each node on the way, and what the busy core costs."""
+
+
+@pytest.fixture
+def busy_core():
+    """A process that never waits."""
+    process = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+    yield
+    process.kill()
+    process.wait()
+
+
+def _stopped(seen):
+    """By node: what falls to zero when the node is silent, how far, and by which timeout of whom [s]."""
+    return {
+        'reference_cart': [('cmd_vel', seen.commands, 0.0, 0.5)],
+        'velocity_controller': [('applied torque', seen.applied, 0.0, 0.1)],
+        'plant': [('wheel_torques', seen.asked, 0.0, 0.1), ('cmd_vel', seen.commands, 0.0, 0.5)],
+        # the velocity controller brakes then, for which it needs torque: what ends is the motion
+        'position_controller': [('speed', seen.speeds, STANDS, 0.5 + 1.0)],
+    }
+
+
+def _stop_and_go_on(robot, seen, name, bound):
+    """Stop a node until its consequences are seen, let it go on; all is well again within a lap."""
+    stopped = time.monotonic()
+    robot.processes[name].signal(signal.SIGSTOP)
+    expected = _stopped(seen)[name]
+    robot.spin_until(lambda: all(first_below(values, stopped, limit) for _, values, limit, _ in expected), 5.0)
+    took = {what: first_below(values, stopped, limit) - stopped for what, values, limit, _ in expected}
+    robot.listen(1.0)
+    went_on = time.monotonic()
+    robot.processes[name].signal(signal.SIGCONT)
+    robot.spin_until(lambda: first_below(seen.errors, went_on + 0.5, bound), LAP)
+    robot.spin_until(lambda: settled_below(seen.errors, went_on + 0.2, bound, 2.0), LAP + 4.0)
+    back = settled_below(seen.errors, went_on + 0.2, bound, 2.0) - went_on
+    print(f'{name} stopped: ' + ', '.join(f'{what} at zero after {seconds:.3f} s' for what, seconds in took.items())
+          + f'; on the path again {back:.1f} s after it went on')
+    for what, _, _, timeout in expected:
+        assert took[what] < timeout + SLACK, (name, what, took[what])
+    assert back < LAP, name
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(SOAK + 240)
+@pytest.mark.parametrize('controller', BOUNDS)
+def test_the_robot_tracks_and_comes_back(robot, busy_core, controller):
+    seen = Timeline(robot.recorder)
+    robot.start(arguments=['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', f'controller_type:={controller}'])
+    robot.spin_until(lambda: seen.errors)
+    started = time.monotonic()
+    while time.monotonic() < started + SOAK:
+        print(f'\r{controller}: {time.monotonic() - started:4.0f} of {SOAK:.0f} s', end='', flush=True)
+        robot.listen(min(5.0, SOAK / 4))
+    rms = seen.rms_error(started + SOAK / 2)
+    print(f'\r{controller}: RMS error {100 * rms:.2f} cm in the second half of {SOAK:.0f} s')
+    assert 0.0 < rms < BOUNDS[controller]
+    for name in robot.processes:
+        _stop_and_go_on(robot, seen, name, BOUNDS[controller])
+    for process in robot.processes.values():
+        process.signal(signal.SIGINT)
+    robot.spin_until(lambda: all(process.exit_code() == 0 for process in robot.processes.values()), 10.0)
