@@ -6,7 +6,7 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'mobile_robot_control'
 NODES = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
-COMMANDS = ('simulate', 'experiment')
+COMMANDS = ('simulate', 'experiment', 'report')
 
 
 def config_files():

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from mobile_robot_control.configuration import Configuration, configure
-from mobile_robot_control.parameter_files import load
-from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.parameter_files import load, write
+from mobile_robot_control.parameters import ParameterError, flatten
 
 
 def parser(name: str, description: str) -> argparse.ArgumentParser:
@@ -87,6 +87,24 @@ def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequ
 
     """
     return configure(load(options.params_files, [*options.overrides, *extra], namespace))
+
+
+def written(parameters: Configuration) -> str:
+    """
+    Give a configuration as the text of a parameter file.
+
+    Parameters
+    ----------
+    parameters : Configuration
+        Checked.
+
+    Returns
+    -------
+    str
+        YAML that gives the same numbers to the last bit.
+
+    """
+    return write({node: flatten(part) for node, part in parameters._asdict().items()})
 
 
 def command(name: str, run: Callable[[], int]) -> int:

@@ -1,28 +1,22 @@
-"""From a recorded run to its metrics and its picture."""
+"""From a recorded run to its metrics and its report."""
 
 import json
 import sys
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration import Configuration
-from mobile_robot_control.recording import bag
-from mobile_robot_control.recording.signals import joined
-from mobile_robot_control.reporting import run_picture
-from mobile_robot_control.simulation.closed_loop import is_complete
-from mobile_robot_control.simulation.metrics import RunMeter, summary
+from mobile_robot_control.cli.report import draw, load_run
+from mobile_robot_control.reporting.run_reading import UnreadableRunError
 
 
-def evaluate(parameters: Configuration, output: Path, namespace: str, outcome: str) -> dict[str, Any]:
+def evaluate(output: Path, namespace: str, outcome: str) -> dict[str, Any]:
     """
     Measure and draw a recorded run.
 
     Parameters
     ----------
-    parameters : Configuration
-        It ran with.
     output : Path
-        Folder with the bag; takes `metrics.json` and `run.png`.
+        Folder with the bag and its `parameters.yaml`; takes `metrics.json` and the report.
     namespace : str
         In which the nodes ran.
     outcome : str
@@ -34,21 +28,15 @@ def evaluate(parameters: Configuration, output: Path, namespace: str, outcome: s
         The metrics, as written.
 
     """
-    recording = bag.read(output / 'bag', namespace)
-    for problem in recording.problems:
-        print(f'experiment: the recording has gaps: {problem}', file=sys.stderr)
-    shared, plant = parameters.plant.shared, parameters.plant
-    meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
-    for sample in joined(recording.signals):
-        meter.add(sample)
-    if meter.last is None:
-        metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
+    metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
+    try:
+        run = load_run(output.resolve().name, output / 'bag', namespace, outcome)
+    except UnreadableRunError as error:
+        print(f'experiment: no report: {error}', file=sys.stderr)
     else:
-        if outcome == 'completed' and not is_complete(meter.last, plant.duration, shared.velocity_rate):
-            print(f'experiment: the recording ends at t = {meter.last.time} s', file=sys.stderr)
-        metrics = summary(meter.run(outcome))
-        title = (f'{parameters.position_controller.control.controller_type.replace("_", " ")}, '
-                 f'{parameters.reference_cart.curve.curve}')
-        run_picture.draw(recording.samples, title, output / 'run.png')
+        for problem in run.problems:
+            print(f'experiment: {problem}', file=sys.stderr)
+        metrics |= run.metrics
+        draw([run], output)
     (output / 'metrics.json').write_text(json.dumps(metrics, indent=2) + '\n', encoding='utf-8')
     return metrics

@@ -7,13 +7,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from mobile_robot_control.cli.arguments import command, configuration, parser, positive
+from mobile_robot_control.cli.arguments import command, configuration, parser, positive, written
 from mobile_robot_control.configuration import Configuration
-from mobile_robot_control.parameter_files import write
-from mobile_robot_control.parameters import ParameterError, flatten
+from mobile_robot_control.parameters import ParameterError
 from mobile_robot_control.ros.executables import Stop
 
-_MADE_BY_US = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'run.png')
+_MADE_BY_US = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -37,8 +36,7 @@ def _prepare(output: Path, overwrite: bool, parameters: Configuration) -> None:
     for path in earlier:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     (output / 'log').mkdir()
-    values = {node: flatten(part) for node, part in parameters._asdict().items()}
-    (output / 'parameters.yaml').write_text(write(values), encoding='utf-8')
+    (output / 'parameters.yaml').write_text(written(parameters), encoding='utf-8')
 
 
 def _run(options: argparse.Namespace, stop: Stop) -> int:
@@ -55,11 +53,11 @@ def _run(options: argparse.Namespace, stop: Stop) -> int:
     conducted = conduct.conduct(
         parameters, output, options.namespace, composed=options.composed, patience=options.patience, stop=stop
     )
-    metrics = evaluate(parameters, output, options.namespace, conducted.outcome)
+    metrics = evaluate(output, options.namespace, conducted.outcome)
     print(json.dumps(metrics, indent=2))
     if conducted.reason:
         print(f'experiment: {conducted.reason}', file=sys.stderr)
-    print(f'bag, metrics and picture: {output.resolve()}')
+    print(f'bag, metrics and report: {output.resolve()}')
     return 0 if conducted.outcome in ('completed', 'interrupted') else 1
 
 

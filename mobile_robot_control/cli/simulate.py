@@ -9,7 +9,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli.arguments import command, configuration, parser, positive, writable_file
+from mobile_robot_control.cli.arguments import command, configuration, parser, positive, writable_file, written
 from mobile_robot_control.configuration import Configuration
 from mobile_robot_control.recording import table
 from mobile_robot_control.simulation.closed_loop import Sample, is_complete, rollout
@@ -19,7 +19,8 @@ from mobile_robot_control.simulation.metrics import RunMeter, summary
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made = parser('simulate', __doc__.partition(': ')[2])
     made.add_argument('--duration', type=positive, required=True, metavar='S', help='simulated time [s]')
-    made.add_argument('--output', metavar='FILE.csv', help='write one row a velocity step')
+    made.add_argument('--output', metavar='FILE.csv',
+                      help='write one row a velocity step; FILE.parameters.yaml and FILE.metrics.json go with it')
     made.add_argument('--json', action='store_true', help='print the metrics as one JSON object')
     return made.parse_args(arguments)
 
@@ -56,11 +57,17 @@ def _run(options: argparse.Namespace) -> int:
     with ExitStack() as stack:
         samples: Iterable[Sample] = rollout(parameters, options.duration)
         if options.output:
-            file = stack.enter_context(writable_file(options.output).open('w', encoding='utf-8', newline=''))
+            path = writable_file(options.output)
+            file = stack.enter_context(path.open('w', encoding='utf-8', newline=''))
             samples = table.write(samples, file)
+            plant = parameters.plant._replace(duration=options.duration)
+            path.with_suffix('.parameters.yaml').write_text(written(parameters._replace(plant=plant)), encoding='utf-8')
+            path.with_suffix('.metrics.json').unlink(missing_ok=True)
         steps = round(options.duration * parameters.plant.shared.velocity_rate) + 1
         # disable=None shows the bar on a terminal only
         metrics = simulate(parameters, options.duration, tqdm(samples, total=steps, disable=None, leave=False))
+    if options.output:
+        path.with_suffix('.metrics.json').write_text(json.dumps(metrics, indent=2) + '\n', encoding='utf-8')
     print(json.dumps(metrics) if options.json else '\n'.join(f'{name}: {value}' for name, value in metrics.items()))
     if metrics['outcome'] != 'completed':
         print(f'simulate: the motion diverged at t = {metrics["duration"]} s; lower the gains or raise the rates',

@@ -2,12 +2,13 @@
 
 import csv
 import math
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TextIO
 
-from mobile_robot_control.quantities import BodyVelocity, Pose
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.readings import WHEEL_JOINTS
-from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
 
 _ODOMETRY = (
     'pose.pose.position.x', 'pose.pose.position.y', 'pose.pose.orientation.z', 'pose.pose.orientation.w',
@@ -83,3 +84,101 @@ def write(samples: Iterable[Sample], file: TextIO) -> Iterator[Sample]:
     for sample in samples:
         writer.writerow(map(repr, row(sample)))
         yield sample
+
+
+class NotATableError(ValueError):
+    """A file that is no CSV of a run; the text says why."""
+
+
+def _read_odometry(values: Sequence[float]) -> tuple[Pose, BodyVelocity]:
+    x, y, sine, cosine, linear, angular = values
+    # twice the half angle, wrapped as odometry messages are read
+    return Pose(x, y, math.atan2(2.0 * sine * cosine, cosine * cosine - sine * sine)), BodyVelocity(linear, angular)
+
+
+def sample(values: Sequence[float]) -> Sample:
+    """
+    Give a row as a sample: the inverse of :func:`row`.
+
+    Parameters
+    ----------
+    values : sequence of float
+        As many as COLUMNS.
+
+    Returns
+    -------
+    Sample
+        The same; headings to rounding.
+
+    """
+    v = values
+    return Sample(
+        v[0],
+        PositionTick(v[9], *_read_odometry(v[10:16]), Reference(*_read_odometry(v[16:22])), TrackingError(*v[24:27])),
+        BodyVelocity(v[22], v[23]), v[1], v[2], WheelVelocity(v[3], v[4]), WheelTorque(v[5], v[6]),
+        WheelTorque(v[7], v[8]),
+    )
+
+
+class Rows:
+    """
+    The rows of a CSV file, as samples.
+
+    Parameters
+    ----------
+    file : text file
+        Open for reading.
+
+    Attributes
+    ----------
+    left_out : Counter of str
+        Rows that could not be used, by reason; counted while the rows are read.
+
+    Raises
+    ------
+    NotATableError
+        If a column is missing.
+
+    """
+
+    def __init__(self, file: TextIO) -> None:
+        self.left_out: Counter[str] = Counter()
+        self._reader = csv.reader(file)
+        try:
+            names = next(self._reader, [])
+        except (csv.Error, UnicodeDecodeError) as error:
+            raise NotATableError(f'is no CSV text ({error}); name a file that `simulate --output` wrote') from error
+        missing = [name for name in COLUMNS if name not in names]
+        if missing:
+            some = ', '.join(missing[:3]) + (', ...' if len(missing) > 3 else '')
+            raise NotATableError(f'lacks {len(missing)} of {len(COLUMNS)} columns ({some}); '
+                                 'name a file that `simulate --output` wrote')
+        self._order = [names.index(name) for name in COLUMNS]
+
+    def __iter__(self) -> Iterator[Sample]:
+        """
+        Read on.
+
+        Yields
+        ------
+        Sample
+            One for each row that is whole, finite and later than the one before.
+
+        """
+        newest = -math.inf
+        try:
+            for cells in self._reader:
+                try:
+                    values = [float(cells[place]) for place in self._order]
+                except (ValueError, IndexError):
+                    self.left_out['broken off or not a number'] += 1
+                    continue
+                if not all(map(math.isfinite, values)):
+                    self.left_out['not finite'] += 1
+                elif values[0] <= newest:
+                    self.left_out['not later than the row before'] += 1
+                else:
+                    newest = values[0]
+                    yield sample(values)
+        except (csv.Error, UnicodeDecodeError):
+            self.left_out['no text from there on'] += 1

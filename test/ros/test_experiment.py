@@ -52,8 +52,8 @@ def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
     assert metrics.pop('outcome') == simulated.pop('outcome') == 'completed'
     for name, value in simulated.items():
         assert metrics[name] == pytest.approx(value, rel=1e-9, abs=1e-9)
-    picture = (tmp_path / 'run' / 'run.png').read_bytes()
-    assert picture.startswith(b'\x89PNG')
+    assert (tmp_path / 'run' / 'figures' / 'path.png').read_bytes().startswith(b'\x89PNG')
+    assert 'data:image/svg+xml' in (tmp_path / 'run' / 'report.html').read_text()
 
 
 def test_the_bag_is_one_that_others_read(domain, tmp_path):

@@ -1,0 +1,164 @@
+"""The command `report`: metrics and figures of one run, or of several side by side."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tqdm import tqdm
+
+from mobile_robot_control.cli.arguments import command, parser
+from mobile_robot_control.configuration import configure
+from mobile_robot_control.parameter_files import load
+from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.reporting import report as reporting
+from mobile_robot_control.reporting.run_reading import RecordedRun, UnreadableRunError, read
+
+
+def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    made = parser('report', __doc__.partition(': ')[2])
+    made.add_argument('runs', nargs='+', metavar='RUN',
+                      help='a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN names it in the report')
+    made.add_argument('--output', required=True, metavar='DIR', help='folder for the page and the figures')
+    made.add_argument('--namespace', default='/', metavar='NS', help='in which the nodes of a bag ran')
+    made.add_argument('--animation', action='store_true', help='write an animation (GIF) of each run too')
+    return made.parse_args(arguments)
+
+
+def name_of(text: str) -> tuple[str, Path]:
+    """
+    Read a run and what to call it.
+
+    Parameters
+    ----------
+    text : str
+        RUN or NAME=RUN.
+
+    Returns
+    -------
+    tuple of str and Path
+        Name and place.
+
+    Examples
+    --------
+    >>> name_of('runs/fuzzy/bag')[0], name_of('best=a.csv')[0]
+    ('fuzzy', 'best')
+
+    """
+    name, separator, place = text.partition('=')
+    if separator and not Path(text).exists():
+        return name, Path(place)
+    path = Path(text)
+    folder = path.resolve()
+    if folder.name == 'bag':
+        folder = folder.parent
+    return (folder.stem if path.is_file() else folder.name), path
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    return [f'{name} ({names[:n].count(name) + 1})' if names.count(name) > 1 else name
+            for n, name in enumerate(names)]
+
+
+def load_run(name: str, path: Path, namespace: str = '/', outcome: str | None = None) -> RecordedRun:
+    """
+    Read and measure a run, with progress.
+
+    Parameters
+    ----------
+    name : str
+        For legends and tables.
+    path : Path
+        A bag, the folder of an experiment or a CSV file.
+    namespace : str
+        In which the nodes of a bag ran.
+    outcome : str or None
+        How it ended; where None, what is written beside it.
+
+    Returns
+    -------
+    RecordedRun
+        With what is missing.
+
+    Raises
+    ------
+    UnreadableRunError
+        If nothing can be drawn of it.
+
+    """
+    with tqdm(total=100, desc=f'read {name}', disable=None, leave=False, unit='%') as bar:
+        def progress(done: int, total: int) -> None:
+            bar.update(int(100 * done / max(1, total)) - bar.n)
+
+        return read(path, name, namespace, lambda file: configure(load([file], namespace=namespace)), progress, outcome)
+
+
+def draw(runs: Sequence[RecordedRun], output: Path, animation: bool = False) -> None:
+    """
+    Write a report, with progress.
+
+    Parameters
+    ----------
+    runs : sequence of RecordedRun
+        At least one.
+    output : Path
+        Folder; made if it is not there.
+    animation : bool
+        Whether to write animations.
+
+    """
+    with tqdm(total=reporting.steps(runs, animation), desc='draw', disable=None, leave=False) as bar:
+        def step(title: str) -> None:
+            bar.set_postfix_str(title)
+            bar.update()
+
+        reporting.write(runs, output, step, animation)
+
+
+def _run(options: argparse.Namespace) -> int:
+    if len(options.runs) > reporting.MOST:
+        raise ParameterError([f'{len(options.runs)} runs are more than a reader can tell apart; '
+                              f'name {reporting.MOST} at the most'])
+    assumed = None
+    if options.params_files or options.overrides:
+        assumed = configure(load(options.params_files, options.overrides, options.namespace))
+    named = [name_of(text) for text in options.runs]
+    runs, unreadable = [], []
+    for name, (_, path) in zip(_distinct([name for name, _ in named]), named, strict=True):
+        try:
+            run = load_run(name, path, options.namespace)
+        except UnreadableRunError as error:
+            unreadable.append(str(error))
+        else:
+            runs.append(run if run.parameters else run._replace(parameters=assumed))
+            for problem in run.problems:
+                print(f'report: {name}: {problem}', file=sys.stderr)
+    if unreadable:
+        raise ParameterError(unreadable)
+    output = Path(options.output)
+    draw(runs, output, options.animation)
+    print(f'report: {(output / "report.html").resolve()}')
+    return 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """
+    Run the command.
+
+    Parameters
+    ----------
+    arguments : sequence of str or None
+        The command line; that of the process if None.
+
+    Returns
+    -------
+    int
+        Exit code.
+
+    """
+    options = _parse(arguments)
+    return command('report', lambda: _run(options))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,137 @@
+"""A run as a small animation: robot, reference cart, trail and torque bars."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
+
+from mobile_robot_control.reporting.palette import BLUE, FAINT, GREY, INK, ORANGE, style
+from mobile_robot_control.reporting.run_figures import triangle
+from mobile_robot_control.reporting.series import Floats, Series
+
+_FRAMES = 96
+_MOMENT = 80
+"""[ms] that a frame is shown."""
+_LAST = 1200
+"""[ms] that the last frame is shown."""
+_COLORS = 32
+
+
+class _Motion(NamedTuple):
+    """What moves: poses at each frame's time, and the largest torques since the frame before."""
+
+    times: Floats
+    robot: Floats
+    cart: Floats
+    torque: Floats
+
+
+def _held(series: Series, topic: str, columns: tuple[str, ...], times: Floats) -> Floats:
+    lines = [series.line(topic, column) for column in columns]
+    place = np.clip(np.searchsorted(lines[0].time, times, side='right') - 1, 0, None)
+    return np.stack([line.value[place] for line in lines], axis=1)
+
+
+def _motion(series: Series) -> _Motion:
+    end = series.time('odom')[-1]
+    times = np.linspace(series.time('odom')[0], end, _FRAMES)
+    pose = ('x', 'y', 'heading')
+    cart = _held(series, 'reference', pose, times) if series.time('reference').size else np.zeros((0, 3))
+    torque = np.zeros((_FRAMES, 2))
+    for n, wheel in enumerate(('right', 'left')):
+        line = series.torque(wheel)
+        for frame, part in enumerate(np.split(line.value, np.searchsorted(line.time, times[1:], side='right'))):
+            if part.size:
+                torque[frame, n] = part[np.argmax(np.abs(part))]
+    return _Motion(times, _held(series, 'odom', pose, times), cart, torque)
+
+
+def _plane(axes: Axes, series: Series) -> None:
+    for topic, options in (('reference', {'color': GREY, 'linewidth': 3.0}), ('odom', {'alpha': 0.0})):
+        axes.plot(series.line(topic, 'x').value, series.line(topic, 'y').value, **options)
+    axes.set_aspect('equal', adjustable='datalim')
+    axes.margins(0.08)
+    axes.set_xlabel('x [m]')
+    axes.set_ylabel('y [m]')
+
+
+def _bars(axes: Axes, torque: Floats) -> Any:
+    bars = axes.bar(['left', 'right'], [0.0, 0.0], color=[ORANGE, BLUE], width=0.6)
+    largest = float(np.max(np.abs(torque), initial=0.1))
+    axes.set_ylim(-1.1 * largest, 1.1 * largest)
+    axes.axhline(0.0, color=INK, linewidth=0.8)
+    axes.grid(visible=False, axis='x')
+    axes.set_ylabel('wheel torque [N m]')
+    return bars
+
+
+def _painter(series: Series, motion: _Motion) -> tuple[Figure, Callable[[int], None]]:
+    figure = Figure(figsize=(5.6, 3.5), dpi=90, layout='constrained')
+    plane, wheels = figure.subplots(1, 2, width_ratios=[3.2, 1.0])
+    _plane(plane, series)
+    bars = _bars(wheels, motion.torque)
+    size = 0.11 * max(*np.ptp(motion.robot[:, :2], axis=0), 0.1)
+    trail, = plane.plot([], [], color=BLUE, linewidth=1.8)
+    cart, = plane.fill([0.0], [0.0], facecolor=FAINT, edgecolor=INK, linewidth=1.0, zorder=3)
+    robot, = plane.fill([0.0], [0.0], facecolor=BLUE, edgecolor=INK, linewidth=1.0, zorder=4)
+    x, y = series.line('odom', 'x'), series.line('odom', 'y')
+
+    def paint(frame: int) -> None:
+        passed = int(np.searchsorted(x.time, motion.times[frame], side='right'))
+        trail.set_data(x.value[:passed], y.value[:passed])
+        robot.set_xy(triangle(motion.robot[frame], size))
+        if motion.cart.size:
+            cart.set_xy(triangle(motion.cart[frame], size))
+        # the left wheel's bar stands on the left
+        for bar, value in zip(bars, motion.torque[frame, ::-1], strict=True):
+            bar.set_height(value)
+        plane.set_title(f't = {motion.times[frame]:.1f} s', loc='left')
+
+    return figure, paint
+
+
+def animate(series: Series, file: Path) -> None:
+    """
+    Write an animation.
+
+    Parameters
+    ----------
+    series : Series
+        Of a run that has odometry and wheels.
+    file : Path
+        GIF or WebP, by its ending.
+
+    Raises
+    ------
+    ValueError
+        If the run has no odometry.
+
+    """
+    if series.time('odom').size < 2:
+        raise ValueError('a run without odometry cannot be animated')
+    with style():
+        motion = _motion(series)
+        figure, paint = _painter(series, motion)
+        canvas: Any = FigureCanvasAgg(figure)
+        paint(0)
+        canvas.draw()
+        # the axes keep their places, or the picture would tremble
+        figure.set_layout_engine('none')
+        frames = []
+        for frame in range(_FRAMES):
+            paint(frame)
+            canvas.draw()
+            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB'))
+    shown = [_MOMENT] * (_FRAMES - 1) + [_LAST]
+    if file.suffix == '.webp':
+        frames[0].save(file, save_all=True, append_images=frames[1:], duration=shown, loop=0, quality=60, method=4)
+        return
+    # one palette for all frames, from one in which everything is drawn
+    palette = frames[_FRAMES // 2].quantize(_COLORS)
+    drawn = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in frames]
+    drawn[0].save(file, save_all=True, append_images=drawn[1:], duration=shown, loop=0, optimize=True)

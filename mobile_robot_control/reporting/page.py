@@ -1,0 +1,165 @@
+"""Pages: one self-contained HTML file each, for light and dark ground, phone, desktop and paper."""
+
+import base64
+from collections.abc import Iterable, Sequence
+from html import escape
+
+_STYLE = """
+:root{color-scheme:light dark;--ground:#fff;--ink:#1f2328;--soft:#59636e;--faint:#d9dce0;--tint:#f3f5f7;--best:#00664b;
+--warn:#8a4b00}
+@media screen and (prefers-color-scheme:dark){:root{--ground:#15181c;--ink:#e6e8eb;--soft:#9aa4ae;--faint:#3a4048;
+--tint:#1f2429;--best:#2fd0a0;--warn:#ffb066}}
+*{box-sizing:border-box}
+body{margin:0 auto;max-width:75rem;padding:1rem;background:var(--ground);color:var(--ink);
+font:16px/1.5 system-ui,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;overflow-wrap:break-word}
+h1{font-size:1.5rem;line-height:1.25;margin:.5rem 0}h2{font-size:1.15rem;margin:2rem 0 .5rem}
+h3{font-size:1rem;margin:0 0 .25rem}p{margin:.25rem 0 .75rem}
+.soft,figcaption{color:var(--soft);font-size:.9rem}
+.grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,29rem),1fr));gap:1.5rem;align-items:start}
+figure{margin:0;min-width:0}figure img{display:block;width:100%;height:auto}
+.scroll{overflow-x:auto;max-width:100%}
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.9rem}
+th,td{text-align:left;padding:.3rem .7rem .3rem 0;border-bottom:1px solid var(--faint);vertical-align:top}
+td.number,th.number{text-align:right;white-space:nowrap;padding-left:.7rem;padding-right:0}
+.best{color:var(--best);font-weight:700}
+.warning{border-left:4px solid var(--warn);padding:.1rem 0 .1rem .8rem}.warning h2{margin-top:.2rem}
+code{background:var(--tint);padding:.1em .3em;border-radius:3px;font-size:.9em;overflow-wrap:anywhere}
+pre{background:var(--tint);padding:.7rem;border-radius:4px;overflow-x:auto;font-size:.85rem;margin:.5rem 0}
+pre code{background:none;padding:0;overflow-wrap:normal}
+summary{cursor:pointer}
+@media print{body{max-width:none;font-size:10pt;padding:0}.grid{grid-template-columns:1fr 1fr;gap:.5cm}
+figure,tr,.warning{break-inside:avoid}h2{break-after:avoid}.scroll{overflow:visible}.narrow{display:block}}
+"""
+
+
+def page(title: str, parts: Iterable[str]) -> str:
+    """
+    Make a page.
+
+    Parameters
+    ----------
+    title : str
+        Plain text.
+    parts : iterable of str
+        HTML, from top to bottom.
+
+    Returns
+    -------
+    str
+        HTML that needs nothing from anywhere else.
+
+    """
+    body = '\n'.join(parts)
+    return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f'<title>{escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n')
+
+
+def source(content: bytes, kind: str) -> str:
+    """
+    Give a picture as the source of an image.
+
+    Parameters
+    ----------
+    content : bytes
+        Of the picture's file.
+    kind : str
+        Such as 'image/gif'.
+
+    Returns
+    -------
+    str
+        A data URI.
+
+    """
+    return f'data:{kind};base64,{base64.b64encode(content).decode()}'
+
+
+def picture(title: str, caption: str, image: str, below: str = '') -> str:
+    """
+    Make a figure.
+
+    Parameters
+    ----------
+    title, caption : str
+        Plain text.
+    image : str
+        Its source.
+    below : str
+        HTML under the caption.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    """
+    return (f'<figure><h3>{escape(title)}</h3><img src="{image}" alt="{escape(title)}: {escape(caption)}">'
+            f'<figcaption>{escape(caption)}{below}</figcaption></figure>')
+
+
+def grid(figures: Iterable[str]) -> str:
+    """
+    Set figures side by side, as many as there is room for.
+
+    Parameters
+    ----------
+    figures : iterable of str
+        HTML.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    """
+    return '<div class="grid">\n' + '\n'.join(figures) + '\n</div>'
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool = True) -> str:
+    """
+    Make a table that scrolls by itself where it is wider than the page.
+
+    Parameters
+    ----------
+    head : sequence of str
+        Plain text.
+    rows : iterable of sequence of str
+        HTML cells.
+    numbers : bool
+        Whether all columns but the first hold numbers.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    """
+    def cells(kind: str, row: Sequence[str]) -> str:
+        return ''.join(f'<{kind}{" class=number" if numbers and n else ""}>{cell}</{kind}>'
+                       for n, cell in enumerate(row))
+
+    body = '\n'.join(f'<tr>{cells("td", row)}</tr>' for row in rows)
+    return (f'<div class="scroll"><table><thead><tr>{cells("th", [escape(name) for name in head])}</tr></thead>\n'
+            f'<tbody>\n{body}\n</tbody></table></div>')
+
+
+def warning(title: str, sentences: Iterable[str]) -> str:
+    """
+    Make a list of what a reader must know before he believes a page.
+
+    Parameters
+    ----------
+    title : str
+        Plain text.
+    sentences : iterable of str
+        Plain text.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    """
+    items = ''.join(f'<li>{escape(sentence)}</li>' for sentence in sentences)
+    return f'<div class="warning"><h2>{escape(title)}</h2><ul>{items}</ul></div>'
