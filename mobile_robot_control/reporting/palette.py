@@ -57,7 +57,7 @@ def as_svg(figure: Figure) -> str:
     """
     buffer = io.StringIO()
     with mpl.rc_context(_RULES):
-        figure.savefig(buffer, format='svg', metadata={'Date': None})
+        figure.savefig(buffer, format='svg', dpi=150, metadata={'Date': None})
     dark = ''.join(
         f'[style*="{part}: {light}"]{{{part}:{deep}!important}}'
         for light, deep in _ON_DARK.items() for part in ('fill', 'stroke')

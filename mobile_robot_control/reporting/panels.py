@@ -87,7 +87,7 @@ def _draw(axes: Axes, panel: Panel, runs: Sequence[Named], span: tuple[float, fl
             told['command'] |= _plot(axes, panel.command(series), color=INK, linewidth=1.1, linestyle=(0, (1, 2)),
                                      label='_' if told['command'] else 'commanded')
     axes.set_ylabel(panel.label)
-    axes.margins(x=0.01)
+    axes.margins(x=0.02)
     if span:
         axes.set_xlim(*span)
     ordinary = _spiky([panel.value(run.series) for run in runs]) if panel.logarithmic else 0.0
@@ -104,7 +104,10 @@ def _stretch(axes: Axes, ordinary: float) -> None:
     """Show decades beyond the ordinary, with a tick for every other one."""
     decade = math.ceil(math.log10(ordinary))
     axes.set_yscale('symlog', linthresh=10.0**decade, linscale=1.0)
-    lowest, highest = axes.get_ylim()
+    lowest, highest = axes.dataLim.intervaly
+    lowest, highest = (1.8 * limit if abs(limit) > 10.0**decade else sign * 10.0**decade
+                       for limit, sign in ((lowest, -1.0), (highest, 1.0)))
+    axes.set_ylim(lowest, highest)
     powers = [10.0**power for power in range(decade, 1 + math.ceil(math.log10(max(highest, -lowest))))]
     step = 1 + len(powers) // 4
     ticks = [0.0, *powers[::step], *(-power for power in powers[::step])]

@@ -91,6 +91,27 @@ class Series:
         times: Floats = (stamps - self.origin) / 1e9
         return times
 
+    def until(self, end: float) -> 'Series':
+        """
+        Give the beginning of the run.
+
+        Parameters
+        ----------
+        end : float
+            Time of the last messages taken [s].
+
+        Returns
+        -------
+        Series
+            Without times of receipt.
+
+        """
+        cut = {}
+        for topic, signal in self.signals.items():
+            count = int(np.searchsorted(self.time(topic), end, side='right'))
+            cut[topic] = Signal(signal.stamps[:count], signal.received[:0], signal.values[:count * len(COLUMNS[topic])])
+        return Series(cut)
+
     def headings(self) -> tuple[Line, Line]:
         """
         Give the headings of robot and cart without jumps at ±π.

@@ -1,0 +1,211 @@
+"""What the chapter claims, what was measured, and whether it holds."""
+
+import math
+from collections.abc import Callable, Iterable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.reporting.chapter.runs import (
+    FUZZY_BESIDE,
+    FUZZY_TRIFOLIUM,
+    HYBRID_LEMNISCATE,
+    LAP,
+    ORDINARY_LEMNISCATE,
+    ORDINARY_TRIFOLIUM,
+    ChapterRun,
+    Runs,
+)
+from mobile_robot_control.reporting.metrics_table import peak_torque
+
+_HOLD = BodyVelocity(0.5, 1.0)
+"""Asked for without end, to see what error remains [m/s], [rad/s]."""
+_LONG = 60.0
+"""[s]: some integral times of the printed gains."""
+
+
+class Verdict(NamedTuple):
+    """
+    How a claim fared.
+
+    Attributes
+    ----------
+    measured : str
+        Numbers with units.
+    holds : bool
+        Whether the claim is true of them.
+    remark : str
+        What else a reader should know; '' for nothing.
+
+    """
+
+    measured: str
+    holds: bool
+    remark: str = ''
+
+
+class Claim(NamedTuple):
+    """
+    A claim of the chapter.
+
+    Attributes
+    ----------
+    where : str
+        In the chapter.
+    words : str
+        In brief.
+    judge : callable
+        Measures it.
+
+    """
+
+    where: str
+    words: str
+    judge: Callable[[Runs], Verdict]
+
+
+def _peaks(runs: Runs, run: ChapterRun) -> dict[str, float]:
+    found: dict[str, float] = runs.measured(run).metrics['peak_wheel_torque']
+    return found
+
+
+def _ordinary_exceeds(runs: Runs) -> Verdict:
+    peaks = _peaks(runs, ORDINARY_LEMNISCATE)
+    return Verdict(f'right {peaks["right"]:.0f}, left {peaks["left"]:.0f} N m', min(peaks.values()) > 50.0,
+                   'at the first sample, which a slower motor would not follow')
+
+
+def _ratio(runs: Runs, high: ChapterRun, low: ChapterRun, metric: str = 'peak_wheel_torque') -> float:
+    above, below = (max(runs.measured(run).metrics[metric].values()) for run in (high, low))
+    return float(above / below)
+
+
+def _hybrid_torques(runs: Runs) -> Verdict:
+    ratio = _ratio(runs, ORDINARY_LEMNISCATE, HYBRID_LEMNISCATE)
+    peak = peak_torque(runs.measured(HYBRID_LEMNISCATE).metrics) or math.inf
+    return Verdict(f'{peak:.2f} N m, {ratio:.0f} times less', ratio > 10.0)
+
+
+def _hybrid_power(runs: Runs) -> Verdict:
+    ratio = _ratio(runs, ORDINARY_LEMNISCATE, HYBRID_LEMNISCATE, 'peak_wheel_power')
+    peak = max(runs.measured(HYBRID_LEMNISCATE).metrics['peak_wheel_power'].values())
+    return Verdict(f'{peak:.0f} W, {ratio:.0f} times less', ratio > 10.0)
+
+
+def _fuzzy_torques(runs: Runs) -> Verdict:
+    peaks = _peaks(runs, FUZZY_TRIFOLIUM)
+    beside = max(_peaks(runs, FUZZY_BESIDE).values())
+    return Verdict(f'right {peaks["right"]:.2f}, left {peaks["left"]:.2f} N m', max(peaks.values()) < 2.0,
+                   f'started on the curve; started beside it, {beside:.0f} N m')
+
+
+def _fuzzy_ratio(runs: Runs) -> Verdict:
+    ratio = _ratio(runs, ORDINARY_TRIFOLIUM, FUZZY_TRIFOLIUM)
+    remark = '' if ratio <= 40.0 else 'more than claimed: the ordinary controller starts with a jump of its command'
+    return Verdict(f'{ratio:.0f} times less', ratio >= 30.0, remark)
+
+
+def _steady_state(runs: Runs) -> Verdict:
+    last = None
+    for tick in runs.velocity_steps(((0.0, _HOLD),), _LONG):
+        last = tick
+    if last is None:  # no time at all
+        return Verdict('nothing', holds=False)
+    errors = (last.asked.linear - last.velocity.linear, last.asked.angular - last.velocity.angular)
+    return Verdict(f'{abs(errors[0]):.1g} m/s of {_HOLD.linear:g}, {abs(errors[1]):.1g} rad/s of {_HOLD.angular:g} '
+                   f'after {_LONG:g} s', max(map(abs, errors)) < 1e-4, 'it decays with the integral times of a minute')
+
+
+def _convergence(run: ChapterRun) -> Callable[[Runs], Verdict]:
+    def judge(runs: Runs) -> Verdict:
+        series = runs.measured(run).series
+        ahead, aside, turned = (series.line('tracking_error', name) for name in ('longitudinal', 'lateral', 'heading'))
+        laps = np.minimum(ahead.time // LAP, round(run.duration / LAP) - 1)
+        distance, heading = (
+            [float(np.abs(error[laps == lap]).max()) for lap in np.unique(laps)]
+            for error in (np.hypot(ahead.value, aside.value), turned.value)
+        )
+        falls = all(after < 0.5 * before for errors in (distance, heading) for before, after in pairwise(errors))
+        told = '; '.join(f'lap {n}: {100.0 * most:.2g} cm, {turn:.2g} rad'
+                         for n, (most, turn) in enumerate(zip(distance, heading, strict=True), 1))
+        return Verdict(f'largest in {told}', falls)
+
+    return judge
+
+
+def _fuzzy_tracks(runs: Runs) -> Verdict:
+    metrics = runs.measured(FUZZY_TRIFOLIUM).metrics
+    return Verdict(f'RMS {100.0 * metrics["rms_position_error"]:.1f} cm, at most '
+                   f'{100.0 * metrics["max_position_error"]:.1f} cm on a curve of 1 m',
+                   metrics['max_position_error'] < 0.1)
+
+
+def _largest_speeds(runs: Runs, run: ChapterRun) -> tuple[float, float]:
+    series = runs.measured(run).series
+    return (float(np.abs(series.line('cmd_vel', 'linear').value).max()),
+            float(np.abs(series.line('cmd_vel', 'angular').value).max()))
+
+
+def _fuzzy_velocities(runs: Runs) -> Verdict:
+    fuzzy, ordinary = (_largest_speeds(runs, run) for run in (FUZZY_TRIFOLIUM, ORDINARY_TRIFOLIUM))
+    return Verdict(f'{fuzzy[0]:.2f} m/s and {fuzzy[1]:.2f} rad/s against {ordinary[0]:.2f} m/s and '
+                   f'{ordinary[1]:.2f} rad/s', fuzzy[0] < 0.5 * ordinary[0] and fuzzy[1] < 0.5 * ordinary[1],
+                   'started on the curve both ask for about what the cart does; the torques differ by the jump at '
+                   't = 0')
+
+
+CLAIMS = (
+    Claim('2.2', 'the PI controller leaves no steady-state velocity error', _steady_state),
+    Claim('3.1', "ordinary backstepping: the errors converge (lemniscate)", _convergence(ORDINARY_LEMNISCATE)),
+    Claim('4.1', 'hybrid backstepping: the errors converge (lemniscate)', _convergence(HYBRID_LEMNISCATE)),
+    Claim('4.1', 'ordinary backstepping: both torques exceed 50 N m (lemniscate)', _ordinary_exceeds),
+    Claim('4.1', 'hybrid backstepping: much less torque (lemniscate)', _hybrid_torques),
+    Claim('4.1', 'hybrid backstepping: much less power (lemniscate)', _hybrid_power),
+    Claim('4.2', 'fuzzy: satisfactory tracking (trifolium)', _fuzzy_tracks),
+    Claim('4.2', 'fuzzy: torques not above 2 N m (trifolium)', _fuzzy_torques),
+    Claim('4.2', 'fuzzy: torques 30 to 40 times less than ordinary backstepping (trifolium)', _fuzzy_ratio),
+    Claim('4.2', 'fuzzy: much smaller velocity commands than ordinary backstepping (trifolium)', _fuzzy_velocities),
+)
+
+
+def judged(runs: Runs) -> list[tuple[Claim, Verdict]]:
+    """
+    Measure every claim.
+
+    Parameters
+    ----------
+    runs : Runs
+        Of the chapter.
+
+    Returns
+    -------
+    list of (Claim, Verdict)
+        In the chapter's order.
+
+    """
+    return [(claim, claim.judge(runs)) for claim in CLAIMS]
+
+
+def rows(found: Iterable[tuple[Claim, Verdict]]) -> list[list[str]]:
+    """
+    Give verdicts as the cells of a table.
+
+    Parameters
+    ----------
+    found : iterable of (Claim, Verdict)
+        Of :func:`judged`.
+
+    Returns
+    -------
+    list of list of str
+        Section, claim, measured, whether it holds.
+
+    """
+    return [[claim.where, claim.words, verdict.measured,
+             ('yes' if verdict.holds else 'no') + (f'; {verdict.remark}' if verdict.remark else '')]
+            for claim, verdict in found]
+
+
+HEAD = ('section', 'the chapter', 'measured here', 'holds')

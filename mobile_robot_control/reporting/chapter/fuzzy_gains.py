@@ -1,0 +1,54 @@
+"""The membership functions before and after the evolution."""
+
+import math
+import random
+
+from mobile_robot_control.control.fuzzy import FuzzyGains
+from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
+
+_SEED = 2008
+_FARTHEST, _FASTEST, _QUICKEST = 1.0, 2.5, 10.0
+"""[m], [m/s], [rad/s]: within which random values are drawn."""
+
+
+def initial() -> FuzzyGains:
+    """
+    Give random gains, as a search would begin with.
+
+    Returns
+    -------
+    FuzzyGains
+        The same every time, and such that some rule always fires.
+
+    """
+    draw = random.Random(_SEED)  # noqa: S311 (no secret)
+    while True:
+        values = {
+            'a': draw.uniform(0.0, _FARTHEST),
+            'b': [draw.uniform(0.0, math.pi) for _ in range(6)],
+            'c': sorted(draw.uniform(-_FASTEST, _FASTEST) for _ in range(5)),
+            'd': sorted(draw.uniform(-_QUICKEST, _QUICKEST) for _ in range(3)),
+        }
+        try:
+            return build(FuzzyGains, values)
+        except ParameterError:  # a bearing without a rule: draw again
+            continue
+
+
+def evolved(runs: Runs) -> FuzzyGains:
+    """
+    Give the gains of the chapter's fuzzy run.
+
+    Parameters
+    ----------
+    runs : Runs
+        Of the chapter.
+
+    Returns
+    -------
+    FuzzyGains
+        As its parameter file has them.
+
+    """
+    return runs.configuration(FUZZY_TRIFOLIUM).position_controller.control.fuzzy

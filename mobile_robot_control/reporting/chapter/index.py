@@ -1,0 +1,92 @@
+"""All figures of the chapter in one folder, with an index page: what `make figures` runs."""
+
+import argparse
+import sys
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+
+from tqdm import tqdm
+
+from mobile_robot_control.reporting import page
+from mobile_robot_control.reporting.chapter import claims
+from mobile_robot_control.reporting.chapter.chromosomes import CHROMOSOME_FIGURES
+from mobile_robot_control.reporting.chapter.figure import ChapterFigure
+from mobile_robot_control.reporting.chapter.membership_figures import EVOLVED_FIGURES, INITIAL_FIGURES
+from mobile_robot_control.reporting.chapter.runs import Runs
+from mobile_robot_control.reporting.chapter.scene_figures import SCENE_FIGURES
+from mobile_robot_control.reporting.chapter.structure_figures import STRUCTURE_FIGURES
+from mobile_robot_control.reporting.chapter.tracking_figures import TRACKING_FIGURES
+from mobile_robot_control.reporting.chapter.velocity_figures import VELOCITY_FIGURES
+from mobile_robot_control.reporting.palette import save
+
+_PARTS = (*SCENE_FIGURES, *VELOCITY_FIGURES, *CHROMOSOME_FIGURES, *STRUCTURE_FIGURES, *INITIAL_FIGURES,
+          *EVOLVED_FIGURES, *TRACKING_FIGURES)
+
+
+def _place(figure: ChapterFigure) -> tuple[int, str]:
+    return int(figure.number.rstrip('abcd')), figure.number
+
+
+FIGURES = tuple(sorted(_PARTS, key=_place))
+"""In the chapter's order; its Fig. 1 is the graph of the nodes, which the README shows."""
+_INTRODUCTION = (
+    '<h1>The figures of the chapter</h1>'
+    '<p class="soft">Velagic, Lacevic and Osmic, <cite>Nonlinear Motion Control of Mobile Robot Dynamic Model</cite>. '
+    'The figures of the text are lost but for their captions; these are drawn anew, each from runs of this package at '
+    '4 kHz with the printed gains and, for the fuzzy controller, gains that were searched for. Curves of 1 m and 16 s '
+    'a lap; the runs on the lemniscate start beside it, at x = 0.8 m, y = -0.1 m, heading 0.3 rad, from where the cart '
+    'is not in sight.</p>'
+)
+
+
+def _parts(runs: Runs, folder: Path) -> Iterator[str]:
+    yield _INTRODUCTION
+    yield '<h2>What the chapter claims</h2>'
+    rows = [[escape(cell) for cell in row] for row in claims.rows(claims.judged(runs))]
+    yield page.table(claims.HEAD, rows, numbers=False)
+    yield '<h2>Figures</h2>'
+    drawn = []
+    for figure in tqdm(FIGURES, desc='draw', disable=None):
+        svg = save(figure.draw(runs), folder / f'figure_{figure.number}')
+        command = f'<pre><code>{escape(figure.command)}</code></pre>'
+        drawn.append(page.picture(f'Figure {figure.number}. {figure.caption}', figure.see,
+                                  page.source(svg.encode(), 'image/svg+xml'), command))
+    yield page.grid(drawn)
+
+
+def write(config: Path, folder: Path) -> Path:
+    """
+    Draw every figure and write the index page.
+
+    Parameters
+    ----------
+    config : Path
+        Folder of the configurations.
+    folder : Path
+        Takes the figures as PNG and SVG, and `index.html`.
+
+    Returns
+    -------
+    Path
+        Of the page.
+
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / 'index.html'
+    file.write_text(page.page('The figures of the chapter', _parts(Runs(config), folder)), encoding='utf-8')
+    return file
+
+
+def main() -> int:
+    """Run as `python -m mobile_robot_control.reporting.chapter.index --output DIR`."""
+    parser = argparse.ArgumentParser(description='Draw every figure of the chapter, with an index page.')
+    parser.add_argument('--config', type=Path, default=Path('config'), help='folder of the configurations')
+    parser.add_argument('--output', type=Path, required=True, help='folder for the figures')
+    options = parser.parse_args()
+    print(write(options.config, options.output).resolve())
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

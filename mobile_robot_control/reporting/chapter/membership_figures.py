@@ -1,0 +1,139 @@
+"""Fig. 12 to 15 and 17 to 22: membership functions before and after the evolution, and the control surfaces."""
+
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
+from mobile_robot_control.reporting.chapter import fuzzy_gains
+from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
+from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
+from mobile_robot_control.reporting.palette import INK, LINES, style
+from mobile_robot_control.reporting.panels import WIDTH, legend
+from mobile_robot_control.reporting.series import Floats
+
+Gains = Callable[[Runs], FuzzyGains]
+_NEAR = (('near', 'S'), ('far', 'G'))
+_SIDES = (('great_negative', 'GN'), ('small_negative', 'SN'), ('zero', 'Z'), ('small_positive', 'SP'),
+          ('great_positive', 'GP'))
+_LINEAR, _ANGULAR = ('FB', 'B', 'S', 'F', 'FF'), ('CW', 'ST', 'CCW')
+_PI_TICKS = ([-np.pi, -np.pi / 2, 0.0, np.pi / 2, np.pi], ['-π', '-π/2', '0', 'π/2', 'π'])
+
+
+def _canvas() -> tuple[Figure, Axes]:
+    figure = Figure(figsize=(WIDTH, 2.7), layout='constrained')
+    return figure, figure.subplots()
+
+
+def _inputs(gains: Gains, bearing: bool) -> Callable[[Runs], Figure]:
+    def draw(runs: Runs) -> Figure:
+        found = gains(runs)
+        points = np.linspace(-np.pi, np.pi, 1441) if bearing else np.linspace(0.0, 2.0 * found.a, 400)
+        held = [memberships(0.0, float(x), found) if bearing else memberships(float(x), 0.0, found) for x in points]
+        with style():
+            figure, axes = _canvas()
+            for (field, name), (color, dashes) in zip(_SIDES if bearing else _NEAR, LINES, strict=False):
+                axes.plot(points, [getattr(m, field) for m in held], color=color, linestyle=dashes, label=name)
+            axes.set_xlabel('$i_2$, bearing of the cart [rad]' if bearing else '$i_1$, distance to the cart [m]')
+            axes.set_ylabel('membership')
+            if bearing:
+                axes.set_xticks(*_PI_TICKS)
+            legend(axes, 5)
+        return figure
+
+    return draw
+
+
+def _outputs(gains: Gains, angular: bool) -> Callable[[Runs], Figure]:
+    def draw(runs: Runs) -> Figure:
+        found = gains(runs)
+        values, names = (found.d, _ANGULAR) if angular else (found.c, _LINEAR)
+        with style():
+            figure, axes = _canvas()
+            span = max(values) - min(values)
+            heights = _heights(values, 0.09 * span)
+            for value, name, height, (color, _) in zip(values, names, heights, LINES, strict=False):
+                axes.vlines(value, 0.0, 1.0, color=color, linewidth=2.5)
+                axes.plot(value, 1.0, 'o', color=color)
+                axes.annotate(f'{name} {value:.3g}', (value, 1.0), (value, height), color=INK, ha='center',
+                              arrowprops={'arrowstyle': '-', 'color': color, 'linewidth': 0.6})
+            axes.set_xlim(min(values) - 0.12 * span, max(values) + 0.12 * span)
+            axes.set_ylim(0.0, max(heights) + 0.2)
+            axes.set_yticks([0.0, 0.5, 1.0])
+            axes.set_ylabel('membership')
+            axes.set_xlabel('$o_2$, angular velocity [rad/s]' if angular else '$o_1$, linear velocity [m/s]')
+        return figure
+
+    return draw
+
+
+def _heights(values: tuple[float, ...], apart: float) -> list[float]:
+    """Raise the name of a value that lies near the one before it."""
+    heights: list[float] = []
+    for n, value in enumerate(values):
+        near = n > 0 and value - values[n - 1] < 2.0 * apart
+        heights.append(heights[-1] + 0.2 if near else 1.12)
+    return heights
+
+
+def _grid(gains: FuzzyGains) -> tuple[Floats, Floats, Floats]:
+    bearings, distances = np.linspace(-np.pi, np.pi, 241), np.linspace(0.0, 2.0 * gains.a, 121)
+    outputs = [[surface(float(i1), float(i2), gains) for i2 in bearings] for i1 in distances]
+    return bearings, distances, np.array(outputs)
+
+
+def _surface(angular: bool) -> Callable[[Runs], Figure]:
+    def draw(runs: Runs) -> Figure:
+        bearings, distances, outputs = _grid(fuzzy_gains.evolved(runs))
+        with style():
+            figure = Figure(figsize=(WIDTH, 4.4), layout='constrained')
+            axes = figure.add_subplot(projection='3d')
+            x, y = np.meshgrid(bearings, distances)
+            axes.plot_surface(x, y, outputs[:, :, int(angular)], cmap='cividis', rcount=60, ccount=120, linewidth=0,
+                              antialiased=False, rasterized=True)
+            for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+                axis.set_pane_color((0.5, 0.5, 0.5, 0.08))
+            axes.set_xlabel('$i_2$ [rad]')
+            axes.set_ylabel('$i_1$ [m]')
+            # the layout engine does not see the third axis' name
+            axes.set_title('$o_2$, angular velocity [rad/s]' if angular else '$o_1$, linear velocity [m/s]')
+            axes.set_xticks(*_PI_TICKS)
+            axes.view_init(elev=28.0, azim=-125.0 if angular else -58.0)
+        return figure
+
+    return draw
+
+
+def _initial(_runs: Runs) -> FuzzyGains:
+    return fuzzy_gains.initial()
+
+
+_BEFORE = 'Random values of a first generation: '
+_AFTER = 'After the evolution: '
+_FILE = f'cat config/{FUZZY_TRIFOLIUM.file}'
+INITIAL_FIGURES = (
+    ChapterFigure('12', 'Random initial setup of input variable i_1', _BEFORE + 'S falls to zero over [0, a], G is the '
+                  'rest.', ALL, _inputs(_initial, bearing=False)),
+    ChapterFigure('13', 'Random initial setup of input variable i_2', _BEFORE + 'the shapes lie anywhere, but no '
+                  'bearing is without one.', ALL, _inputs(_initial, bearing=True)),
+    ChapterFigure('14', 'Random initial setup of output variable o_1', _BEFORE + 'five velocities in order.', ALL,
+                  _outputs(_initial, angular=False)),
+    ChapterFigure('15', 'Random initial setup of output variable o_2', _BEFORE + 'three rotations in order.', ALL,
+                  _outputs(_initial, angular=True)),
+)
+EVOLVED_FIGURES = (
+    ChapterFigure('17', 'Membership functions for i_1', _AFTER + 'the cart counts as far from a small distance on.',
+                  _FILE, _inputs(fuzzy_gains.evolved, bearing=False)),
+    ChapterFigure('18', 'Membership functions for i_2', _AFTER + 'the shapes that fire near zero bearing are those '
+                  'that a robot on the curve uses.', _FILE, _inputs(fuzzy_gains.evolved, bearing=True)),
+    ChapterFigure('19', 'Membership functions for o_1 (fast backwards, backwards, stop, forward and fast forward)',
+                  _AFTER + 'only fast forward is far from zero.', _FILE, _outputs(fuzzy_gains.evolved, angular=False)),
+    ChapterFigure('20', 'Membership functions for ω_2 (clockwise, straight, counter clockwise)',
+                  _AFTER + 'as much to one side as to the other.', _FILE, _outputs(fuzzy_gains.evolved, angular=True)),
+    ChapterFigure('21', 'Control surface for ω_1', 'The linear velocity grows with the distance while the cart is '
+                  'ahead.', _FILE, _surface(angular=False)),
+    ChapterFigure('22', 'Control surface for o_2', 'The rotation depends on the bearing alone and has its sign.',
+                  _FILE, _surface(angular=True)),
+)

@@ -1,0 +1,51 @@
+"""Fig. 3 and 4: the velocity loop's answer to steps."""
+
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
+from mobile_robot_control.reporting.chapter.runs import Runs
+from mobile_robot_control.reporting.palette import BLUE, GREY, ORANGE, style
+from mobile_robot_control.reporting.panels import WIDTH, legend
+
+_PROFILE = ((0.5, 1.0), (2.0, -0.5), (3.0, 0.0))
+"""[s], and m/s or rad/s."""
+_ZOOM = (0.499, 0.506)
+
+
+def _draw(channel: str, label: str, unit: str) -> Callable[[Runs], Figure]:
+    def draw(runs: Runs) -> Figure:
+        zero = BodyVelocity(0.0, 0.0)
+        steps = tuple((at, zero._replace(**{channel: value})) for at, value in _PROFILE)
+        ticks = list(runs.velocity_steps(steps, 4.0))
+        time = np.array([tick.time for tick in ticks])
+        asked, found = (np.array([getattr(getattr(tick, side), channel) for tick in ticks])
+                        for side in ('asked', 'velocity'))
+        other = 'angular' if channel == 'linear' else 'linear'
+        beside = np.array([getattr(tick.velocity, other) for tick in ticks])
+        with style():
+            figure = Figure(figsize=(WIDTH, 3.9), layout='constrained')
+            whole, zoom = figure.subplots(2, 1)
+            near = (time >= _ZOOM[0]) & (time <= _ZOOM[1])
+            for axes, part, factor in ((whole, np.ones_like(near), 1.0), (zoom, near, 1e3)):
+                axes.step(factor * time[part], asked[part], where='post', color=GREY, linewidth=3.5, label='asked for')
+                axes.plot(factor * time[part], found[part], color=BLUE, label='measured')
+                axes.plot(factor * time[part], beside[part], color=ORANGE, linestyle='--', label='the other channel')
+                axes.set_ylabel(f'{label} [{unit}]')
+            whole.set_xlabel('time [s]')
+            zoom.set_xlabel('time [ms], the first step')
+            legend(whole)
+        return figure
+
+    return draw
+
+
+_SEE = ('The {0} velocity follows each step within a few milliseconds and without overshoot; '
+        'the other channel stays at zero.')
+VELOCITY_FIGURES = (
+    ChapterFigure('3', 'Linear velocity step response', _SEE.format('linear'), ALL, _draw('linear', 'v', 'm/s')),
+    ChapterFigure('4', 'Angular velocity step response', _SEE.format('angular'), ALL, _draw('angular', 'ω', 'rad/s')),
+)
