@@ -107,6 +107,29 @@ def written(parameters: Configuration) -> str:
     return write({node: flatten(part) for node, part in parameters._asdict().items()})
 
 
+def distinct(names: Sequence[str]) -> list[str]:
+    """
+    Number names that occur more than once.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of runs.
+
+    Returns
+    -------
+    list of str
+        All different.
+
+    Examples
+    --------
+    >>> distinct(['fuzzy', 'hybrid', 'fuzzy'])
+    ['fuzzy_1', 'hybrid', 'fuzzy_2']
+
+    """
+    return [f'{name}_{names[:n + 1].count(name)}' if names.count(name) > 1 else name for n, name in enumerate(names)]
+
+
 def command(name: str, run: Callable[[], int]) -> int:
     """
     Run a command and turn what the user can mend into a message and an exit code.

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import rclpy
 from rclpy.executors import Executor
 from rclpy.signals import SignalHandlerOptions
-from tqdm import tqdm
 
 from mobile_robot_control.cli import transport
 from mobile_robot_control.cli.processes import NodeProcess
 from mobile_robot_control.cli.processes import stop as stop_processes
+from mobile_robot_control.cli.progress import Progress
 from mobile_robot_control.configuration import NODES, Configuration, period_nanoseconds
 from mobile_robot_control.parameters import ParameterError
 from mobile_robot_control.recording.bag_writer import BagWriter
@@ -54,11 +54,11 @@ class _Conductor:
 
     def __init__(
         self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
-        executor: Executor,
+        executor: Executor, progress: Progress,
     ) -> None:
         self.processes: list[NodeProcess] = []
         self._output, self._namespace, self._patience = output, namespace, patience
-        self._stop, self._recorder, self._executor = stop, recorder, executor
+        self._stop, self._recorder, self._executor, self._progress = stop, recorder, executor, progress
         shared = parameters.plant.shared
         period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * period
@@ -100,8 +100,7 @@ class _Conductor:
         """Spin with a progress bar until a process ends, a stop is asked for, or nothing moves any more."""
         newest, moved, end = -1, time.monotonic(), self._end / 1e9
         looked = 0.0
-        with tqdm(total=end, desc='simulated', bar_format='{l_bar}{bar}| {n:.1f}/{total:.1f} s '
-                  '[{elapsed}<{remaining}]') as bar:
+        with self._progress.part() as bar:
             while not self._stop.requested and not self._ended():
                 self._executor.spin_once(timeout_sec=0.05)
                 if time.monotonic() > looked + _SETTLE:
@@ -143,7 +142,8 @@ class _Conductor:
 
 
 def conduct(
-    parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop
+    parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop,
+    progress: Progress,
 ) -> Conducted:
     """
     Run an experiment and record it.
@@ -162,6 +162,8 @@ def conduct(
         Wall time without progress after which the run is given up [s].
     stop : Stop
         A request to end.
+    progress : Progress
+        Shows how far the run is.
 
     Returns
     -------
@@ -181,7 +183,8 @@ def conduct(
             recorder = Recorder(namespace, bag.write, bag.knows)
             executor = make_executor()
             executor.add_node(recorder)
-            conductor = _Conductor(parameters, output, namespace, patience, stop, recorder, executor)
+            conductor = _Conductor(parameters, output, namespace, patience, stop, recorder, executor,
+                                   progress)
             conductor.spin_until(recorder.rivals, _SETTLE)
             _refuse_rivals(recorder.rivals())
             try:

@@ -9,7 +9,7 @@ from mobile_robot_control.cli.report import draw, load_run
 from mobile_robot_control.reporting.run_reading import UnreadableRunError
 
 
-def evaluate(output: Path, namespace: str, outcome: str) -> dict[str, Any]:
+def evaluate(output: Path, namespace: str, outcome: str, quiet: bool = False) -> dict[str, Any]:
     """
     Measure and draw a recorded run.
 
@@ -21,6 +21,8 @@ def evaluate(output: Path, namespace: str, outcome: str) -> dict[str, Any]:
         In which the nodes ran.
     outcome : str
         'completed', 'diverged', 'interrupted' or 'node_died'.
+    quiet : bool
+        Without progress bars.
 
     Returns
     -------
@@ -30,13 +32,13 @@ def evaluate(output: Path, namespace: str, outcome: str) -> dict[str, Any]:
     """
     metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
     try:
-        run = load_run(output.resolve().name, output / 'bag', namespace, outcome)
+        run = load_run(output.resolve().name, output / 'bag', namespace, outcome, quiet)
     except UnreadableRunError as error:
         print(f'experiment: no report: {error}', file=sys.stderr)
     else:
         for problem in run.problems:
             print(f'experiment: {problem}', file=sys.stderr)
         metrics |= run.metrics
-        draw([run], output)
+        draw([run], output, quiet=quiet)
     (output / 'metrics.json').write_text(json.dumps(metrics, indent=2) + '\n', encoding='utf-8')
     return metrics

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli.arguments import command, parser
-from mobile_robot_control.configuration import configure
+from mobile_robot_control.cli.arguments import command, distinct, parser
+from mobile_robot_control.configuration import Configuration, configure
 from mobile_robot_control.parameter_files import load
 from mobile_robot_control.parameters import ParameterError
 from mobile_robot_control.reporting import report as reporting
@@ -55,12 +55,9 @@ def name_of(text: str) -> tuple[str, Path]:
     return (folder.stem if path.is_file() else folder.name), path
 
 
-def _distinct(names: Sequence[str]) -> list[str]:
-    return [f'{name} ({names[:n].count(name) + 1})' if names.count(name) > 1 else name
-            for n, name in enumerate(names)]
-
-
-def load_run(name: str, path: Path, namespace: str = '/', outcome: str | None = None) -> RecordedRun:
+def load_run(
+    name: str, path: Path, namespace: str = '/', outcome: str | None = None, quiet: bool = False
+) -> RecordedRun:
     """
     Read and measure a run, with progress.
 
@@ -74,6 +71,8 @@ def load_run(name: str, path: Path, namespace: str = '/', outcome: str | None = 
         In which the nodes of a bag ran.
     outcome : str or None
         How it ended; where None, what is written beside it.
+    quiet : bool
+        Without a progress bar.
 
     Returns
     -------
@@ -86,14 +85,14 @@ def load_run(name: str, path: Path, namespace: str = '/', outcome: str | None = 
         If nothing can be drawn of it.
 
     """
-    with tqdm(total=100, desc=f'read {name}', disable=None, leave=False, unit='%') as bar:
+    with tqdm(total=100, desc=f'read {name}', disable=quiet or None, leave=False, unit='%') as bar:
         def progress(done: int, total: int) -> None:
             bar.update(int(100 * done / max(1, total)) - bar.n)
 
         return read(path, name, namespace, lambda file: configure(load([file], namespace=namespace)), progress, outcome)
 
 
-def draw(runs: Sequence[RecordedRun], output: Path, animation: bool = False) -> None:
+def draw(runs: Sequence[RecordedRun], output: Path, animation: bool = False, quiet: bool = False) -> None:
     """
     Write a report, with progress.
 
@@ -105,9 +104,11 @@ def draw(runs: Sequence[RecordedRun], output: Path, animation: bool = False) -> 
         Folder; made if it is not there.
     animation : bool
         Whether to write animations.
+    quiet : bool
+        Without a progress bar.
 
     """
-    with tqdm(total=reporting.steps(runs, animation), desc='draw', disable=None, leave=False) as bar:
+    with tqdm(total=reporting.steps(runs, animation), desc='draw', disable=quiet or None, leave=False) as bar:
         def step(title: str) -> None:
             bar.set_postfix_str(title)
             bar.update()
@@ -115,18 +116,41 @@ def draw(runs: Sequence[RecordedRun], output: Path, animation: bool = False) -> 
         reporting.write(runs, output, step, animation)
 
 
-def _run(options: argparse.Namespace) -> int:
-    if len(options.runs) > reporting.MOST:
-        raise ParameterError([f'{len(options.runs)} runs are more than a reader can tell apart; '
+def report(
+    named: Sequence[tuple[str, Path]], output: Path, namespace: str = '/', assumed: Configuration | None = None,
+    animation: bool = False, quiet: bool = False,
+) -> None:
+    """
+    Read runs and write their report; what is missing goes to the standard error.
+
+    Parameters
+    ----------
+    named : sequence of (str, Path)
+        Names and places.
+    output : Path
+        Folder; made if it is not there.
+    namespace : str
+        In which the nodes of a bag ran.
+    assumed : Configuration or None
+        What a run ran with that does not say so itself.
+    animation : bool
+        Whether to write animations.
+    quiet : bool
+        Without progress bars.
+
+    Raises
+    ------
+    ParameterError
+        If a run cannot be read at all, or there are too many.
+
+    """
+    if len(named) > reporting.MOST:
+        raise ParameterError([f'{len(named)} runs are more than a reader can tell apart; '
                               f'name {reporting.MOST} at the most'])
-    assumed = None
-    if options.params_files or options.overrides:
-        assumed = configure(load(options.params_files, options.overrides, options.namespace))
-    named = [name_of(text) for text in options.runs]
     runs, unreadable = [], []
-    for name, (_, path) in zip(_distinct([name for name, _ in named]), named, strict=True):
+    for name, (_, path) in zip(distinct([name for name, _ in named]), named, strict=True):
         try:
-            run = load_run(name, path, options.namespace)
+            run = load_run(name, path, namespace, quiet=quiet)
         except UnreadableRunError as error:
             unreadable.append(str(error))
         else:
@@ -135,8 +159,15 @@ def _run(options: argparse.Namespace) -> int:
                 print(f'report: {name}: {problem}', file=sys.stderr)
     if unreadable:
         raise ParameterError(unreadable)
+    draw(runs, output, animation, quiet)
+
+
+def _run(options: argparse.Namespace) -> int:
+    assumed = None
+    if options.params_files or options.overrides:
+        assumed = configure(load(options.params_files, options.overrides, options.namespace))
     output = Path(options.output)
-    draw(runs, output, options.animation)
+    report([name_of(text) for text in options.runs], output, options.namespace, assumed, options.animation)
     print(f'report: {(output / "report.html").resolve()}')
     return 0
 

@@ -161,7 +161,7 @@ class Runs:
         for k in range(round(duration * rate)):
             asked = next((value for at, value in reversed(steps) if k / rate >= at), BodyVelocity(0.0, 0.0))
             yield StepTick(k / rate, asked, state.plant.velocity)
-            state, _, _ = velocity_tick(state._replace(command=asked), loop)
+            state, _, _ = velocity_tick(state._replace(command=asked), k, loop)
 
     def seeking(self, run: ChapterRun, duration: float) -> Iterator[tuple[Sample, HybridState]]:
         """
