@@ -10,9 +10,11 @@ COMMANDS = ('simulate', 'experiment', 'report')
 
 
 def config_files():
-    """List the parameter files by the folder that they are installed to."""
-    folders = sorted({path.parent for path in Path('config').rglob('*.yaml')})
-    return [(f'share/{PACKAGE}/{folder}', sorted(map(str, folder.glob('*.yaml')))) for folder in folders]
+    """List the files for nodes and desktop tools by the folder that they are installed to."""
+    files = [path for path in Path('config').rglob('*') if path.suffix in ('.yaml', '.urdf', '.rviz', '.xml')]
+    folders = sorted({path.parent for path in files})
+    return [(f'share/{PACKAGE}/{folder}', sorted(str(path) for path in files if path.parent == folder))
+            for folder in folders]
 
 
 setup(
