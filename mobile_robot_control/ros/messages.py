@@ -1,7 +1,11 @@
-"""Quantities to messages; :mod:`mobile_robot_control.readings` is the way back."""
+"""
+Quantities to messages; :mod:`mobile_robot_control.readings` is the way back.
+
+A node makes each of its messages once and fills it at every step: to make one takes rclpy several times as long as to
+fill it, and publishing copies.
+"""
 
 import math
-from array import array
 from collections.abc import Sequence
 from typing import Any
 
@@ -87,18 +91,14 @@ def fill_odometry(message: Odometry, stamp: int, pose: Pose, velocity: BodyVeloc
     return message
 
 
-def twist_message(stamp: int, frame: str, velocity: BodyVelocity) -> TwistStamped:
+def twist_message(frame: str) -> TwistStamped:
     """
-    Write a body velocity command.
+    Make a body velocity command without a stamp, to be filled by :func:`fill_twist`.
 
     Parameters
     ----------
-    stamp : int
-        [ns].
     frame : str
         The robot's.
-    velocity : BodyVelocity
-        [m/s], [rad/s].
 
     Returns
     -------
@@ -107,45 +107,99 @@ def twist_message(stamp: int, frame: str, velocity: BodyVelocity) -> TwistStampe
 
     """
     message = TwistStamped()
-    message.header.stamp = time_message(stamp)
     message.header.frame_id = frame
-    message.twist.linear.x = velocity.linear
-    message.twist.angular.z = velocity.angular
     return message
 
 
-def error_message(stamp: int, frame: str, error: TrackingError) -> Vector3Stamped:
+def fill_twist(message: TwistStamped, stamp: int, velocity: BodyVelocity) -> TwistStamped:
+    """
+    Write a body velocity command.
+
+    Parameters
+    ----------
+    message : TwistStamped
+        Changed.
+    stamp : int
+        [ns].
+    velocity : BodyVelocity
+        [m/s], [rad/s].
+
+    Returns
+    -------
+    TwistStamped
+        The same message.
+
+    """
+    message.header.stamp = time_message(stamp)
+    message.twist.linear.x, message.twist.angular.z = velocity
+    return message
+
+
+def error_message(frame: str) -> Vector3Stamped:
+    """
+    Make a tracking error without a stamp, to be filled by :func:`fill_error`.
+
+    Parameters
+    ----------
+    frame : str
+        The robot's.
+
+    Returns
+    -------
+    Vector3Stamped
+        For `tracking_error`.
+
+    """
+    message = Vector3Stamped()
+    message.header.frame_id = frame
+    return message
+
+
+def fill_error(message: Vector3Stamped, stamp: int, error: TrackingError) -> Vector3Stamped:
     """
     Write a tracking error.
 
     Parameters
     ----------
+    message : Vector3Stamped
+        Changed.
     stamp : int
         [ns].
-    frame : str
-        The robot's.
     error : TrackingError
         [m], [rad].
 
     Returns
     -------
     Vector3Stamped
-        x = e1 [m], y = e2 [m], z = e3 [rad].
+        The same message: x = e1 [m], y = e2 [m], z = e3 [rad].
 
     """
-    message = Vector3Stamped()
     message.header.stamp = time_message(stamp)
-    message.header.frame_id = frame
     message.vector.x, message.vector.y, message.vector.z = error
     return message
 
 
-def torque_message(stamp: int, torque: WheelTorque) -> JointState:
+def wheels_message() -> JointState:
+    """
+    Make a message that names the wheels, to be filled by :func:`fill_torque` or :func:`fill_joints`.
+
+    Returns
+    -------
+    JointState
+        Without a stamp, for `wheel_torques` or `joint_states`.
+
+    """
+    return JointState(name=WHEEL_JOINTS)
+
+
+def fill_torque(message: JointState, stamp: int, torque: WheelTorque) -> JointState:
     """
     Write wheel torques.
 
     Parameters
     ----------
+    message : JointState
+        Changed.
     stamp : int
         [ns].
     torque : WheelTorque
@@ -154,22 +208,24 @@ def torque_message(stamp: int, torque: WheelTorque) -> JointState:
     Returns
     -------
     JointState
-        With names and effort only.
+        The same message.
 
     """
-    message = JointState(name=WHEEL_JOINTS, effort=array('d', torque))
     message.header.stamp = time_message(stamp)
+    message.effort = torque
     return message
 
 
-def joint_message(
-    stamp: int, angles: tuple[float, float], velocity: WheelVelocity, torque: WheelTorque
+def fill_joints(
+    message: JointState, stamp: int, angles: tuple[float, float], velocity: WheelVelocity, torque: WheelTorque
 ) -> JointState:
     """
     Write the wheels' state.
 
     Parameters
     ----------
+    message : JointState
+        Changed.
     stamp : int
         [ns].
     angles : tuple of float
@@ -182,14 +238,11 @@ def joint_message(
     Returns
     -------
     JointState
-        For `joint_states`.
+        The same message.
 
     """
-    message = JointState(
-        name=WHEEL_JOINTS, position=array('d', angles), velocity=array('d', velocity), effort=array('d', torque)
-    )
-    message.header.stamp = time_message(stamp)
-    return message
+    message.position, message.velocity = angles, velocity
+    return fill_torque(message, stamp, torque)
 
 
 def path_message(frame: str, poses: Sequence[Pose]) -> Path:

@@ -50,6 +50,7 @@ class PlantTopics:
         self._truth = messages.odometry_message(shared.odom_frame_id, shared.base_frame_id)
         noisy = any(injected[0] + injected[1])
         self._ground_truth = node.create_publisher(Odometry, 'ground_truth', LOOP) if noisy else None
+        self._wheels = messages.wheels_message()
         self._odom = node.create_publisher(Odometry, 'odom', LOOP)
         self._joint_states = node.create_publisher(JointState, 'joint_states', LOOP)
         publish_clock = values.publish_clock and shared.lockstep
@@ -100,8 +101,8 @@ class PlantTopics:
             Over the step that ended then [N m].
 
         """
-        self._joint_states.publish(messages.joint_message(
-            stamp, (state.right_angle, state.left_angle), self._measured(k, state), applied
+        self._joint_states.publish(messages.fill_joints(
+            self._wheels, stamp, (state.right_angle, state.left_angle), self._measured(k, state), applied
         ))
 
     def _measured(self, k: int, state: PlantState) -> WheelVelocity:

@@ -37,7 +37,7 @@ class PositionController(Node):
         self._values = declare(self, PositionControllerParameters)
         shared = self._values.shared
         self.exit_code: int | None = None
-        self._frame, self._stamped, self._lockstep = shared.base_frame_id, shared.stamped_cmd_vel, shared.lockstep
+        self._stamped, self._lockstep = shared.stamped_cmd_vel, shared.lockstep
         self._dt = 1.0 / shared.position_rate
         self._gate = make_gate(self, shared, shared.position_rate)
         self._read_odom, self._read_reference = (
@@ -50,6 +50,8 @@ class PositionController(Node):
         self._odom: tuple[int, Pose] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
+        self._twist_message = messages.twist_message(shared.base_frame_id)
+        self._error_message = messages.error_message(shared.base_frame_id)
         self._cmd_vel = self.create_publisher(TwistStamped if self._stamped else Twist, 'cmd_vel', LOOP)
         self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
@@ -120,10 +122,10 @@ class PositionController(Node):
         if self._answer is not None:
             command, error = self._answer
             self._publish_command(stamp, command)
-            self._tracking_error.publish(messages.error_message(stamp, self._frame, error))
+            self._tracking_error.publish(messages.fill_error(self._error_message, stamp, error))
 
     def _publish_command(self, stamp: int, command: BodyVelocity) -> None:
-        message = messages.twist_message(stamp, self._frame, command)
+        message = messages.fill_twist(self._twist_message, stamp, command)
         self._cmd_vel.publish(message if self._stamped else message.twist)
 
     def close(self) -> None:

@@ -35,10 +35,13 @@ def test_odometry_comes_back(heading):
 
 
 def test_the_others_come_back_to_the_last_bit():
-    assert read_twist(messages.twist_message(STAMP, 'base_link', BodyVelocity(0.1, 0.7))) == (0.1, 0.7)
-    assert read_error(messages.error_message(STAMP, 'base_link', TrackingError(0.1, 0.2, 0.3))) == (0.1, 0.2, 0.3)
-    assert read_torque(messages.torque_message(STAMP, WheelTorque(0.1, -0.2))) == (0.1, -0.2)
-    wheels = messages.joint_message(STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), WheelTorque(5.5, 6.6))
+    command = messages.fill_twist(messages.twist_message('base_link'), STAMP, BodyVelocity(0.1, 0.7))
+    assert read_twist(command) == (0.1, 0.7)
+    error = messages.fill_error(messages.error_message('base_link'), STAMP, TrackingError(0.1, 0.2, 0.3))
+    assert read_error(error) == (0.1, 0.2, 0.3)
+    assert read_torque(messages.fill_torque(messages.wheels_message(), STAMP, WheelTorque(0.1, -0.2))) == (0.1, -0.2)
+    wheels = messages.fill_joints(messages.wheels_message(), STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4),
+                                  WheelTorque(5.5, 6.6))
     assert read_wheel_angles(wheels) == (1.1, 2.2)
     assert read_wheel_velocity(wheels) == (3.3, 4.4)
     assert read_torque(wheels) == (5.5, 6.6)
@@ -47,6 +50,6 @@ def test_the_others_come_back_to_the_last_bit():
 
 
 def test_wheels_are_found_by_name_in_any_order():
-    message = messages.torque_message(STAMP, WheelTorque(1.0, 2.0))
+    message = messages.fill_torque(messages.wheels_message(), STAMP, WheelTorque(1.0, 2.0))
     message.name, message.effort = ['arm', 'wheel_left_joint', 'wheel_right_joint'], [9.0, 2.0, 1.0]
     assert read_torque(message) == WheelTorque(right=1.0, left=2.0)
