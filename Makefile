@@ -14,7 +14,7 @@ VENV_OPTIONS :=
 EXTRAS := wheels,pinned,test
 endif
 
-.PHONY: setup demo test soak lint readme clean
+.PHONY: setup demo test soak bench lint readme clean
 
 setup: $(READY)
 
@@ -34,6 +34,10 @@ test: setup
 # one test at a time, each with the machine for itself; a line a test says how far it is
 soak: setup
 	$(BIN)/python -m pytest -m soak --numprocesses 0 --capture no --verbose --durations 0
+
+# one table of ratios, each to something measured in the same run; ONLY='lockstep memory' for some of it
+bench: setup
+	@PYTHONPATH=test $(BIN)/python -m bench $(ONLY)
 
 lint: setup
 	$(BIN)/python -m pytest test/lint

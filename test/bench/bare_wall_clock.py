@@ -1,0 +1,81 @@
+"""
+Nodes that pass messages on by their own clocks: the topics, rates, timers and executor of ours, and no computation.
+
+`python -m bench.bare_wall_clock NAME PERIOD` runs one of them, the period [ns] being that of its steps.
+"""
+
+import sys
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+
+from bench.bare_messages import DIAGNOSTICS, MESSAGES
+from bench.process import spin
+from mobile_robot_control.ros.qos import LOOP, NEWEST
+
+
+class Topics(NamedTuple):
+    """What a node hears and says; `seldom` is said every fourth step."""
+
+    heard: tuple[str, ...]
+    said: tuple[str, ...]
+    seldom: tuple[str, ...] = ()
+    waits: bool = True
+
+
+TOPICS = {
+    'plant': Topics(('wheel_torques',), ('joint_states',), ('odom',), waits=False),
+    'velocity_controller': Topics(('joint_states', 'cmd_vel'), ('wheel_torques',)),
+    'position_controller': Topics(('odom', 'reference'), ('cmd_vel', 'tracking_error')),
+    'reference_cart': Topics(('odom',), ('reference',)),
+}
+
+
+class PassOn(Node):
+    """Holds the newest of each input, and says something of the same stamp at every step."""
+
+    def __init__(self, name: str, period: int) -> None:
+        super().__init__(name)
+        topics = TOPICS[name]
+        self._held = {}
+        self._steps, self._needed = 0, len(topics.heard) if topics.waits else 0
+        self._often = [(MESSAGES[topic], self._publisher(topic)) for topic in topics.said]
+        self._seldom = [(MESSAGES[topic], self._publisher(topic)) for topic in topics.seldom]
+        for topic in topics.heard:
+            self.create_subscription(type(MESSAGES[topic]), topic, self._holder(topic), NEWEST)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(period / 1e9, self._step, clock=clock)
+        # our nodes look once in half a second who is silent, and report once a second
+        self.create_timer(0.5, lambda: None, clock=clock)
+        self.create_timer(1.0, lambda: self._diagnostics.publish(DIAGNOSTICS), clock=clock)
+
+    def _publisher(self, topic):
+        return self.create_publisher(type(MESSAGES[topic]), topic, LOOP)
+
+    def _holder(self, topic):
+        def hold(message):
+            self._held[topic] = message
+
+        return hold
+
+    def _step(self):
+        if len(self._held) < self._needed:
+            return
+        said = self._often if self._steps % 4 else self._seldom + self._often
+        self._steps += 1
+        for held in self._held.values():
+            stamp = held.header.stamp
+            break
+        else:
+            stamp = self.get_clock().now().to_msg()
+        for message, publisher in said:
+            message.header.stamp = stamp
+            publisher.publish(message)
+
+
+if __name__ == '__main__':
+    spin(PassOn, sys.argv[1], int(sys.argv[2]))

@@ -1,0 +1,59 @@
+"""An ear in a ROS domain: hears serialised messages in this process."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+
+
+def _make_executor(context: Context) -> Executor:
+    try:
+        from rclpy.experimental.events_executor import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor(context=context)
+    return EventsExecutor(context=context)
+
+
+class Ear:
+    """
+    A node in any domain, whatever other domains this process is in.
+
+    Parameters
+    ----------
+    domain : int
+        ROS domain.
+
+    """
+
+    def __init__(self, domain: int) -> None:
+        self.domain = domain
+        self._context = Context()
+        rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node('ear', context=self._context, enable_rosout=False, start_parameter_services=False)
+        self._executor = _make_executor(self._context)
+        self._executor.add_node(self.node)
+
+    def listen_to(self, topic: str, kind: type, hear: Callable[[bytes], None], quality: QoSProfile) -> Any:
+        """Subscribe; messages come as they are on the wire."""
+        return self.node.create_subscription(kind, topic, hear, quality, raw=True)
+
+    def until(self, condition: Callable[[], bool], seconds: float, check: Callable[[], None] = lambda: None) -> None:
+        """Listen until a condition holds; raises TimeoutError if it does not."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > deadline:
+                raise TimeoutError(f'waited {seconds} s in vain')
+            check()
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()

@@ -1,0 +1,37 @@
+"""An empty rclpy node with one publisher: it says something 200 times a second, from the start."""
+
+import os
+import signal
+
+import rclpy
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import Header
+
+PERIOD = 0.005
+TOPIC = 'first'
+
+
+def main() -> None:
+    """Run until told to stop, or the parent has gone."""
+    stopped, parent = [], os.getppid()
+    signal.signal(signal.SIGTERM, lambda number, _frame: stopped.append(number))
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = Node('empty')
+    publisher = node.create_publisher(Header, TOPIC, 1)
+    node.create_timer(PERIOD, lambda: publisher.publish(Header()), clock=Clock(clock_type=ClockType.STEADY_TIME))
+    try:
+        from rclpy.experimental import EventsExecutor as Executor
+    except ImportError:
+        from rclpy.executors import SingleThreadedExecutor as Executor
+    executor = Executor()
+    executor.add_node(node)
+    while not stopped and os.getppid() == parent:
+        executor.spin_once(timeout_sec=0.1)
+    rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()

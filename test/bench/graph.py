@@ -1,0 +1,136 @@
+"""Nodes as processes in a ROS domain of their own, which can be held and let go on, and what they cost."""
+
+import contextlib
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+CONFIG = Path(__file__).parents[2] / 'config'
+_domains = itertools.count(os.getpid() * 37)
+_GRACE = 5.0
+"""[s] that processes have to end by themselves."""
+_IN_SIGHT = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+
+
+def new_domain() -> int:
+    """Give a ROS domain that nothing else in this run uses; this process may join it, too."""
+    os.environ.update(_IN_SIGHT)
+    return next(_domains) % 230 + 1
+
+
+class Graph:
+    """
+    Processes, each with a node or several, in one domain.
+
+    Parameters
+    ----------
+    domain : int
+        ROS domain.
+
+    """
+
+    def __init__(self, domain: int) -> None:
+        self.domain = domain
+        path = os.pathsep.join(filter(None, [str(Path(__file__).parents[1]), os.environ.get('PYTHONPATH')]))
+        self._environment = os.environ | _IN_SIGHT | {'ROS_DOMAIN_ID': str(domain), 'PYTHONPATH': path}
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the graph)
+        self._held = False
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process numbers by the names that they were started under."""
+        return {name: process.pid for name, process in self._processes.items()}
+
+    def start(self, name: str, module: str, *arguments: object) -> None:
+        """Run a module of Python's; it ends when this process does, for its standard input closes."""
+        self._processes[name] = subprocess.Popen(
+            [sys.executable, '-m', module, *map(str, arguments)], env=self._environment, stdin=subprocess.PIPE,
+            stdout=self._said, stderr=self._said, start_new_session=True,
+        )
+
+    def signal(self, number: int) -> None:
+        """Send a signal to all."""
+        for process in self._processes.values():
+            process.send_signal(number)
+
+    def hold(self) -> None:
+        """Hold all where they are."""
+        self._held = True
+        self.signal(signal.SIGSTOP)
+
+    def go_on(self) -> None:
+        """Let all go on."""
+        if self._held:
+            self.signal(signal.SIGCONT)
+        self._held = False
+
+    def check(self) -> None:
+        """Raise if one has ended, with what was printed."""
+        ended = {name: process.returncode for name, process in self._processes.items() if process.poll() is not None}
+        if ended:
+            self._said.seek(0)
+            raise RuntimeError(f'{ended} ended early: {self._said.read().decode(errors="replace")[-2000:]}')
+
+    def close(self) -> None:
+        """Leave nothing behind."""
+        self.signal(signal.SIGCONT)
+        self.signal(signal.SIGTERM)
+        deadline = time.monotonic() + _GRACE
+        for process in self._processes.values():
+            try:
+                process.wait(max(0.0, deadline - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+            if process.stdin is not None:
+                process.stdin.close()
+        self._processes.clear()
+        self._said.close()
+
+
+@contextlib.contextmanager
+def graphs(number: int) -> Iterator[list[Graph]]:
+    """Give that many graphs, each in a domain of its own, and end them however this ends."""
+    made = [Graph(new_domain()) for _ in range(number)]
+    try:
+        yield made
+    finally:
+        for graph in made:
+            graph.close()
+
+
+def alternate(measured: Sequence[Graph], windows: int, warm_up: float) -> Iterator[tuple[int, Graph]]:
+    """
+    Let one graph at a time run, in turn, all others held.
+
+    Yields the number of the round and the graph, `warm_up` [s] after it was let go on.
+    """
+    for graph in measured:
+        graph.hold()
+    for window, graph in itertools.product(range(windows), measured):
+        graph.go_on()
+        time.sleep(warm_up)
+        yield window, graph
+        graph.check()
+        graph.hold()
+
+
+def cpu_seconds(pid: int) -> float:
+    """Give the CPU time of all threads that a process has [s]."""
+    tasks = Path(f'/proc/{pid}/task')
+    return sum(int((task / 'schedstat').read_text().split()[0]) for task in tasks.iterdir()) / 1e9
+
+
+def proportional_megabytes(pid: int) -> float:
+    """Give a process's share of memory [MB]: what it shares with others counts in equal parts (PSS)."""
+    for line in Path(f'/proc/{pid}/smaps_rollup').read_text().splitlines():
+        if line.startswith('Pss:'):
+            return int(line.split()[1]) * 1024 / 1e6
+    raise RuntimeError(f'/proc/{pid}/smaps_rollup has no Pss')

@@ -1,0 +1,85 @@
+"""
+Run a node and note how old its inputs are when it publishes: `python -m bench.probe FILE MODULE ARGUMENTS...`.
+
+The age of an input is the time from the call that hands it to the node to the call that publishes an output. It is
+taken outside the node, by the functions through which every rclpy node gets and gives messages: the same for all.
+SIGUSR1 forgets what was noted, SIGUSR2 adds it to the file as a line of JSON.
+"""
+
+import json
+import runpy
+import signal
+import sys
+import time
+from typing import Any
+
+from rclpy.node import Node
+
+from bench.bare_wall_clock import TOPICS
+
+
+class Probe:
+    """
+    Stands between a node and rclpy.
+
+    Parameters
+    ----------
+    path : str
+        File that takes the ages.
+
+    """
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+        self._heard: dict[str, float] = {}
+        self._ages: dict[str, list[float]] = {}
+        self._subscribe, self._advertise = Node.create_subscription, Node.create_publisher
+
+    def install(self) -> None:
+        """Stand between all nodes made from now on and rclpy, and listen to the signals."""
+
+        def subscribe(node: Node, *given: Any, **more: Any) -> Any:
+            return self.create_subscription(node, *given, **more)
+
+        def advertise(node: Node, *given: Any, **more: Any) -> Any:
+            return self.create_publisher(node, *given, **more)
+
+        Node.create_subscription, Node.create_publisher = subscribe, advertise
+        signal.signal(signal.SIGUSR1, lambda _number, _frame: self._ages.clear())
+        signal.signal(signal.SIGUSR2, lambda _number, _frame: self.write())
+
+    def write(self) -> None:
+        """Add what was noted to the file."""
+        with open(self._path, 'a', encoding='utf-8') as file:
+            file.write(json.dumps(self._ages) + '\n')
+
+    def create_subscription(self, node: Node, kind: Any, topic: str, callback: Any, *others: Any, **more: Any) -> Any:
+        """Stand before a callback."""
+
+        def hear(message: Any) -> None:
+            self._heard[topic] = time.monotonic()
+            callback(message)
+
+        return self._subscribe(node, kind, topic, hear, *others, **more)
+
+    def create_publisher(self, node: Node, kind: Any, topic: str, *others: Any, **more: Any) -> Any:
+        """Stand before the publishing of the first thing that a node says at every step."""
+        publisher = self._advertise(node, kind, topic, *others, **more)
+        told = TOPICS.get(node.get_name())
+        if told and topic == told.said[0]:
+            publish = publisher.publish
+
+            def say(message: Any) -> None:
+                now = time.monotonic()
+                for name, heard in self._heard.items():
+                    self._ages.setdefault(name, []).append(now - heard)
+                publish(message)
+
+            publisher.publish = say
+        return publisher
+
+
+if __name__ == '__main__':
+    Probe(sys.argv[1]).install()
+    sys.argv = sys.argv[2:]
+    runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)
