@@ -24,6 +24,7 @@ FIELDS = {
 }
 _KINDS = {
     bool: {ParameterType.PARAMETER_BOOL},
+    int: {ParameterType.PARAMETER_INTEGER},
     float: {ParameterType.PARAMETER_INTEGER, ParameterType.PARAMETER_DOUBLE},
     str: {ParameterType.PARAMETER_STRING},
     tuple: {ParameterType.PARAMETER_INTEGER_ARRAY, ParameterType.PARAMETER_DOUBLE_ARRAY},
