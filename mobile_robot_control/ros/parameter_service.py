@@ -1,7 +1,7 @@
 """The parameter services of a node: what is asked is taken as it stands or refused by name, whatever was sent."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -75,11 +75,11 @@ class CheckedParameterService(ParameterService):
         return [*formal.values(), *repeated]
 
     @staticmethod
-    def _named(violations: Sequence[str], changed: Sequence[str] | dict[str, Any]) -> Iterator[str]:
+    def _named(violations: Iterable[str], changed: Iterable[str]) -> Iterator[str]:
         """Say at a rule between parameters which of them was to change, where the rule itself does not."""
+        names = list(changed)
         for violation in violations:
-            named = any(name in violation for name in changed)
-            yield violation if named else f'{", ".join(changed)}: {violation}'
+            yield violation if any(name in violation for name in names) else f'{", ".join(names)}: {violation}'
 
     def _formal(self, message: Any) -> Iterator[str]:
         """Yield what is wrong with a parameter whatever its value."""

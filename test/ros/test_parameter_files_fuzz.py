@@ -84,7 +84,8 @@ def _run_by_rcl(node, path):
         made.destroy_node()
     finally:
         rclpy.try_shutdown()
-    return {name: value if isinstance(value, str | bool | float | int) else tuple(value) for name, value in values.items()}
+    return {name: value if isinstance(value, str | bool | float | int) else tuple(value)
+            for name, value in values.items()}
 
 
 def test_both_readers_take_the_same_or_refuse(domain, tmp_path, capfd):
