@@ -1,18 +1,18 @@
 """What a robot on the wall clock does, as seen from outside: position errors, and when a quantity became zero."""
 
 import math
-import time
 
 from geometry_msgs.msg import TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.ros.qos import LOOP
+from mobile_robot_control.readings import nanoseconds
+from mobile_robot_control.ros.qos import NEWEST
 
 
 class Timeline:
     """
-    Values by the monotonic time at which they came [s].
+    Values by their stamps [s since the epoch]: a listener that is held up does not make a robot late.
 
     `errors` [m], `speeds` of the robot, `commands` (largest component), `asked` and `applied` torques [N m].
     """
@@ -28,9 +28,9 @@ class Timeline:
             ('joint_states', JointState, self.applied, lambda said: max(map(abs, said.effort))),
         ):
             def take(message, values=values, read=read):
-                values.append((time.monotonic(), read(message)))
+                values.append((nanoseconds(message.header.stamp) / 1e9, read(message)))
 
-            node.create_subscription(kind, topic, take, LOOP)
+            node.create_subscription(kind, topic, take, NEWEST)
 
     def rms_error(self, since):
         """RMS position error [m] since a time."""
