@@ -1,7 +1,10 @@
 """What all tests share: hypothesis draws the same examples in every run; each test has a ROS domain of its own."""
 
+import fcntl
 import itertools
 import os
+import tempfile
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -9,11 +12,20 @@ from hypothesis import settings
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
 
-_domains = itertools.count(os.getpid() * 37)
+_numbers = itertools.count(os.getpid() * 37)
 
 
 @pytest.fixture
 def domain(monkeypatch):
-    """A ROS domain that no other test uses, for this process and its children."""
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(next(_domains) % 230 + 1))
-    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    """A ROS domain that no other test on this machine uses, for this process and its children."""
+    for number in _numbers:
+        name = number % 230 + 1
+        with (Path(tempfile.gettempdir()) / f'ros_domain_{name}.lock').open('w') as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                continue
+            monkeypatch.setenv('ROS_DOMAIN_ID', str(name))
+            monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+            yield
+        return
