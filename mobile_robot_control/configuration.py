@@ -57,7 +57,8 @@ class PlantParameters(NamedTuple):
         float, Field('', 'speed against the wall clock in lockstep; 0 runs as fast as it goes', minimum=0.0)
     ] = 1.0
     paused: Annotated[
-        bool, Field('', 'lockstep: hold simulated time; the present messages are repeated until it goes on', live=True)
+        bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock joint_states alone',
+                    live=True)
     ] = False
     publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
     publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True

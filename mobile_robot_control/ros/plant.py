@@ -110,6 +110,10 @@ class Plant(Node):
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest torque, or none when it is too old."""
+        if self._values.paused:
+            # without odometry a cart that has not begun does not begin either
+            self._topics.publish_joint_states(self.get_clock().now().nanoseconds, self._k, self._state, self._applied)
+            return
         fresh = self._peers.age('wheel_torques') <= self._values.torque_timeout
         self._step(self._torque if fresh else _NO_TORQUE)
         if not fresh:
