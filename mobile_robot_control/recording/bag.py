@@ -1,5 +1,6 @@
 """Runs read from bags, whole or damaged, as signals: memory holds numbers, never messages."""
 
+import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -7,10 +8,10 @@ from typing import Any, NamedTuple
 
 import yaml
 from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
 
-from mobile_robot_control.readings import Refused, nanoseconds
+from mobile_robot_control.readings import Refused, serialised_stamp
 from mobile_robot_control.recording import gaps
+from mobile_robot_control.recording.loop_messages import deserialise
 from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, Progress
 from mobile_robot_control.recording.signals import COLUMNS, READ, Collector, Signal, joined
 from mobile_robot_control.simulation.closed_loop import Sample
@@ -142,7 +143,6 @@ def read(path: Path, namespace: str = '/', progress: Progress = _silent) -> Reco
     """
     prefix = namespace.rstrip('/') + '/'
     names = {prefix + name: name for name in COLUMNS}
-    types = get_typestore(Stores.ROS2_KILTED)
     bag, collector = _Bag(path, progress), Collector()
     left_out: Counter[str] = Counter()
     for topic, kind, received, data in bag.messages(names.__contains__):
@@ -151,12 +151,11 @@ def read(path: Path, namespace: str = '/', progress: Progress = _silent) -> Reco
             left_out[f'{topic} is of type {kind}, not {_TYPES[name]}'] += 1
             continue
         try:
-            message: Any = types.deserialize_cdr(data, kind)
-            collector.add(name, nanoseconds(message.header.stamp), READ[name](message), received)
+            collector.add(name, serialised_stamp(data), READ[name](deserialise(kind, data)), received)
         except Refused as reason:
             left_out[f'{topic}: {reason}'] += 1
-        except Exception as error:
-            left_out[f'{topic}: cannot be deserialised ({type(error).__name__})'] += 1
+        except (ValueError, struct.error):
+            left_out[f'{topic}: cannot be deserialised'] += 1
     return Recording(collector.signals, tuple(_problems(bag, collector, left_out, prefix)))
 
 

@@ -16,6 +16,7 @@ Progress = Callable[[int, int], None]
 """Told now and then how much has been read, of how much."""
 _HEAD = struct.Struct('<BQ')
 _MESSAGE = struct.Struct('<HIQQ')
+_FOOTER = struct.Struct('<BQQQI')
 
 
 class BagError(ValueError):
@@ -97,12 +98,8 @@ class McapStream:
                         topic, kind = self._channels.get(channel, ('', ''))
                         if topic and wanted(topic):
                             yield Message(topic, kind, received, bytes(body[_MESSAGE.size:]))
-                    elif opcode == Opcode.SCHEMA:
-                        schema = Schema.read(ReadDataStream(io.BytesIO(body)))
-                        self._schemas[schema.id] = schema.name
-                    elif opcode == Opcode.CHANNEL:
-                        described = Channel.read(ReadDataStream(io.BytesIO(body)))
-                        self._channels[described.id] = (described.topic, self._schemas.get(described.schema_id, ''))
+                    else:
+                        self._define(opcode, body)
 
     def topics(self) -> list[str]:
         """
@@ -116,9 +113,29 @@ class McapStream:
         """
         return sorted({topic for topic, _ in self._channels.values()})
 
+    def _define(self, opcode: int, body: memoryview) -> None:
+        if opcode == Opcode.SCHEMA:
+            schema = Schema.read(ReadDataStream(io.BytesIO(body)))
+            self._schemas[schema.id] = schema.name
+        elif opcode == Opcode.CHANNEL:
+            channel = Channel.read(ReadDataStream(io.BytesIO(body)))
+            self._channels[channel.id] = (channel.topic, self._schemas.get(channel.schema_id, ''))
+
+    def _define_from_summary(self, file: BinaryIO, size: int) -> None:
+        """Learn the topics from the file's end, where it has one: the part that introduces them may be damaged."""
+        file.seek(max(0, size - _FOOTER.size - len(MCAP0_MAGIC)))
+        footer = file.read()
+        if len(footer) == _FOOTER.size + len(MCAP0_MAGIC) and footer.endswith(MCAP0_MAGIC):
+            opcode, _, start, _, _ = _FOOTER.unpack_from(footer)
+            if opcode == Opcode.FOOTER and 0 < start < size:
+                file.seek(start)
+                for kind, body in _records(memoryview(file.read())):
+                    self._define(kind, body)
+
     def _blocks(self, file: BinaryIO) -> Iterator[memoryview]:
         """Give the records of the data section, those in chunks unpacked."""
         size = file.seek(0, io.SEEK_END)
+        self._define_from_summary(file, size)
         file.seek(0)
         magic = file.read(len(MCAP0_MAGIC))
         if not MCAP0_MAGIC.startswith(magic):

@@ -176,11 +176,12 @@ def origin(signals: dict[str, Signal]) -> int:
     Returns
     -------
     int
-        0 in lockstep, the first stamp of a run on the wall clock [ns].
+        0 in lockstep; on the wall clock the first stamp of ``reference``, when the curve begins [ns].
 
     """
-    first = min((signal.stamps[0] for signal in signals.values() if signal.stamps), default=0)
-    return first if first > _WALL else 0
+    first = {topic: signal.stamps[0] for topic, signal in signals.items() if signal.stamps}
+    begun = first.get('reference', min(first.values(), default=0))
+    return begun if begun > _WALL else 0
 
 
 def _rows(signal: Signal, width: int) -> Iterator[tuple[int, tuple[float, ...]]]:
@@ -217,7 +218,7 @@ def joined(signals: dict[str, Signal]) -> Iterator[Sample]:
     Sample
         In lockstep one for each stamp that both fast topics have, with the newest position tick that all slow topics
         have. On the wall clock, where every node has stamps of its own, one for each ``joint_states``, with the
-        newest of all others; its time is counted from the first stamp.
+        newest of all others, from the time on when all have spoken; see :func:`origin` for how time is counted.
 
     """
     start = origin(signals)

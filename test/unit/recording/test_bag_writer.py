@@ -1,0 +1,154 @@
+"""Bags as others read them, and as they are when the writing breaks off."""
+
+import errno
+import os
+import subprocess
+
+import pytest
+import yaml
+from bag_making import WALL, said, write
+from measuring import configuration
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from mobile_robot_control.recording import bag
+from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.ros.recorder import LOOP_TOPICS
+from mobile_robot_control.simulation.closed_loop import rollout
+
+
+@pytest.fixture(scope='module')
+def samples():
+    """Two seconds of a run."""
+    return list(rollout(configuration(), 2.0))
+
+
+def _by_another_writer(path, messages):
+    forever = QosTime(9223372036, 854775807)
+    quality = Qos(QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.VOLATILE, forever, forever,
+                  QosLiveliness.AUTOMATIC, forever, avoid_ros_namespace_conventions=False)
+    types = get_typestore(Stores.ROS2_KILTED)
+    topics = {}
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for topic, stamp, message in messages:
+            if topic not in topics:
+                topics[topic] = writer.add_connection(f'/{topic}', LOOP_TOPICS[topic], typestore=types,
+                                                      offered_qos_profiles=[quality])
+            writer.write(topics[topic], WALL + stamp, message)
+
+
+def _content(path):
+    with Reader(path) as reader:
+        connections = {(connection.topic, connection.msgtype, connection.msgdef, connection.digest, connection.msgcount,
+                        str(connection.ext)) for connection in reader.connections}
+        return connections, [(connection.topic, received, data) for connection, received, data in reader.messages()]
+
+
+def test_the_bag_and_its_metadata_are_those_of_another_writer(tmp_path, samples):
+    # serialised once: padding bytes are random
+    messages = [message for sample in samples for message in said(sample)]
+    _by_another_writer(tmp_path / 'theirs' / 'bag', messages)
+    with BagWriter(tmp_path / 'ours' / 'bag') as writer:
+        for topic, stamp, message in messages:
+            writer.write(f'/{topic}', LOOP_TOPICS[topic], WALL + stamp, message)
+    assert _content(tmp_path / 'ours' / 'bag') == _content(tmp_path / 'theirs' / 'bag')
+    ours, theirs = (yaml.safe_load((tmp_path / who / 'bag' / 'metadata.yaml').read_text())
+                    ['rosbag2_bagfile_information'] for who in ('ours', 'theirs'))
+    assert ours.pop('ros_distro') == 'kilted'
+    del theirs['ros_distro']
+    assert ours == theirs
+
+
+def test_what_is_older_than_half_a_second_is_in_the_file_already(tmp_path, samples):
+    with BagWriter(tmp_path / 'bag') as writer:
+        write(writer, samples)
+        copy = tmp_path / 'copy'
+        copy.mkdir()
+        for name in ('bag.mcap', 'metadata.yaml'):
+            (copy / name).write_bytes((tmp_path / 'bag' / name).read_bytes())
+    recording = bag.read(copy)
+    assert 1.5 <= recording.samples[-1].time < 2.0
+    assert recording.samples == bag.read(tmp_path / 'bag').samples[:len(recording.samples)]
+    assert [problem for problem in recording.problems if 'cut off' in problem]
+    topics = yaml.safe_load((copy / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+    assert len(topics['topics_with_message_count']) == len(LOOP_TOPICS)
+
+
+class FullDisk:
+    """A file on a disk that is full after so many bytes."""
+
+    def __init__(self, file, size):
+        self._file, self._left = file, size
+
+    def write(self, data):
+        """Write what there is room for."""
+        self._file.write(data[:self._left])
+        if len(data) > self._left:
+            self._file.flush()
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        self._left -= len(data)
+        return len(data)
+
+    def __getattr__(self, name):
+        """Do the rest as the file does."""
+        return getattr(self._file, name)
+
+
+@pytest.mark.parametrize('size', [0, 5_000, 200_000, 450_000])
+def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, samples, size):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer._writer._Writer__stream = writer._stream = FullDisk(writer._stream, size)
+        write(writer, samples)
+        assert str(tmp_path / 'bag' / 'bag.mcap') in writer.failure
+        assert 'No space left on device; make room there' in writer.failure
+        said_first = writer.failure
+        write(writer, samples)
+    assert writer.failure == said_first
+    recording = bag.read(tmp_path / 'bag')
+    assert any('cut off' in problem for problem in recording.problems)
+    whole = [sample.time for sample in recording.samples]
+    # definitions, and then 0.7 kB for each step of 2 ms
+    assert len(whole) >= (size - 30_000) / 900
+    assert whole == [sample.time for sample in samples[:len(whole)]]
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='needs the right to mount')
+def test_a_disk_that_is_really_full(tmp_path, samples):
+    disk = tmp_path / 'disk'
+    disk.mkdir()
+    if subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=256k', 'tmpfs', disk], capture_output=True,
+                      check=False).returncode:
+        pytest.skip('may not mount')
+    try:
+        with BagWriter(disk / 'bag') as writer:
+            write(writer, samples)
+        assert 'No space left on device' in writer.failure
+        assert 0.1 < bag.read(disk / 'bag').samples[-1].time < 2.0
+    finally:
+        subprocess.run(['umount', disk], check=True)
+
+
+def test_a_folder_that_is_removed_is_named(tmp_path, samples):
+    with BagWriter(tmp_path / 'bag') as writer:
+        write(writer, samples[:1])
+        for file in (tmp_path / 'bag').iterdir():
+            file.unlink()
+        (tmp_path / 'bag').rmdir()
+        write(writer, samples)
+        assert 'was removed while it was written' in writer.failure
+
+
+def test_a_folder_that_is_moved_is_named_at_the_end(tmp_path, samples):
+    with BagWriter(tmp_path / 'bag') as writer:
+        write(writer, samples)
+        (tmp_path / 'bag').rename(tmp_path / 'elsewhere')
+    assert 'No such file or directory; name a folder that can be written' in writer.failure
+    assert bag.read(tmp_path / 'elsewhere').samples[-1].time == 2.0
+
+
+def test_an_existing_folder_is_left_alone(tmp_path):
+    (tmp_path / 'bag').mkdir()
+    with pytest.raises(FileExistsError), BagWriter(tmp_path / 'bag'):
+        pass
+    assert not list((tmp_path / 'bag').iterdir())

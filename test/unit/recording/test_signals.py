@@ -1,0 +1,135 @@
+"""Topics gathered by stamp and joined into samples, in lockstep and on the wall clock."""
+
+import random
+
+import pytest
+from bag_making import WALL
+from measuring import configuration
+
+from mobile_robot_control.recording import gaps
+from mobile_robot_control.recording.signals import COLUMNS, Collector, joined, origin
+from mobile_robot_control.simulation.closed_loop import rollout
+
+MS = 1_000_000
+
+
+@pytest.fixture(scope='module')
+def samples():
+    """A second of a run."""
+    return list(rollout(configuration(), 1.0))
+
+
+def _messages(samples):
+    """Topic, stamp and values, as a collector takes them in."""
+    told = []
+    collector = Collector()
+    collector.add = lambda *message: told.append(message)
+    for sample in samples:
+        collector.add_sample(sample)
+    return told
+
+
+def _collected(messages):
+    collector = Collector()
+    for message in messages:
+        collector.add(*message)
+    return collector
+
+
+def test_samples_go_through_unchanged(samples):
+    collector = _collected(_messages(samples))
+    assert list(joined(collector.signals)) == samples
+    assert not list(gaps.problems(collector.signals))
+
+
+def test_repeats_change_nothing(samples):
+    twice = [message for message in _messages(samples) for _ in range(2)]
+    assert list(joined(_collected(twice).signals)) == samples
+
+
+def test_order_of_receipt_between_topics_does_not_matter(samples):
+    messages = _messages(samples)
+    late = [message for message in messages if message[0] == 'odom']
+    assert list(joined(_collected([*(m for m in messages if m not in late), *late]).signals)) == samples
+
+
+def test_stamps_from_past_and_future_change_nothing(samples):
+    messages = _messages(samples)
+    foreign = [('cmd_vel', 10**14, (9.0, 9.0)), ('odom', 3 * MS + 1, (9.0,) * 5), ('wheel_torques', 10**14, (9.0, 9.0)),
+               ('joint_states', 500 * MS + 1, (9.0,) * 6), ('reference', 7, (9.0,) * 5)]
+    for n, message in enumerate(foreign):
+        messages.insert(len(messages) // 2 + 50 * n, message)
+    collector = _collected(messages)
+    assert list(joined(collector.signals)) == samples
+    assert collector.disordered
+
+
+def test_a_new_run_takes_the_place_of_the_old(samples):
+    old = _messages(samples[:300])
+    for seed in range(5):
+        new = _messages(samples[:200])
+        head = new[:6]
+        random.Random(seed).shuffle(head)  # noqa: S311 (no secret)
+        collector = _collected([*old, *head, *new[6:]])
+        assert collector.earlier_runs == 1
+        assert list(joined(collector.signals)) == samples[:200]
+
+
+def test_a_topic_that_is_silent_in_the_new_run_is_silent(samples):
+    again = [message for message in _messages(samples[:200]) if message[0] != 'reference']
+    signals = _collected([*_messages(samples[:300]), *again]).signals
+    assert not signals['reference'].stamps
+    assert 'no messages on reference' in list(gaps.problems(signals))
+
+
+def test_gaps_are_counted_and_placed(samples):
+    kept = [message for message in _messages(samples)
+            if not (message[0] == 'joint_states' and 200 * MS < message[1] < 300 * MS)]
+    signals = _collected(kept).signals
+    assert list(gaps.problems(signals)) == [
+        '49 of 501 messages missing on joint_states, in 1 gap; the longest from t = 0.2 s to 0.3 s']
+    assert len(list(joined(signals))) == 501 - 49
+
+
+def _wall_clock(seconds=1.0):
+    """Every topic on a clock of its own, the values telling their stamps [ms after the curve's start]."""
+    collector = Collector()
+    for topic, period, phase in (
+        ('joint_states', 5 * MS, -40 * MS), ('wheel_torques', 5 * MS, -30 * MS + 1), ('reference', 20 * MS, 0),
+        ('odom', 20 * MS, 3 * MS), ('cmd_vel', 20 * MS, 7 * MS), ('tracking_error', 20 * MS, 7 * MS + 20),
+    ):
+        for stamp in range(phase, int(seconds * 1e9), period):
+            collector.add(topic, WALL + stamp, (stamp / MS,) * len(COLUMNS[topic]))
+    return collector.signals
+
+
+def test_on_the_wall_clock_each_sample_holds_the_newest_of_all():
+    signals = _wall_clock()
+    assert origin(signals) == WALL
+    found = list(joined(signals))
+    # the first tracking error comes after 7 ms
+    assert [sample.time for sample in found] == pytest.approx([0.005 * n for n in range(2, 200)])
+    for sample in found:
+        now = sample.time * 1e3
+        assert sample.right_angle == pytest.approx(now)
+        assert now - 5.0 <= sample.torque.right <= now
+        assert now - 25.0 <= sample.tick.error.lateral <= now
+        assert sample.tick.pose.x <= sample.command.linear <= now
+    ticks = [sample for sample in found if sample.tick.time == sample.time]
+    assert len(ticks) == 50
+    assert not list(gaps.problems(signals))
+
+
+def test_on_the_wall_clock_a_silence_is_a_fault_and_jitter_is_none():
+    signals = _wall_clock()
+    del signals['cmd_vel'].stamps[20:45]
+    del signals['cmd_vel'].values[40:90]
+    signals['odom'].stamps[10] += 15 * MS
+    assert list(gaps.problems(signals)) == [
+        '25 of 50 messages missing on cmd_vel, in 1 gap; the longest from t = 0.387 s to 0.907 s']
+
+
+def test_nothing_at_all():
+    signals = Collector().signals
+    assert not list(joined(signals))
+    assert list(gaps.problems(signals)) == ['no message of the control loop at all']
