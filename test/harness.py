@@ -1,6 +1,8 @@
 """Real nodes in real processes: what the tests over DDS have in common."""
 
+import contextlib
 import json
+import re
 import subprocess
 import sys
 import time
@@ -33,6 +35,33 @@ def experiment(output, *arguments, timeout=90):
                        timeout=timeout)
     assert done.returncode == 0, done.stderr
     return json.loads((output / 'metrics.json').read_text()), bag.read(output / 'bag')
+
+
+def start_experiment(output, *arguments):
+    """Start an experiment."""
+    return subprocess.Popen(
+        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )
+
+
+def node_pid(output, name):
+    """Find a node of an experiment by the parameter file that it was given."""
+    for process in Path('/proc').glob('[0-9]*'):
+        with contextlib.suppress(OSError):
+            words = (process / 'cmdline').read_text().split('\0')
+            if name in words and str(output / 'parameters.yaml') in words:
+                return int(process.name)
+    return None
+
+
+def wait_until_it_moves(run):
+    """Read an experiment's progress bar up to a simulated second."""
+    shown = ''
+    while not re.search(r'\| [1-9]\d*\.\d/', shown):
+        read = run.stderr.read(1)
+        assert read, shown
+        shown += read
 
 
 class Robot:

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from mobile_robot_control.cli.outputs import explain, is_full
 from mobile_robot_control.configuration import Configuration, configure
 from mobile_robot_control.parameter_files import load, write
 from mobile_robot_control.parameters import ParameterError, flatten
@@ -154,9 +155,8 @@ def command(name: str, run: Callable[[], int]) -> int:
             print(f'{name}: {violation}', file=sys.stderr)
         return 2
     except OSError as error:
-        where = f'{error.filename}: ' if error.filename else ''
-        print(f'{name}: {where}{error.strerror or error}; name a place that can be written', file=sys.stderr)
-        return 2
+        print(f'{name}: {explain(error)}', file=sys.stderr)
+        return 1 if is_full(error) else 2
     except ModuleNotFoundError as error:
         print(f'{name}: the Python module {error.name} is missing; install it with rosdep or pip', file=sys.stderr)
         return 2

@@ -26,6 +26,12 @@ _SETTLE = 1.0
 """[s] of wall time in which rivals are looked for, before a run and again and again in it."""
 
 
+_SOURCES = {
+    'odom': 'plant', 'joint_states': 'plant', 'reference': 'reference_cart', 'cmd_vel': 'position_controller',
+    'tracking_error': 'position_controller', 'wheel_torques': 'velocity_controller',
+}
+
+
 class Conducted(NamedTuple):
     """
     How an experiment ended.
@@ -35,7 +41,7 @@ class Conducted(NamedTuple):
     outcome : str
         'completed', 'diverged', 'interrupted' or 'node_died'.
     reason : str
-        What went wrong, naming the node; '' where nothing did.
+        What went wrong, naming the node or the file; '' where nothing did.
 
     """
 
@@ -54,12 +60,13 @@ class _Conductor:
 
     def __init__(
         self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
-        executor: Executor, progress: Progress,
+        executor: Executor, bag: BagWriter, progress: Progress,
     ) -> None:
         self.processes: list[NodeProcess] = []
         self._output, self._namespace, self._patience = output, namespace, patience
-        self._stop, self._recorder, self._executor, self._progress = stop, recorder, executor, progress
+        self._stop, self._recorder, self._executor, self._bag, self._progress = stop, recorder, executor, bag, progress
         shared = parameters.plant.shared
+        self.lockstep = shared.lockstep
         period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * period
         self._position_period = period_nanoseconds(shared.position_rate)
@@ -71,10 +78,10 @@ class _Conductor:
         self.processes.append(NodeProcess(names, arguments, self._output / 'log' / f'{"_".join(names)[:60]}.log'))
 
     def spin_until(self, condition: Callable[[], Any], seconds: float) -> bool:
-        """Spin until a condition holds; False when time is up, a process has ended or a stop is asked for."""
+        """Spin until a condition holds; False when time is up or the run is over."""
         deadline = time.monotonic() + seconds
         while not condition():
-            if time.monotonic() > deadline or self._stop.requested or self._ended():
+            if time.monotonic() > deadline or self._over():
                 return False
             self._executor.spin_once(timeout_sec=0.05)
         return True
@@ -83,7 +90,7 @@ class _Conductor:
         """Tell the paused plant to go on, until it has heard it."""
         deadline = time.monotonic() + self._patience
         while not self.spin_until(self._recorder.go_on().done, 1.0):
-            if time.monotonic() > deadline or self._stop.requested or self._ended():
+            if time.monotonic() > deadline or self._over():
                 return
 
     def drain(self) -> None:
@@ -93,30 +100,39 @@ class _Conductor:
         while time.time_ns() - max(ended, self._recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
             self._executor.spin_once(timeout_sec=0.05)
 
-    def _ended(self) -> bool:
-        return any(process.exit_code() is not None for process in self.processes)
+    def _over(self) -> bool:
+        """Say whether a stop is asked for, a process has ended, or nothing more can be recorded."""
+        ended = any(process.exit_code() is not None for process in self.processes)
+        return ended or self._stop.requested or bool(self._bag.failure)
 
     def watch(self) -> None:
-        """Spin with a progress bar until a process ends, a stop is asked for, or nothing moves any more."""
+        """Spin with a progress bar until the run is over, or nothing moves any more."""
         newest, moved, end = -1, time.monotonic(), self._end / 1e9
+        start = 0 if self.lockstep else self._recorder.newest['joint_states']
         looked = 0.0
         with self._progress.part() as bar:
-            while not self._stop.requested and not self._ended():
+            while not self._over():
                 self._executor.spin_once(timeout_sec=0.05)
                 if time.monotonic() > looked + _SETTLE:
                     looked = time.monotonic()
                     _refuse_rivals(self._recorder.rivals(ours=1))
-                now = self._recorder.newest['joint_states']
+                now = self._reached()
                 if now != newest:
                     newest, moved = now, time.monotonic()
-                    if min(now / 1e9, end) - bar.n >= 0.05:
-                        bar.update(min(now / 1e9, end) - bar.n)
+                    done = min((now - start) / 1e9, end)
+                    if done - bar.n >= 0.05:
+                        bar.update(done - bar.n)
                 elif time.monotonic() - moved > self._patience:
                     return
-            bar.update(max(0.0, min(newest / 1e9, end) - bar.n))
+            bar.update(max(0.0, min((newest - start) / 1e9, end) - bar.n))
+
+    def _reached(self) -> int:
+        """Give the stamp up to which the run has moved: on the wall clock, where nobody waits, for every node."""
+        newest = self._recorder.newest
+        return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in _SOURCES)
 
     def verdict(self) -> Conducted:
-        if self._stop.requested:
+        if self._stop.requested or self._bag.failure:
             return Conducted('interrupted', '')
         for process in self.processes:
             code = process.exit_code()
@@ -130,10 +146,12 @@ class _Conductor:
         return Conducted('node_died', f'{self._silent()} gave no answer for {self._patience} s and was given up')
 
     def _silent(self) -> str:
-        """Name the first node of the chain that owes an answer."""
+        """Name the first node of the chain that owes an answer; on the wall clock, the one that fell silent first."""
         newest = self._recorder.newest
         if 'joint_states' not in newest:
             return 'plant'
+        if not self.lockstep:
+            return _SOURCES[min(_SOURCES, key=lambda topic: newest.get(topic, -1))]
         tick = newest['joint_states'] - newest['joint_states'] % self._position_period
         for topic, node in (('odom', 'plant'), ('reference', 'reference_cart'), ('cmd_vel', 'position_controller')):
             if newest.get(topic, -1) != tick:
@@ -168,7 +186,7 @@ def conduct(
     Returns
     -------
     Conducted
-        Outcome and reason; the bag is whole in every case.
+        Outcome and reason; the bag is whole, or can be read up to where it could no longer be written.
 
     Raises
     ------
@@ -183,15 +201,15 @@ def conduct(
             recorder = Recorder(namespace, bag.write, bag.knows)
             executor = make_executor()
             executor.add_node(recorder)
-            conductor = _Conductor(parameters, output, namespace, patience, stop, recorder, executor,
-                                   progress)
+            conductor = _Conductor(parameters, output, namespace, patience, stop, recorder, executor, bag, progress)
             conductor.spin_until(recorder.rivals, _SETTLE)
             _refuse_rivals(recorder.rivals())
             try:
-                return _perform(conductor, composed, patience, recorder)
+                conducted = _perform(conductor, composed, patience, recorder)
             finally:
                 stop_processes(conductor.processes)
                 conductor.drain()
+        return conducted._replace(reason='\n'.join(filter(None, (conducted.reason, bag.failure))))
     finally:
         rclpy.try_shutdown()
 
@@ -203,7 +221,8 @@ def _perform(conductor: _Conductor, composed: bool, patience: float, recorder: R
         for name in NODES:
             conductor.start(name)
     # the plant is paused: it repeats its first messages until they and every answer to them have been recorded
-    if conductor.spin_until(recorder.hears_everything, max(patience, _START)):
+    ready = recorder.hears_everything if conductor.lockstep else recorder.hears_the_plant
+    if conductor.spin_until(ready, max(patience, _START)):
         conductor.let_time_run()
         conductor.watch()
     return conductor.verdict()

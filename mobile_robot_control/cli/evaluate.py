@@ -1,22 +1,41 @@
 """From a recorded run to its metrics and its report."""
 
 import json
+import shutil
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from mobile_robot_control.cli.outputs import explain, whole
 from mobile_robot_control.cli.report import draw, load_run
-from mobile_robot_control.reporting.run_reading import UnreadableRunError
+from mobile_robot_control.reporting.run_reading import RecordedRun, UnreadableRunError
 
 
-def evaluate(output: Path, namespace: str, outcome: str, quiet: bool = False) -> dict[str, Any]:
+class Evaluated(NamedTuple):
+    """
+    What was made of a recorded run.
+
+    Attributes
+    ----------
+    metrics : dict of str to object
+        As `metrics.json`.
+    unwritten : tuple of str
+        What could not be written, naming the file, in words.
+
+    """
+
+    metrics: dict[str, Any]
+    unwritten: tuple[str, ...]
+
+
+def evaluate(output: Path, namespace: str, outcome: str, quiet: bool = False) -> Evaluated:
     """
     Measure and draw a recorded run.
 
     Parameters
     ----------
     output : Path
-        Folder with the bag and its `parameters.yaml`; takes `metrics.json` and the report.
+        Folder with the bag; takes `metrics.json` and the report.
     namespace : str
         In which the nodes ran.
     outcome : str
@@ -26,19 +45,41 @@ def evaluate(output: Path, namespace: str, outcome: str, quiet: bool = False) ->
 
     Returns
     -------
-    dict of str to object
-        The metrics, as written.
+    Evaluated
+        The metrics, and what could not be written.
 
     """
     metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
+    runs: list[RecordedRun] = []
     try:
-        run = load_run(output.resolve().name, output / 'bag', namespace, outcome, quiet)
+        runs.append(load_run(output.resolve().name, output / 'bag', namespace, outcome, quiet))
     except UnreadableRunError as error:
         print(f'experiment: no report: {error}', file=sys.stderr)
-    else:
+    for run in runs:
         for problem in run.problems:
             print(f'experiment: {problem}', file=sys.stderr)
         metrics |= run.metrics
-        draw([run], output, quiet=quiet)
-    (output / 'metrics.json').write_text(json.dumps(metrics, indent=2) + '\n', encoding='utf-8')
-    return metrics
+    unwritten = [_write_metrics(metrics, output / 'metrics.json'), *(_write_report(run, output, quiet) for run in runs)]
+    return Evaluated(metrics, tuple(filter(None, unwritten)))
+
+
+def _write_metrics(metrics: dict[str, Any], path: Path) -> str:
+    """Write a file; what went wrong is the answer."""
+    try:
+        with whole(path) as file:
+            file.write_text(json.dumps(metrics, indent=2) + '\n', encoding='utf-8')
+    except OSError as error:
+        return explain(error)
+    return ''
+
+
+def _write_report(run: RecordedRun, output: Path, quiet: bool) -> str:
+    """Write page and figures, or none of them; what went wrong is the answer."""
+    try:
+        with whole(output / 'report.html'):
+            draw([run], output, quiet=quiet)
+    except OSError as error:
+        (output / 'report.json').unlink(missing_ok=True)
+        shutil.rmtree(output / 'figures', ignore_errors=True)
+        return explain(error)
+    return ''

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mobile_robot_control.cli.arguments import command, distinct, parser, positive, written
+from mobile_robot_control.cli.outputs import whole
 from mobile_robot_control.cli.progress import Progress
 from mobile_robot_control.configuration import Configuration, configure
 from mobile_robot_control.parameter_files import load
@@ -18,7 +19,6 @@ from mobile_robot_control.ros.executables import Stop
 if TYPE_CHECKING:
     from mobile_robot_control.cli.conduct import Conducted
 
-_FINE = ('completed', 'interrupted')
 _MADE_BY_US = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
 
 
@@ -46,29 +46,32 @@ def _prepare(output: Path, overwrite: bool, parameters: Configuration) -> None:
     for path in earlier:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     (output / 'log').mkdir()
-    (output / 'parameters.yaml').write_text(written(parameters), encoding='utf-8')
+    with whole(output / 'parameters.yaml') as file:
+        file.write_text(written(parameters), encoding='utf-8')
 
 
 def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) -> Configuration:
     parameters = configure(load([*options.params_files, *extra_files],
                                 [*options.overrides, f'plant.duration:={options.duration!r}'], options.namespace))
-    if not parameters.plant.shared.lockstep:
-        raise ParameterError(["lockstep = false: an experiment needs lockstep; add -p '/**.lockstep:=true', "
-                              'or start the nodes by themselves'])
+    if not parameters.plant.shared.stamped_cmd_vel:
+        raise ParameterError(["stamped_cmd_vel = false: an experiment's topics are joined by their stamps; "
+                              "add -p '/**.stamped_cmd_vel:=true'"])
     return parameters
 
 
 def _perform(
     options: argparse.Namespace, parameters: Configuration, output: Path, stop: Stop, progress: Progress
 ) -> tuple['Conducted', dict[str, Any]]:
-    """Run, record and evaluate one configuration."""
+    """Run, record and evaluate one configuration; the reason says all that went wrong."""
     # imported late: bad usage is told at once
     from mobile_robot_control.cli import conduct  # noqa: PLC0415
     from mobile_robot_control.cli.evaluate import evaluate  # noqa: PLC0415
 
     conducted = conduct.conduct(parameters, output, options.namespace, composed=options.composed,
                                 patience=options.patience, stop=stop, progress=progress)
-    return conducted, evaluate(output, options.namespace, conducted.outcome, quiet=bool(options.compare))
+    evaluated = evaluate(output, options.namespace, conducted.outcome, quiet=bool(options.compare))
+    reasons = [*filter(None, [conducted.reason]), *evaluated.unwritten]
+    return conducted._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics
 
 
 def _run(options: argparse.Namespace, stop: Stop) -> int:
@@ -83,7 +86,7 @@ def _run(options: argparse.Namespace, stop: Stop) -> int:
     if conducted.reason:
         print(f'experiment: {conducted.reason}', file=sys.stderr)
     print(f'bag, metrics and report: {output.resolve()}')
-    return 0 if conducted.outcome in _FINE else 1
+    return 1 if conducted.reason else 0
 
 
 def _alike(chosen: Configuration, first: Configuration) -> Configuration:
@@ -108,7 +111,7 @@ def _compare(options: argparse.Namespace, output: Path, stop: Stop) -> int:
             progress.name(name)
             conducted, _ = _perform(options, parameters, output / name, stop, progress)
             done.append((name, output / name))
-            if conducted.outcome not in _FINE:
+            if conducted.reason:
                 reasons.append(f'{name}: {conducted.outcome}: {conducted.reason}')
             if stop.requested:
                 break

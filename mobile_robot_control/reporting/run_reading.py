@@ -9,11 +9,13 @@ from typing import Any, NamedTuple
 from mobile_robot_control.configuration import Configuration
 from mobile_robot_control.recording import bag, gaps, table
 from mobile_robot_control.recording.mcap_stream import BagError, Progress
-from mobile_robot_control.recording.signals import Collector, Signal, joined
+from mobile_robot_control.recording.signals import Collector, Signal, joined, origin
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.closed_loop import is_complete
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 
+_MOMENT = 0.5
+"""[s]"""
 Configure = Callable[[Path], Configuration]
 """Reads a parameter file."""
 
@@ -138,7 +140,9 @@ def _measured(
     if meter.last is None:
         return ({'outcome': outcome} if outcome else {}), ['no metrics: they need all six topics of the loop']
     asked = parameters.plant.duration if parameters else 0.0
-    whole = asked == 0.0 or is_complete(meter.last, asked, 1.0 / fast)
+    # on the wall clock time is counted from the first reference, a moment after the plant begins to count
+    whole = asked == 0.0 or is_complete(meter.last, asked, 1.0 / fast) or bool(
+        origin(signals) and meter.last.time > asked - _MOMENT)
     broken = outcome in (None, 'completed') and not whole
     metrics = summary(meter.run(outcome or ('broken off' if broken else 'completed' if asked else 'not known')))
     return metrics, [f'the recording ends at t = {meter.last.time:g} s of {asked:g} s'] if broken else []

@@ -84,6 +84,18 @@ class Recorder(Node):
         """
         return [topic for topic in self._loop if self.count_publishers(topic) > ours]
 
+    def hears_the_plant(self) -> bool:
+        """
+        Say whether a message has come from the plant, and the others are there to answer it.
+
+        Returns
+        -------
+        bool
+            True if so: on the wall clock, where a paused plant is not answered, nothing more will be missed.
+
+        """
+        return 'joint_states' in self.newest and all(map(self.count_publishers, self._loop))
+
     def hears_everything(self) -> bool:
         """
         Say whether a message has come on every loop topic.

@@ -1,46 +1,15 @@
 """The command `experiment`: what it writes, and what it says when something goes wrong."""
 
-import contextlib
 import json
 import os
-import re
 import signal
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
-from harness import CONFIG, Robot, experiment, run_command
+from harness import CONFIG, Robot, experiment, node_pid, run_command, start_experiment, wait_until_it_moves
 from mcap_ros2.reader import read_ros2_messages
 
 from mobile_robot_control.cli import simulate
 from mobile_robot_control.recording import bag
-
-
-def _start(output, *arguments):
-    return subprocess.Popen(
-        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), *map(str, arguments)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )
-
-
-def _node_pid(output, name):
-    """Find a node of an experiment by the parameter file that it was given."""
-    for process in Path('/proc').glob('[0-9]*'):
-        with contextlib.suppress(OSError):
-            words = (process / 'cmdline').read_text().split('\0')
-            if name in words and str(output / 'parameters.yaml') in words:
-                return int(process.name)
-    return None
-
-
-def _wait_until_it_moves(run):
-    """Read the progress bar up to a simulated second."""
-    shown = ''
-    while not re.search(r'\| [1-9]\d*\.\d/', shown):
-        read = run.stderr.read(1)
-        assert read, shown
-        shown += read
 
 
 def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
@@ -81,9 +50,9 @@ def test_a_namespace_of_its_own(domain, tmp_path):
 @pytest.mark.parametrize('name', ['position_controller', 'plant'])
 def test_a_node_that_dies_is_named(domain, tmp_path, name):
     output = tmp_path / 'run'
-    run = _start(output, '--duration', 30)
-    _wait_until_it_moves(run)
-    os.kill(_node_pid(output, name), signal.SIGKILL)
+    run = start_experiment(output, '--duration', 30)
+    wait_until_it_moves(run)
+    os.kill(node_pid(output, name), signal.SIGKILL)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 1
     assert f'{name} was killed by SIGKILL' in errors
@@ -92,14 +61,14 @@ def test_a_node_that_dies_is_named(domain, tmp_path, name):
     assert metrics['outcome'] == 'node_died'
     assert 0.0 < metrics['duration'] < 30.0
     assert bag.read(output / 'bag').samples[-1].time == metrics['duration']
-    assert _node_pid(output, 'velocity_controller') is None
+    assert node_pid(output, 'velocity_controller') is None
 
 
 def test_a_node_that_hangs_is_named(domain, tmp_path):
     output = tmp_path / 'run'
-    run = _start(output, '--duration', 30, '--patience', 2)
-    _wait_until_it_moves(run)
-    os.kill(_node_pid(output, 'reference_cart'), signal.SIGSTOP)
+    run = start_experiment(output, '--duration', 30, '--patience', 2)
+    wait_until_it_moves(run)
+    os.kill(node_pid(output, 'reference_cart'), signal.SIGSTOP)
     _, errors = run.communicate(timeout=40)
     assert run.returncode == 1
     assert 'reference_cart gave no answer for 2.0 s' in errors
@@ -119,8 +88,8 @@ def test_divergence_ends_with_exit_code_1(domain, tmp_path):
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_runs_are_whole(domain, tmp_path, number):
     output = tmp_path / 'run'
-    run = _start(output, '--duration', 60)
-    _wait_until_it_moves(run)
+    run = start_experiment(output, '--duration', 60)
+    wait_until_it_moves(run)
     run.send_signal(number)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 0, errors
@@ -128,7 +97,7 @@ def test_interrupted_runs_are_whole(domain, tmp_path, number):
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'interrupted'
     assert bag.read(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
-    assert not [name for name in ('plant', 'reference_cart') if _node_pid(output, name)]
+    assert not [name for name in ('plant', 'reference_cart') if node_pid(output, name)]
 
 
 def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):

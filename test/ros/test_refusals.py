@@ -65,10 +65,11 @@ def test_simulate_refuses_a_file(tmp_path, text, words):
     _assert_refused(run_command('simulate', '--duration', 1, '--params-file', file), words)
 
 
-def test_experiment_is_for_lockstep(domain, tmp_path):
-    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run',
-                       '--params-file', CONFIG / 'wall_clock.yaml')
-    _assert_refused(done, ['lockstep = false', 'lockstep:=true'])
+def test_experiment_needs_stamps(tmp_path):
+    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run', '--params-file',
+                       CONFIG / 'wall_clock.yaml', '-p', '/**.stamped_cmd_vel:=false')
+    _assert_refused(done, ['stamped_cmd_vel = false', 'stamped_cmd_vel:=true'])
+    assert not (tmp_path / 'run').exists()
 
 
 @pytest.mark.parametrize('node', ['velocity_controller', 'position_controller'])

@@ -21,7 +21,8 @@ def test_exit_codes_pass():
 
 @pytest.mark.parametrize(('error', 'code', 'said'), [
     (ParameterError(['one', 'two']), 2, ['name: one', 'name: two']),
-    (OSError(28, 'No space left on device', '/full/file'), 2, ['name: /full/file: No space left on device']),
+    (OSError(28, 'No space left on device', '/full/file'), 1, ['name: /full/file: No space left on device; make room']),
+    (OSError(13, 'Permission denied', '/a/file'), 2, ['name: /a/file: Permission denied; name a place']),
     (ModuleNotFoundError('no', name='rosbags'), 2, ['module rosbags is missing', 'rosdep or pip']),
     (KeyboardInterrupt(), 1, ['name: interrupted']),
 ])

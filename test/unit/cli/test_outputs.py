@@ -1,0 +1,64 @@
+"""What commands write is whole or not there, and an error names file and remedy."""
+
+import errno
+import os
+
+import pytest
+
+from mobile_robot_control.cli.arguments import command
+from mobile_robot_control.cli.evaluate import evaluate
+from mobile_robot_control.cli.outputs import explain, whole
+from mobile_robot_control.recording.bag_writer import BagWriter
+
+
+def _full(*_arguments, **_options):
+    # as a full disk does, without the file's name
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_file_that_could_not_be_written_whole_is_not_there(tmp_path):
+    path = tmp_path / 'metrics.json'
+
+    def write():
+        with whole(path) as file:
+            file.write_text('{"outcome": ')
+            _full()
+
+    with pytest.raises(OSError, match='No space left') as raised:
+        write()
+    assert explain(raised.value) == f'{path}: No space left on device; make room there, or name a place elsewhere'
+    assert not path.exists()
+
+
+def test_other_errors_have_another_remedy(tmp_path):
+    path = tmp_path / 'nowhere' / 'metrics.json'
+    with pytest.raises(FileNotFoundError) as raised, whole(path) as file:
+        file.write_text('')
+    assert explain(raised.value) == f'{path}: No such file or directory; name a place that can be written'
+
+
+@pytest.mark.parametrize(('number', 'code'), [(errno.ENOSPC, 1), (errno.EDQUOT, 1), (errno.EACCES, 2)])
+def test_a_full_disk_is_a_failed_run_and_a_wrong_place_is_bad_usage(number, code, capsys):
+    def run():
+        raise OSError(number, os.strerror(number), 'run/parameters.yaml')
+
+    assert command('experiment', run) == code
+    assert f'experiment: run/parameters.yaml: {os.strerror(number)}; ' in capsys.readouterr().err
+
+
+def test_metrics_that_cannot_be_written_are_told_all_the_same(tmp_path, monkeypatch, capsys):
+    with BagWriter(tmp_path / 'bag'):
+        pass
+    monkeypatch.setattr('pathlib.Path.write_text', _full)
+    evaluated = evaluate(tmp_path, '/', 'interrupted')
+    assert evaluated.metrics == {'outcome': 'interrupted', 'duration': 0.0}
+    assert evaluated.unwritten == (
+        f'{tmp_path}/metrics.json: No space left on device; make room there, or name a place elsewhere',)
+    assert 'the bag holds nothing' in capsys.readouterr().err
+
+
+def test_a_bag_that_is_gone_is_named(tmp_path, capsys):
+    evaluated = evaluate(tmp_path, '/', 'interrupted')
+    assert evaluated.metrics == {'outcome': 'interrupted', 'duration': 0.0}
+    assert f'{tmp_path}/bag: does not exist' in capsys.readouterr().err
+    assert (tmp_path / 'metrics.json').is_file()
