@@ -14,7 +14,7 @@ VENV_OPTIONS :=
 EXTRAS := wheels,pinned,test
 endif
 
-.PHONY: setup demo test soak bench lint readme clean
+.PHONY: setup demo figures test soak bench lint readme clean
 
 setup: $(READY)
 
@@ -27,6 +27,9 @@ $(READY): setup.py setup.cfg package.xml
 
 demo: setup
 	$(BIN)/experiment --duration 16 --output runs/demo --overwrite
+
+figures: setup
+	$(BIN)/python -m mobile_robot_control.reporting.chapter.index --output runs/figures
 
 test: setup
 	$(BIN)/python -m pytest
@@ -44,6 +47,8 @@ lint: setup
 
 readme: setup
 	$(BIN)/python -m mobile_robot_control.reporting.parameter_table README.md docs/nodes/*.md
+	$(BIN)/python -m mobile_robot_control.reporting.chapter.claims_table README.md
+	$(BIN)/python -m mobile_robot_control.reporting.chapter.readme_pictures docs/images
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info

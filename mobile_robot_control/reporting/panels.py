@@ -75,7 +75,22 @@ def _plot(axes: Axes, line: Line, **options: Any) -> bool:
     return bool(shown.time.size)
 
 
-def _draw(axes: Axes, panel: Panel, runs: Sequence[Named], span: tuple[float, float] | None) -> None:
+def panel_on(axes: Axes, panel: Panel, runs: Sequence[Named], span: tuple[float, float] | None) -> None:
+    """
+    Draw a panel on axes.
+
+    Parameters
+    ----------
+    axes : Axes
+        Empty.
+    panel : Panel
+        What to draw.
+    runs : sequence of Named
+        Overlaid.
+    span : tuple of float or None
+        Times to show [s]; all if None.
+
+    """
     drawn = False
     told = {'reference': False, 'command': False}
     for (name, series), (color, dashes) in zip(runs, LINES, strict=False):
@@ -161,7 +176,7 @@ def over_time(
         figure = Figure(figsize=(WIDTH, 0.65 + height * len(panels)), layout='constrained')
         rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axes, panel in zip(rows, panels, strict=True):
-            _draw(axes, panel, runs, span)
+            panel_on(axes, panel, runs, span)
         legend(rows[0])
         rows[-1].set_xlabel('time [s]')
         figure.align_ylabels(list(rows))

@@ -145,6 +145,8 @@ def _measured(
         origin(signals) and meter.last.time > asked - _MOMENT)
     broken = outcome in (None, 'completed') and not whole
     metrics = summary(meter.run(outcome or ('broken off' if broken else 'completed' if asked else 'not known')))
+    if meter.totals.time == 0.0:
+        return metrics, ['one sample only: there is nothing to measure']
     return metrics, [f'the recording ends at t = {meter.last.time:g} s of {asked:g} s'] if broken else []
 
 

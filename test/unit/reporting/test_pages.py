@@ -1,0 +1,81 @@
+"""The pages in a real browser: every picture loads, nothing overflows, dark ground is dark, nothing is fetched."""
+
+import re
+
+import pytest
+from browser import CHROMIUM, Browser
+from measuring import configuration
+
+from mobile_robot_control.reporting import page, report
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.reporting.series import collect
+from mobile_robot_control.simulation.closed_loop import rollout
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason='no Chromium here; install the package chromium')
+PHONE, DESKTOP = 360, 1280
+_BROKEN = '[...document.images].filter(image => !image.complete || image.naturalWidth < 1).length'
+_OVERFLOW = 'document.documentElement.scrollWidth - document.documentElement.clientWidth'
+# what reaches beyond the window without a box of its own that scrolls
+_WIDE = '''[...document.querySelectorAll('body *')].filter(element => !element.closest('.scroll, pre') &&
+  element.getBoundingClientRect().right > innerWidth + 1).map(element => element.tagName)'''
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    with Browser(tmp_path_factory.mktemp('profile')) as started:
+        yield started
+
+
+@pytest.fixture(scope='module')
+def written(tmp_path_factory):
+    """A report of two runs with a trouble to tell and a name that is long."""
+    folder = tmp_path_factory.mktemp('report')
+    runs = []
+    for law, name in (('backstepping', 'a'), ('fuzzy', 'a_name_as_long_as_people_give_their_folders_of_runs')):
+        asked = configuration(position_controller={'controller_type': law})
+        series = collect(rollout(asked, 0.5))
+        runs.append(RecordedRun(name, series, ('3 of 51 messages missing on odom',), {'duration': 0.5}, asked))
+    return report.write(runs, folder, lambda _: None)
+
+
+def test_the_page_needs_nothing_from_anywhere(written):
+    text = written.read_text(encoding='utf-8')
+    assert text.count('src="data:image/svg+xml;base64,') == len(report.FIGURES)
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert '@import' not in text
+
+
+@pytest.mark.parametrize('width', [PHONE, DESKTOP])
+def test_pictures_load_and_nothing_overflows(browser, written, width):
+    browser.show(written, width)
+    assert browser.evaluate('innerWidth') == width
+    assert browser.evaluate('document.images.length') == len(report.FIGURES)
+    assert browser.evaluate(_BROKEN) == 0
+    assert browser.evaluate(_OVERFLOW) == 0
+    assert browser.evaluate(_WIDE) == []
+    # side by side on a desktop, one below the other on a phone
+    columns = browser.evaluate("getComputedStyle(document.querySelector('.grid')).gridTemplateColumns")
+    assert len(columns.split()) == (1 if width == PHONE else 2)
+
+
+def test_the_page_turns_dark(browser, written):
+    ground = 'getComputedStyle(document.body).backgroundColor'
+    browser.show(written, DESKTOP)
+    assert browser.evaluate(ground) == 'rgb(255, 255, 255)'
+    browser.show(written, DESKTOP, 'dark')
+    assert browser.evaluate(ground) == 'rgb(21, 24, 28)'
+    # the pictures turn with it: their ground is drawn by their own style sheets
+    corner = '''(async () => { const canvas = document.createElement('canvas'); canvas.width = canvas.height = 4;
+      const pen = canvas.getContext('2d'); pen.drawImage(document.images[0], 0, 0, 400, 300);
+      return [...pen.getImageData(1, 1, 1, 1).data]; })()'''
+    assert browser.evaluate(corner)[:3] == [21, 24, 28]
+
+
+@pytest.mark.parametrize(('body', 'seen'), [
+    ('<img src="data:image/png;base64,AAAA">', _BROKEN), ('<p style="width:500px">wide</p>', _OVERFLOW),
+])
+def test_a_broken_page_is_seen(browser, tmp_path, body, seen):
+    file = tmp_path / 'broken.html'
+    file.write_text(page.page('broken', [body]), encoding='utf-8')
+    browser.show(file, PHONE)
+    assert browser.evaluate(seen) > 0

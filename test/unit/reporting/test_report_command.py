@@ -1,0 +1,213 @@
+"""The command `report`: bags and tables give the same, damaged inputs give what they can, inputs stay as they are."""
+
+import hashlib
+import json
+import re
+import shutil
+
+import pytest
+from harness import CONFIG
+from measuring import configuration
+from recorded import record
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from mobile_robot_control.cli import report, simulate
+from mobile_robot_control.cli.arguments import written
+from mobile_robot_control.reporting import report as reporting
+from mobile_robot_control.reporting.run_figures import FIGURES
+from mobile_robot_control.simulation.closed_loop import rollout
+
+LAW = {'position_controller': {'controller_type': 'hybrid_backstepping'}}
+START = '[0.8, -0.1, 0.3]'
+DURATION = 0.6
+
+
+@pytest.fixture(scope='module')
+def runs(tmp_path_factory):
+    """The same run as a CSV of simulate and as the folder of an experiment."""
+    folder = tmp_path_factory.mktemp('runs')
+    overrides = ['-p', 'position_controller.controller_type:=hybrid_backstepping', '-p',
+                 f'plant.initial_pose:={START}']
+    assert simulate.main(['--duration', str(DURATION), '--output', str(folder / 'run.csv'), *overrides]) == 0
+    asked = configuration(plant={'initial_pose': json.loads(START), 'duration': DURATION}, **LAW)
+    (folder / 'run').mkdir()
+    record(folder / 'run' / 'bag', rollout(asked, DURATION))
+    (folder / 'run' / 'parameters.yaml').write_text(written(asked))
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch, request):
+    """Draw one figure where the test is not about the figures."""
+    if 'every_figure' not in request.keywords:
+        monkeypatch.setattr(reporting, 'FIGURES', FIGURES[:1])
+        monkeypatch.setattr(reporting, '_TIMING', reporting._TIMING[:1])
+
+
+def fingerprint(folder):
+    """Every file and its content."""
+    return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.rglob('*')) if path.is_file()}
+
+
+def reported(output, *arguments):
+    """Run the command; its metrics by run and its page."""
+    assert report.main([*map(str, arguments), '--output', str(output)]) == 0
+    return json.loads((output / 'report.json').read_text()), (output / 'report.html').read_text()
+
+
+def assert_same(first, second):
+    """Equal within 1e-9, whatever they are made of."""
+    assert type(first) is type(second)
+    if isinstance(first, dict):
+        assert first.keys() == second.keys()
+        for name, value in first.items():
+            assert_same(value, second[name])
+    elif isinstance(first, list):
+        for one, other in zip(first, second, strict=True):
+            assert_same(one, other)
+    elif isinstance(first, float):
+        assert first == pytest.approx(second, rel=1e-9, abs=1e-9)
+    else:
+        assert first == second
+
+
+def test_a_bag_and_a_table_of_one_run_give_the_same_page_but_for_the_timing(runs, tmp_path):
+    before = fingerprint(runs)
+    of_table, table_page = reported(tmp_path / 'table', runs / 'run.csv')
+    of_bag, bag_page = reported(tmp_path / 'bag', runs / 'run')
+    assert of_table['run']['problems'] == []
+    assert_same(of_bag, of_table)
+    assert_same(json.loads((runs / 'run.metrics.json').read_text()) | {'problems': []}, of_table['run'])
+    timing = re.compile(r'<h2>Timing</h2>.*(?=<h2>Configuration</h2>)', re.DOTALL)
+    assert timing.search(bag_page)
+    assert not timing.search(table_page)
+    # drawings differ in the last digits of what went through a quaternion
+    plain = re.compile(r'base64,[^"]+')
+    assert plain.sub('', timing.sub('', bag_page)) == plain.sub('', table_page)
+    assert 'hybrid_backstepping' in table_page
+    assert fingerprint(runs) == before
+
+
+@pytest.mark.every_figure
+def test_several_runs_are_overlaid_and_the_best_is_marked(runs, tmp_path):
+    worse = tmp_path / 'worse.csv'
+    far = ['-p', 'plant.initial_pose:=[3.0, 0.0, 0.0]', '-p', 'position_controller.controller_type:=fuzzy']
+    assert simulate.main(['--duration', str(DURATION), '--output', str(worse), *far]) == 0
+    metrics, page = reported(tmp_path / 'out', f'good={runs / "run.csv"}', worse)
+    assert set(metrics) == {'good', 'worse'}
+    row = re.search(r'<tr><td>position error, RMS</td>(.*?)</tr>', page).group(1)
+    good, bad = re.findall(r'<td[^>]*>(.*?)</td>', row)
+    assert '★' in good
+    assert '★' not in bad
+    ratio = max(metrics['worse']['peak_wheel_torque'].values()) / max(metrics['good']['peak_wheel_torque'].values())
+    assert f'{ratio:.3g} times' in page
+    for figure in FIGURES:
+        assert (tmp_path / 'out' / 'figures' / f'{figure.name}.png').read_bytes().startswith(b'\x89PNG')
+        assert '<svg' in (tmp_path / 'out' / 'figures' / f'{figure.name}.svg').read_text()
+
+
+def _lines(runs, tmp_path):
+    lines = (runs / 'run.csv').read_text().splitlines(keepends=True)
+    return lines, tmp_path / 'run.csv'
+
+
+def test_nans_and_broken_rows_are_left_out_and_told(runs, tmp_path, capsys):
+    lines, file = _lines(runs, tmp_path)
+    lines[100] = 'nan' + lines[100][lines[100].index(','):]
+    lines[120] = lines[120].replace(',', ',inf,', 1)
+    lines[150] = lines[150][:40] + '\n'
+    file.write_text(''.join(lines))
+    metrics, page = reported(tmp_path / 'out', file)
+    assert '2 rows left out: not finite' in page
+    assert '1 rows left out: broken off or not a number' in page
+    assert 'messages missing on joint_states, in 3 gaps' in page
+    assert 'not finite' in capsys.readouterr().err
+    assert metrics['run']['duration'] == DURATION
+
+
+@pytest.mark.parametrize('rows', [1, 2, 3])
+def test_a_run_of_few_samples(runs, tmp_path, rows):
+    lines, file = _lines(runs, tmp_path)
+    file.write_text(''.join(lines[:1 + rows]))
+    metrics, page = reported(tmp_path / 'out', file)
+    assert metrics['run']['duration'] == (rows - 1) / 500.0
+    assert 'What is missing' in page
+
+
+def test_a_bag_that_was_cut_off(runs, tmp_path, capsys):
+    shutil.copytree(runs / 'run', tmp_path / 'run')
+    (tmp_path / 'run' / 'bag' / 'metadata.yaml').unlink()
+    file = tmp_path / 'run' / 'bag' / 'bag.mcap'
+    file.write_bytes(file.read_bytes()[:file.stat().st_size // 2])
+    metrics, page = reported(tmp_path / 'out', tmp_path / 'run')
+    assert 0.1 < metrics['run']['duration'] < 0.5
+    assert metrics['run']['outcome'] == 'broken off'
+    assert 'cut off' in page
+    assert 'the recording ends at t =' in page
+    assert 'cut off' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('topic', ['joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error'])
+def test_a_bag_without_a_topic_is_drawn_without_it(runs, tmp_path, topic):
+    path = tmp_path / 'bag'
+    _copied(runs / 'run' / 'bag', path, lambda name: name != f'/{topic}')
+    metrics, page = reported(tmp_path / 'out', path)
+    assert f'no messages on {topic}' in page
+    assert 'no metrics' in page
+    assert 'peak_wheel_torque' not in metrics[tmp_path.name]
+
+
+def test_a_database_of_stock_rosbag2_gives_the_same_metrics(runs, tmp_path):
+    path = tmp_path / 'stock'
+    _copied(runs / 'run' / 'bag', path, lambda _: True, StoragePlugin.SQLITE3)
+    found, _ = reported(tmp_path / 'out', path, '--params-file', runs / 'run' / 'parameters.yaml')
+    expected, _ = reported(tmp_path / 'expected', runs / 'run')
+    for metrics in (found['stock'], expected['run']):
+        del metrics['outcome']
+    assert_same(found['stock'], expected['run'])
+
+
+def _copied(source, path, wanted, storage=StoragePlugin.MCAP):
+    """Copy a bag's topics with another writer."""
+    types = get_typestore(Stores.ROS2_KILTED)
+    with Reader(source) as reader, Writer(path, version=9, storage_plugin=storage) as writer:
+        made = {connection.id: writer.add_connection(connection.topic, connection.msgtype, typestore=types)
+                for connection in reader.connections if wanted(connection.topic)}
+        for connection, received, data in reader.messages():
+            if connection.id in made:
+                writer.write(made[connection.id], received, data)
+
+
+@pytest.mark.parametrize('case', ['nothing', 'empty_folder', 'text', 'another_robot', 'too_many', 'picture'])
+def test_what_is_no_run_is_refused_with_a_remedy(runs, tmp_path, capsys, case):
+    path = tmp_path / case
+    if case == 'empty_folder':
+        path.mkdir()
+    elif case == 'text':
+        path.write_text('a,b\n1,2\n')
+    elif case == 'picture':
+        path.write_bytes(b'\x89PNG\r\n\x1a\n' + bytes(range(256)))
+    elif case == 'another_robot':
+        record(path, rollout(configuration(), 0.1), '/other/')
+    given = [runs / 'run.csv'] * 9 if case == 'too_many' else [path]
+    assert report.main([*map(str, given), '--output', str(tmp_path / 'out')]) == 2
+    error = capsys.readouterr().err
+    assert 'Traceback' not in error
+    said = {'nothing': 'does not exist; name', 'empty_folder': 'without a bag', 'text': 'lacks 27 of 27 columns',
+            'another_robot': '/other/odom.*--namespace', 'too_many': 'name 6 at the most', 'picture': 'no CSV text'}
+    assert re.search(said[case], error)
+
+
+def test_another_robot_is_found_by_its_namespace(tmp_path):
+    path = record(tmp_path / 'bag', rollout(configuration(), 0.1), '/other/')
+    metrics, _ = reported(tmp_path / 'out', path, '--namespace', '/other')
+    assert metrics[tmp_path.name]['duration'] == pytest.approx(0.1)
+
+
+def test_the_parameters_of_a_run_that_does_not_say_them(runs, tmp_path):
+    shutil.copy(runs / 'run.csv', tmp_path / 'alone.csv')
+    _, page = reported(tmp_path / 'out', tmp_path / 'alone.csv')
+    assert 'Not recorded' in page
+    _, page = reported(tmp_path / 'with', tmp_path / 'alone.csv', '--params-file', CONFIG / 'fuzzy.yaml')
+    assert 'fuzzy on the trifolium' in page
