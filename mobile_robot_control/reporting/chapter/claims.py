@@ -20,6 +20,8 @@ from mobile_robot_control.reporting.chapter.runs import (
 )
 from mobile_robot_control.reporting.metrics_table import peak_torque
 
+RUNS = (FUZZY_BESIDE, FUZZY_TRIFOLIUM, HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, ORDINARY_TRIFOLIUM)
+"""What the claims are measured on."""
 _HOLD = BodyVelocity(0.5, 1.0)
 """Asked for without end, to see what error remains [m/s], [rad/s]."""
 _LONG = 60.0

@@ -63,7 +63,7 @@ ORDINARY_LEMNISCATE = ChapterRun('chapter/lemniscate_backstepping.yaml', BESIDE,
 HYBRID_LEMNISCATE = ChapterRun('chapter/lemniscate_hybrid_backstepping.yaml', BESIDE, 3.0 * LAP)
 ORDINARY_TRIFOLIUM = ChapterRun('chapter/trifolium_backstepping.yaml')
 FUZZY_TRIFOLIUM = ChapterRun('chapter/trifolium_fuzzy.yaml')
-FUZZY_BESIDE = ChapterRun('chapter/trifolium_fuzzy.yaml', BESIDE, 1.0)
+FUZZY_BESIDE = ChapterRun('chapter/trifolium_fuzzy.yaml', BESIDE)
 
 
 class Measured(NamedTuple):
