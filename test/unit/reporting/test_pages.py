@@ -43,6 +43,10 @@ def test_the_page_needs_nothing_from_anywhere(written):
     assert text.count('src="data:image/svg+xml;base64,') == len(report.FIGURES)
     assert not re.search(r'(src|href)="(?!data:)', text)
     assert '@import' not in text
+    for figure in report.FIGURES:
+        stem = written.parent / 'figures' / figure.name
+        assert stem.with_suffix('.png').read_bytes().startswith(b'\x89PNG')
+        assert '<svg' in stem.with_suffix('.svg').read_text(encoding='utf-8')
 
 
 @pytest.mark.parametrize('width', [PHONE, DESKTOP])

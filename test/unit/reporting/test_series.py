@@ -1,0 +1,113 @@
+"""Time series of runs: units of time, steps, peaks that survive thinning, timing over DDS."""
+
+import math
+
+import numpy as np
+import pytest
+from measuring import configuration, measured
+from PIL import Image
+
+from mobile_robot_control.recording.signals import Collector
+from mobile_robot_control.reporting import animation
+from mobile_robot_control.reporting.animation import animate
+from mobile_robot_control.reporting.series import Line, Series, broken_at_jumps, collect, thinned
+from mobile_robot_control.reporting.timing import intervals, latency, spread, timed, timing_table
+from mobile_robot_control.simulation.closed_loop import rollout
+
+WALL = 1_790_000_000_000_000_000
+
+
+@pytest.fixture(scope='module')
+def asked():
+    return configuration(position_controller={'controller_type': 'fuzzy'})
+
+
+@pytest.fixture(scope='module')
+def series(asked):
+    return collect(rollout(asked, 1.0))
+
+
+def test_peaks_and_energy_are_those_of_the_metrics(asked, series):
+    metrics, _ = measured(asked, 1.0)
+    for n, wheel in enumerate(('right', 'left')):
+        assert np.abs(series.torque(wheel).value).max() == metrics['peak_wheel_torque'][wheel]
+        assert np.abs(series.power()[n].value).max() == metrics['peak_wheel_power'][wheel]
+    assert series.energy().value[-1] == pytest.approx(metrics['energy'], rel=1e-9)
+    assert series.energy().time[-1] == 1.0
+
+
+def test_the_beginning_of_a_run(series):
+    part = series.until(0.5)
+    assert part.time('joint_states')[-1] == part.time('odom')[-1] == 0.5
+    assert part.line('odom', 'x').value[-1] == series.line('odom', 'x').value[50]
+
+
+def test_a_silent_topic_gives_empty_lines():
+    empty = Series(Collector().signals)
+    for line in (empty.line('odom', 'x'), empty.torque('right'), empty.energy(), *empty.power(), *empty.headings()):
+        assert line.time.size == line.value.size == 0
+    assert not timed(empty)
+
+
+@pytest.mark.parametrize('place', [0, 1, 4999, 50_000, 99_999])
+def test_thinning_keeps_every_peak_and_both_ends(place):
+    value = np.sin(np.arange(1e5) / 900.0)
+    value[place] = 7.0
+    line = thinned(Line(np.arange(1e5), value))
+    assert line.time.size < 3000
+    assert line.value.max() == 7.0
+    assert line.time[np.argmax(line.value)] == place
+    assert (line.time[0], line.time[-1]) == (0.0, 99_999.0)
+    assert (np.diff(line.time) > 0.0).all()
+
+
+def test_a_wrapped_angle_is_broken_where_it_jumps_and_stays_so_when_thinned():
+    time = np.arange(20_000) / 1000.0
+    line = broken_at_jumps(Line(time, np.angle(np.exp(1j * time))))
+    assert np.isnan(line.value).sum() == 3
+    assert np.isnan(thinned(line).value).sum() == 3
+
+
+def test_headings_are_continuous_and_by_whole_turns_next_to_each_other():
+    robot, cart = collect(rollout(configuration(plant={'initial_pose': [1.0, 0.0, 0.5 * math.pi - 2.0 * math.pi]}),
+                                  2.0)).headings()
+    assert np.abs(np.diff(robot.value)).max() < 0.2
+    assert np.abs(robot.value - cart.value).max() < 1.0
+
+
+def _heard(origin):
+    """A run whose cmd_vel answers 3 ms and whose wheel torques answer 1 ms after the question; one answer late."""
+    collector = Collector()
+    for n in range(101):
+        stamp = n * 10_000_000
+        ours, late = (origin + stamp, 50_000_000 if n == 50 else 0)
+        collector.add('odom', ours, [0.0] * 5, WALL + stamp)
+        collector.add('cmd_vel', ours + (3_000_000 if origin else 0), [0.0] * 2, WALL + stamp + 3_000_000 + late)
+        collector.add('joint_states', ours, [0.0] * 6, WALL + stamp)
+        collector.add('wheel_torques', ours, [0.0] * 2, WALL + stamp + 1_000_000)
+    return Series(collector.signals)
+
+
+@pytest.mark.parametrize('origin', [0, WALL])
+def test_timing_by_the_recorders_clock(origin):
+    heard = _heard(origin)
+    assert timed(heard)
+    assert spread(intervals(heard, 'odom').value).median == pytest.approx(10.0, rel=1e-3)
+    assert spread(latency(heard, 'joint_states', 'wheel_torques').value).largest == pytest.approx(1.0, rel=1e-3)
+    answers = spread(latency(heard, 'odom', 'cmd_vel').value)
+    assert answers.median == pytest.approx(3.0, rel=1e-3)
+    # in lockstep a late answer is late; on the wall clock it is an answer to what was newest by then
+    assert answers.largest == pytest.approx(3.0 if origin else 53.0, rel=1e-3)
+    assert '<td class=number>101</td>' in timing_table(heard)
+
+
+def test_an_animation_moves_and_stays_small(series, tmp_path, monkeypatch):
+    monkeypatch.setattr(animation, '_FRAMES', 6)
+    for name in ('run.gif', 'run.webp'):
+        animate(series, tmp_path / name)
+        with Image.open(tmp_path / name) as picture:
+            assert picture.n_frames == 6
+            assert picture.width > 400
+        assert (tmp_path / name).stat().st_size < 200_000
+    with pytest.raises(ValueError, match='without odometry'):
+        animate(Series(Collector().signals), tmp_path / 'none.gif')
