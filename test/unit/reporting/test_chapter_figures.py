@@ -1,0 +1,103 @@
+"""Every figure of the chapter is drawn, from what the robot runs with; the long way in `make soak`."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from browser import CHROMIUM, Browser
+from harness import CONFIG
+
+from mobile_robot_control.cli.arguments import parser, positive
+from mobile_robot_control.configuration import configure
+from mobile_robot_control.control.hybrid_backstepping import HybridState
+from mobile_robot_control.parameter_files import load
+from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.reporting.chapter import chromosomes, fuzzy_gains, index
+from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, Runs
+from mobile_robot_control.reporting.chapter.structure_figures import STRUCTURE_FIGURES, rules
+
+RUNS = Runs(CONFIG)
+
+
+def test_every_figure_but_the_graph_of_the_nodes_is_there_in_order():
+    numbers = [figure.number for figure in index.FIGURES]
+    assert len(set(numbers)) == len(numbers)
+    plain = [int(re.match(r'\d+', number).group()) for number in numbers]
+    assert plain == sorted(plain)
+    assert set(plain) == set(range(2, 34))
+
+
+@pytest.mark.parametrize('figure', index.FIGURES, ids=lambda figure: figure.number)
+def test_the_command_of_a_figure_is_one_that_works(figure):
+    for line in figure.command.splitlines():
+        words = shlex.split(line)
+        if words[0] == 'simulate':
+            made = parser('simulate', '')
+            made.add_argument('--duration', type=positive)
+            made.add_argument('--output')
+            options = made.parse_args(words[1:])
+            configure(load([CONFIG.parent / name for name in options.params_files], options.overrides))
+        elif words[0] == 'cat':
+            assert (CONFIG.parent / words[1]).is_file()
+        else:
+            assert words[:2] in (['make', 'figures'], ['report', 'run.csv'])
+
+
+def test_the_ten_rules_are_those_of_the_text():
+    # section 3.3 of the chapter
+    assert rules() == {
+        ('S', 'GN'): ('B', 'CW'), ('S', 'SN'): ('F', 'CW'), ('S', 'Z'): ('S', 'ST'), ('S', 'SP'): ('F', 'CCW'),
+        ('S', 'GP'): ('B', 'CCW'), ('G', 'GN'): ('FB', 'CW'), ('G', 'SN'): ('FF', 'CW'), ('G', 'Z'): ('FF', 'ST'),
+        ('G', 'SP'): ('FF', 'CCW'), ('G', 'GP'): ('FB', 'CCW'),
+    }
+
+
+def test_the_chromosomes_hold_the_texts_numbers():
+    # section 3.1 of the chapter
+    found = {gene.symbol: gene.value for gene in chromosomes.backstepping_genes(RUNS)}
+    assert found == {'p': 1.9934, 'q': 0.0530, 'f': 9.8615, 'g': 2.9956, 'K1': 128.444, 'Ti1': 60.9756, 'K2': 29.048,
+                     'Ti2': 31.4465}
+    assert [gene.symbol for gene in chromosomes.fuzzy_genes(RUNS)] == [
+        'a1', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6', 'c1', 'c2', 'c3', 'c4', 'c5', 'd1', 'd2', 'd3']
+
+
+def test_random_gains_are_lawful_and_always_the_same():
+    assert fuzzy_gains.initial() == fuzzy_gains.initial() != fuzzy_gains.evolved(RUNS)
+
+
+def test_the_velocity_loop_follows_a_step():
+    ticks = list(RUNS.velocity_steps(((0.01, BodyVelocity(1.0, 0.0)),), 0.05))
+    assert ticks[0].velocity == BodyVelocity(0.0, 0.0)
+    assert ticks[-1].velocity.linear == pytest.approx(1.0, abs=0.01)
+    assert ticks[-1].velocity.angular == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_seeking_is_that_of_the_law():
+    told = list(RUNS.seeking(HYBRID_LEMNISCATE, 0.1))
+    assert told[0][1] == HybridState()
+    for sample, state in told:
+        # before the cart is seen the command is the seeking rotation itself
+        assert state.seen == 0.0
+        assert sample.command == BodyVelocity(0.0, state.seek)
+
+
+@pytest.mark.parametrize('figure', STRUCTURE_FIGURES, ids=lambda figure: figure.number)
+def test_a_figure_is_drawn(figure):
+    assert figure.draw(RUNS).axes
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(600)
+def test_all_figures_on_their_page(tmp_path):
+    page = index.write(CONFIG, tmp_path / 'figures')
+    for figure in index.FIGURES:
+        assert (page.parent / f'figure_{figure.number}.png').stat().st_size > 3000
+    if CHROMIUM is None:
+        pytest.skip('no Chromium here; install the package chromium')
+    with Browser(tmp_path / 'profile') as browser:
+        for width in (360, 1280):
+            browser.show(Path(page), width)
+            assert browser.evaluate('document.images.length') == len(index.FIGURES)
+            assert browser.evaluate('[...document.images].every(image => image.complete && image.naturalWidth > 0)')
+            assert browser.evaluate('document.documentElement.scrollWidth <= innerWidth')

@@ -1,0 +1,36 @@
+"""A bag of ten minutes at everyday rates: reported in less than a minute, with little memory, and progress is shown."""
+
+import resource
+import subprocess
+import sys
+import time
+
+import pytest
+from measuring import configuration
+from recorded import record
+
+from mobile_robot_control.reporting.run_reading import read
+from mobile_robot_control.simulation.closed_loop import rollout
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(900)
+def test_a_bag_of_ten_minutes(tmp_path):
+    path = record(tmp_path / 'bag', rollout(configuration(), 600.0))
+    started = time.monotonic()
+    done = subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.report', path, '--output', tmp_path / 'out'],
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert time.monotonic() - started < 60.0
+    # in kB; the largest of all children that have ended
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 1_000_000
+    assert (tmp_path / 'out' / 'report.html').stat().st_size < 10_000_000
+
+
+def test_reading_tells_how_far_it_is(tmp_path):
+    path = record(tmp_path / 'bag', rollout(configuration(), 4.0))
+    told = []
+    read(path, 'run', '/', lambda _: None, lambda done, total: told.append(done / total))
+    assert told == sorted(told)
+    assert len(told) > 2
+    assert told[-1] == 1.0
