@@ -10,9 +10,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
+from mobile_robot_control.reporting.lines import Floats
 from mobile_robot_control.reporting.palette import BLUE, FAINT, GREY, INK, ORANGE, style
-from mobile_robot_control.reporting.run_figures import triangle
-from mobile_robot_control.reporting.series import Floats, Series
+from mobile_robot_control.reporting.path_figure import triangle
+from mobile_robot_control.reporting.series import Series
 
 _FRAMES = 96
 _MOMENT = 80

@@ -8,8 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mobile_robot_control.reporting.lines import Line, thinned
 from mobile_robot_control.reporting.palette import FAINT, GREY, INK, LINES, style
-from mobile_robot_control.reporting.series import Line, Series, thinned
+from mobile_robot_control.reporting.series import Series
 
 WIDTH = 5.6
 """[in] of a figure: as wide as a page shows it, so that its text has the page's size."""

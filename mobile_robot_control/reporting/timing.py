@@ -7,9 +7,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mobile_robot_control.recording.gaps import gaps
+from mobile_robot_control.reporting.lines import Floats, Line
 from mobile_robot_control.reporting.page import table
 from mobile_robot_control.reporting.panels import Named, Panel, over_time
-from mobile_robot_control.reporting.series import Floats, Line, Series
+from mobile_robot_control.reporting.series import Series
 
 ANSWERS = (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques'))
 """Question and answer on the way around the loop."""

@@ -13,7 +13,8 @@ import pytest
 from mobile_robot_control import __version__
 
 ROOT = Path(__file__).parents[2]
-EXECUTABLES = {'plant', 'velocity_controller', 'position_controller', 'reference_cart', 'simulate', 'experiment'}
+EXECUTABLES = {'plant', 'velocity_controller', 'position_controller', 'reference_cart', 'simulate', 'experiment',
+               'report'}
 
 
 @pytest.fixture
@@ -50,6 +51,7 @@ def test_colcon_builds_it_as_ament_python(domain, source):
     share = prefix / 'share' / 'mobile_robot_control'
     assert (share / 'package.xml').is_file()
     assert (share / 'config' / 'chapter' / 'trifolium_fuzzy.yaml').is_file()
+    assert {path.suffix for path in (share / 'config' / 'desktop').iterdir()} == {'.urdf', '.rviz', '.xml'}
     marker = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'mobile_robot_control'
     assert marker.is_file()
     library = next(prefix.glob('lib/python3*/site-packages'))

@@ -1,27 +1,49 @@
 """The membership functions before and after the evolution."""
 
+import importlib
 import math
 import random
+
+import numpy as np
 
 from mobile_robot_control.control.fuzzy import FuzzyGains
 from mobile_robot_control.parameters import ParameterError, build
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
 
 _SEED = 2008
+_SEARCH = 'mobile_robot_control.tuning.'
 _FARTHEST, _FASTEST, _QUICKEST = 1.0, 2.5, 10.0
 """[m], [m/s], [rad/s]: within which random values are drawn."""
 
 
-def initial() -> FuzzyGains:
+def initial(runs: Runs) -> FuzzyGains:
     """
     Give random gains, as a search would begin with.
+
+    Parameters
+    ----------
+    runs : Runs
+        Of the chapter.
 
     Returns
     -------
     FuzzyGains
-        The same every time, and such that some rule always fires.
+        The same every time, and such that some rule always fires: a random chromosome of the package's search, or,
+        where it has none, values drawn by themselves.
 
     """
+    try:
+        chromosome, gains = (importlib.import_module(_SEARCH + name) for name in ('chromosome', 'gains'))
+    except ModuleNotFoundError:
+        return _drawn()
+    genes = gains.CHROMOSOMES['fuzzy']
+    bits = chromosome.random(1, len(genes), np.random.default_rng(_SEED))
+    kept = gains.of(runs.configuration(FUZZY_TRIFOLIUM))
+    found: FuzzyGains = gains.decode(genes, chromosome.points(bits)[0], kept).control.fuzzy
+    return found
+
+
+def _drawn() -> FuzzyGains:
     draw = random.Random(_SEED)  # noqa: S311 (no secret)
     while True:
         values = {

@@ -10,9 +10,9 @@ from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
 from mobile_robot_control.reporting.chapter import fuzzy_gains
 from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
+from mobile_robot_control.reporting.lines import Floats
 from mobile_robot_control.reporting.palette import INK, LINES, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
-from mobile_robot_control.reporting.series import Floats
 
 Gains = Callable[[Runs], FuzzyGains]
 _NEAR = (('near', 'S'), ('far', 'G'))
@@ -106,32 +106,28 @@ def _surface(angular: bool) -> Callable[[Runs], Figure]:
     return draw
 
 
-def _initial(_runs: Runs) -> FuzzyGains:
-    return fuzzy_gains.initial()
-
-
 _BEFORE = 'Random values of a first generation: '
 _AFTER = 'After the evolution: '
 _FILE = f'cat config/{FUZZY_TRIFOLIUM.file}'
 INITIAL_FIGURES = (
     ChapterFigure('12', 'Random initial setup of input variable i_1', _BEFORE + 'S falls to zero over [0, a], G is the '
-                  'rest.', ALL, _inputs(_initial, bearing=False)),
+                  'rest.', ALL, _inputs(fuzzy_gains.initial, bearing=False)),
     ChapterFigure('13', 'Random initial setup of input variable i_2', _BEFORE + 'the shapes lie anywhere, but no '
-                  'bearing is without one.', ALL, _inputs(_initial, bearing=True)),
+                  'bearing is without one.', ALL, _inputs(fuzzy_gains.initial, bearing=True)),
     ChapterFigure('14', 'Random initial setup of output variable o_1', _BEFORE + 'five velocities in order.', ALL,
-                  _outputs(_initial, angular=False)),
+                  _outputs(fuzzy_gains.initial, angular=False)),
     ChapterFigure('15', 'Random initial setup of output variable o_2', _BEFORE + 'three rotations in order.', ALL,
-                  _outputs(_initial, angular=True)),
+                  _outputs(fuzzy_gains.initial, angular=True)),
 )
 EVOLVED_FIGURES = (
-    ChapterFigure('17', 'Membership functions for i_1', _AFTER + 'the cart counts as far from a small distance on.',
+    ChapterFigure('17', 'Membership functions for i_1', _AFTER + 'the cart counts as far from a on.',
                   _FILE, _inputs(fuzzy_gains.evolved, bearing=False)),
-    ChapterFigure('18', 'Membership functions for i_2', _AFTER + 'the shapes that fire near zero bearing are those '
-                  'that a robot on the curve uses.', _FILE, _inputs(fuzzy_gains.evolved, bearing=True)),
+    ChapterFigure('18', 'Membership functions for i_2', _AFTER + 'a robot on the curve uses the shapes that '
+                  'fire near zero bearing.', _FILE, _inputs(fuzzy_gains.evolved, bearing=True)),
     ChapterFigure('19', 'Membership functions for o_1 (fast backwards, backwards, stop, forward and fast forward)',
-                  _AFTER + 'only fast forward is far from zero.', _FILE, _outputs(fuzzy_gains.evolved, angular=False)),
+                  _AFTER + 'the velocities that the rules mix.', _FILE, _outputs(fuzzy_gains.evolved, angular=False)),
     ChapterFigure('20', 'Membership functions for ω_2 (clockwise, straight, counter clockwise)',
-                  _AFTER + 'as much to one side as to the other.', _FILE, _outputs(fuzzy_gains.evolved, angular=True)),
+                  _AFTER + 'the rotations that the rules mix.', _FILE, _outputs(fuzzy_gains.evolved, angular=True)),
     ChapterFigure('21', 'Control surface for ω_1', 'The linear velocity grows with the distance while the cart is '
                   'ahead.', _FILE, _surface(angular=False)),
     ChapterFigure('22', 'Control surface for o_2', 'The rotation depends on the bearing alone and has its sign.',

@@ -16,7 +16,8 @@ from mobile_robot_control.reporting.chapter.runs import (
 )
 from mobile_robot_control.reporting.palette import save, style
 from mobile_robot_control.reporting.panels import Named, legend, panel_on
-from mobile_robot_control.reporting.run_figures import TORQUE, path_on
+from mobile_robot_control.reporting.path_figure import path_on
+from mobile_robot_control.reporting.run_figures import TORQUE
 
 _WIDTH = 9.0
 """[in]: as wide as a README is shown."""

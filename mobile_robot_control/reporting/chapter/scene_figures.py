@@ -1,78 +1,23 @@
 """Fig. 2, 5, 7, 8 and 9: the robot, the cart and the seeking, drawn from states of real runs."""
 
 import math
-from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.tracking_error import bearing
-from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
+from mobile_robot_control.reporting.chapter.plane_drawing import along, arrow, line, name, plane, robot_on
 from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, Runs
-from mobile_robot_control.reporting.palette import BLUE, GREEN, GREY, INK, ORANGE, PINK, TINT, style
+from mobile_robot_control.reporting.palette import BLUE, GREEN, GREY, INK, ORANGE, PINK, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
-from mobile_robot_control.reporting.run_figures import draw_pose, triangle
+from mobile_robot_control.reporting.path_figure import draw_pose, triangle
 from mobile_robot_control.simulation.closed_loop import PositionTick
 
 _SEEK = 4.0
 """[s] of the seeking that are shown."""
-
-
-def _plane(height: float) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(WIDTH, height), layout='constrained')
-    axes = figure.subplots()
-    axes.set_aspect('equal', adjustable='box' if height > 4.1 else 'datalim')
-    axes.set_xlabel('x [m]')
-    axes.set_ylabel('y [m]')
-    return figure, axes
-
-
-def _along(pose: Pose, ahead: float, aside: float = 0.0) -> tuple[float, float]:
-    """Give the point that lies so far ahead of a pose and to its left."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
-    return pose.x + cos * ahead - sin * aside, pose.y + sin * ahead + cos * aside
-
-
-def _line(axes: Axes, start: tuple[float, float], end: tuple[float, float], **options: Any) -> None:
-    axes.plot([start[0], end[0]], [start[1], end[1]], **options)
-
-
-def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], color: str, both: bool = False) -> None:
-    axes.annotate('', end, start, arrowprops={'arrowstyle': '<|-|>' if both else '-|>', 'color': color,
-                                              'linewidth': 1.4, 'shrinkA': 0, 'shrinkB': 0})
-
-
-def _name(axes: Axes, at: tuple[float, float], text: str, color: str = INK) -> None:
-    axes.text(*at, text, color=color, ha='center', va='center')
-
-
-def robot_on(axes: Axes, pose: Pose, robot: Robot) -> None:
-    """
-    Draw the robot to scale: axle, wheels, body and mass centre.
-
-    Parameters
-    ----------
-    axes : Axes
-        Of the plane.
-    pose : Pose
-        Of point A.
-    robot : Robot
-        Its sizes.
-
-    """
-    half, radius = 0.5 * robot.wheel_separation, robot.wheel_radius
-    body = [_along(pose, ahead, aside) for ahead, aside in
-            ((-0.3 * half, -half), (-0.3 * half, half), (1.0 * half, half), (1.5 * half, 0.0), (1.0 * half, -half))]
-    axes.fill(*zip(*body, strict=True), facecolor=TINT, edgecolor=GREY)
-    for side in (half, -half):
-        corners = [_along(pose, ahead, side + aside) for ahead, aside in
-                   ((-radius, -0.012), (radius, -0.012), (radius, 0.012), (-radius, 0.012))]
-        axes.fill(*zip(*corners, strict=True), facecolor=INK, edgecolor=INK, zorder=3)
-    _line(axes, _along(pose, 0.0, half), _along(pose, 0.0, -half), color=INK, linewidth=1.5)
 
 
 def _geometry(runs: Runs) -> Figure:
@@ -80,26 +25,26 @@ def _geometry(runs: Runs) -> Figure:
     robot, start = measured.configuration.plant.shared.robot, Pose(*measured.configuration.plant.initial_pose)
     half, offset = 0.5 * robot.wheel_separation, robot.com_offset
     with style():
-        figure, axes = _plane(4.4)
+        figure, axes = plane(4.4)
         robot_on(axes, start, robot)
-        a, c = (start.x, start.y), _along(start, offset)
-        _arrow(axes, a, _along(start, 2.1 * half), BLUE)
-        _arrow(axes, a, _along(start, 0.0, 1.7 * half), BLUE)
-        _name(axes, _along(start, 2.2 * half), '$x_m$', BLUE)
-        _name(axes, _along(start, 0.0, 1.85 * half), '$y_m$', BLUE)
-        _line(axes, a, (start.x + 2.0 * half, start.y), color=GREY, linestyle=':')
+        a, c = (start.x, start.y), along(start, offset)
+        arrow(axes, a, along(start, 2.1 * half), BLUE)
+        arrow(axes, a, along(start, 0.0, 1.7 * half), BLUE)
+        name(axes, along(start, 2.2 * half), '$x_m$', BLUE)
+        name(axes, along(start, 0.0, 1.85 * half), '$y_m$', BLUE)
+        line(axes, a, (start.x + 2.0 * half, start.y), color=GREY, linestyle=':')
         turn = np.linspace(0.0, start.heading, 30)
         axes.plot(start.x + 1.6 * half * np.cos(turn), start.y + 1.6 * half * np.sin(turn), color=ORANGE)
-        _name(axes, (start.x + 1.75 * half * math.cos(0.5 * start.heading),
+        name(axes, (start.x + 1.75 * half * math.cos(0.5 * start.heading),
                      start.y + 1.75 * half * math.sin(0.5 * start.heading)), 'θ', ORANGE)
         for point, text, ahead, aside in ((a, 'A', -0.022, -0.018), (c, 'C', 0.022, -0.02)):
             axes.plot(*point, 'o', color=ORANGE if text == 'C' else INK, markersize=5.0, zorder=4)
-            _name(axes, _along(Pose(*point, start.heading), ahead, aside), text)
-        _arrow(axes, _along(start, -0.5 * half, 0.0), _along(start, -0.5 * half, half), GREEN, both=True)
-        _name(axes, _along(start, -1.05 * half, 0.5 * half), f'R = {half:g} m', GREEN)
-        _arrow(axes, _along(start, 0.0, -1.35 * half), _along(start, offset, -1.35 * half), GREEN, both=True)
-        _name(axes, _along(start, 0.5 * offset, -1.6 * half), f'd = {offset:g} m', GREEN)
-        _name(axes, _along(start, 0.45 * half, 1.15 * half), f'2r = {2.0 * robot.wheel_radius:g} m', GREEN)
+            name(axes, along(Pose(*point, start.heading), ahead, aside), text)
+        arrow(axes, along(start, -0.5 * half, 0.0), along(start, -0.5 * half, half), GREEN, both=True)
+        name(axes, along(start, -1.05 * half, 0.5 * half), f'R = {half:g} m', GREEN)
+        arrow(axes, along(start, 0.0, -1.35 * half), along(start, offset, -1.35 * half), GREEN, both=True)
+        name(axes, along(start, 0.5 * offset, -1.6 * half), f'd = {offset:g} m', GREEN)
+        name(axes, along(start, 0.45 * half, 1.15 * half), f'2r = {2.0 * robot.wheel_radius:g} m', GREEN)
         # names do not widen the axes by themselves
         axes.set_xlim(start.x - 1.6 * half, start.x + 2.6 * half)
         axes.set_ylim(start.y - 2.0 * half, start.y + 2.1 * half)
@@ -116,7 +61,7 @@ def _concept(runs: Runs) -> Figure:
                   for topic in ('odom', 'reference'))
     ahead, aside = (float(series.line('tracking_error', name).value[now]) for name in ('longitudinal', 'lateral'))
     with style():
-        figure, axes = _plane(4.2)
+        figure, axes = plane(4.2)
         axes.plot(series.line('reference', 'x').value[::40], series.line('reference', 'y').value[::40], color=GREY,
                   linewidth=3.0, label='reference')
         axes.plot(series.line('odom', 'x').value[:now:20], series.line('odom', 'y').value[:now:20], color=BLUE,
@@ -124,17 +69,17 @@ def _concept(runs: Runs) -> Figure:
         for shown, color in ((pose, BLUE), (cart, GREY)):
             axes.fill(*triangle(shown, 0.6 * robot.wheel_separation).T, facecolor='none', edgecolor=color,
                       linewidth=2.0, zorder=4)
-        foot = _along(pose, ahead)
-        _arrow(axes, (pose.x, pose.y), foot, ORANGE)
-        _arrow(axes, foot, (cart.x, cart.y), GREEN)
-        _line(axes, (cart.x, cart.y), _along(cart, 0.3), color=GREY, linestyle=':')
-        _line(axes, (cart.x, cart.y), _along(Pose(cart.x, cart.y, pose.heading), 0.3), color=BLUE, linestyle=':')
-        _name(axes, _along(pose, 0.5 * ahead, -0.07 * math.copysign(1.0, aside)), '$e_1$', ORANGE)
-        _name(axes, _along(pose, ahead + math.copysign(0.05, ahead), 0.5 * aside), '$e_2$', GREEN)
+        foot = along(pose, ahead)
+        arrow(axes, (pose.x, pose.y), foot, ORANGE)
+        arrow(axes, foot, (cart.x, cart.y), GREEN)
+        line(axes, (cart.x, cart.y), along(cart, 0.3), color=GREY, linestyle=':')
+        line(axes, (cart.x, cart.y), along(Pose(cart.x, cart.y, pose.heading), 0.3), color=BLUE, linestyle=':')
+        name(axes, along(pose, 0.5 * ahead, -0.07 * math.copysign(1.0, aside)), '$e_1$', ORANGE)
+        name(axes, along(pose, ahead + math.copysign(0.05, ahead), 0.5 * aside), '$e_2$', GREEN)
         turned = wrap_angle(cart.heading - pose.heading)
         sweep = pose.heading + np.linspace(0.0, turned, 30)
         axes.plot(cart.x + 0.2 * np.cos(sweep), cart.y + 0.2 * np.sin(sweep), color=PINK)
-        _name(axes, _along(Pose(cart.x, cart.y, pose.heading + 0.5 * turned), 0.26), '$e_3$', PINK)
+        name(axes, along(Pose(cart.x, cart.y, pose.heading + 0.5 * turned), 0.26), '$e_3$', PINK)
         around = 0.35
         axes.set_xlim(min(pose.x, cart.x) - around, max(pose.x, cart.x) + around)
         axes.set_ylim(min(pose.y, cart.y) - around, max(pose.y, cart.y) + around)
@@ -149,10 +94,10 @@ def _unseen(runs: Runs) -> Figure:
                   for topic in ('odom', 'reference'))
     first = measured.metrics['initial_wheel_torque']
     with style():
-        figure, axes = _plane(3.6)
+        figure, axes = plane(3.6)
         robot_on(axes, pose, robot)
-        _line(axes, (pose.x, pose.y), _along(pose, 0.45), color=BLUE, linestyle='--', label='straight ahead')
-        _line(axes, (pose.x, pose.y), (cart.x, cart.y), color=ORANGE, label='to the cart')
+        line(axes, (pose.x, pose.y), along(pose, 0.45), color=BLUE, linestyle='--', label='straight ahead')
+        line(axes, (pose.x, pose.y), (cart.x, cart.y), color=ORANGE, label='to the cart')
         axes.fill(*triangle(cart, 0.1).T, facecolor='none', edgecolor=INK, linewidth=1.6)
         axes.text(0.98, 0.03, f'first torques\nof the ordinary\ncontroller:\nright {first["right"]:.0f} N m\n'
                   f'left {first["left"]:.0f} N m', transform=axes.transAxes, ha='right')
@@ -191,7 +136,7 @@ def _seeking(runs: Runs) -> Figure:
     told = [(sample, state) for sample, state in runs.seeking(HYBRID_LEMNISCATE, _SEEK)]
     seen = next((n for n, (_, state) in enumerate(told) if state.seen), len(told) - 1)
     with style():
-        figure, axes = _plane(4.0)
+        figure, axes = plane(4.0)
         robot, cart = ([sample.tick.pose for sample, _ in told],
                        [sample.tick.reference.pose for sample, _ in told])
         axes.plot([pose.x for pose in cart], [pose.y for pose in cart], color=GREY, linewidth=3.0, label='cart')
@@ -199,7 +144,7 @@ def _seeking(runs: Runs) -> Figure:
         for n in np.linspace(0, seen, 6).astype(int):
             draw_pose(axes, robot[n], 0.14, BLUE)
             draw_pose(axes, cart[n], 0.07, GREY)
-            _line(axes, (robot[n].x, robot[n].y), (cart[n].x, cart[n].y), color=ORANGE, linewidth=0.8,
+            line(axes, (robot[n].x, robot[n].y), (cart[n].x, cart[n].y), color=ORANGE, linewidth=0.8,
                   linestyle='-' if n == seen else ':', label='_' if n != seen else 'line of sight')
         axes.set_title(f'seen at t = {told[seen][0].time:.2f} s', loc='right')
         legend(axes)

@@ -14,10 +14,12 @@ from mobile_robot_control.reporting.chapter.runs import (
     ChapterRun,
     Runs,
 )
+from mobile_robot_control.reporting.lines import Line, broken_at_jumps
 from mobile_robot_control.reporting.palette import style
 from mobile_robot_control.reporting.panels import WIDTH, Named, Panel, over_time
-from mobile_robot_control.reporting.run_figures import HEADING, POSITION, POWER, TORQUE, path_on
-from mobile_robot_control.reporting.series import Line, Series, broken_at_jumps
+from mobile_robot_control.reporting.path_figure import path_on
+from mobile_robot_control.reporting.run_figures import HEADING, POSITION, POWER, TORQUE
+from mobile_robot_control.reporting.series import Series
 
 _NAMES = {ORDINARY_LEMNISCATE: 'ordinary', HYBRID_LEMNISCATE: 'hybrid', FUZZY_TRIFOLIUM: 'fuzzy',
           ORDINARY_TRIFOLIUM: 'ordinary'}

@@ -63,7 +63,7 @@ def test_the_chromosomes_hold_the_texts_numbers():
 
 
 def test_random_gains_are_lawful_and_always_the_same():
-    assert fuzzy_gains.initial() == fuzzy_gains.initial() != fuzzy_gains.evolved(RUNS)
+    assert fuzzy_gains.initial(RUNS) == fuzzy_gains.initial(RUNS) != fuzzy_gains.evolved(RUNS)
 
 
 def test_the_velocity_loop_follows_a_step():

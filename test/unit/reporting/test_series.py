@@ -10,7 +10,8 @@ from PIL import Image
 from mobile_robot_control.recording.signals import Collector
 from mobile_robot_control.reporting import animation
 from mobile_robot_control.reporting.animation import animate
-from mobile_robot_control.reporting.series import Line, Series, broken_at_jumps, collect, thinned
+from mobile_robot_control.reporting.lines import Line, broken_at_jumps, thinned
+from mobile_robot_control.reporting.series import Series, collect
 from mobile_robot_control.reporting.timing import intervals, latency, spread, timed, timing_table
 from mobile_robot_control.simulation.closed_loop import rollout
 

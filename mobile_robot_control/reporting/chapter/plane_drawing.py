@@ -1,0 +1,135 @@
+"""What drawings of the plane are made of: points along a pose, arrows, names, the robot to scale."""
+
+import math
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reporting.palette import GREY, INK, TINT
+from mobile_robot_control.reporting.panels import WIDTH
+
+
+def plane(height: float) -> tuple[Figure, Axes]:
+    """
+    Make empty axes of the plane, to one scale.
+
+    Parameters
+    ----------
+    height : float
+        Of the figure [in].
+
+    Returns
+    -------
+    tuple of Figure and Axes
+        Named in m.
+
+    """
+    figure = Figure(figsize=(WIDTH, height), layout='constrained')
+    axes = figure.subplots()
+    axes.set_aspect('equal', adjustable='box' if height > 4.1 else 'datalim')
+    axes.set_xlabel('x [m]')
+    axes.set_ylabel('y [m]')
+    return figure, axes
+
+
+def along(pose: Pose, ahead: float, aside: float = 0.0) -> tuple[float, float]:
+    """
+    Give the point that lies so far ahead of a pose and to its left.
+
+    Parameters
+    ----------
+    pose : Pose
+        [m], [rad].
+    ahead, aside : float
+        [m].
+
+    Returns
+    -------
+    tuple of float
+        x and y [m].
+
+    """
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    return pose.x + cos * ahead - sin * aside, pose.y + sin * ahead + cos * aside
+
+
+def line(axes: Axes, start: tuple[float, float], end: tuple[float, float], **options: Any) -> None:
+    """
+    Draw a straight line.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the plane.
+    start, end : tuple of float
+        x and y [m].
+    **options : object
+        For the line.
+
+    """
+    axes.plot([start[0], end[0]], [start[1], end[1]], **options)
+
+
+def arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], color: str, both: bool = False) -> None:
+    """
+    Draw an arrow.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the plane.
+    start, end : tuple of float
+        x and y [m].
+    color : str
+        Of the arrow.
+    both : bool
+        Whether it has two heads, as one that measures a length.
+
+    """
+    axes.annotate('', end, start, arrowprops={'arrowstyle': '<|-|>' if both else '-|>', 'color': color,
+                                              'linewidth': 1.4, 'shrinkA': 0, 'shrinkB': 0})
+
+
+def name(axes: Axes, at: tuple[float, float], text: str, color: str = INK) -> None:
+    """
+    Write a name.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the plane.
+    at : tuple of float
+        Its middle: x and y [m].
+    text, color : str
+        What to write, and in which colour.
+
+    """
+    axes.text(*at, text, color=color, ha='center', va='center')
+
+
+def robot_on(axes: Axes, pose: Pose, robot: Robot) -> None:
+    """
+    Draw the robot to scale: axle, wheels, body and mass centre.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the plane.
+    pose : Pose
+        Of point A.
+    robot : Robot
+        Its sizes.
+
+    """
+    half, radius = 0.5 * robot.wheel_separation, robot.wheel_radius
+    body = [along(pose, ahead, aside) for ahead, aside in
+            ((-0.3 * half, -half), (-0.3 * half, half), (1.0 * half, half), (1.5 * half, 0.0), (1.0 * half, -half))]
+    axes.fill(*zip(*body, strict=True), facecolor=TINT, edgecolor=GREY)
+    for side in (half, -half):
+        corners = [along(pose, ahead, side + aside) for ahead, aside in
+                   ((-radius, -0.012), (radius, -0.012), (radius, 0.012), (-radius, 0.012))]
+        axes.fill(*zip(*corners, strict=True), facecolor=INK, edgecolor=INK, zorder=3)
+    line(axes, along(pose, 0.0, half), along(pose, 0.0, -half), color=INK, linewidth=1.5)

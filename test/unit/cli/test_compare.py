@@ -1,0 +1,75 @@
+"""`experiment --compare`: one curve and one start for all, a folder for each, one report over them."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+from harness import CONFIG
+from recorded import record
+
+from mobile_robot_control.cli import experiment
+from mobile_robot_control.cli.conduct import Conducted
+from mobile_robot_control.reporting import report as reporting
+from mobile_robot_control.reporting.run_figures import FIGURES
+from mobile_robot_control.simulation.closed_loop import rollout
+
+
+@pytest.fixture
+def ran(monkeypatch):
+    """What experiments were run, in one process instead of over DDS."""
+    asked = {}
+
+    def perform(options, parameters, output, stop, progress):
+        asked[output.name] = parameters
+        record(output / 'bag', rollout(parameters, options.duration))
+        stop.requested = output.name == 'stopped'
+        return Conducted('node_died' if output.name == 'broken' else 'completed', 'as it was told'), {}
+
+    monkeypatch.setattr(experiment, '_perform', perform)
+    monkeypatch.setattr(reporting, 'FIGURES', FIGURES[:1])
+    monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
+    return asked
+
+
+def _compare(output, *files, extra=()):
+    return experiment.main(['--duration', '0.1', '--output', str(output), '--compare', *map(str, files), *extra])
+
+
+def test_all_run_on_the_curve_of_the_first_from_its_start(ran, tmp_path):
+    other = tmp_path / 'other.yaml'
+    other.write_text((CONFIG / 'fuzzy.yaml').read_text() + '    rotation: 1.0\n')
+    assert _compare(tmp_path / 'out', CONFIG / 'hybrid_backstepping.yaml', other,
+                    extra=['-p', 'plant.initial_pose:=[0.8, 0.1, 0.2]']) == 0
+    hybrid, fuzzy = ran['hybrid_backstepping'], ran['other']
+    assert hybrid.reference_cart.curve == fuzzy.reference_cart.curve
+    assert fuzzy.reference_cart.curve.placement.rotation == 0.0
+    assert hybrid.plant.initial_pose == fuzzy.plant.initial_pose == (0.8, 0.1, 0.2)
+    assert [parameters.position_controller.control.controller_type for parameters in ran.values()] == [
+        'hybrid_backstepping', 'fuzzy']
+    assert set(json.loads((tmp_path / 'out' / 'report.json').read_text())) == {'hybrid_backstepping', 'other'}
+    assert 'rotation: 0.0' in (tmp_path / 'out' / 'other' / 'parameters.yaml').read_text()
+
+
+def test_files_of_one_name_have_folders_of_their_own(ran, tmp_path):
+    assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'fuzzy.yaml') == 0
+    assert list(ran) == ['fuzzy_1', 'fuzzy_2']
+
+
+@pytest.mark.parametrize(('name', 'code', 'runs'), [('broken', 1, 2), ('stopped', 0, 1)])
+def test_a_failure_is_told_and_a_stop_ends_it(ran, tmp_path, capsys, name, code, runs):
+    file = tmp_path / f'{name}.yaml'
+    file.write_text((CONFIG / 'fuzzy.yaml').read_text())
+    assert _compare(tmp_path / 'out', file, CONFIG / 'fuzzy.yaml') == code
+    assert len(ran) == runs
+    assert (tmp_path / 'out' / 'report.html').is_file()
+    assert ('broken: node_died: as it was told' in capsys.readouterr().err) == (code == 1)
+
+
+def test_nothing_runs_where_one_of_them_is_refused(ran, tmp_path, capsys):
+    assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', tmp_path / 'nowhere.yaml') == 2
+    assert 'nowhere.yaml' in capsys.readouterr().err
+    assert not ran
+    (tmp_path / 'out' / 'backstepping' / 'bag').mkdir(parents=True)
+    assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'backstepping.yaml') == 2
+    assert 'holds an experiment already' in capsys.readouterr().err
+    assert not ran
