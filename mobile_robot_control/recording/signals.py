@@ -20,6 +20,8 @@ FAST = ('joint_states', 'wheel_torques')
 SLOW = ('odom', 'reference', 'cmd_vel', 'tracking_error')
 _WALL = 10**15
 """[ns]: eleven days; later stamps are those of a wall clock, not of a run."""
+_SURE = 50
+"""So many stamps after a fall, behind as many before it, are a new run whose start was missed, and not a stranger."""
 
 
 def _odometry(message: Any) -> tuple[float, ...]:
@@ -85,6 +87,7 @@ class Collector:
         self.disordered = 0
         self._heard = {topic: _silence() for topic in COLUMNS}
         self._starts: Counter[str] = Counter()
+        self._descents: dict[str, int] = {}
 
     def add(self, topic: str, stamp: int, values: Iterable[float], received: int | None = None) -> None:
         """
@@ -110,12 +113,21 @@ class Collector:
             # each topic begins anew by itself: a recorder may hear an answer before the question
             signal = self._heard[topic] = _silence()
             self._starts[topic] += 1
+            self._descents.pop(topic, None)
         elif stamp < newest:
             self.disordered += 1
+            self._descents[topic] = len(signal.stamps)
         signal.stamps.append(stamp)
         signal.values.extend(values)
         if received is not None:
             signal.received.append(received)
+        fell = self._descents.get(topic)
+        if (fell is not None and fell >= _SURE and len(signal.stamps) - fell == _SURE
+                and stamp < min(signal.stamps[fell - _SURE:fell])):
+            self._heard[topic] = self._since(topic, fell)
+            self._starts[topic] += 1
+            self.disordered -= 1
+            del self._descents[topic]
 
     def add_sample(self, sample: Sample) -> None:
         """
@@ -144,8 +156,24 @@ class Collector:
     @property
     def signals(self) -> dict[str, Signal]:
         """By topic; empty arrays for one that was silent in the last run."""
-        return {topic: _in_order(signal, len(COLUMNS[topic])) if self._starts[topic] >= self.earlier_runs else
-                _silence() for topic, signal in self._heard.items()}
+        return {topic: _in_order(self._of_last_run(topic), len(COLUMNS[topic])) for topic in COLUMNS}
+
+    def _of_last_run(self, topic: str) -> Signal:
+        signal = self._heard[topic]
+        if self._starts[topic] >= self.earlier_runs:
+            return signal
+        # the recorder missed this topic's stamp 0: the run is what came since the stamps last fell
+        if topic in self._descents:
+            return self._since(topic, self._descents[topic])
+        # or it was not heard before: then it still talks when the last run has begun
+        begun = [heard.received[0] for other, heard in self._heard.items()
+                 if self._starts[other] == self.earlier_runs and heard.received]
+        talks = signal.received and begun and signal.received[-1] > max(begun)
+        return signal if talks else _silence()
+
+    def _since(self, topic: str, first: int) -> Signal:
+        signal = self._heard[topic]
+        return Signal(signal.stamps[first:], signal.received[first:], signal.values[first * len(COLUMNS[topic]):])
 
 
 def _in_order(signal: Signal, width: int) -> Signal:

@@ -14,7 +14,7 @@ from bench.graph import CONFIG, Graph, alternate, cpu_seconds, graphs
 from bench.progress import say
 from bench.row import Row, at_most, median_ratio
 
-WINDOWS, SECONDS, WARM_UP = 6, 2.6, 0.8
+WINDOWS, SECONDS, WARM_UP = 8, 2.6, 0.8
 
 PERIODS = {'plant': 5_000_000, 'velocity_controller': 5_010_000, 'position_controller': 20_160_000,
            'reference_cart': 20_320_000}

@@ -39,6 +39,8 @@ class Graph:
         self.domain = domain
         path = os.pathsep.join(filter(None, [str(Path(__file__).parents[1]), os.environ.get('PYTHONPATH')]))
         self._environment = os.environ | _IN_SIGHT | {'ROS_DOMAIN_ID': str(domain), 'PYTHONPATH': path}
+        # rclpy was compiled when it was installed; what a node imports of ours must not be compiled at every start
+        self._environment.pop('PYTHONDONTWRITEBYTECODE', None)
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the graph)
         self._held = False

@@ -64,13 +64,16 @@ def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
     robot.spin_until(lambda: robot.time() > 1.0)
     robot.processes['plant'].kill()
     robot.listen(0.2)
-    robot.start('plant', arguments=arguments)
+    robot.start('plant', arguments=[*arguments, '-p', 'paused:=true'])
+    # the recorder may find the new plant later than the nodes do
+    robot.spin_until(lambda: set(robot.recorder.newest.values()) == {0})
+    robot.go_on()
     robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
     assert robot.processes['plant'].exit_code() == 0
     for name in list(NODES)[1:]:
         assert robot.log(name).count('a new run') == 1
     recording = robot.recording()
-    assert [sample.time for sample in recording.samples[:3]][-1] <= 0.1
+    assert recording.samples[0].time == 0.0
     assert recording.samples[-1].time == 3.0
 
 

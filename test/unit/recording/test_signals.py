@@ -75,6 +75,27 @@ def test_a_new_run_takes_the_place_of_the_old(samples):
         assert list(joined(collector.signals)) == samples[:200]
 
 
+@pytest.mark.parametrize('missed', [['odom'], ['joint_states', 'wheel_torques'], list(COLUMNS)],
+                         ids=['odometry', 'wheels', 'all'])
+def test_a_new_run_whose_start_was_missed_is_not_mixed_with_the_old(samples, missed):
+    old = [(topic, stamp, tuple(9.0 for _ in values)) for topic, stamp, values in _messages(samples)]
+    new = [message for message in _messages(samples)[:-700] if message[0] not in missed or message[1] > 40 * MS]
+    collector = _collected([*old, *new])
+    found = list(joined(collector.signals))
+    assert collector.earlier_runs == 1
+    assert 300 < len(found) < 400
+    assert found == [sample for sample in samples if sample in found]
+
+
+def test_a_topic_that_is_heard_in_the_new_run_alone_belongs_to_it(samples):
+    collector = Collector()
+    messages = _messages(samples)
+    for n, (topic, stamp, values) in enumerate([*(m for m in messages if m[0] != 'odom'), *messages]):
+        collector.add(topic, stamp, values, received=WALL + n)
+    assert collector.earlier_runs == 1
+    assert list(joined(collector.signals)) == samples
+
+
 def test_a_topic_that_is_silent_in_the_new_run_is_silent(samples):
     again = [message for message in _messages(samples[:200]) if message[0] != 'reference']
     signals = _collected([*_messages(samples[:300]), *again]).signals
