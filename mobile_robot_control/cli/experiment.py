@@ -99,6 +99,10 @@ def _alike(chosen: Configuration, first: Configuration) -> Configuration:
 
 def _compare(options: argparse.Namespace, output: Path, stop: Stop) -> int:
     """Run several configurations one after the other, and report them together."""
+    # imported late: bad usage is told at once
+    from mobile_robot_control.cli.report import refuse_too_many, report  # noqa: PLC0415
+
+    refuse_too_many(len(options.compare))
     names = distinct([Path(file).stem for file in options.compare])
     configured = [_configured(options, [file]) for file in options.compare]
     chosen = {name: _alike(parameters, configured[0]) for name, parameters in zip(names, configured, strict=True)}
@@ -115,13 +119,11 @@ def _compare(options: argparse.Namespace, output: Path, stop: Stop) -> int:
                 reasons.append(f'{name}: {conducted.outcome}: {conducted.reason}')
             if stop.requested:
                 break
-    from mobile_robot_control.cli.report import report  # noqa: PLC0415 (late, as above)
-
     for reason in reasons:
         print(f'experiment: {reason}', file=sys.stderr)
-    report(done, output, options.namespace, quiet=True)
+    unreadable = report(done, output, options.namespace, quiet=True)
     print(f'all runs and the report over them: {output.resolve()}')
-    return 1 if reasons else 0
+    return 1 if reasons or unreadable else 0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

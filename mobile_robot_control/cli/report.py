@@ -92,7 +92,9 @@ def load_run(
         return read(path, name, namespace, lambda file: configure(load([file], namespace=namespace)), progress, outcome)
 
 
-def draw(runs: Sequence[RecordedRun], output: Path, animation: bool = False, quiet: bool = False) -> None:
+def draw(
+    runs: Sequence[RecordedRun], output: Path, animation: bool = False, quiet: bool = False, absent: Sequence[str] = ()
+) -> None:
     """
     Write a report, with progress.
 
@@ -106,6 +108,8 @@ def draw(runs: Sequence[RecordedRun], output: Path, animation: bool = False, qui
         Whether to write animations.
     quiet : bool
         Without a progress bar.
+    absent : sequence of str
+        Which runs could not be read, and why.
 
     """
     with tqdm(total=reporting.steps(runs, animation), desc='draw', disable=quiet or None, leave=False) as bar:
@@ -113,13 +117,32 @@ def draw(runs: Sequence[RecordedRun], output: Path, animation: bool = False, qui
             bar.set_postfix_str(title)
             bar.update()
 
-        reporting.write(runs, output, step, animation)
+        reporting.write(runs, output, step, animation, absent)
+
+
+def refuse_too_many(runs: int) -> None:
+    """
+    Refuse more runs than a reader can tell apart.
+
+    Parameters
+    ----------
+    runs : int
+        Their number.
+
+    Raises
+    ------
+    ParameterError
+        If there are too many.
+
+    """
+    if runs > reporting.MOST:
+        raise ParameterError([f'{runs} runs are more than a reader can tell apart; name {reporting.MOST} at the most'])
 
 
 def report(
     named: Sequence[tuple[str, Path]], output: Path, namespace: str = '/', assumed: Configuration | None = None,
     animation: bool = False, quiet: bool = False,
-) -> None:
+) -> list[str]:
     """
     Read runs and write their report; what is missing goes to the standard error.
 
@@ -138,28 +161,34 @@ def report(
     quiet : bool
         Without progress bars.
 
+    Returns
+    -------
+    list of str
+        Which runs could not be read, and why; the page says so too.
+
     Raises
     ------
     ParameterError
-        If a run cannot be read at all, or there are too many.
+        If no run can be read at all, or there are too many.
 
     """
-    if len(named) > reporting.MOST:
-        raise ParameterError([f'{len(named)} runs are more than a reader can tell apart; '
-                              f'name {reporting.MOST} at the most'])
+    refuse_too_many(len(named))
     runs, unreadable = [], []
     for name, (_, path) in zip(distinct([name for name, _ in named]), named, strict=True):
         try:
             run = load_run(name, path, namespace, quiet=quiet)
         except UnreadableRunError as error:
             unreadable.append(str(error))
+            if len(named) > 1:
+                print(f'report: {error}', file=sys.stderr)
         else:
             runs.append(run if run.parameters else run._replace(parameters=assumed))
             for problem in run.problems:
                 print(f'report: {name}: {problem}', file=sys.stderr)
-    if unreadable:
+    if not runs:
         raise ParameterError(unreadable)
-    draw(runs, output, animation, quiet)
+    draw(runs, output, animation, quiet, unreadable)
+    return unreadable
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -167,9 +196,11 @@ def _run(options: argparse.Namespace) -> int:
     if options.params_files or options.overrides:
         assumed = configure(load(options.params_files, options.overrides, options.namespace))
     output = Path(options.output)
-    report([name_of(text) for text in options.runs], output, options.namespace, assumed, options.animation)
+    unreadable = report(
+        [name_of(text) for text in options.runs], output, options.namespace, assumed, options.animation
+    )
     print(f'report: {(output / "report.html").resolve()}')
-    return 0
+    return 1 if unreadable else 0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

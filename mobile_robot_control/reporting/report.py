@@ -48,11 +48,13 @@ def _what(run: RecordedRun) -> str:
             f'{shared.position_rate:g} Hz, {"in lockstep" if shared.lockstep else "on the wall clock"}')
 
 
-def _parts(runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool) -> Iterator[str]:
+def _parts(
+    runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool, absent: Sequence[str]
+) -> Iterator[str]:
     named = [Named(run.name, run.series) for run in runs]
     yield f'<h1>{escape(_title(runs))}</h1>'
     yield from (f'<p class="soft">{escape(_what(run))}.</p>' for run in runs)
-    troubles = [(f'{run.name}: ' if len(runs) > 1 else '') + problem for run in runs for problem in run.problems]
+    troubles = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem for run in runs for problem in run.problems)]
     if troubles:
         yield page.warning('What is missing', troubles)
     yield '<h2>Metrics</h2>'
@@ -104,7 +106,9 @@ def steps(runs: Sequence[RecordedRun], animation: bool = False) -> int:
     return len(FIGURES) + timing + (len(runs) if animation else 0)
 
 
-def write(runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool = False) -> Path:
+def write(
+    runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool = False, absent: Sequence[str] = ()
+) -> Path:
     """
     Write a report.
 
@@ -118,6 +122,8 @@ def write(runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool
         Told the name of each figure before it is drawn.
     animation : bool
         Whether to animate each run.
+    absent : sequence of str
+        Which runs could not be read, and why.
 
     Returns
     -------
@@ -127,7 +133,8 @@ def write(runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool
     """
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'
-    file.write_text(page.page(_title(runs), _parts(runs, folder / 'figures', step, animation)), encoding='utf-8')
+    parts = _parts(runs, folder / 'figures', step, animation, absent)
+    file.write_text(page.page(_title(runs), parts), encoding='utf-8')
     metrics = {run.name: run.metrics | {'problems': list(run.problems)} for run in runs}
     (folder / 'report.json').write_text(json.dumps(metrics, indent=2) + '\n', encoding='utf-8')
     return file

@@ -4,8 +4,8 @@ import json
 from types import SimpleNamespace
 
 import pytest
+from bag_making import record
 from harness import CONFIG
-from recorded import record
 
 from mobile_robot_control.cli import experiment
 from mobile_robot_control.cli.conduct import Conducted
@@ -23,7 +23,8 @@ def ran(monkeypatch):
         asked[output.name] = parameters
         record(output / 'bag', rollout(parameters, options.duration))
         stop.requested = output.name == 'stopped'
-        return Conducted('node_died' if output.name == 'broken' else 'completed', 'as it was told'), {}
+        broken = output.name == 'broken'
+        return Conducted('node_died' if broken else 'completed', 'as it was told' if broken else ''), {}
 
     monkeypatch.setattr(experiment, '_perform', perform)
     monkeypatch.setattr(reporting, 'FIGURES', FIGURES[:1])
@@ -68,6 +69,8 @@ def test_a_failure_is_told_and_a_stop_ends_it(ran, tmp_path, capsys, name, code,
 def test_nothing_runs_where_one_of_them_is_refused(ran, tmp_path, capsys):
     assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', tmp_path / 'nowhere.yaml') == 2
     assert 'nowhere.yaml' in capsys.readouterr().err
+    assert _compare(tmp_path / 'out', *[CONFIG / 'fuzzy.yaml'] * 7) == 2
+    assert '6 at the most' in capsys.readouterr().err
     assert not ran
     (tmp_path / 'out' / 'backstepping' / 'bag').mkdir(parents=True)
     assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'backstepping.yaml') == 2

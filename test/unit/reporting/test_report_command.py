@@ -6,9 +6,9 @@ import re
 import shutil
 
 import pytest
+from bag_making import record
 from harness import CONFIG
 from measuring import configuration
-from recorded import record
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -206,3 +206,11 @@ def test_the_parameters_of_a_run_that_does_not_say_them(runs, tmp_path):
     assert 'Not recorded' in page
     _, page = reported(tmp_path / 'with', tmp_path / 'alone.csv', '--params-file', CONFIG / 'fuzzy.yaml')
     assert 'fuzzy on the trifolium' in page
+
+
+def test_of_several_runs_one_that_cannot_be_read_does_not_hide_the_others(runs, tmp_path, capsys):
+    assert report.main([str(runs / 'run.csv'), str(tmp_path / 'nothing'), '--output', str(tmp_path / 'out')]) == 1
+    assert 'nothing: does not exist' in capsys.readouterr().err
+    page = (tmp_path / 'out' / 'report.html').read_text()
+    assert 'nothing: does not exist' in page
+    assert 'position error, RMS' in page

@@ -6,8 +6,8 @@ import sys
 import time
 
 import pytest
+from bag_making import record
 from measuring import configuration
-from recorded import record
 
 from mobile_robot_control.reporting.run_reading import read
 from mobile_robot_control.simulation.closed_loop import rollout
