@@ -54,7 +54,8 @@ def _parts(
     named = [Named(run.name, run.series) for run in runs]
     yield f'<h1>{escape(_title(runs))}</h1>'
     yield from (f'<p class="soft">{escape(_what(run))}.</p>' for run in runs)
-    troubles = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem for run in runs for problem in run.problems)]
+    troubles = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem
+                           for run in runs for problem in run.problems)]
     if troubles:
         yield page.warning('What is missing', troubles)
     yield '<h2>Metrics</h2>'
