@@ -129,15 +129,15 @@ def metrics_table(runs: Sequence[RecordedRun]) -> str:
         rows.append(['peak torque against the least', *_ratios(runs, fair)])
     for row in _FACTS:
         rows.append([row.label, *(f'{number(row.value(run.metrics))} {row.unit}' for run in runs)])
-    rows.append(['final pose', *(escape(_pose(run.metrics)) for run in runs)])
+    for n, (label, unit) in enumerate((('x', 'm'), ('y', 'm'), ('heading', 'rad'))):
+        rows.append([f'final {label}', *(_part(run.metrics.get('final_pose'), n, unit) for run in runs)])
     note = '<p class="soft">★ marks the best of the runs that went to their end.</p>' if len(runs) > 1 else ''
     return table(['', *(run.name for run in runs)], rows) + note
 
 
-def _pose(metrics: dict[str, Any]) -> str:
-    pose = metrics.get('final_pose') or ()
-    parts = ('–' if part is None else f'{part:.3f} {unit}' for part, unit in zip(pose, ('m', 'm', 'rad'), strict=False))
-    return ', '.join(parts) or '–'
+def _part(pose: Sequence[float | None] | None, place: int, unit: str) -> str:
+    value = pose[place] if pose else None
+    return '–' if value is None else f'{value:.3f} {unit}'
 
 
 def _ratios(runs: Sequence[RecordedRun], fair: Sequence[bool]) -> list[str]:

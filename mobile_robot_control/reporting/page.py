@@ -20,15 +20,17 @@ figure{margin:0;min-width:0}figure img{display:block;width:100%;height:auto}
 .scroll{overflow-x:auto;max-width:100%}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.9rem}
 th,td{text-align:left;padding:.3rem .7rem .3rem 0;border-bottom:1px solid var(--faint);vertical-align:top}
-td.number,th.number{text-align:right;white-space:nowrap;padding-left:.7rem;padding-right:0}
+td.number,th.number{text-align:right;padding-left:.7rem;padding-right:0}td.number{white-space:nowrap}
+th.number{overflow-wrap:anywhere;min-width:6rem}
 .best{color:var(--best);font-weight:700}
 .warning{border-left:4px solid var(--warn);padding:.1rem 0 .1rem .8rem}.warning h2{margin-top:.2rem}
 code{background:var(--tint);padding:.1em .3em;border-radius:3px;font-size:.9em;overflow-wrap:anywhere}
 pre{background:var(--tint);padding:.7rem;border-radius:4px;overflow-x:auto;font-size:.85rem;margin:.5rem 0}
 pre code{background:none;padding:0;overflow-wrap:normal}
 summary{cursor:pointer}
-@media print{body{max-width:none;font-size:10pt;padding:0}.grid{grid-template-columns:1fr 1fr;gap:.5cm}
-figure,tr,.warning{break-inside:avoid}h2{break-after:avoid}.scroll{overflow:visible}.narrow{display:block}}
+@media print{:root{color-scheme:light}body{max-width:none;font-size:10pt;padding:0}
+.grid{grid-template-columns:1fr 1fr;gap:.5cm}
+figure,tr,.warning{break-inside:avoid}h2{break-after:avoid}.scroll{overflow:visible}}
 """
 
 

@@ -14,6 +14,10 @@ from mobile_robot_control.reporting.series import Series
 
 WIDTH = 5.6
 """[in] of a figure: as wide as a page shows it, so that its text has the page's size."""
+_LONGEST = 44
+"""Letters of a name in a legend."""
+_ROOM, _HANDLE, _LETTER = 4.8, 0.62, 0.085
+"""[in]: width of the axes, of a line in the legend, and of a letter."""
 _SPIKE = 25.0
 """A peak so many times beyond what the run asks for otherwise would flatten everything else."""
 
@@ -146,7 +150,10 @@ def legend(axes: Axes, columns: int = 4) -> None:
     """
     handles, labels = axes.get_legend_handles_labels()
     if handles:
-        axes.legend(handles, labels, loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=min(columns, len(handles)),
+        labels = [label if len(label) <= _LONGEST else f'{label[:_LONGEST - 1]}…' for label in labels]
+        # as many in a row as fit: a legend wider than the figure would press the axes together
+        room = int(_ROOM / (_HANDLE + _LETTER * max(map(len, labels))))
+        axes.legend(handles, labels, loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=max(1, min(columns, room)),
                     borderaxespad=0.2, handlelength=2.6, columnspacing=1.4, handletextpad=0.5)
 
 

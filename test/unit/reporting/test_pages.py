@@ -19,6 +19,10 @@ _OVERFLOW = 'document.documentElement.scrollWidth - document.documentElement.cli
 _WIDE = '''[...document.querySelectorAll('body *')].filter(element => !element.closest('.scroll, pre') &&
   element.getBoundingClientRect().right > innerWidth + 1).map(element => element.tagName)'''
 
+_CORNER = '''(async () => { const canvas = document.createElement('canvas'); canvas.width = canvas.height = 4;
+  const pen = canvas.getContext('2d'); pen.drawImage(document.images[0], 0, 0, 400, 300);
+  return [...pen.getImageData(1, 1, 1, 1).data]; })()'''
+
 
 @pytest.fixture(scope='module')
 def browser(tmp_path_factory):
@@ -69,10 +73,16 @@ def test_the_page_turns_dark(browser, written):
     browser.show(written, DESKTOP, 'dark')
     assert browser.evaluate(ground) == 'rgb(21, 24, 28)'
     # the pictures turn with it: their ground is drawn by their own style sheets
-    corner = '''(async () => { const canvas = document.createElement('canvas'); canvas.width = canvas.height = 4;
-      const pen = canvas.getContext('2d'); pen.drawImage(document.images[0], 0, 0, 400, 300);
-      return [...pen.getImageData(1, 1, 1, 1).data]; })()'''
-    assert browser.evaluate(corner)[:3] == [21, 24, 28]
+    assert browser.evaluate(_CORNER)[:3] == [21, 24, 28]
+
+
+def test_the_page_prints_on_light_ground(browser, written):
+    browser.show(written, DESKTOP, 'dark')
+    browser.call('Emulation.setEmulatedMedia', media='print',
+                 features=[{'name': 'prefers-color-scheme', 'value': 'dark'}])
+    assert browser.evaluate('getComputedStyle(document.body).backgroundColor') == 'rgb(255, 255, 255)'
+    assert browser.evaluate(_CORNER)[:3] == [255, 255, 255]
+    browser.call('Emulation.setEmulatedMedia', media='')
 
 
 @pytest.mark.parametrize(('body', 'seen'), [

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from measuring import configuration, measured
 from PIL import Image
 
@@ -11,6 +12,9 @@ from mobile_robot_control.recording.signals import Collector
 from mobile_robot_control.reporting import animation
 from mobile_robot_control.reporting.animation import animate
 from mobile_robot_control.reporting.lines import Line, broken_at_jumps, thinned
+from mobile_robot_control.reporting.panels import Named, over_time
+from mobile_robot_control.reporting.path_figure import draw_path
+from mobile_robot_control.reporting.run_figures import POSITION
 from mobile_robot_control.reporting.series import Series, collect
 from mobile_robot_control.reporting.timing import intervals, latency, spread, timed, timing_table
 from mobile_robot_control.simulation.closed_loop import rollout
@@ -112,3 +116,19 @@ def test_an_animation_moves_and_stays_small(series, tmp_path, monkeypatch):
         assert (tmp_path / name).stat().st_size < 200_000
     with pytest.raises(ValueError, match='without odometry'):
         animate(Series(Collector().signals), tmp_path / 'none.gif')
+
+
+@pytest.mark.parametrize('names', [
+    ['a', 'b'], ['backstepping', 'hybrid_backstepping', 'fuzzy'], ['x' * 60, 'y' * 30], ['run_of_the_day'] * 6,
+])
+def test_legends_lie_within_the_figure_and_above_the_lines(series, names):
+    runs = [Named(name, series) for name in names]
+    for figure in (draw_path(runs), over_time(POSITION, runs)):
+        FigureCanvasAgg(figure).draw()
+        axes = figure.axes[0]
+        legend = axes.get_legend().get_window_extent()
+        assert legend.x1 <= figure.bbox.x1
+        assert legend.y1 <= figure.bbox.y1
+        assert legend.y0 >= axes.bbox.y1 - 1.0
+        # and leave the axes their room
+        assert axes.bbox.width > 0.8 * figure.bbox.width
