@@ -31,7 +31,7 @@ setup(
         (f'share/{PACKAGE}', ['package.xml']),
         *config_files(),
     ],
-    install_requires=['setuptools', 'PyYAML', 'matplotlib', 'mcap', 'rosbags', 'tqdm'],
+    install_requires=['setuptools', 'PyYAML', 'matplotlib', 'mcap', 'numpy', 'pillow', 'rosbags', 'tqdm'],
     extras_require={
         # ROS 2 itself, for a machine without one; a ROS 2 that is installed brings its own
         'wheels': [
