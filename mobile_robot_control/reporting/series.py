@@ -83,13 +83,14 @@ class Series:
         Returns
         -------
         Series
-            Without times of receipt.
+            With the same origin, if that lies in it.
 
         """
         cut = {}
         for topic, signal in self.signals.items():
             count = int(np.searchsorted(self.time(topic), end, side='right'))
-            cut[topic] = Signal(signal.stamps[:count], signal.received[:0], signal.values[:count * len(COLUMNS[topic])])
+            cut[topic] = Signal(signal.stamps[:count], signal.received[:count],
+                                signal.values[:count * len(COLUMNS[topic])])
         return Series(cut)
 
     def headings(self) -> tuple[Line, Line]:

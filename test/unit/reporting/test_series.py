@@ -47,6 +47,13 @@ def test_the_beginning_of_a_run(series):
     assert part.line('odom', 'x').value[-1] == series.line('odom', 'x').value[50]
 
 
+@pytest.mark.parametrize('origin', [0, WALL])
+def test_the_beginning_of_a_run_keeps_its_timing(origin):
+    part = _heard(origin).until(0.5)
+    assert part.time('odom')[-1] == pytest.approx(0.5)
+    assert intervals(part, 'odom').value.size == 50
+
+
 def test_a_silent_topic_gives_empty_lines():
     empty = Series(Collector().signals)
     for line in (empty.line('odom', 'x'), empty.torque('right'), empty.energy(), *empty.power(), *empty.headings()):
