@@ -29,9 +29,10 @@ def run_command(name, *arguments, timeout=90):
     )
 
 
-def experiment(output, *arguments, timeout=90):
+def experiment(output, *arguments, timeout=90, report=False):
     """Run an experiment as fast as it goes; returns its metrics and its recording."""
-    done = run_command('experiment', '--output', output, '-p', 'plant.real_time_factor:=0.0', *arguments,
+    drawn = [] if report else ['--no-report']
+    done = run_command('experiment', '--output', output, '-p', 'plant.real_time_factor:=0.0', *drawn, *arguments,
                        timeout=timeout)
     assert done.returncode == 0, done.stderr
     return json.loads((output / 'metrics.json').read_text()), bag.read(output / 'bag')

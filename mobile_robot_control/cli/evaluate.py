@@ -28,7 +28,9 @@ class Evaluated(NamedTuple):
     unwritten: tuple[str, ...]
 
 
-def evaluate(output: Path, namespace: str, outcome: str, quiet: bool = False) -> Evaluated:
+def evaluate(
+    output: Path, namespace: str, outcome: str, quiet: bool = False, with_report: bool = True
+) -> Evaluated:
     """
     Measure and draw a recorded run.
 
@@ -42,6 +44,8 @@ def evaluate(output: Path, namespace: str, outcome: str, quiet: bool = False) ->
         'completed', 'diverged', 'interrupted' or 'node_died'.
     quiet : bool
         Without progress bars.
+    with_report : bool
+        Whether to write the report.
 
     Returns
     -------
@@ -59,7 +63,9 @@ def evaluate(output: Path, namespace: str, outcome: str, quiet: bool = False) ->
         for problem in run.problems:
             print(f'experiment: {problem}', file=sys.stderr)
         metrics |= run.metrics
-    unwritten = [_write_metrics(metrics, output / 'metrics.json'), *(_write_report(run, output, quiet) for run in runs)]
+    unwritten = [_write_metrics(metrics, output / 'metrics.json')]
+    if with_report:
+        unwritten += [_write_report(run, output, quiet) for run in runs]
     return Evaluated(metrics, tuple(filter(None, unwritten)))
 
 

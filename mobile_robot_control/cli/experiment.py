@@ -31,6 +31,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made.add_argument('--compare', nargs='+', metavar='FILE', default=[],
                       help='several parameter files, one run after the other on the same curve from the same start, '
                       'and one report over all')
+    made.add_argument('--no-report', action='store_false', dest='with_report', help='write the metrics alone')
     made.add_argument('--namespace', default='/', metavar='NS', help='in which the nodes run')
     made.add_argument('--patience', type=positive, default=20.0, metavar='S',
                       help='wall time without progress after which a run is given up')
@@ -69,7 +70,8 @@ def _perform(
 
     conducted = conduct.conduct(parameters, output, options.namespace, composed=options.composed,
                                 patience=options.patience, stop=stop, progress=progress)
-    evaluated = evaluate(output, options.namespace, conducted.outcome, quiet=bool(options.compare))
+    evaluated = evaluate(output, options.namespace, conducted.outcome, quiet=bool(options.compare),
+                         with_report=options.with_report)
     reasons = [*filter(None, [conducted.reason]), *evaluated.unwritten]
     return conducted._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics
 

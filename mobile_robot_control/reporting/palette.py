@@ -85,6 +85,8 @@ def save(figure: Figure, stem: Path) -> str:
 
     """
     svg = as_svg(figure)
+    # everything has its place now; finding it again takes as long as drawing
+    figure.set_layout_engine('none')
     stem.with_suffix('.svg').write_text(svg, encoding='utf-8')
     with mpl.rc_context(_RULES):
         figure.savefig(stem.with_suffix('.png'), dpi=150, metadata={'Software': None})

@@ -14,7 +14,7 @@ from mobile_robot_control.recording import bag
 
 def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
     run = ['--duration', '4', '--params-file', str(CONFIG / 'fuzzy.yaml')]
-    metrics, _ = experiment(tmp_path / 'run', *run)
+    metrics, _ = experiment(tmp_path / 'run', *run, report=True)
     assert simulate.main([*run, '--json']) == 0
     simulated = json.loads(capsys.readouterr().out)
     assert set(metrics) == set(simulated)
@@ -112,5 +112,6 @@ def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):
 def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path):
     (tmp_path / 'notes.txt').write_text('mine')
     for extra in ([], ['--overwrite']):
-        experiment(tmp_path, '--duration', 1, '--composed', *extra)
+        experiment(tmp_path, '--duration', 1, '--composed', *extra, report=not extra)
+        assert (tmp_path / 'report.html').exists() == (tmp_path / 'figures').exists() == (not extra)
     assert (tmp_path / 'notes.txt').read_text() == 'mine'
