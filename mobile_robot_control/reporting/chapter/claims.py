@@ -100,7 +100,7 @@ def _fuzzy_torques(runs: Runs) -> Verdict:
     peaks = _peaks(runs, FUZZY_TRIFOLIUM)
     beside = max(_peaks(runs, FUZZY_BESIDE).values())
     return Verdict(f'right {peaks["right"]:.2f}, left {peaks["left"]:.2f} N m', max(peaks.values()) < 2.0,
-                   f'started on the curve; started beside it, {beside:.0f} N m')
+                   f'but only if started on the curve: started beside it, {beside:.0f} N m')
 
 
 def _fuzzy_ratio(runs: Runs) -> Verdict:
