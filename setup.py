@@ -6,7 +6,7 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'mobile_robot_control'
 NODES = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
-COMMANDS = ('simulate', 'experiment', 'report')
+COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study')
 
 
 def config_files():
@@ -39,8 +39,8 @@ setup(
             'ros-kilted-common-interfaces==5.5.1',
             'ros-kilted-rmw-fastrtps-cpp==9.3.3',
         ],
-        # compiled rollouts: some hundred times faster searches
-        'fast': ['numba==0.68.0'],
+        # compiled rollouts: some hundred times faster searches; and the second algorithm
+        'fast': ['numba==0.68.0', 'scipy==1.15.3'],
         # the search on a cluster
         'cluster': ['distributed==2026.8.0'],
         # the versions that the tests run with

@@ -1,6 +1,7 @@
 """Whether velocity gains are stable at a sampling rate: checked before anything moves."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.model.dynamics import sample
@@ -63,23 +64,55 @@ def spectral_radius(gains: VelocityGains, robot: Robot, rate: float, delay: int)
         Below 1 where the loop is stable; the worse of the linear and the angular channel.
 
     """
+    return max(_largest_root(polynomial) for polynomial in _characteristic(gains, robot, rate, delay))
+
+
+def is_stable(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -> bool:
+    """
+    Say whether gains can run at a rate, without reckoning by how much.
+
+    Parameters
+    ----------
+    gains : VelocityGains
+        K1, Ti1, K2, Ti2.
+    robot : Robot
+        Physical constants.
+    rate : float
+        Sampling rate [Hz].
+    lockstep : bool
+        As for :func:`instability`.
+
+    Returns
+    -------
+    bool
+        False where the node would refuse them.
+
+    """
+    return all(_roots_inside(polynomial, 1.0)
+               for delay in _delays(lockstep) for polynomial in _characteristic(gains, robot, rate, delay))
+
+
+def _delays(lockstep: bool) -> tuple[int, ...]:
+    return (0,) if lockstep else (1, 2)
+
+
+_sampled = lru_cache(maxsize=8)(sample)
+
+
+def _characteristic(gains: VelocityGains, robot: Robot, rate: float, delay: int) -> Iterator[list[float]]:
+    """Yield the characteristic polynomials of the linear and the angular channel."""
     dt = 1.0 / rate
-    plant = sample(robot, dt)
+    plant = _sampled(robot, dt)
     # (A+B) dv/dt = K1 R e_v - K v and (A-B) dω/dt = K2 e_ω·R/R - K ω, from (16)-(19)
-    channels = (
+    for response, gain, ti in (
         (plant.linear.end, 0.5 * robot.wheel_separation * gains.k1 / linear_inertia(robot), gains.ti1),
         (plant.angular.end, gains.k2 / angular_inertia(robot), gains.ti2),
-    )
-    return max(_channel_radius(response.decay, response.gain * gain, dt / ti, delay)
-               for response, gain, ti in channels)
-
-
-def _channel_radius(decay: float, gain: float, integral: float, delay: int) -> float:
-    # (z - decay)(z - 1) z^delay + gain (z - 1 + integral)
-    polynomial = _convolve(_convolve([1.0, -decay], [1.0, -1.0]), [1.0] + [0.0] * delay)
-    polynomial[-2] += gain
-    polynomial[-1] += gain * (integral - 1.0)
-    return _largest_root(polynomial)
+    ):
+        # (z - decay)(z - 1) z^delay + gain (z - 1 + integral)
+        polynomial = _convolve(_convolve([1.0, -response.decay], [1.0, -1.0]), [1.0] + [0.0] * delay)
+        polynomial[-2] += response.gain * gain
+        polynomial[-1] += response.gain * gain * (dt / ti - 1.0)
+        yield polynomial
 
 
 def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays: Sequence[int]) -> float:
@@ -138,7 +171,7 @@ def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool)
         '' where the loop is stable; else the radius, the slowest stable rate and the remedy.
 
     """
-    delays = (0,) if lockstep else (1, 2)
+    delays = _delays(lockstep)
     radius = max(spectral_radius(gains, robot, rate, delay) for delay in delays)
     if radius < 1.0:
         return ''

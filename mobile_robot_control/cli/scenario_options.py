@@ -1,0 +1,72 @@
+"""The scenarios that `tune` is told to try every individual in."""
+
+import argparse
+from collections.abc import Sequence
+
+from mobile_robot_control.cli.arguments import positive
+from mobile_robot_control.cli.trial_options import fraction, whole
+from mobile_robot_control.configuration import Configuration
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.tuning.scenarios import Scenario, Spread, configured, draw, grid
+
+
+def _start(text: str) -> Pose:
+    try:
+        x, y, yaw = map(float, text.split(','))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}': write DX,DY,DYAW, such as --start=-0.2,0,0") from None
+    return Pose(x, y, yaw)
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """
+    Declare the scenarios: every combination of what is listed is tried; what is not listed is as configured.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Changed.
+
+    """
+    group = parser.add_argument_group('scenarios', 'every combination is tried; what is left out is as configured')
+    group.add_argument('--curves', nargs='+', choices=tuple(CURVES), metavar='CURVE')
+    group.add_argument('--scales', nargs='+', type=positive, metavar='M', help='sizes of the curves [m]')
+    group.add_argument('--start', type=_start, action='append', default=[], metavar='DX,DY,DYAW', dest='starts',
+                       help="offset of the robot's start from the cart's; again and again, as --start=-0.2,0,0")
+    group.add_argument('--mass', nargs='+', type=positive, default=[1.0], metavar='X',
+                       help="factors on the robot's mass and inertia, such as 0.8 1.2")
+    group.add_argument('--friction', nargs='+', type=positive, default=[1.0], metavar='X',
+                       help='factors on its friction')
+    group.add_argument('--random', type=whole(0), default=0, metavar='N', help='so many more scenarios, drawn')
+    group.add_argument('--variation', type=fraction, default=0.2, metavar='X',
+                       help='largest relative change of mass and of friction in random scenarios')
+    group.add_argument('--within', type=positive, default=1.0, metavar='M',
+                       help="largest distance of a random start from the cart's [m]")
+    group.add_argument('--scenario-seed', type=whole(0), default=0, metavar='N', help='of the random scenarios')
+
+
+def scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Scenario]:
+    """
+    Give the scenarios that the options ask for.
+
+    Parameters
+    ----------
+    options : Namespace
+        Parsed with :func:`add`'s.
+    parameters : Configuration
+        Of the run.
+
+    Returns
+    -------
+    list of Scenario
+        The listed ones, then the random ones.
+
+    """
+    nominal = configured(parameters)
+    curves: Sequence[str] = options.curves or [nominal.curve]
+    scales: Sequence[float] = options.scales or [nominal.scale]
+    listed = grid(nominal, curves, scales, options.starts or [None], options.mass, options.friction)
+    spread = Spread(tuple(curves), tuple(scales), options.within, options.variation, nominal.noise, 0)
+    drawn = draw(spread, options.random, options.scenario_seed)
+    return listed + [scenario._replace(delay=nominal.delay) for scenario in drawn]

@@ -1,0 +1,174 @@
+"""The command `study`: how one or several controllers stand random starts, robots, noise and delay."""
+
+import argparse
+import csv
+import io
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from mobile_robot_control.cli import trial_options, whole_file
+from mobile_robot_control.cli.arguments import command, configuration, parser, positive
+from mobile_robot_control.cli.trial_options import Interrupt, Runner, fraction, number, runner, whole
+from mobile_robot_control.configuration import Configuration, configure
+from mobile_robot_control.model.imperfections import LONGEST_DELAY, Noise
+from mobile_robot_control.parameter_files import load
+from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reporting import starts_map
+from mobile_robot_control.simulation.trial import Trial
+from mobile_robot_control.tuning.scenarios import Scenario, Spread, configured, draw, trial
+from mobile_robot_control.tuning.statistics import WITHIN, Judged, judge, summary
+
+_BATCH = 100
+
+
+def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    made = parser('study', __doc__.partition(': ')[2])
+    made.add_argument('--runs', type=whole(1), required=True, metavar='N', help='random runs of each controller')
+    made.add_argument('--seed', type=whole(0), required=True, metavar='N', help='of all chance')
+    made.add_argument('--output', required=True, metavar='DIR', help='takes study.json, runs.csv and starts.png')
+    made.add_argument('--compare', nargs='+', default=[], metavar='FILE.yaml',
+                      help='one controller each, on top of the other parameters')
+    made.add_argument('--laps', type=positive, default=2.0, metavar='N', help='length of each run; success is judged '
+                      'over its last quarter')
+    made.add_argument('--curves', nargs='+', choices=tuple(CURVES), default=['trifolium', 'lemniscate'],
+                      metavar='CURVE')
+    made.add_argument('--scales', nargs='+', type=positive, default=[0.5, 1.0], metavar='M')
+    made.add_argument('--within', type=positive, default=1.0, metavar='M', help="of the start from the cart's [m]")
+    made.add_argument('--variation', type=fraction, default=0.2, metavar='X', help='of mass and friction, relative')
+    made.add_argument('--noise-pose', type=number, nargs=3, metavar=('X', 'Y', 'YAW'), help='instead of noise.pose')
+    made.add_argument('--noise-velocity', type=number, metavar='W', help='instead of noise.velocity [rad/s]')
+    made.add_argument('--longest-delay', type=whole(0), metavar='N', help='delays of 0 to N periods of the velocity '
+                      'loop, instead of delay.velocity_steps')
+    trial_options.add(made)
+    options = made.parse_args(arguments)
+    if options.longest_delay is not None and options.longest_delay > LONGEST_DELAY:
+        made.error(f'--longest-delay {options.longest_delay}: it must be at most {LONGEST_DELAY}')
+    return options
+
+
+def _scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Scenario]:
+    nominal = configured(parameters)
+    noise = Noise(
+        nominal.noise.pose if options.noise_pose is None else tuple(options.noise_pose),
+        nominal.noise.velocity if options.noise_velocity is None else options.noise_velocity,
+    )
+    spread = Spread(tuple(options.curves), tuple(options.scales), options.within, options.variation, noise,
+                    options.longest_delay or 0)
+    drawn = draw(spread, options.runs, options.seed)
+    if options.longest_delay is None:
+        return [scenario._replace(delay=nominal.delay) for scenario in drawn]
+    return drawn
+
+
+def _controllers(options: argparse.Namespace) -> dict[str, Configuration]:
+    """Give the configurations to study by name."""
+    if not options.compare:
+        parameters = configuration(options)
+        return {parameters.position_controller.control.controller_type: parameters}
+    named: dict[str, Configuration] = {}
+    for file in options.compare:
+        name = Path(file).stem if Path(file).stem not in named else file
+        if name in named:
+            raise ParameterError([f'--compare {file}: is named twice; name each file once'])
+        named[name] = configure(load([*options.params_files, file], options.overrides))
+    return named
+
+
+def _study(trials: Sequence[Trial], run: Runner, bar: Any, interrupt: Interrupt) -> list[Judged]:
+    judged: list[Judged] = []
+    for first in range(0, len(trials), _BATCH):
+        if interrupt.asked:
+            break
+        batch = trials[first:first + _BATCH]
+        judged += [judge(one, outcome) for one, outcome in zip(batch, run(batch), strict=True)]
+        bar.update(len(batch))
+    return judged
+
+
+def _table(scenarios: Sequence[Scenario], results: dict[str, list[Judged]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    names = next(iter(results.values()))[0].metrics
+    writer.writerow(['controller', 'curve', 'scale', 'start_x', 'start_y', 'start_yaw', 'mass_factor',
+                     'friction_factor', 'noise_seed', 'delay', 'success', *names])
+    for controller, judged in results.items():
+        for scenario, run in zip(scenarios, judged, strict=False):
+            assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
+            writer.writerow([controller, scenario.curve, scenario.scale, *scenario.start, scenario.mass,
+                             scenario.friction, scenario.noise.seed, scenario.delay, int(run.success),
+                             *run.metrics.values()])
+    return text.getvalue()
+
+
+def _map(scenarios: Sequence[Scenario], results: dict[str, list[Judged]], file: Path) -> None:
+    starts_map.draw({
+        f'{name.replace("_", " ")}: {100.0 * sum(run.success for run in judged) / len(judged):.2f} %': [
+            starts_map.Start(scenario.start, run.success)
+            for scenario, run in zip(scenarios, judged, strict=False) if scenario.start is not None
+        ] for name, judged in results.items()
+    }, file)
+
+
+def _run(options: argparse.Namespace) -> int:
+    controllers = _controllers(options)
+    folder = Path(options.output)
+    folder.mkdir(parents=True, exist_ok=True)
+    # nothing long begins before the place is known to be writable
+    whole_file.write(folder / 'study.json', '{}\n')
+    results: dict[str, list[Judged]] = {}
+    total = options.runs * len(controllers)
+    with runner(options) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
+        for name, parameters in controllers.items():
+            scenarios = _scenarios(options, parameters)
+            late = options.laps * 0.75
+            judged = _study([trial(parameters, scenario, options.laps, late) for scenario in scenarios], run, bar,
+                            interrupt)
+            if judged:
+                results[name] = judged
+    if not results:
+        print('study: interrupted before the first runs were done', file=sys.stderr)
+        return 1
+    found = {name: summary(judged) for name, judged in results.items()}
+    settings = {'seed': options.seed, 'laps': options.laps, 'curves': options.curves, 'scales': options.scales,
+                'within': options.within, 'variation': options.variation,
+                'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupt.asked}
+    whole_file.write(folder / 'study.json', json.dumps({**settings, 'controllers': found}, indent=2) + '\n')
+    whole_file.write(folder / 'runs.csv', _table(scenarios, results))
+    _map(scenarios, results, folder / 'starts.png')
+    for name, numbers in found.items():
+        low, high = (100.0 * bound for bound in numbers['success_interval'])
+        print(f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
+              f'(95 % interval {low:.2f} to {high:.2f} %)')
+    if interrupt.asked:
+        print('study: interrupted; the files hold what was done', file=sys.stderr)
+        return 1
+    return 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """
+    Run the command.
+
+    Parameters
+    ----------
+    arguments : sequence of str or None
+        The command line; that of the process if None.
+
+    Returns
+    -------
+    int
+        Exit code.
+
+    """
+    options = _parse(arguments)
+    return command('study', lambda: _run(options))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

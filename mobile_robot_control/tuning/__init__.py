@@ -1,0 +1,1 @@
+"""Search for gains, and the study of what they stand."""

@@ -1,0 +1,61 @@
+"""Binary chromosomes: each gene is a whole number of twelve bits and stands for a point of the unit interval."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+BITS = 12
+"""For each parameter, as in section 3.1 of the chapter."""
+
+SMALLEST = 1.0 / 2**BITS
+"""The lowest point that a gene stands for: never zero, which most gains must not be."""
+
+Bits = NDArray[np.bool_]
+Points = NDArray[np.float64]
+
+_WEIGHTS = 2.0 ** -np.arange(1, BITS + 1)
+
+
+def points(bits: Bits) -> Points:
+    """
+    Give the points of the unit cube that chromosomes stand for.
+
+    Parameters
+    ----------
+    bits : array of bool, shape (individuals, genes × 12)
+        Each gene's most significant bit first.
+
+    Returns
+    -------
+    array of float, shape (individuals, genes)
+        In [1/4096, 1], each gene's 4096 values evenly spaced.
+
+    Examples
+    --------
+    >>> points(np.array([[True] + 11 * [False], 12 * [True]])).ravel().tolist()
+    [0.500244140625, 1.0]
+
+    """
+    genes: Any = bits.reshape(len(bits), -1, BITS)
+    return np.asarray(genes @ _WEIGHTS + SMALLEST)
+
+
+def random(individuals: int, genes: int, rng: np.random.Generator) -> Bits:
+    """
+    Draw chromosomes.
+
+    Parameters
+    ----------
+    individuals, genes : int
+        How many.
+    rng : Generator
+        Source of chance.
+
+    Returns
+    -------
+    array of bool, shape (individuals, genes × 12)
+        Every chromosome is equally likely.
+
+    """
+    return rng.random((individuals, genes * BITS)) < 0.5

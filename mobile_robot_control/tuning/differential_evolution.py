@@ -1,0 +1,40 @@
+"""SciPy's differential evolution over the same cube, generation by generation as the genetic algorithm."""
+
+import numpy as np
+
+from mobile_robot_control.tuning.chromosome import SMALLEST, Points
+from mobile_robot_control.tuning.genetic import Score, Scores
+
+_ENDLESS = 10**9
+
+
+def search(score: Score, genes: int, population: int, seed: int) -> None:
+    """
+    Search the unit cube until the scoring ends it.
+
+    Parameters
+    ----------
+    score : callable
+        Scores the points of a generation, shape (population, genes); ends the search by raising.
+    genes, population : int
+        Dimensions, and individuals of a generation.
+    seed : int
+        The same seed, the same search.
+
+    """
+    # heavy, and not needed for the genetic algorithm
+    from scipy.optimize import differential_evolution  # noqa: PLC0415
+
+    def columns(points: Points) -> Scores:
+        return score(np.ascontiguousarray(points.T))
+
+    rng = np.random.default_rng(seed)
+    start = SMALLEST + (1.0 - SMALLEST) * rng.random((population, genes))
+    try:
+        differential_evolution(
+            columns, [(SMALLEST, 1.0)] * genes, init=start, rng=rng, maxiter=_ENDLESS, tol=0.0, polish=False,
+            updating='deferred', vectorized=True,
+        )
+    except RuntimeError as error:
+        # SciPy wraps a ValueError of the scoring
+        raise error.__cause__ or error from None

@@ -1,0 +1,158 @@
+"""Score a generation: the functional (29) of each individual over all scenarios."""
+
+import statistics
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.configuration import Configuration
+from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.velocity_stability import is_stable
+from mobile_robot_control.simulation import metrics
+from mobile_robot_control.simulation.trial import Outcome, Trial
+from mobile_robot_control.tuning import gains as gain_space
+from mobile_robot_control.tuning import scenarios
+from mobile_robot_control.tuning.chromosome import Points
+from mobile_robot_control.tuning.gains import Gains, Gene
+from mobile_robot_control.tuning.genetic import Scores
+from mobile_robot_control.tuning.scenarios import Scenario
+from mobile_robot_control.tuning.search import WORST
+
+Run = Callable[[Sequence[Trial]], list[Outcome]]
+COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistics.fmean, 'worst': max}
+
+
+class Goal(NamedTuple):
+    """
+    What a search is for.
+
+    Attributes
+    ----------
+    controller : str
+        Of CHROMOSOMES.
+    genes : tuple of Gene
+        With their bounds.
+    scenarios : tuple of Scenario
+        In which every individual is tried.
+    laps : float
+        Length of each run.
+    combine : str
+        'mean' or 'worst' of the scenarios.
+    literal : bool
+        Whether (29) takes max τ as printed, or max |τ|.
+
+    """
+
+    controller: str
+    genes: tuple[Gene, ...]
+    scenarios: tuple[Scenario, ...]
+    laps: float = 1.0
+    combine: str = 'mean'
+    literal: bool = False
+
+
+class Objective:
+    """
+    Scores generations.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        The loop that will run the gains.
+    goal : Goal
+        What is searched.
+    run : callable
+        Does trials, on however many cores or machines.
+
+    """
+
+    def __init__(self, configuration: Configuration, goal: Goal, run: Run) -> None:
+        self._shared, self._goal, self._run = configuration.plant.shared, goal, run
+        self._gains = gain_space.of(configuration)
+        self._trials = [scenarios.trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
+        if goal.controller != 'velocity':
+            self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
+        # gains that are kept have been checked
+        self._checks = goal.controller != 'fuzzy'
+
+    def gains(self, point: Sequence[float]) -> Gains:
+        """
+        Give the controller that a point stands for.
+
+        Parameters
+        ----------
+        point : sequence of float
+            In (0, 1].
+
+        Returns
+        -------
+        Gains
+            Valid, but for the stability of the velocity loop.
+
+        """
+        return gain_space.decode(self._goal.controller, self._goal.genes, point, self._gains)
+
+    def __call__(self, points: Points) -> Scores:
+        """
+        Score a generation.
+
+        Parameters
+        ----------
+        points : array of float, shape (individuals, genes)
+            In (0, 1].
+
+        Returns
+        -------
+        array of float, shape (individuals,)
+            WORST where the velocity loop is unstable at its rate or the motion diverges in a scenario.
+
+        """
+        scores = np.full(len(points), WORST)
+        tried = [(n, gains) for n, gains in enumerate(map(self.gains, points.tolist())) if self._can_run(gains)]
+        outcomes = self._run([trial for _, gains in tried for trial in self._with(gains)])
+        size = len(self._trials)
+        for place, (n, _) in enumerate(tried):
+            scores[n] = self._score(outcomes[place * size:(place + 1) * size])
+        return scores
+
+    def score(self, gains: Gains) -> float:
+        """
+        Score one controller.
+
+        Parameters
+        ----------
+        gains : Gains
+            Of it.
+
+        Returns
+        -------
+        float
+            As of a generation.
+
+        """
+        return self._score(self._run(self._with(gains)))
+
+    def _can_run(self, gains: Gains) -> bool:
+        shared = self._shared
+        return not self._checks or is_stable(gains.velocity, shared.robot, shared.velocity_rate, shared.lockstep)
+
+    def _with(self, gains: Gains) -> list[Trial]:
+        law, law_gains = select(gains.control)
+        name = gains.control.controller_type
+        return [
+            trial._replace(
+                law=name,
+                loop=trial.loop._replace(velocity_gains=gains.velocity, law_gains=law_gains),
+                state=trial.state._replace(law=law.start),
+            )
+            for trial in self._trials
+        ]
+
+    def _score(self, outcomes: Sequence[Outcome]) -> float:
+        scored = [
+            metrics.objective(outcome.totals, self._goal.literal) if outcome.steps == trial.steps else WORST
+            for outcome, trial in zip(outcomes, self._trials, strict=True)
+        ]
+        # an average of a run that failed and one that did not says nothing
+        return WORST if WORST in scored else COMBINATIONS[self._goal.combine](scored)

@@ -1,0 +1,91 @@
+"""What a search has found, as a parameter file that says where it comes from."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import yaml
+
+from mobile_robot_control.configuration import Configuration, Shared
+from mobile_robot_control.parameters import declarations, flatten
+from mobile_robot_control.tuning.search import Generation
+
+_ALWAYS = {
+    'plant': ('initial_pose',),
+    'velocity_controller': ('gains.k1', 'gains.ti1', 'gains.k2', 'gains.ti2'),
+    'position_controller': ('controller_type',),
+    'reference_cart': ('curve', 'scale', 'period'),
+}
+_SHARED = ('velocity_rate', 'position_rate', 'lockstep', 'robot.')
+
+
+def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    tree: dict[str, Any] = {}
+    for name, value in values.items():
+        *groups, last = name.split('.')
+        branch = tree
+        for group in groups:
+            branch = branch.setdefault(group, {})
+        branch[last] = list(value) if isinstance(value, tuple) else value
+    return tree
+
+
+def _differing(group: Any, always: tuple[str, ...]) -> dict[str, Any]:
+    """Give what differs from the defaults, and what is always written."""
+    defaults = declarations(type(group))
+    return {name: value for name, value in flatten(group).items()
+            if value != defaults[name].default or name.startswith(always)}
+
+
+def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str]], notes: Sequence[str]) -> str:
+    """
+    Give a configuration as the text of a parameter file.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked.
+    keep : mapping of str to sequence of str
+        Parameters by node that are written although they equal the defaults.
+    notes : sequence of str
+        Comments at its head.
+
+    Returns
+    -------
+    str
+        YAML that every node loads.
+
+    """
+    shared = _differing(configuration.plant.shared, _SHARED)
+    tree: dict[str, Any] = {'/**': {'ros__parameters': _nested(shared)}}
+    for node, group in configuration._asdict().items():
+        always = (*_ALWAYS[node], *keep.get(node, ()))
+        own = {name: value for name, value in _differing(group, always).items() if name not in declarations(Shared)}
+        tree[f'/**/{node}'] = {'ros__parameters': _nested(own)}
+    head = ''.join(f'# {note}\n' if note else '#\n' for note in notes)
+    parts = [yaml.safe_dump({key: value}, sort_keys=False, default_flow_style=None, width=1000)
+             for key, value in tree.items()]
+    return head + '\n'.join(parts)
+
+
+def history_table(history: Sequence[Generation]) -> str:
+    """
+    Give the history as CSV.
+
+    Parameters
+    ----------
+    history : sequence of Generation
+        In order.
+
+    Returns
+    -------
+    str
+        One row a generation.
+
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(Generation._fields)
+    writer.writerows(history)
+    return text.getvalue()
