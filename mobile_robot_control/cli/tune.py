@@ -175,7 +175,7 @@ class _Search:
     def _write(self, found: Found, standing: float) -> bool:
         """Write all files, unless a better one is there already."""
         if standing <= found.score:
-            print(f'tune: {self._output} has the objective {standing:.6g} and stays, since {found.score:.6g} was '
+            print(f'tune: {self._output} has the objective {standing:.6g} and stays, {found.score:.6g} was '
                   'found; --overwrite replaces it', file=sys.stderr)
             return standing == found.score
         assert found.point is not None  # noqa: S101 (for mypy: callers have checked)

@@ -84,7 +84,7 @@ def _array(given: tuple[Reference, ...]) -> Any:
     return np.array([(*reference.pose, *reference.velocity) for reference in given]).reshape(-1, 5)
 
 
-def run(trials: Sequence[Trial], compile_them: bool = COMPILES) -> list[Outcome]:
+def run(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
     """
     Do some trials on one core.
 
@@ -92,8 +92,8 @@ def run(trials: Sequence[Trial], compile_them: bool = COMPILES) -> list[Outcome]
     ----------
     trials : sequence of Trial
         To do.
-    compile_them : bool
-        Whether to use numba.
+    compile_them : bool or None
+        Whether to use numba; where it is installed, if None.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def run(trials: Sequence[Trial], compile_them: bool = COMPILES) -> list[Outcome]
         In the same order.
 
     """
-    if compile_them:
+    if COMPILES if compile_them is None else compile_them:
         return trial.outcomes(trials, compiled, lambda one: _array(references(one)))
     return trial.outcomes(trials, plain)
 

@@ -1,0 +1,80 @@
+"""The command `study`: its numbers, files and exit codes."""
+
+import csv
+import json
+
+import pytest
+
+from mobile_robot_control.cli import study
+from mobile_robot_control.simulation import batch
+
+SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
+SCALES = ['--scales', '0.05', '0.1', '--within', '0.5']
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    monkeypatch.setattr(batch, 'COMPILES', False)
+
+
+def run(folder, *arguments):
+    return study.main(['--seed', '1', '--output', str(folder), '--workers', '1', *SMALL, *SCALES, *map(str, arguments)])
+
+
+def read(folder):
+    with (folder / 'runs.csv').open() as file:
+        return json.loads((folder / 'study.json').read_text()), list(csv.DictReader(file))
+
+
+def test_several_controllers_meet_the_same_runs(tmp_path, capsys):
+    for name, gain in (('firm', 2.0), ('slack', 1e-6)):
+        (tmp_path / f'{name}.yaml').write_text(
+            f'/**/position_controller: {{ros__parameters: {{backstepping: {{p: {gain}, q: 1.0, f: 5.0, g: 5.0}}}}}}')
+    assert run(tmp_path / 'out', '--runs', 120, '--compare', tmp_path / 'firm.yaml', tmp_path / 'slack.yaml') == 0
+    found, rows = read(tmp_path / 'out')
+    assert list(found['controllers']) == ['firm', 'slack']
+    assert len(rows) == 240
+    starts = {name: [(row['start_x'], row['mass_factor']) for row in rows if row['controller'] == name]
+              for name in ('firm', 'slack')}
+    assert starts['firm'] == starts['slack']
+    for name, numbers in found['controllers'].items():
+        successes = sum(int(row['success']) for row in rows if row['controller'] == name)
+        assert numbers['successes'] == successes
+        assert numbers['runs'] == 120
+        low, high = numbers['success_interval']
+        assert low <= numbers['success_rate'] == successes / 120 <= high
+        late = [float(row['late_max_position_error']) for row in rows if row['controller'] == name]
+        assert sum(error < 0.1 for error in late) == successes
+        assert numbers['metrics']['late_max_position_error']['worst'] == max(late)
+    assert (tmp_path / 'out' / 'starts.png').stat().st_size > 10000
+    assert capsys.readouterr().out.count('of 120 runs succeed') == 2
+
+
+def test_the_same_seed_gives_the_same_study(tmp_path):
+    for name in ('one', 'two'):
+        assert run(tmp_path / name, '--runs', 20, '--longest-delay', 2, '--noise-pose', 0.01, 0.01, 0.0,
+                   '--noise-velocity', 0.1) == 0
+    assert (tmp_path / 'one' / 'runs.csv').read_bytes() == (tmp_path / 'two' / 'runs.csv').read_bytes()
+    _, rows = read(tmp_path / 'one')
+    assert {row['delay'] for row in rows} == {'0', '1', '2'}
+    assert run(tmp_path / 'quiet', '--runs', 20) == 0
+    _, quiet = read(tmp_path / 'quiet')
+    assert [row['objective'] for row in quiet] != [row['objective'] for row in rows]
+
+
+def test_runs_that_diverge_are_failures_with_no_numbers(tmp_path):
+    assert run(tmp_path, '--runs', 3, '-p', 'plant.disturbance.step:=[1e9, 1e9]') == 0
+    found, _ = read(tmp_path)
+    (numbers,) = found['controllers'].values()
+    assert numbers['successes'] == 0
+    assert numbers['metrics']['energy']['median'] is None
+
+
+def test_bad_usage_is_exit_2(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        run(tmp_path, '--runs', 1, '--longest-delay', 99)
+    assert ended.value.code == 2
+    assert run(tmp_path, '--runs', 1, '-p', 'plant.noise.seed:=-1') == 2
+    assert 'noise.seed = -1' in capsys.readouterr().err
+    (tmp_path / 'file').write_text('')
+    assert run(tmp_path / 'file' / 'deeper', '--runs', 1) == 2

@@ -1,0 +1,294 @@
+"""The command `tune`: its files, its exit codes, and that no interruption changes what it finds."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from mobile_robot_control.cli import tune, whole_file
+from mobile_robot_control.configuration import configure
+from mobile_robot_control.parameter_files import load
+from mobile_robot_control.reporting import search_picture
+from mobile_robot_control.simulation import batch
+
+# a loop so short that plain Python scores a generation in a few milliseconds
+SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5',
+         '-p', 'reference_cart.scale:=0.05', '-p', 'plant.initial_pose:=[0.05, 0.0, 1.57]']
+SEARCH = ['backstepping', '--seed', '3', '--population', '9', '--bounds', 'k1=0:2', '--bounds', 'k2=0:2', *SMALL]
+# without numba, whose compilation would take longer than all else
+START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.tune import main; sys.exit(main())'
+
+
+@pytest.fixture(autouse=True)
+def plain(request, monkeypatch):
+    monkeypatch.setattr(batch, 'COMPILES', False)
+    if 'picture' not in request.node.name:
+        monkeypatch.setattr(search_picture, 'draw', lambda *_: None)
+
+
+def run(*arguments):
+    return tune.main([*SEARCH, '--workers', '1', *map(str, arguments)])
+
+
+def start(*arguments):
+    return subprocess.Popen([sys.executable, '-c', START, *SEARCH, '--workers', '1', *map(str, arguments)],
+                            stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def values(file):
+    return [line for line in file.read_text().splitlines() if not line.startswith('#')]
+
+
+def lines(file):
+    try:
+        return file.read_bytes().count(b'\n')
+    except FileNotFoundError:
+        return 0
+
+
+def test_file_history_and_picture_say_what_was_found(tmp_path, capsys):
+    output = tmp_path / 'deep' / 'found.yaml'
+    assert run('--output', output, '--generations', 6) == 0
+    parameters = configure(load([output]))
+    assert parameters.plant.shared.velocity_rate == 100.0
+    assert 0.0 < parameters.velocity_controller.gains.k1 <= 2.0
+    head = [line for line in output.read_text().splitlines() if line.startswith('#')]
+    assert any('tune backstepping --seed 3 --population 9' in line for line in head)
+    assert any('genetic, seed 3, 6 generations of 9' in line for line in head)
+    history = output.with_suffix('.csv').read_text().splitlines()
+    assert history[0] == 'number,best,mean,lost'
+    assert len(history) == 7
+    best = float(history[-1].split(',')[1])
+    assert any(f'objective {best!r}' in line for line in head)
+    assert output.with_suffix('.png').stat().st_size > 10000
+    assert not list(output.parent.glob('*.journal'))
+    assert f'objective {best:.6g} after 6 generations' in capsys.readouterr().out
+
+
+def test_the_best_gains_rolled_out_have_the_objective_that_the_file_says(tmp_path):
+    from mobile_robot_control.cli.simulate import simulate
+    from mobile_robot_control.simulation.closed_loop import rollout
+    output = tmp_path / 'found.yaml'
+    assert run('--output', output, '--generations', 3) == 0
+    parameters = configure(load([output]))
+    metrics = simulate(parameters, 0.5, rollout(parameters, 0.5))
+    assert f'objective {metrics["objective"]!r}' in output.read_text()
+
+
+@pytest.mark.parametrize('algorithm', ['genetic', 'differential_evolution'])
+def test_the_same_seed_gives_the_same_files_for_any_number_of_workers(tmp_path, algorithm):
+    common = ['--generations', 4, '--algorithm', algorithm]
+    assert run('--output', tmp_path / '1' / 'x.yaml', *common) == 0
+    assert tune.main([*SEARCH, '--workers', '2', '--output', str(tmp_path / '2' / 'x.yaml'), *map(str, common)]) == 0
+    assert values(tmp_path / '1' / 'x.yaml') == values(tmp_path / '2' / 'x.yaml')
+    assert (tmp_path / '1' / 'x.csv').read_bytes() == (tmp_path / '2' / 'x.csv').read_bytes()
+
+
+@pytest.mark.parametrize(('controller', 'changed', 'kept'), [
+    ('velocity', 'velocity_controller', 'position_controller'),
+    ('fuzzy', 'position_controller', 'velocity_controller'),
+    ('hybrid_backstepping', 'velocity_controller', 'reference_cart'),
+])
+def test_each_controller_can_be_searched(tmp_path, controller, changed, kept):
+    output = tmp_path / 'found.yaml'
+    assert tune.main([controller, '--seed', '1', '--population', '6', '--generations', '2', *SMALL, '--workers', '1',
+                      *(() if controller == 'fuzzy' else SEARCH[5:9]), '--output', str(output)]) == 0
+    found, before = (configure(values) for values in (load([output]), load([], SMALL[1::2])))
+    assert getattr(found, changed) != getattr(before, changed)
+    assert getattr(found, kept) == getattr(before, kept)
+    if controller != 'velocity':
+        assert found.position_controller.control.controller_type == controller
+
+
+def test_scenarios_of_every_kind(tmp_path):
+    output = tmp_path / 'found.yaml'
+    assert run('--output', output, '--generations', 1, '--curves', 'circle', 'lemniscate', '--scales', '0.05', '0.1',
+               '--start=-0.01,0,0', '--start', '0,0,0', '--mass', '0.8', '1.2', '--friction', '1.2', '--random', 3,
+               '--combine', 'worst', '--literal-torque', '--laps', '0.5') == 0
+    assert '19 scenarios of 0.5 laps' in output.read_text()
+    assert 'worst of Eq. (29) with max tau as printed' in output.read_text()
+
+
+def test_a_better_file_stays_unless_told_otherwise(tmp_path, capsys):
+    output = tmp_path / 'found.yaml'
+    assert run('--output', output, '--generations', 8) == 0
+    better = output.read_bytes()
+    assert run('--output', output, '--generations', 1) == 1
+    assert output.read_bytes() == better
+    assert 'stays' in capsys.readouterr().err
+    assert run('--output', output, '--generations', 1, '--overwrite') == 0
+    worse = output.read_bytes()
+    assert worse != better
+    # the better one replaces the worse one unasked
+    assert run('--output', output, '--generations', 8) == 0
+    assert values(output) == [line.decode() for line in better.splitlines() if not line.startswith(b'#')]
+
+
+def test_a_file_that_cannot_be_compared_stays(tmp_path, capsys):
+    output = tmp_path / 'notes.yaml'
+    output.write_text('my: notes\n')
+    assert run('--output', output, '--generations', 1) == 2
+    assert output.read_text() == 'my: notes\n'
+    assert 'holds no backstepping controller' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('arguments', 'said'), [
+    (['--bounds', 'k9=0:1'], "no gene 'k9'"),
+    (['--bounds', 'k1=2:1'], 'k1 = 2.0:1.0 is not allowed'),
+    (['-p', '/**.velocity_rate:=-1.0'], 'velocity_rate = -1.0'),
+])
+def test_what_cannot_be_used_is_refused_with_exit_2(tmp_path, capsys, arguments, said):
+    assert run('--output', tmp_path / 'x.yaml', *arguments) == 2
+    assert said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize('arguments', [['--bounds', 'k1'], ['--start', '1,2'], ['--generations', '0'],
+                                       ['--population', 'x'], ['--curves', 'square'], ['--variation', '1.5']])
+def test_bad_usage_ends_with_exit_2(tmp_path, arguments):
+    with pytest.raises(SystemExit) as ended:
+        run('--output', tmp_path / 'x.yaml', *arguments)
+    assert ended.value.code == 2
+
+
+def test_an_output_that_cannot_be_written_is_said_before_the_search(tmp_path, capsys):
+    (tmp_path / 'file').write_text('')
+    assert run('--output', tmp_path / 'file' / 'x.yaml') == 2
+    assert run('--output', tmp_path) == 2
+    assert 'is a folder' in capsys.readouterr().err
+
+
+def test_no_scheduler_there_is_exit_2(tmp_path, capsys):
+    pytest.importorskip('distributed')
+    assert run('--output', tmp_path / 'x.yaml', '--scheduler', 'nonsense://here') == 2
+    assert 'no Dask scheduler answers' in capsys.readouterr().err
+
+
+def test_nothing_that_can_run_is_exit_1(tmp_path, capsys):
+    assert run('--output', tmp_path / 'x.yaml', '--generations', 1, '-p', 'plant.disturbance.step:=[1e9, 1e9]') == 1
+    assert 'no individual could be scored' in capsys.readouterr().err
+    assert not (tmp_path / 'x.yaml').exists()
+
+
+def test_a_disk_that_is_full_on_the_way_keeps_the_best(tmp_path, capsys, monkeypatch):
+    from mobile_robot_control.tuning import journal
+    add, calls = journal.Journal.add, []
+
+    def full(self, points, scores):
+        calls.append(1)
+        if len(calls) > 3:
+            raise OSError(28, 'No space left on device', str(self.file))
+        add(self, points, scores)
+
+    monkeypatch.setattr(journal.Journal, 'add', full)
+    output = tmp_path / 'x.yaml'
+    assert run('--output', output, '--generations', 9) == 1
+    said = capsys.readouterr().err
+    assert 'No space left on device' in said
+    assert 'best of 3 generations' in said
+    assert configure(load([output]))
+    monkeypatch.setattr(journal.Journal, 'add', add)
+    assert run('--output', output, '--generations', 9, '--resume') == 0
+    assert run('--output', tmp_path / 'whole.yaml', '--generations', 9) == 0
+    assert values(output) == values(tmp_path / 'whole.yaml')
+
+
+def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path, monkeypatch):
+    file = tmp_path / 'file'
+    file.write_text('before')
+
+    def full(descriptor):
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(os, 'fsync', full)
+    with pytest.raises(OSError, match=r'No space left on device.*file'):
+        whole_file.write(file, 'after')
+    assert [path.name for path in tmp_path.iterdir()] == ['file']
+    assert file.read_text() == 'before'
+
+
+def test_an_unfinished_search_is_not_forgotten_unasked(tmp_path, capsys):
+    journal = tmp_path / 'x.yaml.journal'
+    journal.write_text('something')
+    assert run('--output', tmp_path / 'x.yaml', '--generations', 2) == 2
+    assert '--resume goes on' in capsys.readouterr().err
+    assert journal.read_text() == 'something'
+
+
+def test_a_corrupt_journal_is_said_and_stays(tmp_path, capsys):
+    journal = tmp_path / 'x.yaml.journal'
+    journal.write_text('garbage\nmore\n')
+    assert run('--output', tmp_path / 'x.yaml', '--generations', 2, '--resume') == 2
+    assert 'line 1 of 2 is damaged' in capsys.readouterr().err
+    assert journal.read_text() == 'garbage\nmore\n'
+
+
+def _kill_and_resume(folder, kills, generations):
+    """Kill a search at random moments; returns how many generations were kept at each kill."""
+    output, journal = folder / 'x.yaml', folder / 'x.yaml.journal'
+    chance, kept = random.Random(1), []
+    for _ in range(kills):
+        search = start('--output', output, '--generations', generations, '--resume')
+        begun = lines(journal)
+        # once it scores anew
+        deadline = time.monotonic() + 60.0
+        while lines(journal) <= begun + chance.randrange(2, 6):
+            assert search.poll() is None, search.stderr.read()
+            assert time.monotonic() < deadline
+            time.sleep(0.001)
+        time.sleep(chance.random() * 0.05)
+        search.kill()
+        search.wait()
+        search.stderr.close()
+        search.stdout.close()
+        kept.append(lines(journal) - 1)
+        assert not output.exists()
+    return kept
+
+
+def _same_as_undisturbed(folder, generations):
+    assert run('--output', folder / 'x.yaml', '--generations', generations, '--resume') == 0
+    assert run('--output', folder / 'whole' / 'x.yaml', '--generations', generations) == 0
+    assert values(folder / 'x.yaml') == values(folder / 'whole' / 'x.yaml')
+    assert (folder / 'x.csv').read_bytes() == (folder / 'whole' / 'x.csv').read_bytes()
+
+
+def test_killed_twice_it_ends_as_undisturbed(tmp_path):
+    kept = _kill_and_resume(tmp_path, 2, 300)
+    assert 0 < kept[0] < kept[1] < 300
+    _same_as_undisturbed(tmp_path, kept[-1] + 3)
+
+
+@pytest.mark.soak
+def test_killed_ten_times_it_ends_as_undisturbed(tmp_path):
+    kept = _kill_and_resume(tmp_path, 10, 2000)
+    assert kept == sorted(kept)
+    _same_as_undisturbed(tmp_path, kept[-1] + 3)
+
+
+def test_ctrl_c_writes_the_best_so_far_and_says_how_to_go_on(tmp_path):
+    output, journal = tmp_path / 'x.yaml', tmp_path / 'x.yaml.journal'
+    search = start('--output', output, '--generations', 5000)
+    deadline = time.monotonic() + 60.0
+    while lines(journal) < 4:
+        assert search.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    search.send_signal(signal.SIGINT)
+    _, said = search.communicate(timeout=30)
+    assert search.returncode == 1
+    assert '--resume goes on' in said
+    assert 'Traceback' not in said
+    assert configure(load([output]))
+    generations = lines(journal) - 1
+    assert f'interrupted after {generations} of 5000' in said
+    header = json.loads(journal.read_text().splitlines()[0].partition(' ')[2])
+    assert header['seed'] == 3
+    # two more generations on top
+    assert run('--output', output, '--generations', generations + 2, '--resume') == 0
+    assert len(output.with_suffix('.csv').read_text().splitlines()) == generations + 3

@@ -1,0 +1,142 @@
+"""Scenarios, the objective over them, and what the study says of many runs."""
+
+import math
+import statistics
+
+import numpy as np
+import pytest
+
+from mobile_robot_control.configuration import Configuration, configure
+from mobile_robot_control.model.imperfections import Noise
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.simulation import batch, metrics
+from mobile_robot_control.simulation.trial import prepare
+from mobile_robot_control.tuning import gains
+from mobile_robot_control.tuning.gains import CHROMOSOMES, bounded
+from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.scenarios import Scenario, Spread, configured, draw, grid, trial
+from mobile_robot_control.tuning.search import WORST
+from mobile_robot_control.tuning.statistics import Judged, interval, judge, summary
+
+SHORT = {'reference_cart': {'period': 1.0, 'scale': 0.05}}
+SPREAD = Spread(('trifolium', 'lemniscate'), (0.5, 1.0), longest_delay=2, noise=Noise((0.01, 0.01, 0.0)))
+
+
+def asked(**nodes):
+    return configure({**SHORT, 'plant': {'initial_pose': [0.05, 0.0, 0.5 * math.pi]}, **nodes})
+
+
+def run(trials):
+    return batch.run(trials, compile_them=False)
+
+
+def goal(*scenarios, **other):
+    return Goal('backstepping', CHROMOSOMES['backstepping'], scenarios, **other)
+
+
+def test_the_configured_scenario_is_the_configured_run():
+    parameters = configure({'plant': {'noise.pose': [0.1, 0.0, 0.0], 'delay.velocity_steps': 1}})
+    assert trial(parameters, configured(parameters), 0.5, 0.25) == prepare(parameters, 8.0, 4.0)
+
+
+def test_a_scenario_changes_robot_start_and_curve():
+    made = trial(Configuration(), Scenario('lemniscate', 0.5, Pose(0.1, -0.2, math.pi), 1.2, 0.8, Noise(seed=5), 2),
+                 1.0, 0.75)
+    robot, nominal = made.loop.plant.robot, Configuration().plant.shared.robot
+    assert (robot.mass, robot.inertia) == (nominal.mass * 1.2, nominal.inertia * 1.2)
+    assert robot.viscous_friction == nominal.viscous_friction * 0.8
+    assert made.curve == 'lemniscate'
+    assert made.loop.placement.scale == 0.5
+    # the cart starts at (0.5, 0), heading pi/2
+    assert made.state.plant.pose == pytest.approx((0.6, -0.2, -0.5 * math.pi))
+    assert len(made.state.line) == 2
+    assert made.loop.imperfections.noise.seed == 5
+    assert (made.steps, made.late) == (8000, 6000)
+
+
+def test_random_scenarios_are_spread_evenly_and_within_their_bounds():
+    drawn = draw(SPREAD, 4000, 1)
+    assert drawn[:10] == draw(SPREAD, 10, 1)
+    assert drawn[:10] != draw(SPREAD, 10, 2)
+    distances = [math.hypot(one.start.x, one.start.y) for one in drawn]
+    assert max(distances) <= 1.0
+    # as many in the inner disc as its area says
+    assert sum(distance < 0.5 for distance in distances) / 4000 == pytest.approx(0.25, abs=0.03)
+    assert abs(statistics.fmean(one.start.heading for one in drawn)) < 0.1
+    assert max(abs(one.start.heading) for one in drawn) <= math.pi
+    for values in ([one.mass for one in drawn], [one.friction for one in drawn]):
+        assert 0.8 <= min(values) < 0.81
+        assert 1.19 < max(values) <= 1.2
+    assert {one.delay for one in drawn} == {0, 1, 2}
+    assert {(one.curve, one.scale) for one in drawn} == {(c, s) for c in SPREAD.curves for s in SPREAD.scales}
+    assert len({one.noise.seed for one in drawn}) > 3990
+
+
+def test_a_grid_is_every_combination():
+    made = grid(configured(Configuration()), ['circle', 'line'], [1.0], [None, Pose(0.0, 0.1, 0.0)], [0.8, 1.2], [1.0])
+    assert len(made) == len(set(made)) == 8
+    assert made[1] == Scenario('circle', 1.0, None, 1.2, 1.0)
+
+
+def test_the_score_is_equation_29_over_the_scenarios():
+    parameters = asked()
+    near, far = (configured(parameters)._replace(start=Pose(x, 0.0, 0.0)) for x in (0.0, 0.02))
+    single = [metrics.objective(run([trial(parameters, one, 1.0, 0.0)])[0].totals, False) for one in (near, far)]
+    start = gains.of(parameters)
+    assert Objective(parameters, goal(near, far), run).score(start) == pytest.approx(sum(single) / 2.0, rel=1e-15)
+    assert Objective(parameters, goal(near, far, combine='worst'), run).score(start) == max(single)
+    literal = Objective(parameters, goal(near, literal=True), run).score(start)
+    assert literal < single[0]
+
+
+def test_a_generation_scores_as_its_individuals_do():
+    parameters = asked()
+    objective = Objective(parameters, goal(configured(parameters)), run)
+    points = [[0.3, 0.2, 0.1, 0.4, 0.02, 0.3, 0.02, 0.3], [0.1, 0.5, 0.1, 0.4, 0.01, 0.3, 0.01, 0.3]]
+    scores = objective(np.array(points))
+    assert scores.tolist() == [objective.score(objective.gains(point)) for point in points]
+    assert len(set(scores)) == 2
+
+
+def test_unstable_and_diverging_ones_score_worst():
+    parameters = asked()
+    tried = []
+
+    def counting(trials):
+        tried.extend(trials)
+        return run(trials)
+
+    genes = bounded(CHROMOSOMES['backstepping'], {'k1': (0.0, 200.0)})
+    objective = Objective(parameters, goal(configured(parameters))._replace(genes=genes), counting)
+    # 200 N s/m at 500 Hz is beyond the sampled loop's stability: not even tried
+    assert objective(np.array([[0.5, 0.5, 0.5, 0.5, 1.0, 0.5, 1.0, 0.5]])).tolist() == [WORST]
+    assert not tried
+    pushed = asked(plant={'disturbance.step': [1e9, 1e9]})
+    assert Objective(pushed, goal(configured(pushed)), run).score(gains.of(pushed)) == WORST
+
+
+def test_a_run_is_judged_by_its_late_errors():
+    made = prepare(asked(), 1.0, late=0.75)
+    (outcome,) = run([made])
+    assert judge(made, outcome).success
+    assert not judge(made, outcome._replace(steps=made.steps - 1)).success
+    assert not judge(made, outcome._replace(late=outcome.late._replace(max_position=0.1))).success
+    lost = judge(made, outcome._replace(steps=3))
+    assert set(lost.metrics.values()) == {math.inf}
+
+
+@pytest.mark.parametrize(('successes', 'runs', 'low', 'high'), [
+    # Wilson 1927, as tabulated in Newcombe 1998, table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29
+    (81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718),
+    (20, 20, 0.8389, 1.0),
+])
+def test_the_interval_is_wilsons(successes, runs, low, high):
+    assert interval(successes, runs) == pytest.approx((low, high), abs=5e-5)
+
+
+def test_quantiles_and_rates_of_many_runs():
+    names = judge(prepare(asked(), 0.1), run([prepare(asked(), 0.1)])[0]).metrics
+    judged = [Judged(k < 98, dict.fromkeys(names, float(k) if k < 99 else math.inf)) for k in range(1, 101)]
+    found = summary(judged)
+    assert (found['runs'], found['successes'], found['success_rate']) == (100, 97, 0.97)
+    assert found['metrics']['energy'] == {'median': 50.0, '95_percent': 95.0, 'worst': None}
