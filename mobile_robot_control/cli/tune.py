@@ -22,7 +22,7 @@ from mobile_robot_control.simulation.closed_loop import rollout
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.tuning import gains as gain_space
 from mobile_robot_control.tuning import result
-from mobile_robot_control.tuning.gains import CHROMOSOMES, POPULATIONS, Gains
+from mobile_robot_control.tuning.gains import CHROMOSOMES, POPULATIONS, VELOCITY, Gains
 from mobile_robot_control.tuning.journal import Journal
 from mobile_robot_control.tuning.objective import COMBINATIONS, Goal, Objective
 from mobile_robot_control.tuning.search import ALGORITHMS, WORST, Found, Generation, SearchSettings, search
@@ -53,6 +53,8 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made.add_argument('--time-limit', type=positive, metavar='S', help='begin no generation after this wall time [s]')
     made.add_argument('--bounds', type=_bound, action='append', default=[], metavar='NAME=LOW:HIGH',
                       help='of a gene, such as k1=0:5; again and again')
+    made.add_argument('--with-velocity', action='store_true',
+                      help="search the velocity gains along with fuzzy, which the chapter keeps; the other searches do")
     made.add_argument('--combine', choices=tuple(COMBINATIONS), default='mean',
                       help='of the objective over the scenarios')
     made.add_argument('--literal-torque', action='store_true',
@@ -64,7 +66,10 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
-    genes = gain_space.bounded(CHROMOSOMES[options.controller], dict(options.bounds))
+    genes = CHROMOSOMES[options.controller]
+    if options.with_velocity and options.controller == 'fuzzy':
+        genes += VELOCITY
+    genes = gain_space.bounded(genes, dict(options.bounds))
     return Goal(options.controller, genes, tuple(scenario_options.scenarios(options, parameters)), options.laps,
                 options.combine, options.literal_torque)
 
@@ -147,7 +152,7 @@ class _Search:
         print(f'tune: {error.filename or self._journal_file}: {error.strerror or error}; what was '
               'scored before is kept: mend that and go on with --resume', file=sys.stderr)
         if found is not None and found.point is not None:
-            gains = gain_space.parameters(self._goal.controller, self._objective.gains(found.point.tolist()))
+            gains = gain_space.parameters(self._goal.genes, self._objective.gains(found.point.tolist()))
             print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: {gains}',
                   file=sys.stderr)
             self._write(found, standing)
@@ -182,7 +187,7 @@ class _Search:
         gains = self._objective.gains(found.point.tolist())
         tuned = _with_gains(self._parameters, gains)
         metrics, after = self._drive(tuned)
-        named = {node: tuple(values) for node, values in gain_space.parameters(self._goal.controller, gains).items()}
+        named = {node: tuple(values) for node, values in gain_space.parameters(self._goal.genes, gains).items()}
         whole_file.write(self._output, result.parameter_file(tuned, named, self._notes(found, metrics)))
         whole_file.write(self._output.with_suffix('.csv'), result.history_table(found.history))
         _, before = self._drive(self._parameters)

@@ -1,7 +1,7 @@
 """From points of the unit cube to controllers: which gains are searched, within which bounds."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from mobile_robot_control.configuration import Configuration
@@ -40,7 +40,7 @@ class Gains(NamedTuple):
     control: PositionControl
 
 
-_VELOCITY = (Gene('k1', 0.0, 20.0), Gene('ti1', 0.0, 60.0), Gene('k2', 0.0, 20.0), Gene('ti2', 0.0, 60.0))
+VELOCITY = (Gene('k1', 0.0, 20.0), Gene('ti1', 0.0, 60.0), Gene('k2', 0.0, 20.0), Gene('ti2', 0.0, 60.0))
 _BACKSTEPPING = (Gene('p', 0.0, 5.0), Gene('q', 0.0, 2.0), Gene('f', 0.0, 20.0), Gene('g', 0.0, 20.0))
 _FUZZY = (
     Gene('a', 0.0, 1.0),
@@ -50,9 +50,9 @@ _FUZZY = (
 )
 
 CHROMOSOMES = {
-    'velocity': _VELOCITY,
-    'backstepping': _BACKSTEPPING + _VELOCITY,
-    'hybrid_backstepping': _BACKSTEPPING + _VELOCITY,
+    'velocity': VELOCITY,
+    'backstepping': _BACKSTEPPING + VELOCITY,
+    'hybrid_backstepping': _BACKSTEPPING + VELOCITY,
     'fuzzy': _FUZZY,
 }
 """The genes of each search; `velocity` keeps the position law, `fuzzy` the velocity gains."""
@@ -146,44 +146,27 @@ def shapes(given: Sequence[float]) -> tuple[float, ...]:
     return (max(b1, b2 + _APART), b2, b3, b4, b5, min(max(b6, b5 + _APART), math.pi))
 
 
-def _velocity(found: Mapping[str, float], gains: Gains) -> Gains:
-    return gains._replace(velocity=VelocityGains(found['k1'], found['ti1'], found['k2'], found['ti2']))
-
-
-def _backstepping(found: Mapping[str, float], gains: Gains) -> Gains:
-    law = BacksteppingGains(found['p'], found['q'], gains.control.backstepping.alpha, found['f'], found['g'])
-    return _velocity(found, gains._replace(control=gains.control._replace(backstepping=law)))
-
-
-def _fuzzy(found: Mapping[str, float], gains: Gains) -> Gains:
-    law = FuzzyGains(
+def _fuzzy(found: Mapping[str, float]) -> FuzzyGains:
+    return FuzzyGains(
         found['a'],
         shapes([found[f'b{n}'] for n in range(1, 7)]),
         tuple(sorted(found[f'c{n}'] for n in range(1, 6))),
         tuple(sorted(found[f'd{n}'] for n in range(1, 4))),
     )
-    return gains._replace(control=gains.control._replace(fuzzy=law))
 
 
-_MAKERS: dict[str, Callable[[Mapping[str, float], Gains], Gains]] = {
-    'velocity': _velocity, 'backstepping': _backstepping, 'hybrid_backstepping': _backstepping, 'fuzzy': _fuzzy,
-}
-
-
-def decode(controller: str, genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains:
+def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains:
     """
     Make the controller that a point stands for.
 
     Parameters
     ----------
-    controller : str
-        Of CHROMOSOMES.
     genes : sequence of Gene
-        With their bounds.
+        Whole groups of CHROMOSOMES, with their bounds.
     point : sequence of float
         In (0, 1].
     gains : Gains
-        Those that are kept where the search does not change them.
+        Those that are kept where no gene changes them.
 
     Returns
     -------
@@ -191,7 +174,16 @@ def decode(controller: str, genes: Sequence[Gene], point: Sequence[float], gains
         Always a valid position law; whether velocity gains are stable depends on the robot and the rate.
 
     """
-    return _MAKERS[controller](values(genes, point), gains)
+    found = values(genes, point)
+    velocity, control = gains
+    if 'p' in found:
+        law = BacksteppingGains(found['p'], found['q'], control.backstepping.alpha, found['f'], found['g'])
+        control = control._replace(backstepping=law)
+    if 'a' in found:
+        control = control._replace(fuzzy=_fuzzy(found))
+    if 'k1' in found:
+        velocity = VelocityGains(found['k1'], found['ti1'], found['k2'], found['ti2'])
+    return Gains(velocity, control)
 
 
 def of(configuration: Configuration) -> Gains:
@@ -212,14 +204,14 @@ def of(configuration: Configuration) -> Gains:
     return Gains(configuration.velocity_controller.gains, configuration.position_controller.control)
 
 
-def parameters(controller: str, gains: Gains) -> dict[str, dict[str, Any]]:
+def parameters(genes: Sequence[Gene], gains: Gains) -> dict[str, dict[str, Any]]:
     """
     Give the parameters that a search has changed, by node.
 
     Parameters
     ----------
-    controller : str
-        Of CHROMOSOMES.
+    genes : sequence of Gene
+        What was searched.
     gains : Gains
         Found.
 
@@ -229,13 +221,14 @@ def parameters(controller: str, gains: Gains) -> dict[str, dict[str, Any]]:
         By node name, values by dotted name, for a parameter file.
 
     """
-    law = {'velocity': None, 'fuzzy': 'fuzzy'}.get(controller, 'backstepping')
+    names = {gene.name for gene in genes}
     found: dict[str, dict[str, Any]] = {}
-    if controller != 'fuzzy':
+    if 'k1' in names:
         found['velocity_controller'] = {f'gains.{name}': x for name, x in gains.velocity._asdict().items()}
-    if law:
-        found['position_controller'] = {
-            'controller_type': controller,
-            **{f'{law}.{name}': x for name, x in getattr(gains.control, law)._asdict().items()},
-        }
+    for law, first in (('backstepping', 'p'), ('fuzzy', 'a')):
+        if first in names:
+            found['position_controller'] = {
+                'controller_type': gains.control.controller_type,
+                **{f'{law}.{name}': x for name, x in getattr(gains.control, law)._asdict().items()},
+            }
     return found

@@ -74,7 +74,7 @@ class Objective:
         if goal.controller != 'velocity':
             self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
         # gains that are kept have been checked
-        self._checks = goal.controller != 'fuzzy'
+        self._checks = any(gene.name == 'k1' for gene in goal.genes)
 
     def gains(self, point: Sequence[float]) -> Gains:
         """
@@ -91,7 +91,7 @@ class Objective:
             Valid, but for the stability of the velocity loop.
 
         """
-        return gain_space.decode(self._goal.controller, self._goal.genes, point, self._gains)
+        return gain_space.decode(self._goal.genes, point, self._gains)
 
     def __call__(self, points: Points) -> Scores:
         """

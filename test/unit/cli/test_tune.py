@@ -231,7 +231,7 @@ def test_a_corrupt_journal_is_said_and_stays(tmp_path, capsys):
 def _kill_and_resume(folder, kills, generations):
     """Kill a search at random moments; returns how many generations were kept at each kill."""
     output, journal = folder / 'x.yaml', folder / 'x.yaml.journal'
-    chance, kept = random.Random(1), []
+    chance, kept = random.Random(1), []  # noqa: S311 (moments, not secrets)
     for _ in range(kills):
         search = start('--output', output, '--generations', generations, '--resume')
         begun = lines(journal)

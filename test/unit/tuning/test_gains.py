@@ -35,11 +35,11 @@ def test_chromosomes_have_the_chapters_parameters():
 def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller, data):
     genes = CHROMOSOMES[controller]
     numbers = data.draw(st.lists(st.integers(1, 4096), min_size=len(genes), max_size=len(genes)))
-    found = decode(controller, genes, [number / 4096 for number in numbers], gains.of(Configuration()))
+    found = decode(genes, [number / 4096 for number in numbers], gains.of(Configuration()))
     # what the node would say
     assert build(PositionControl, flatten(found.control)) == found.control
     assert min(found.velocity) > 0.0
-    for node, values in gains.parameters(controller, found).items():
+    for node, values in gains.parameters(genes, found).items():
         for name, value in values.items():
             for number in value if isinstance(value, tuple) else (value,):
                 ours = [gene for gene in genes if gene.name.startswith(name.rpartition('.')[2])]
@@ -48,9 +48,9 @@ def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller
 
 
 def test_the_ends_of_the_cube_are_valid_too():
-    for controller, genes in CHROMOSOMES.items():
+    for genes in CHROMOSOMES.values():
         for point in ([1.0] * len(genes), [chromosome.SMALLEST] * len(genes)):
-            found = decode(controller, genes, point, gains.of(Configuration()))
+            found = decode(genes, point, gains.of(Configuration()))
             assert build(PositionControl, flatten(found.control)) == found.control
 
 
@@ -68,17 +68,17 @@ def test_shapes_in_order_stay_as_they_are_and_others_are_exchanged():
 
 def test_velocity_keeps_the_law_and_fuzzy_the_velocity_gains():
     start = gains.of(Configuration())
-    velocity = decode('velocity', CHROMOSOMES['velocity'], [0.5] * 4, start)
+    velocity = decode(CHROMOSOMES['velocity'], [0.5] * 4, start)
     assert velocity.velocity == (10.0, 30.0, 10.0, 30.0)
     assert velocity.control == start.control
-    fuzzy = decode('fuzzy', CHROMOSOMES['fuzzy'], [0.5] * 15, start)
+    fuzzy = decode(CHROMOSOMES['fuzzy'], [0.5] * 15, start)
     assert fuzzy.velocity == start.velocity
     assert fuzzy.control.fuzzy != start.control.fuzzy
 
 
 def test_what_was_searched_is_what_the_file_says():
-    found = decode('backstepping', CHROMOSOMES['backstepping'], [0.25] * 8, gains.of(Configuration()))
-    named = gains.parameters('backstepping', found)
+    found = decode(CHROMOSOMES['backstepping'], [0.25] * 8, gains.of(Configuration()))
+    named = gains.parameters(CHROMOSOMES['backstepping'], found)
     assert named['velocity_controller'] == {'gains.k1': 5.0, 'gains.ti1': 15.0, 'gains.k2': 5.0, 'gains.ti2': 15.0}
     assert named['position_controller'] == {
         'controller_type': 'backstepping', 'backstepping.p': 1.25, 'backstepping.q': 0.5, 'backstepping.alpha': 1.0,
@@ -88,7 +88,7 @@ def test_what_was_searched_is_what_the_file_says():
 
 def test_bounds_can_be_given_and_are_checked():
     genes = bounded(CHROMOSOMES['backstepping'], {'k1': (1.0, 2.0)})
-    found = decode('backstepping', genes, [1.0] * 8, gains.of(Configuration()))
+    found = decode(genes, [1.0] * 8, gains.of(Configuration()))
     assert found.velocity.k1 == 2.0
     with pytest.raises(ParameterError) as refused:
         bounded(CHROMOSOMES['fuzzy'], {'k1': (0.0, 1.0), 'a': (-1.0, 1.0), 'b2': (0.0, 4.0), 'c1': (1.0, 0.0)})

@@ -130,11 +130,12 @@ def test_the_search_knows_no_robot():
     assert not [line for line in imported if 'mobile_robot_control' in line and 'tuning' not in line]
 
 
-class TestJournal:
-    PURPOSE = {'seed': 1, 'genes': ['p', 'q']}
+PURPOSE = {'seed': 1, 'genes': ['p', 'q']}
 
+
+class TestJournal:
     def begin(self, file, resume=False, purpose=None):
-        return Journal(file, purpose or self.PURPOSE, resume)
+        return Journal(file, purpose or PURPOSE, resume)
 
     def run(self, file, generations, resume=False, algorithm='genetic'):
         scored = []
@@ -179,7 +180,7 @@ class TestJournal:
     def test_that_of_another_search_is_refused(self, tmp_path):
         self.run(tmp_path / 'file', 2)
         with pytest.raises(ParameterError, match='seed = 1, and now it is 2'):
-            self.begin(tmp_path / 'file', resume=True, purpose={**self.PURPOSE, 'seed': 2})
+            self.begin(tmp_path / 'file', resume=True, purpose={**PURPOSE, 'seed': 2})
         journal = self.begin(tmp_path / 'file', resume=True)
         with pytest.raises(ParameterError, match='generation 1 is not the one'):
             search(settings(seed=7), bowl, journal)
