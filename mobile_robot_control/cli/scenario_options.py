@@ -38,6 +38,8 @@ def add(parser: argparse.ArgumentParser) -> None:
                        help="factors on the robot's mass and inertia, such as 0.8 1.2")
     group.add_argument('--friction', nargs='+', type=positive, default=[1.0], metavar='X',
                        help='factors on its friction')
+    group.add_argument('--delays', nargs='+', type=whole(0), metavar='N',
+                       help='of the torques, in periods of the velocity loop, such as 1 2 for the wall clock')
     group.add_argument('--random', type=whole(0), default=0, metavar='N', help='so many more scenarios, drawn')
     group.add_argument('--variation', type=fraction, default=0.2, metavar='X',
                        help='largest relative change of mass and of friction in random scenarios')
@@ -66,7 +68,8 @@ def scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Sc
     nominal = configured(parameters)
     curves: Sequence[str] = options.curves or [nominal.curve]
     scales: Sequence[float] = options.scales or [nominal.scale]
-    listed = grid(nominal, curves, scales, options.starts or [None], options.mass, options.friction)
+    delays: Sequence[int] = options.delays or [nominal.delay]
+    listed = grid(nominal, curves, scales, options.starts or [None], options.mass, options.friction, delays)
     spread = Spread(tuple(curves), tuple(scales), options.within, options.variation, nominal.noise, 0)
     drawn = draw(spread, options.random, options.scenario_seed)
-    return listed + [scenario._replace(delay=nominal.delay) for scenario in drawn]
+    return listed + [scenario._replace(delay=delays[n % len(delays)]) for n, scenario in enumerate(drawn)]

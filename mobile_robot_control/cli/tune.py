@@ -172,8 +172,8 @@ class _Search:
         if generations >= self._settings.generations:
             self._journal_file.unlink(missing_ok=True)
         elif interrupted:
-            print(f'tune: interrupted after {generations} of {self._settings.generations} generations; --resume goes on',
-                  file=sys.stderr)
+            print(f'tune: interrupted after {generations} of {self._settings.generations} generations; '
+                  '--resume goes on', file=sys.stderr)
             return 1
         return 0 if better else 1
 

@@ -1,5 +1,6 @@
 """What a controller is tried in: curves, starts, robots that differ from the nominal one."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -184,6 +185,7 @@ def grid(
     starts: Sequence[Pose | None],
     masses: Sequence[float],
     frictions: Sequence[float],
+    delays: Sequence[int],
 ) -> list[Scenario]:
     """
     List every combination.
@@ -191,8 +193,8 @@ def grid(
     Parameters
     ----------
     nominal : Scenario
-        Its noise and delay are kept.
-    curves, scales, starts, masses, frictions : sequences
+        Its noise is kept.
+    curves, scales, starts, masses, frictions, delays : sequences
         As the fields of Scenario.
 
     Returns
@@ -201,5 +203,6 @@ def grid(
         The last argument changes fastest.
 
     """
-    return [nominal._replace(curve=curve, scale=scale, start=start, mass=mass, friction=friction)
-            for curve in curves for scale in scales for start in starts for mass in masses for friction in frictions]
+    return [Scenario(curve, scale, start, mass, friction, nominal.noise, delay)
+            for curve, scale, start, mass, friction, delay
+            in itertools.product(curves, scales, starts, masses, frictions, delays)]
