@@ -13,7 +13,7 @@ from mobile_robot_control.jit import JITABLE
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 from mobile_robot_control.simulation import trial
 from mobile_robot_control.simulation.closed_loop import make_position_tick
-from mobile_robot_control.simulation.trial import Outcome, Trial, references
+from mobile_robot_control.simulation.trial import Drive, Outcome, Trial, references
 
 try:
     import numba
@@ -34,7 +34,12 @@ def _row(rows: Any, n: int) -> Reference:
 def _register() -> None:
     """Tell numba of every function that a rollout calls; late, since plain njit stops at an undecorated callee."""
     for function in (*JITABLE, _row):
-        register_jitable(function)
+        _register_one(function)
+
+
+def _register_one(function: Callable[..., Any]) -> None:
+    # forced inline: else the loop's hundred constants travel over the stack in every step, for half as long again
+    register_jitable(forceinline=True)(function)
 
 
 @lru_cache
@@ -55,9 +60,10 @@ def compiled(law: str) -> Callable[..., Outcome]:
     """
     _register()
     position_tick = make_position_tick(LAWS[law].step)
-    register_jitable(position_tick)
+    _register_one(position_tick)
+    # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth;
     # never cached on disk: the cache does not see a change of a callee in another file
-    return numba.njit(nogil=True)(trial.bind(position_tick, _row))
+    return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, _row))
 
 
 @lru_cache
@@ -80,8 +86,8 @@ def plain(law: str) -> Callable[..., Outcome]:
 
 
 @lru_cache(maxsize=32)
-def _array(given: tuple[Reference, ...]) -> Any:
-    return np.array([(*reference.pose, *reference.velocity) for reference in given]).reshape(-1, 5)
+def _array(drive: Drive) -> Any:
+    return np.array([(*reference.pose, *reference.velocity) for reference in references(drive)]).reshape(-1, 5)
 
 
 def run(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
@@ -102,8 +108,8 @@ def run(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outco
 
     """
     if COMPILES if compile_them is None else compile_them:
-        return trial.outcomes(trials, compiled, lambda one: _array(references(one)))
-    return trial.outcomes(trials, plain)
+        return trial.outcomes(trials, compiled, _array)
+    return trial.outcomes(trials, plain, references)
 
 
 def cores() -> int:

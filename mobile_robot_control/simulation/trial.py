@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 from mobile_robot_control.configuration import Configuration, period_nanoseconds
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.quantities import Pose, Reference, TrackingError, WheelTorque
+from mobile_robot_control.quantities import Pose, Reference, WheelTorque
 from mobile_robot_control.reference.curves import CURVES, Placement, reference_at
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_position_tick, start, velocity_tick
 from mobile_robot_control.simulation.metrics import Run, Totals, add_error, add_torque
 
 _NOTHING = Totals()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
-_NO_ERROR = TrackingError(0.0, 0.0, 0.0)
 
 
 class Trial(NamedTuple):
@@ -46,6 +45,29 @@ class Trial(NamedTuple):
     steps: int
     ratio: int
     late: int
+
+
+class Drive(NamedTuple):
+    """
+    What the reference cart does in a trial.
+
+    Attributes
+    ----------
+    curve : str
+        Of CURVES.
+    placement : Placement
+        Of the curve.
+    period : int
+        Of the position loop [ns].
+    ticks : int
+        Of the position loop.
+
+    """
+
+    curve: str
+    placement: Placement
+    period: int
+    ticks: int
 
 
 class Outcome(NamedTuple):
@@ -104,9 +126,9 @@ def prepare(configuration: Configuration, duration: float, late: float = 0.0) ->
     )
 
 
-def references(trial: Trial) -> tuple[Reference, ...]:
+def drive_of(trial: Trial) -> Drive:
     """
-    Give the reference at every position tick of a trial: it depends on no robot and no gains.
+    Give the drive of the reference cart in a trial.
 
     Parameters
     ----------
@@ -115,17 +137,32 @@ def references(trial: Trial) -> tuple[Reference, ...]:
 
     Returns
     -------
-    tuple of Reference
-        The same object for trials that have these in common.
+    Drive
+        Equal for trials that have these in common.
 
     """
-    count = -(-trial.steps // trial.ratio)
-    return _references(trial.curve, trial.loop.placement, period_nanoseconds(1.0 / trial.loop.position_dt), count)
+    return Drive(trial.curve, trial.loop.placement, period_nanoseconds(1.0 / trial.loop.position_dt),
+                 -(-trial.steps // trial.ratio))
 
 
 @lru_cache(maxsize=32)
-def _references(curve: str, placement: Placement, period: int, count: int) -> tuple[Reference, ...]:
-    return tuple(reference_at(CURVES[curve], n * period / 1e9, placement) for n in range(count))
+def references(drive: Drive) -> tuple[Reference, ...]:
+    """
+    Give the reference at every position tick: it depends on no robot and no gains.
+
+    Parameters
+    ----------
+    drive : Drive
+        Of the reference cart.
+
+    Returns
+    -------
+    tuple of Reference
+        Remembered, since thousands of trials share it.
+
+    """
+    curve = CURVES[drive.curve]
+    return tuple(reference_at(curve, n * drive.period / 1e9, drive.placement) for n in range(drive.ticks))
 
 
 def make_rollout(law_step: Callable[..., Any], reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:
@@ -169,23 +206,24 @@ def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], R
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.plant.robot, loop.plant.dt
         totals = late_totals = _NOTHING
-        initial, pose, error = _NO_TORQUE, state.plant.pose, _NO_ERROR
-        for k in range(steps):
-            if k % ratio == 0:
-                pose = state.plant.pose
-                state, _, error = position_tick(state, reference_of(given, k // ratio), k, k * dt, loop)
-            wheels = wheel_velocity(state.plant.velocity, robot)
-            state, _, applied = velocity_tick(state, k, loop)
-            # the period in which the motion leaves everything counts no more
-            if dynamics.diverged(state.plant):
-                return Outcome(k, pose, initial, totals, late_totals)
-            if k == 0:
-                initial = applied
-            totals = add_torque(totals, applied, wheels, dt)
-            if k % ratio == 0:
-                totals = add_error(totals, error, loop.position_dt)
-                if k >= late:
-                    late_totals = add_error(late_totals, error, loop.position_dt)
+        initial, pose = _NO_TORQUE, state.plant.pose
+        for n in range(-(-steps // ratio)):
+            first = n * ratio
+            pose = state.plant.pose
+            state, _, error = position_tick(state, reference_of(given, n), first, first * dt, loop)
+            for k in range(first, min(first + ratio, steps)):
+                wheels = wheel_velocity(state.plant.velocity, robot)
+                state, _, applied = velocity_tick(state, k, loop)
+                # the period in which the motion leaves everything counts no more
+                if dynamics.diverged(state.plant):
+                    return Outcome(k, pose, initial, totals, late_totals)
+                if k == 0:
+                    initial = applied
+                totals = add_torque(totals, applied, wheels, dt)
+                if k == first:
+                    totals = add_error(totals, error, loop.position_dt)
+                    if k >= late:
+                        late_totals = add_error(late_totals, error, loop.position_dt)
         if steps % ratio == 0:
             pose = state.plant.pose
         return Outcome(steps, pose, initial, totals, late_totals)
@@ -240,7 +278,7 @@ def is_finite(outcome: Outcome) -> bool:
 
 
 def outcomes(trials: Sequence[Trial], roll_of: Callable[[str], Callable[..., Outcome]],
-             given: Callable[[Trial], Any] = references) -> list[Outcome]:
+             given: Callable[[Drive], Any]) -> list[Outcome]:
     """
     Do some trials, one after the other.
 
@@ -251,7 +289,7 @@ def outcomes(trials: Sequence[Trial], roll_of: Callable[[str], Callable[..., Out
     roll_of : callable
         Gives the rollout of a law by its name.
     given : callable
-        Gives a trial's references in the form that the rollout takes.
+        Gives the references of a drive in the form that the rollout takes.
 
     Returns
     -------
@@ -259,5 +297,5 @@ def outcomes(trials: Sequence[Trial], roll_of: Callable[[str], Callable[..., Out
         In the same order.
 
     """
-    return [roll_of(trial.law)(trial.state, trial.loop, given(trial), trial.steps, trial.ratio, trial.late)
+    return [roll_of(trial.law)(trial.state, trial.loop, given(drive_of(trial)), trial.steps, trial.ratio, trial.late)
             for trial in trials]

@@ -9,7 +9,7 @@ from measuring import RunMeter, configuration
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.closed_loop import rollout
 from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.trial import prepare, references, run_of
+from mobile_robot_control.simulation.trial import drive_of, prepare, references, run_of
 
 LAP = 16.0
 ROUGH = {
@@ -79,8 +79,8 @@ def test_errors_are_true_ones_whatever_the_noise():
 
 def test_trials_with_the_same_curve_share_their_references():
     one, other = (prepare(configuration(plant={'initial_pose': [x, 0.0, 0.0]}), 1.0) for x in (0.5, 1.0))
-    assert references(one) is references(other)
-    assert len(references(one)) == 100
+    assert references(drive_of(one)) is references(drive_of(other))
+    assert len(references(drive_of(one))) == 100
 
 
 @pytest.mark.parametrize('workers', [1, 2])

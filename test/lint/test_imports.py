@@ -23,13 +23,14 @@ ROOMS = {
     'parameter_files': {'parameters', 'configuration'},
     'simulation': {'quantities', 'angles', 'jit', 'parameters', 'model', 'control', 'reference', 'configuration'},
     'recording': {'quantities', 'readings', 'simulation'},
-    'tuning': {'parameters', 'model', 'control', 'reference', 'configuration', 'parameter_files', 'simulation'},
+    'tuning': {'quantities', 'parameters', 'model', 'control', 'reference', 'configuration', 'parameter_files',
+               'simulation'},
     'reporting': {'quantities', 'angles', 'parameters', 'parameter_files', 'model', 'control', 'reference',
                   'configuration', 'simulation', 'recording', 'tuning'},
     'ros': {'quantities', 'jit', 'parameters', 'model', 'control', 'reference', 'configuration', 'parameter_files',
             'readings'},
-    'cli': {'parameters', 'configuration', 'parameter_files', 'simulation', 'tuning', 'recording', 'reporting',
-            'ros'},
+    'cli': {'quantities', 'model', 'reference', 'parameters', 'configuration', 'parameter_files', 'simulation',
+            'tuning', 'recording', 'reporting', 'ros'},
 }
 NO_ROS = set(ROOMS) - {'ros', 'cli'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
@@ -58,7 +59,7 @@ FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__in
 def _wrong_imports(room, imported, compiles=False):
     for name in imported:
         first, *rest = name.split('.')
-        if first == PACKAGE.name and rest[0] != room and rest[0] not in ROOMS[room]:
+        if first == PACKAGE.name and rest[0] not in {room, '__version__'} | ROOMS[room]:
             yield name
         if room in NO_ROS and first in ROS:
             yield name

@@ -108,7 +108,8 @@ def test_each_controller_can_be_searched(tmp_path, controller, changed, kept):
 def test_scenarios_of_every_kind(tmp_path):
     output = tmp_path / 'found.yaml'
     assert run('--output', output, '--generations', 1, '--curves', 'circle', 'lemniscate', '--scales', '0.05', '0.1',
-               '--start=-0.01,0,0', '--start', '0,0,0', '--mass', '0.8', '1.2', '--friction', '1.2', '--delays', '1', '--random', 3,
+               '--start=-0.01,0,0', '--start', '0,0,0', '--mass', '0.8', '1.2', '--friction', '1.2', '--delays', '1',
+               '--random', 3,
                '--combine', 'worst', '--literal-torque', '--laps', '0.5') == 0
     assert '19 scenarios of 0.5 laps' in output.read_text()
     assert 'worst of Eq. (29) with max tau as printed' in output.read_text()

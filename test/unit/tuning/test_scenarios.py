@@ -73,7 +73,8 @@ def test_random_scenarios_are_spread_evenly_and_within_their_bounds():
 
 
 def test_a_grid_is_every_combination():
-    made = grid(configured(Configuration()), ['circle', 'line'], [1.0], [None, Pose(0.0, 0.1, 0.0)], [0.8, 1.2], [1.0], [0])
+    starts = [None, Pose(0.0, 0.1, 0.0)]
+    made = grid(configured(Configuration()), ['circle', 'line'], [1.0], starts, [0.8, 1.2], [1.0], [0])
     assert len(made) == len(set(made)) == 8
     assert made[1] == Scenario('circle', 1.0, None, 1.2, 1.0)
 

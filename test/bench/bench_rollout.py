@@ -1,0 +1,197 @@
+"""
+How fast the rollout is: ratios within one run, against plain C, against SciPy, against its own plain form.
+
+``rows()`` gives the table's rows; run as a script it prints them.
+"""
+
+import ctypes
+import math
+import shutil
+import statistics
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.configuration import Configuration
+from mobile_robot_control.control import backstepping
+from mobile_robot_control.control.backstepping import NoState
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.curves import CURVES, reference_at
+from mobile_robot_control.simulation import batch
+from mobile_robot_control.simulation.trial import drive_of, prepare, references
+from mobile_robot_control.tuning.gains import CHROMOSOMES
+from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.scenarios import configured
+from mobile_robot_control.tuning.search import SearchSettings, search
+
+LAP = 16.0
+ROUNDS = 7
+
+
+class Row(NamedTuple):
+    """One row of the table."""
+
+    name: str
+    ratio: float | None
+    target: str
+    how: str
+
+
+def _seconds(work, repeats, clock=time.process_time):
+    begun = clock()
+    for _ in range(repeats):
+        work()
+    return (clock() - begun) / repeats
+
+
+def _ratio(ours, other, repeats, other_repeats):
+    """Median over rounds in which both are measured in turn: what else the machine does hits both alike."""
+    ours(), other()
+    return statistics.median(_seconds(ours, repeats) / _seconds(other, other_repeats) for _ in range(ROUNDS))
+
+
+def _flat(value):
+    return [x for part in value for x in _flat(part)] if isinstance(value, tuple) else [float(value)]
+
+
+class PlainC:
+    """The lap in C, compiled with -O3."""
+
+    def __init__(self, trial):
+        folder = tempfile.mkdtemp()
+        library = Path(folder) / 'rollout.so'
+        compiler = shutil.which('cc') or shutil.which('gcc')
+        subprocess.run([compiler, '-O3', '-ffp-contract=off', '-shared', '-fPIC', '-o', str(library),
+                        str(Path(__file__).with_name('rollout.c')), '-lm'], check=True)
+        self._roll = ctypes.CDLL(str(library)).roll
+        shutil.rmtree(folder)
+        loop = trial.loop
+        numbers = _flat((loop.plant.robot, loop.plant.linear, loop.plant.angular, loop.plant.dt, loop.position_dt,
+                         loop.velocity_gains, loop.law_gains, loop.motor_limit, loop.command_limit))
+        self._loop = np.array(numbers)
+        self._references = np.array([(*one.pose, *one.velocity) for one in references(drive_of(trial))])
+        self._start = np.array(_flat((trial.state.plant.pose, trial.state.plant.velocity, 0.0, 0.0)))
+        self._trial = trial
+        self.state, self.totals = self._start.copy(), np.zeros(14)
+
+    def __call__(self):
+        self.state[:] = self._start
+        pointers = [ctypes.c_void_p(array.ctypes.data)
+                    for array in (self._loop, self._references, self.state, self.totals)]
+        self._roll(*pointers[:3], self._trial.steps, self._trial.ratio, pointers[3])
+
+
+class Continuous:
+    """The same gains and start without sampling, by SciPy's LSODA."""
+
+    def __init__(self, trial):
+        self._trial = trial
+        pose = trial.state.plant.pose
+        self._start = [pose.x, pose.y, pose.heading, 0.0, 0.0, 0.0, 0.0]
+
+    def _slopes(self, time, state):
+        loop = self._trial.loop
+        robot, gains = loop.plant.robot, loop.velocity_gains
+        x, y, heading, v, omega, common, differential = state
+        reference = reference_at(CURVES[self._trial.curve], time, loop.placement)
+        error = tracking_error(reference.pose, Pose(x, y, heading))
+        _, command = backstepping.step(NoState(), error, reference, loop.law_gains, 0.0)
+        r, R = robot.wheel_radius, half_separation(robot)
+        both, apart = R / r * gains.k1 * (command.linear - v), R / r * gains.k2 * (command.angular - omega)
+        return [
+            v * math.cos(heading), v * math.sin(heading), omega,
+            (r * (both + common) - robot.viscous_friction * v) / linear_inertia(robot),
+            (r / R * (apart + differential) - robot.viscous_friction * omega) / angular_inertia(robot),
+            both / gains.ti1, apart / gains.ti2,
+        ]
+
+    def __call__(self):
+        from scipy.integrate import solve_ivp
+        solved = solve_ivp(self._slopes, (0.0, LAP), self._start, method='LSODA', rtol=1e-6)
+        assert solved.success
+        return solved.y[:3, -1]
+
+
+def _check(outcome, plain_c, continuous):
+    """Fast and wrong is worth nothing: all forms must tell of the same lap."""
+    assert np.allclose(plain_c.totals, outcome.totals, rtol=1e-9, atol=1e-9), (plain_c.totals, outcome.totals)
+    # sampled at 500 and 100 Hz, against continuous time
+    end = continuous()
+    assert math.hypot(end[0] - outcome.final_pose.x, end[1] - outcome.final_pose.y) < 0.02
+
+
+def _both_cores(trial):
+    """Wall time of many trials on one core by that on two."""
+    trials, pools = [trial] * 400, [batch.Pool(1), batch.Pool(2)]
+    try:
+        ratios = []
+        for _ in range(ROUNDS):
+            one, two = (_seconds(lambda pool=pool: pool(trials), 1, time.perf_counter) for pool in pools)
+            ratios.append(one / two)
+        return statistics.median(ratios)
+    finally:
+        for pool in pools:
+            pool.close()
+
+
+def _whole_search():
+    """Time of a fuzzy search by that of its rollouts alone, on one core."""
+    parameters = Configuration()
+    parameters = parameters._replace(position_controller=parameters.position_controller._replace(
+        control=parameters.position_controller.control._replace(controller_type='fuzzy')))
+    spent = 0.0
+
+    def run(trials):
+        nonlocal spent
+        begun = time.process_time()
+        outcomes = batch.run(trials)
+        spent += time.process_time() - begun
+        return outcomes
+
+    goal = Goal('fuzzy', CHROMOSOMES['fuzzy'], (configured(parameters),))
+    objective = Objective(parameters, goal, run)
+    objective.score(objective.gains([0.5] * 15))
+    spent = 0.0
+    begun = time.process_time()
+    search(SearchSettings('genetic', 15, 101, 15, 1), objective)
+    return (time.process_time() - begun) / spent
+
+
+def rows():
+    """Measure; returns the rows of the table, without a ratio where something is not installed."""
+    if not batch.COMPILES:
+        return [Row('rollout, compiled', None, '', 'numba is not installed')]
+    trial = prepare(Configuration(), LAP)
+    (outcome,) = batch.run([trial])
+    continuous = Continuous(trial)
+    found = []
+
+    def compiled():
+        batch.run([trial])
+
+    how = 'one lap of 16 s at 500/100 Hz, backstepping; CPU time, median of rounds in turn'
+    if shutil.which('cc') or shutil.which('gcc'):
+        plain_c = PlainC(trial)
+        plain_c()
+        _check(outcome, plain_c, continuous)
+        found.append(Row('rollout / plain C -O3', _ratio(compiled, plain_c, 40, 40), '<= 1.5', how))
+    else:
+        found.append(Row('rollout / plain C -O3', None, '<= 1.5', 'no C compiler here'))
+    found += [
+        Row('solve_ivp LSODA rtol 1e-6 / rollout', 1.0 / _ratio(compiled, continuous, 40, 1), '>= 15', how),
+        Row('plain form / rollout', 1.0 / _ratio(compiled, lambda: batch.run([trial], False), 40, 1), '>= 40', how),
+        Row('one core / two cores', _both_cores(trial), '>= 1.8', 'wall time of 400 laps; needs an idle machine'),
+        Row('fuzzy search / its rollouts', _whole_search(), '<= 1.15', '101 individuals, 15 generations; CPU time'),
+    ]
+    return found
+
+
+if __name__ == '__main__':
+    for row in rows():
+        print(f'{row.name:40} {"-" if row.ratio is None else format(row.ratio, ".3g"):>8} {row.target:>8}  {row.how}')
