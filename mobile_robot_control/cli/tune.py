@@ -179,12 +179,16 @@ class _Search:
 
     def _write(self, found: Found, standing: float) -> bool:
         """Write all files, unless a better one is there already."""
+        assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
+        gains = gain_space.rounded(self._objective.gains(found.point.tolist()))
+        return self.write(gains, found._replace(score=self._objective.score(gains)), standing)
+
+    def write(self, gains: Gains, found: Found, standing: float) -> bool:
+        """Write all files for gains with their score, unless a better one is there already."""
         if standing <= found.score:
             print(f'tune: {self._output} has the objective {standing:.6g} and stays, {found.score:.6g} was '
                   'found; --overwrite replaces it', file=sys.stderr)
             return standing == found.score
-        assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
-        gains = self._objective.gains(found.point.tolist())
         tuned = _with_gains(self._parameters, gains)
         metrics, after = self._drive(tuned)
         named = {node: tuple(values) for node, values in gain_space.parameters(self._goal.genes, gains).items()}

@@ -14,13 +14,13 @@ _FARTHEST_SQUARED = 1e30
 class BacksteppingGains(NamedTuple):
     """Gains of Eq. (25), where f and g are constants, as in the chapter's search."""
 
-    p: Annotated[float, Field('', 'weight of the position error, p', above=0.0, live=True)] = 5.0
-    q: Annotated[float, Field('', 'weight of the heading error, q', above=0.0, live=True)] = 0.31713
+    p: Annotated[float, Field('', 'weight of the position error, p', above=0.0, live=True)] = 1.646
+    q: Annotated[float, Field('', 'weight of the heading error, q', above=0.0, live=True)] = 0.243115
     alpha: Annotated[
         float, Field('', 'exponent α of the position error; 1 is the usual form', minimum=1.0, maximum=5.0, live=True)
     ] = 1.0
-    f: Annotated[float, Field('1/s', 'gain f of the longitudinal feedback', above=0.0, live=True)] = 1.35876
-    g: Annotated[float, Field('1/s', 'gain g of the heading feedback', above=0.0, live=True)] = 19.5
+    f: Annotated[float, Field('1/s', 'gain f of the longitudinal feedback', above=0.0, live=True)] = 1.26767
+    g: Annotated[float, Field('1/s', 'gain g of the heading feedback', above=0.0, live=True)] = 10.1146
 
 
 class NoState(NamedTuple):

@@ -20,21 +20,21 @@ class FuzzyGains(NamedTuple):
     a: Annotated[
         float, Field('m', 'distance at which the cart is no longer near (S falls to 0, G rises to 1)',
                      above=0.0, live=True)
-    ] = 0.242734
+    ] = 0.211203
     b: Annotated[
         tuple[float, ...],
         Field('rad', 'bearing: Z is the triangle (-b1, 0, b1), SP (b2, b3, b4), GP rises from b5 to b6; '
               '0 <= b2 < b3 < b4, b2 < b1, b5 < b4, b5 < b6 <= pi', minimum=0.0, maximum=math.pi, length=6, live=True)
-    ] = (1.1722, 0.913739, 0.9722, 1.0926, 0.02, 0.624274)
+    ] = (1.90918, 0.0310003, 2.13282, 2.63448, 0.170903, 1.97844)
     c: Annotated[
         tuple[float, ...],
         Field('m/s', 'linear velocities: fast backwards, backwards, stop, forward, fast forward, ascending',
               length=5, live=True)
-    ] = (-0.068115, -0.0341505, 0.0195467, 0.0527202, 1.6725)
+    ] = (-0.448583, -0.176376, -0.080025, 0.168104, 1.22803)
     d: Annotated[
         tuple[float, ...],
         Field('rad/s', 'angular velocities: clockwise, straight, counter-clockwise, ascending', length=3, live=True)
-    ] = (-3.16832, 0.0, 3.16832)
+    ] = (-3.55834, 0.40578, 3.17118)
 
 
 @rule

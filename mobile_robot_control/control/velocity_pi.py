@@ -12,10 +12,10 @@ from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 class VelocityGains(NamedTuple):
     """Gains of Eq. (17)."""
 
-    k1: Annotated[float, Field('N s/m', 'gain K1 of the linear channel', above=0.0, live=True)] = 0.18851
-    ti1: Annotated[float, Field('s', 'integral time Ti1 of the linear channel', above=0.0, live=True)] = 0.3112
-    k2: Annotated[float, Field('N m s/rad', 'gain K2 of the angular channel', above=0.0, live=True)] = 0.095739
-    ti2: Annotated[float, Field('s', 'integral time Ti2 of the angular channel', above=0.0, live=True)] = 0.85758
+    k1: Annotated[float, Field('N s/m', 'gain K1 of the linear channel', above=0.0, live=True)] = 0.168617
+    ti1: Annotated[float, Field('s', 'integral time Ti1 of the linear channel', above=0.0, live=True)] = 0.169356
+    k2: Annotated[float, Field('N m s/rad', 'gain K2 of the angular channel', above=0.0, live=True)] = 0.0960307
+    ti2: Annotated[float, Field('s', 'integral time Ti2 of the angular channel', above=0.0, live=True)] = 0.184226
 
 
 class VelocityPiState(NamedTuple):

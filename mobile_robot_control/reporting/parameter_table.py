@@ -14,7 +14,10 @@ _END = '<!-- end of parameters -->'
 def _written(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    return '[' + ', '.join(f'{number:.6g}' for number in value) + ']' if isinstance(value, tuple) else str(value)
+    if isinstance(value, tuple):
+        return '[' + ', '.join(f'{number:.6g}' for number in value) + ']'
+    # what a search has found has more digits than a table needs
+    return f'{value:.6g}' if isinstance(value, float) and len(str(value)) > len('0.00715625') else str(value)
 
 
 def _row(declared: Declaration) -> str:

@@ -186,6 +186,33 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
     return Gains(velocity, control)
 
 
+def rounded(gains: Gains) -> Gains:
+    """
+    Round gains as a file for people has them.
+
+    Parameters
+    ----------
+    gains : Gains
+        Found.
+
+    Returns
+    -------
+    Gains
+        Every number to six digits: more than a search can tell apart.
+
+    """
+    def brief(value: Any) -> Any:
+        if isinstance(value, float):
+            return float(f'{value:.6g}')
+        if isinstance(value, tuple):
+            parts = map(brief, value)
+            return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
+        return value
+
+    short: Gains = brief(gains)
+    return short
+
+
 def of(configuration: Configuration) -> Gains:
     """
     Give the gains of a configuration.
