@@ -8,6 +8,9 @@ from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.trial import Outcome, Trial
 
 _CHUNKS_A_THREAD = 4
+_POLL = 0.005
+"""[s] between two looks at what is done."""
+
 _PATIENCE = 60.0
 """[s] without any worker, after which the cluster counts as lost."""
 
@@ -71,20 +74,14 @@ class Cluster:
         return [outcome for part in self._client.gather(futures) for outcome in part]
 
     def _wait(self, futures: Sequence[Any]) -> None:
-        from distributed import wait  # noqa: PLC0415
-
-        alive = time.monotonic()
-        while True:
-            try:
-                wait(futures, timeout=1.0)
-            except (TimeoutError, OSError):
-                if self._threads():
-                    alive = time.monotonic()
-                elif time.monotonic() > alive + _PATIENCE:
-                    raise ConnectionError(
-                        f'the cluster at {self._address} has no workers any more; start some') from None
-            else:
-                return
+        checked = alive = time.monotonic()
+        while not all(future.done() for future in futures):
+            time.sleep(_POLL)
+            if time.monotonic() > checked + 1.0:
+                checked = time.monotonic()
+                alive = checked if self._threads() else alive
+                if checked > alive + _PATIENCE:
+                    raise ConnectionError(f'the cluster at {self._address} has no workers any more; start some')
 
     def close(self) -> None:
         """Leave the cluster."""

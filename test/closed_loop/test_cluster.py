@@ -1,0 +1,84 @@
+"""The search on a real Dask cluster of two workers, one of which is killed on the way: the result is the same."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from mobile_robot_control.configuration import configure
+from mobile_robot_control.simulation import batch
+from mobile_robot_control.tuning.gains import CHROMOSOMES, bounded
+from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.scenarios import configured
+from mobile_robot_control.tuning.search import SearchSettings, search
+
+distributed = pytest.importorskip('distributed')
+
+# a worker without numba: the compilation would take longer than all else
+WORKER = ('import sys; sys.modules["numba"] = None; from distributed.cli.dask_worker import main; '
+          'sys.argv = ["worker", *sys.argv[1:]]; main()')
+SCHEDULER = ('import sys; from distributed.cli.dask_scheduler import main; '
+             'sys.argv = ["scheduler", *sys.argv[1:]]; main()')
+
+
+def start(code, *arguments):
+    return subprocess.Popen([sys.executable, '-c', code, *arguments], stdout=subprocess.DEVNULL,
+                            stderr=subprocess.DEVNULL)
+
+
+def until(condition, seconds=60.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A scheduler and two workers as processes of their own; gives the address and the workers."""
+    told = tmp_path / 'scheduler.json'
+    processes = [start(SCHEDULER, '--host', '127.0.0.1', '--port', '0', '--no-dashboard', '--scheduler-file', str(told))]
+    try:
+        until(told.exists)
+        # a nanny would start a killed worker again
+        processes += [start(WORKER, '--scheduler-file', str(told), '--nthreads', '1', '--no-nanny', '--no-dashboard',
+                            '--local-directory', str(tmp_path)) for _ in range(2)]
+        with distributed.Client(scheduler_file=str(told), set_as_default=False) as client:
+            until(lambda: len(client.scheduler_info(n_workers=-1)['workers']) == 2)
+            yield client.scheduler.address, processes[1:]
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.soak
+def test_a_killed_worker_costs_its_batch_and_not_the_run(cluster, monkeypatch):
+    from mobile_robot_control.tuning.cluster import Cluster
+    monkeypatch.setattr(batch, 'COMPILES', False)
+    address, workers = cluster
+    parameters = configure({'reference_cart': {'period': 1.0, 'scale': 0.1}})
+    genes = bounded(CHROMOSOMES['backstepping'], {'k1': (0.0, 2.0), 'k2': (0.0, 2.0)})
+    goal = Goal('backstepping', genes, (configured(parameters),))
+    settings = SearchSettings('genetic', 8, 21, 8, 1)
+    alone = search(settings, Objective(parameters, goal, lambda trials: batch.run(trials, False)))
+    remote, done = Cluster(address), []
+
+    def run(trials):
+        # in the midst of the third generation
+        if len(done) == 2:
+            os.kill(workers[0].pid, signal.SIGKILL)
+        done.append(len(trials))
+        return remote(trials)
+
+    try:
+        together = search(settings, Objective(parameters, goal, run))
+    finally:
+        remote.close()
+    assert workers[0].wait() == -signal.SIGKILL
+    assert workers[1].poll() is None
+    assert (together.score, together.history) == (alone.score, alone.history)
+    assert (together.point == alone.point).all()
