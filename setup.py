@@ -49,6 +49,7 @@ setup(
             'matplotlib==3.10.9',
             'mcap==1.6.0',
             'numpy==2.2.6',
+            'pillow==12.0.0',
             'rosbags==0.11.9',
             'tqdm==4.70.1',
         ],

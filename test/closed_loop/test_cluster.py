@@ -40,7 +40,8 @@ def until(condition, seconds=60.0):
 def cluster(tmp_path):
     """A scheduler and two workers as processes of their own; gives the address and the workers."""
     told = tmp_path / 'scheduler.json'
-    processes = [start(SCHEDULER, '--host', '127.0.0.1', '--port', '0', '--no-dashboard', '--scheduler-file', str(told))]
+    local = ('--host', '127.0.0.1', '--port', '0', '--no-dashboard')
+    processes = [start(SCHEDULER, *local, '--scheduler-file', str(told))]
     try:
         until(told.exists)
         # a nanny would start a killed worker again

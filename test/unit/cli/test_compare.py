@@ -38,7 +38,8 @@ def _compare(output, *files, extra=()):
 
 def test_all_run_on_the_curve_of_the_first_from_its_start(ran, tmp_path):
     other = tmp_path / 'other.yaml'
-    other.write_text((CONFIG / 'fuzzy.yaml').read_text() + '    rotation: 1.0\n')
+    other.write_text((CONFIG / 'fuzzy.yaml').read_text().replace('curve: trifolium', 'rotation: 1.0'))
+    assert 'rotation: 1.0' in other.read_text()
     assert _compare(tmp_path / 'out', CONFIG / 'hybrid_backstepping.yaml', other,
                     extra=['-p', 'plant.initial_pose:=[0.8, 0.1, 0.2]']) == 0
     hybrid, fuzzy = ran['hybrid_backstepping'], ran['other']
