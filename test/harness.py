@@ -38,10 +38,12 @@ def experiment(output, *arguments, timeout=90, report=False):
     return json.loads((output / 'metrics.json').read_text()), bag.read(output / 'bag')
 
 
-def start_experiment(output, *arguments):
+def start_experiment(output, *arguments, report=False):
     """Start an experiment."""
+    drawn = [] if report else ['--no-report']
     return subprocess.Popen(
-        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), *map(str, arguments)],
+        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), *drawn,
+         *map(str, arguments)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )
 

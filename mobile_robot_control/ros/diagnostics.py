@@ -12,6 +12,7 @@ from rclpy.node import Node
 
 from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.peers import Peers
+from mobile_robot_control.ros.qos import flush
 
 _PERIOD = 1.0
 _OFTEN_SATURATED = 0.1
@@ -149,7 +150,7 @@ class Diagnostics:
 
     def end(self, level: bytes = DiagnosticStatus.OK, state: str = 'ended') -> None:
         """
-        Publish the last report of a node that ends.
+        Publish the last report of a node that ends, and wait until it has arrived.
 
         Parameters
         ----------
@@ -160,6 +161,7 @@ class Diagnostics:
 
         """
         self._publish(Condition(level, state))
+        flush(self._publisher)
 
     def _report(self) -> None:
         self._publish(self.condition())

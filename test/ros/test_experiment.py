@@ -39,7 +39,7 @@ def test_the_bag_is_one_that_others_read(domain, tmp_path):
 
 def test_a_namespace_of_its_own(domain, tmp_path):
     output = tmp_path / 'run'
-    done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1',
+    done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1', '--no-report',
                        '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml')
     assert done.returncode == 0, done.stderr
     recording = bag.read(output / 'bag', '/robot1')
@@ -78,17 +78,17 @@ def test_a_node_that_hangs_is_named(domain, tmp_path):
 
 def test_divergence_ends_with_exit_code_1(domain, tmp_path):
     output = tmp_path / 'run'
-    done = run_command('experiment', '--duration', 60, '--output', output, '-p', 'plant.real_time_factor:=0.0',
-                       '-p', 'position_controller.backstepping.f:=500.0')
+    done = run_command('experiment', '--duration', 60, '--output', output, '--no-report', '-p',
+                       'plant.real_time_factor:=0.0', '-p', 'position_controller.backstepping.f:=500.0')
     assert done.returncode == 1
     assert 'the motion diverged' in done.stderr
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'diverged'
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_runs_are_whole(domain, tmp_path, number):
+@pytest.mark.parametrize(('number', 'report'), [(signal.SIGINT, True), (signal.SIGTERM, False)])
+def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
     output = tmp_path / 'run'
-    run = start_experiment(output, '--duration', 60)
+    run = start_experiment(output, '--duration', 60, report=report)
     wait_until_it_moves(run)
     run.send_signal(number)
     _, errors = run.communicate(timeout=30)
@@ -98,6 +98,7 @@ def test_interrupted_runs_are_whole(domain, tmp_path, number):
     assert metrics['outcome'] == 'interrupted'
     assert bag.read(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
     assert not [name for name in ('plant', 'reference_cart') if node_pid(output, name)]
+    assert (output / 'report.html').exists() == report
 
 
 def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):

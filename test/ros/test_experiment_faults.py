@@ -91,7 +91,7 @@ def test_a_folder_that_is_removed_ends_the_run_with_a_message(domain, tmp_path):
 
 def test_on_the_wall_clock_a_run_is_recorded_from_its_start(domain, tmp_path):
     output = tmp_path / 'run'
-    done = run_command('experiment', '--duration', 2, '--output', output, *WALL_CLOCK)
+    done = run_command('experiment', '--duration', 2, '--output', output, '--no-report', *WALL_CLOCK)
     assert done.returncode == 0, done.stderr
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'completed'
