@@ -44,13 +44,13 @@ def draw(controllers: Mapping[str, Sequence[Start]], file: Path) -> None:
         PNG or SVG, by its ending.
 
     """
-    figure = Figure(figsize=(4.6 * len(controllers) + 0.6, 5.2), layout='constrained')
+    figure = Figure(figsize=(4.6 * len(controllers) + 0.6, 5.6), layout='constrained')
     panels = figure.subplots(1, len(controllers), squeeze=False, sharex=True, sharey=True)[0]
     for axes, (title, starts) in zip(panels, controllers.items(), strict=True):
         for success, color, label, size in ((True, _SUCCESS, 'success', 4.0), (False, _FAILURE, 'failure', 16.0)):
             chosen = [start.offset for start in starts if start.success is success]
             axes.scatter([offset.x for offset in chosen], [offset.y for offset in chosen], s=size, color=color,
-                         label=f'{label} ({len(chosen)})', linewidths=0.0, zorder=1 + (not success))
+                         label=label, linewidths=0.0, zorder=1 + (not success))
         failed = [start.offset for start in starts if not start.success]
         _draw_headings(axes, failed)
         axes.plot(0.0, 0.0, '+', color='black', markersize=10.0)
@@ -58,8 +58,8 @@ def draw(controllers: Mapping[str, Sequence[Start]], file: Path) -> None:
         axes.set_xlabel("x from the cart's start [m]")
         axes.set_aspect('equal')
         axes.grid(alpha=0.3)
-        axes.legend(loc='upper center', bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
     panels[0].set_ylabel("y from the cart's start [m]")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc='outside lower center', ncols=2, frameon=False)
     figure.savefig(file, dpi=120)
 
 

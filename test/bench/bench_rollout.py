@@ -1,8 +1,4 @@
-"""
-How fast the rollout is: ratios within one run, against plain C, against SciPy, against its own plain form.
-
-``rows()`` gives the table's rows; run as a script it prints them.
-"""
+"""How fast the rollout is: against plain C, against SciPy, against its own plain form, and how searches use it."""
 
 import ctypes
 import math
@@ -12,10 +8,11 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
+from bench.progress import say
+from bench.row import at_least, at_most
 from mobile_robot_control.configuration import Configuration
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import NoState
@@ -34,15 +31,6 @@ LAP = 16.0
 ROUNDS = 7
 
 
-class Row(NamedTuple):
-    """One row of the table."""
-
-    name: str
-    ratio: float | None
-    target: str
-    how: str
-
-
 def _seconds(work, repeats, clock=time.process_time):
     begun = clock()
     for _ in range(repeats):
@@ -50,10 +38,13 @@ def _seconds(work, repeats, clock=time.process_time):
     return (clock() - begun) / repeats
 
 
-def _ratio(ours, other, repeats, other_repeats):
-    """Median over rounds in which both are measured in turn: what else the machine does hits both alike."""
+def _ratio(ours, other, other_repeats):
+    """Give the median ratio over rounds in which both are measured in turn, and how it was measured."""
     ours(), other()
-    return statistics.median(_seconds(ours, repeats) / _seconds(other, other_repeats) for _ in range(ROUNDS))
+    pairs = [(_seconds(ours, 40), _seconds(other, other_repeats)) for _ in range(ROUNDS)]
+    mine, its = (1e3 * statistics.median(times) for times in zip(*pairs, strict=True))
+    return (statistics.median(one / two for one, two in pairs),
+            f'{mine:.2f} ms to {its:.2f} ms of CPU, a lap of 16 s at 500/100 Hz, backstepping')
 
 
 def _flat(value):
@@ -88,17 +79,17 @@ class PlainC:
 
 
 class Continuous:
-    """The same gains and start without sampling, by SciPy's LSODA."""
+    """The same gains and start without sampling, by SciPy's LSODA, with the error integrals of (29)."""
 
     def __init__(self, trial):
         self._trial = trial
         pose = trial.state.plant.pose
-        self._start = [pose.x, pose.y, pose.heading, 0.0, 0.0, 0.0, 0.0]
+        self._start = [pose.x, pose.y, pose.heading, *[0.0] * 7]
 
     def _slopes(self, time, state):
         loop = self._trial.loop
         robot, gains = loop.plant.robot, loop.velocity_gains
-        x, y, heading, v, omega, common, differential = state
+        x, y, heading, v, omega, common, differential = state[:7]
         reference = reference_at(CURVES[self._trial.curve], time, loop.placement)
         error = tracking_error(reference.pose, Pose(x, y, heading))
         _, command = backstepping.step(NoState(), error, reference, loop.law_gains, 0.0)
@@ -109,13 +100,14 @@ class Continuous:
             (r * (both + common) - robot.viscous_friction * v) / linear_inertia(robot),
             (r / R * (apart + differential) - robot.viscous_friction * omega) / angular_inertia(robot),
             both / gains.ti1, apart / gains.ti2,
+            *(math.log1p(abs(part)) for part in error),
         ]
 
     def __call__(self):
         from scipy.integrate import solve_ivp
         solved = solve_ivp(self._slopes, (0.0, LAP), self._start, method='LSODA', rtol=1e-6)
         assert solved.success
-        return solved.y[:3, -1]
+        return solved.y[:, -1]
 
 
 def _check(outcome, plain_c, continuous):
@@ -124,6 +116,7 @@ def _check(outcome, plain_c, continuous):
     # sampled at 500 and 100 Hz, against continuous time
     end = continuous()
     assert math.hypot(end[0] - outcome.final_pose.x, end[1] - outcome.final_pose.y) < 0.02
+    assert np.allclose(end[7:], outcome.totals[4:7], atol=0.05), (end[7:], outcome.totals[4:7])
 
 
 def _both_cores(trial):
@@ -164,34 +157,28 @@ def _whole_search():
 
 
 def rows():
-    """Measure; returns the rows of the table, without a ratio where something is not installed."""
+    """Measure; yields the rows of the table."""
     if not batch.COMPILES:
-        return [Row('rollout, compiled', None, '', 'numba is not installed')]
+        say('numba is not installed: no rollout to measure')
+        return
     trial = prepare(Configuration(), LAP)
     (outcome,) = batch.run([trial])
     continuous = Continuous(trial)
-    found = []
 
     def compiled():
         batch.run([trial])
 
-    how = 'one lap of 16 s at 500/100 Hz, backstepping; CPU time, median of rounds in turn'
     if shutil.which('cc') or shutil.which('gcc'):
         plain_c = PlainC(trial)
         plain_c()
         _check(outcome, plain_c, continuous)
-        found.append(Row('rollout / plain C -O3', _ratio(compiled, plain_c, 40, 40), '<= 1.5', how))
+        ratio, how = _ratio(compiled, plain_c, 40)
+        yield at_most('rollout / plain C -O3', ratio, 1.5, how)
     else:
-        found.append(Row('rollout / plain C -O3', None, '<= 1.5', 'no C compiler here'))
-    found += [
-        Row('solve_ivp LSODA rtol 1e-6 / rollout', 1.0 / _ratio(compiled, continuous, 40, 1), '>= 15', how),
-        Row('plain form / rollout', 1.0 / _ratio(compiled, lambda: batch.run([trial], False), 40, 1), '>= 40', how),
-        Row('one core / two cores', _both_cores(trial), '>= 1.8', 'wall time of 400 laps; needs an idle machine'),
-        Row('fuzzy search / its rollouts', _whole_search(), '<= 1.15', '101 individuals, 15 generations; CPU time'),
-    ]
-    return found
-
-
-if __name__ == '__main__':
-    for row in rows():
-        print(f'{row.name:40} {"-" if row.ratio is None else format(row.ratio, ".3g"):>8} {row.target:>8}  {row.how}')
+        say('no C compiler here: the rollout is not compared with plain C')
+    ratio, how = _ratio(compiled, continuous, 2)
+    yield at_least('solve_ivp (LSODA, rtol 1e-6) / rollout', 1.0 / ratio, 15.0, how)
+    ratio, how = _ratio(compiled, lambda: batch.run([trial], False), 1)
+    yield at_least('plain form / rollout', 1.0 / ratio, 40.0, how)
+    yield at_least('rollouts on one core / on two', _both_cores(trial), 1.8, 'wall time of 400 laps; needs idle cores')
+    yield at_most('fuzzy search / its rollouts', _whole_search(), 1.15, 'CPU of 15 generations of 101, one core')
