@@ -27,7 +27,10 @@ def numbers(value):
     return [x for part in value for x in numbers(part)] if isinstance(value, tuple) else [value]
 
 
-@pytest.mark.parametrize(('law', 'delay'), [('backstepping', 0), ('hybrid_backstepping', 0), ('fuzzy', 1)])
+@pytest.mark.parametrize(('law', 'delay'), [
+    # each takes seconds to compile, and the hybrid law has the ordinary one within
+    pytest.param('backstepping', 0, marks=pytest.mark.soak), ('hybrid_backstepping', 0), ('fuzzy', 1),
+])
 def test_plain_and_compiled_form_agree_over_a_lap(law, delay):
     pytest.importorskip('numba')
     for plant in ({'initial_pose': [0.9, 0.1, 1.0]}, ROUGH):
