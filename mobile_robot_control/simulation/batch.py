@@ -2,6 +2,7 @@
 
 import operator
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
@@ -147,7 +148,9 @@ class Pool:
         if not COMPILES:
             _say_that_it_is_slow()
         if self._workers > 1:
-            self._executor = (ThreadPoolExecutor if COMPILES else ProcessPoolExecutor)(self._workers)
+            # Ctrl-C reaches every process of a terminal: whoever asked for the trials decides what it means
+            self._executor = ThreadPoolExecutor(self._workers) if COMPILES else ProcessPoolExecutor(
+                self._workers, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
         """

@@ -36,7 +36,7 @@ def run(*arguments):
 
 
 def start(*arguments):
-    return subprocess.Popen([sys.executable, '-c', START, *SEARCH, '--workers', '1', *map(str, arguments)],
+    return subprocess.Popen([sys.executable, '-c', START, *SEARCH, *map(str, arguments)], start_new_session=True,
                             stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
@@ -236,7 +236,7 @@ def _kill_and_resume(folder, kills, generations):
     output, journal = folder / 'x.yaml', folder / 'x.yaml.journal'
     chance, kept = random.Random(1), []  # noqa: S311 (moments, not secrets)
     for _ in range(kills):
-        search = start('--output', output, '--generations', generations, '--resume')
+        search = start('--output', output, '--generations', generations, '--workers', '1', '--resume')
         begun = lines(journal)
         # once it scores anew
         deadline = time.monotonic() + 60.0
@@ -276,13 +276,14 @@ def test_killed_ten_times_it_ends_as_undisturbed(tmp_path):
 
 def test_ctrl_c_writes_the_best_so_far_and_says_how_to_go_on(tmp_path):
     output, journal = tmp_path / 'x.yaml', tmp_path / 'x.yaml.journal'
-    search = start('--output', output, '--generations', 5000)
+    search = start('--output', output, '--generations', 5000, '--workers', '2')
     deadline = time.monotonic() + 60.0
     while lines(journal) < 4:
         assert search.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.005)
-    search.send_signal(signal.SIGINT)
+    # to the workers too, as a terminal does
+    os.killpg(search.pid, signal.SIGINT)
     _, said = search.communicate(timeout=30)
     assert search.returncode == 1
     assert '--resume goes on' in said
