@@ -1,11 +1,11 @@
 """One quantity over time, as figures draw it."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
 _BUCKETS = 1200
 """A line needs no more points than twice this: a figure is about as many pixels wide."""
 

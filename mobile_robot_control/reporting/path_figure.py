@@ -100,7 +100,7 @@ def _plane(axes: Axes, series: Series, topic: str, **options: Any) -> bool:
 
 
 def _even(count: int, most: int) -> NDArray[np.int_]:
-    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+    return np.linspace(0, count - 1, min(count, most)).astype(np.int_)
 
 
 def _poses(axes: Axes, series: Series, color: str, count: int) -> None:
