@@ -36,7 +36,8 @@ def test_start_order_is_free(robot, order):
 
 
 def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
-    arguments = [*HYBRID, '-p', 'duration:=12.0', '-p', 'real_time_factor:=3.0', '-p', 'peer_timeout:=0.5']
+    # a law that starts on the path stays there: what is off it comes from the restarts
+    arguments = ['-p', 'duration:=12.0', '-p', 'real_time_factor:=3.0', '-p', 'peer_timeout:=0.5']
     robot.start(arguments=arguments)
     for number, name in enumerate(('reference_cart', 'position_controller', 'velocity_controller'), start=1):
         robot.spin_until(lambda: robot.time() > 2.5 * number)  # noqa: B023
@@ -54,7 +55,7 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
     samples = robot.recording().samples
     # the recorder finds a restarted node a moment later than the loop does; the last one comes back at 7.5 s
     assert samples[-1].time >= 7.5
-    assert _metrics(samples)['max_position_error'] < 0.1
+    assert _metrics(samples)['max_position_error'] < 0.05
 
 
 def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
