@@ -6,13 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from mobile_robot_control.ros.border import Border
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import flush
+from mobile_robot_control.ros.timers import every
 
 _PERIOD = 1.0
 _OFTEN_SATURATED = 0.1
@@ -77,7 +76,7 @@ class Diagnostics:
         self._stopped: list[str] = []
         self._last_step = math.nan
         self._begin()
-        node.create_timer(_PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        every(_PERIOD, self._report, node)
 
     def _begin(self) -> None:
         self._intervals: list[float] = []

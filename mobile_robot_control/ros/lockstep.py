@@ -4,11 +4,10 @@ import enum
 import time
 from collections.abc import Callable
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from mobile_robot_control.readings import Refused
+from mobile_robot_control.ros.timers import every
 
 _REPEAT_AFTER = 0.1
 """[s] of wall time without progress."""
@@ -139,10 +138,9 @@ class Pace:
         self._due = self._asked = time.monotonic()
         self._period, self._present = period, 0
         self.asking, self.overruns = False, 0
-        clock = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(_REPEAT_AFTER, self._look, clock=clock)
+        every(_REPEAT_AFTER, self._look, node)
         if self._wall_period > 0.0:
-            node.create_timer(max(self._wall_period, 5e-4), self._tick, clock=clock)
+            every(max(self._wall_period, 5e-4), self._tick, node)
 
     def judge(self, stamp: int) -> Turn:
         """

@@ -7,13 +7,12 @@ from typing import Any
 
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from mobile_robot_control.readings import serialised_stamp
 from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.ros.timers import every
 
 
 class Peers:
@@ -42,7 +41,7 @@ class Peers:
         self._heard = dict.fromkeys(sources, time.monotonic())
         self._missing: set[str] = set()
         self._known: set[str] = set()
-        node.create_timer(min(0.5, timeout), self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        every(min(0.5, timeout), self._look, node)
 
     def heard(self, topic: str) -> None:
         """

@@ -6,14 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 from rcl_interfaces.srv import SetParameters
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 
 from mobile_robot_control.readings import serialised_stamp
+from mobile_robot_control.ros.timers import every
 
 LOOP_TOPICS = {
     'odom': 'nav_msgs/msg/Odometry',
@@ -65,7 +64,7 @@ class Recorder(Node):
         for topic, name in self._loop.items():
             self._record(topic, LOOP_TOPICS[name], latched=False)
         self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
-        self.create_timer(0.25, self._discover, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        every(0.25, self._discover, self)
 
     def rivals(self, ours: int = 0) -> list[str]:
         """

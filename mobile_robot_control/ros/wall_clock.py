@@ -3,12 +3,11 @@
 import time
 from collections.abc import Callable
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from mobile_robot_control.readings import Refused
 from mobile_robot_control.ros.lockstep import Turn
+from mobile_robot_control.ros.timers import every
 
 _LONGEST_LAG = 0.1
 """[s]: a node that was held up longer does not catch up."""
@@ -115,7 +114,7 @@ class Ticker:
         self.overruns = 0
         self._period, self._tick = 1.0 / rate, tick
         self._due = time.monotonic() + self._period
-        node.create_timer(self._period, self._run, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        every(self._period, self._run, node)
 
     def _run(self) -> None:
         now = time.monotonic()
