@@ -9,7 +9,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import JointState
@@ -20,22 +19,9 @@ from mobile_robot_control.readings import WHEEL_JOINTS
 _NANOSECONDS = 1_000_000_000
 
 
-def time_message(stamp: int) -> Time:
-    """
-    Write a stamp.
-
-    Parameters
-    ----------
-    stamp : int
-        [ns].
-
-    Returns
-    -------
-    Time
-        For a message's header.
-
-    """
-    return Time(sec=stamp // _NANOSECONDS, nanosec=stamp % _NANOSECONDS)
+def _set_stamp(message: Any, stamp: int) -> None:
+    """Write a stamp [ns] into the header; the Time that is there serves again."""
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, _NANOSECONDS)
 
 
 def _set_pose(message: Any, pose: Pose) -> None:
@@ -84,7 +70,7 @@ def fill_odometry(message: Odometry, stamp: int, pose: Pose, velocity: BodyVeloc
         The same message.
 
     """
-    message.header.stamp = time_message(stamp)
+    _set_stamp(message, stamp)
     _set_pose(message.pose.pose, pose)
     message.twist.twist.linear.x = velocity.linear
     message.twist.twist.angular.z = velocity.angular
@@ -130,7 +116,7 @@ def fill_twist(message: TwistStamped, stamp: int, velocity: BodyVelocity) -> Twi
         The same message.
 
     """
-    message.header.stamp = time_message(stamp)
+    _set_stamp(message, stamp)
     message.twist.linear.x, message.twist.angular.z = velocity
     return message
 
@@ -174,7 +160,7 @@ def fill_error(message: Vector3Stamped, stamp: int, error: TrackingError) -> Vec
         The same message: x = e1 [m], y = e2 [m], z = e3 [rad].
 
     """
-    message.header.stamp = time_message(stamp)
+    _set_stamp(message, stamp)
     message.vector.x, message.vector.y, message.vector.z = error
     return message
 
@@ -211,7 +197,7 @@ def fill_torque(message: JointState, stamp: int, torque: WheelTorque) -> JointSt
         The same message.
 
     """
-    message.header.stamp = time_message(stamp)
+    _set_stamp(message, stamp)
     message.effort = torque
     return message
 
