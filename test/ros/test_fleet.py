@@ -82,7 +82,8 @@ def test_eight_robots_drive_on_in_flat_memory(domain, tmp_path, monkeypatch):
         for number, name in enumerate(names):
             law = ('backstepping', 'hybrid_backstepping', 'fuzzy')[number % 3]
             fleet.start(name, ['--params-file', CONFIG / 'wall_clock.yaml', '-p', 'lockstep:=true', '-p',
-                               f'position_controller:controller_type:={law}', '-p', f'publish_clock:={str(number == 0).lower()}'],
+                               f'position_controller:controller_type:={law}', '-p',
+                               f'publish_clock:={str(number == 0).lower()}'],
                         composed=False)
         fleet.spin_until(lambda: len(stamps) == 8 and min(stamps.values()) > 1.0, 120.0)
         fleet.listen(WARM_UP)

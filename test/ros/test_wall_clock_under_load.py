@@ -75,7 +75,8 @@ def _stop_and_go_on(robot, seen, name, bound):
 @pytest.mark.timeout(SOAK + 240)
 @pytest.mark.parametrize('controller', BOUNDS)
 def test_the_robot_tracks_and_comes_back(robot, busy_core, controller):
-    robot.start('/', ['--params-file', CONFIG / 'wall_clock.yaml', '-p', f'position_controller:controller_type:={controller}'],
+    robot.start('/', ['--params-file', CONFIG / 'wall_clock.yaml', '-p',
+                      f'position_controller:controller_type:={controller}'],
                 composed=False)
     listener = rclpy.create_node('listener')
     robot.add(listener)
