@@ -11,7 +11,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli import trial_options, whole_file
+from mobile_robot_control.cli import outputs, trial_options
 from mobile_robot_control.cli.arguments import command, configuration, parser, positive
 from mobile_robot_control.cli.trial_options import Interrupt, Runner, fraction, number, runner, whole
 from mobile_robot_control.configuration import Configuration, configure
@@ -120,7 +120,7 @@ def _run(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     folder.mkdir(parents=True, exist_ok=True)
     # nothing long begins before the place is known to be writable
-    whole_file.write(folder / 'study.json', '{}\n')
+    outputs.write(folder / 'study.json', '{}\n')
     results: dict[str, list[Judged]] = {}
     total = options.runs * len(controllers)
     with runner(options) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
@@ -138,8 +138,8 @@ def _run(options: argparse.Namespace) -> int:
     settings = {'seed': options.seed, 'laps': options.laps, 'curves': options.curves, 'scales': options.scales,
                 'within': options.within, 'variation': options.variation,
                 'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupt.asked}
-    whole_file.write(folder / 'study.json', json.dumps({**settings, 'controllers': found}, indent=2) + '\n')
-    whole_file.write(folder / 'runs.csv', _table(scenarios, results))
+    outputs.write(folder / 'study.json', json.dumps({**settings, 'controllers': found}, indent=2) + '\n')
+    outputs.write(folder / 'runs.csv', _table(scenarios, results))
     _map(scenarios, results, folder / 'starts.png')
     for name, numbers in found.items():
         low, high = (100.0 * bound for bound in numbers['success_interval'])

@@ -11,7 +11,7 @@ from typing import Any
 from tqdm import tqdm
 
 from mobile_robot_control import __version__
-from mobile_robot_control.cli import scenario_options, trial_options, whole_file
+from mobile_robot_control.cli import outputs, scenario_options, trial_options
 from mobile_robot_control.cli.arguments import command, configuration, parser, positive
 from mobile_robot_control.cli.trial_options import Interrupt, runner, whole
 from mobile_robot_control.configuration import Configuration, configure
@@ -192,8 +192,8 @@ class _Search:
         tuned = _with_gains(self._parameters, gains)
         metrics, after = self._drive(tuned)
         named = {node: tuple(values) for node, values in gain_space.parameters(self._goal.genes, gains).items()}
-        whole_file.write(self._output, result.parameter_file(tuned, named, self._notes(found, metrics)))
-        whole_file.write(self._output.with_suffix('.csv'), result.history_table(found.history))
+        outputs.write(self._output, result.parameter_file(tuned, named, self._notes(found, metrics)))
+        outputs.write(self._output.with_suffix('.csv'), result.history_table(found.history))
         _, before = self._drive(self._parameters)
         title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
         search_picture.draw(found.history, {'before': before, 'after': after}, title, self._output.with_suffix('.png'))

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from mobile_robot_control.cli import tune, whole_file
+from mobile_robot_control.cli import outputs, tune
 from mobile_robot_control.configuration import configure
 from mobile_robot_control.parameter_files import load
 from mobile_robot_control.reporting import search_picture
@@ -210,7 +210,7 @@ def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, 'fsync', full)
     with pytest.raises(OSError, match=r'No space left on device.*file'):
-        whole_file.write(file, 'after')
+        outputs.write(file, 'after')
     assert [path.name for path in tmp_path.iterdir()] == ['file']
     assert file.read_text() == 'before'
 
