@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.dynamics import PlantState, SampledPlant, saturate, step
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.robot import Robot, half_separation
 from mobile_robot_control.parameters import Field
@@ -252,6 +253,42 @@ def disturbed(torque: WheelTorque, disturbance: Disturbance, k: int, dt: float) 
         right += impulse_right / dt
         left += impulse_left / dt
     return WheelTorque(torque.right + right, torque.left + left)
+
+
+@jitable
+def driven(
+    state: PlantState, line: DelayLine, torque: WheelTorque, k: int, plant: SampledPlant, imperfect: Imperfections,
+    motor_limit: float,
+) -> tuple[PlantState, DelayLine, WheelTorque, WheelTorque]:
+    """
+    Move the plant by one period: the torques act late, the motors have a limit, and something else may push.
+
+    Parameters
+    ----------
+    state : PlantState
+        At the period's start.
+    line : DelayLine
+        Torques asked for before.
+    torque : WheelTorque
+        Asked for now [N m].
+    k : int
+        Step of the velocity loop.
+    plant : SampledPlant
+        Robot and period.
+    imperfect : Imperfections
+        Delay and disturbance.
+    motor_limit : float
+        Of each motor [N m]; 0 means none.
+
+    Returns
+    -------
+    tuple of PlantState, DelayLine, WheelTorque and WheelTorque
+        State and line at the period's end, the torque that would act now without the limit, and the one applied [N m].
+
+    """
+    late, acting = delayed(line, torque)
+    applied = saturate(acting, motor_limit)
+    return step(state, disturbed(applied, imperfect.disturbance, k, plant.dt), plant), late, acting, applied
 
 
 def pose_variances(noise: Noise) -> tuple[float, ...]:

@@ -6,8 +6,7 @@ from sensor_msgs.msg import JointState
 
 from mobile_robot_control.configuration import PlantParameters, period_nanoseconds
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.dynamics import saturate
-from mobile_robot_control.model.imperfections import delayed, disturbed, empty_line
+from mobile_robot_control.model.imperfections import driven, empty_line
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.readings import read_torque
 from mobile_robot_control.ros.border import Border, Gate
@@ -44,7 +43,7 @@ class Plant(Node):
         self._state = dynamics.at_rest(Pose(*self._values.initial_pose))
         self._applied = self._torque = _NO_TORQUE
         self._line = empty_line(self._values.imperfections.delay)
-        self._now = self._k = 0  # simulated time, on the wall clock too, and the steps so far
+        self._k = 0  # steps so far
         self._topics = PlantTopics(self, self._values)
         self._witness = Witness(self, shared.peer_timeout)
         # in lockstep the witness knows better who is missing
@@ -65,6 +64,11 @@ class Plant(Node):
         follow(self, self._values, self._change)
         if self._pace is not None:
             self._pace.ask(self._now)
+
+    @property
+    def _now(self) -> int:
+        """Simulated time [ns], on the wall clock too."""
+        return self._k * self._period
 
     def _change(self, values: PlantParameters) -> None:
         self._values = values
@@ -127,12 +131,12 @@ class Plant(Node):
                 self.exit_code = 0
 
     def _step(self, torque: WheelTorque) -> None:
-        self._line, acting = delayed(self._line, torque)
-        self._applied = saturate(acting, self._values.max_wheel_torque)
+        self._state, self._line, acting, self._applied = driven(
+            self._state, self._line, torque, self._k, self._sampled, self._values.imperfections,
+            self._values.max_wheel_torque,
+        )
         self._diagnostics.stepped(saturated=self._applied != acting)
-        pushed = disturbed(self._applied, self._values.imperfections.disturbance, self._k, self._sampled.dt)
-        self._state = dynamics.step(self._state, pushed, self._sampled)
-        self._now, self._k = self._now + self._period, self._k + 1
+        self._k += 1
         if dynamics.diverged(self._state):
             self.get_logger().fatal(
                 f'the motion diverged at t = {self._now / 1e9:g} s: {self._state.pose}, {self._state.velocity}; '

@@ -12,12 +12,11 @@ from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.dynamics import PlantState, SampledPlant, saturate
+from mobile_robot_control.model.dynamics import PlantState, SampledPlant
 from mobile_robot_control.model.imperfections import (
     DelayLine,
     Imperfections,
-    delayed,
-    disturbed,
+    driven,
     empty_line,
     measured_pose,
     measured_twist,
@@ -197,10 +196,7 @@ def velocity_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, Whee
         state.pi, state.command, body_velocity(wheels, robot), loop.velocity_gains, robot, loop.command_limit,
         loop.plant.dt,
     )
-    line, acting = delayed(state.line, torque)
-    applied = saturate(acting, loop.motor_limit)
-    pushed = disturbed(applied, imperfect.disturbance, k, loop.plant.dt)
-    moved = dynamics.step(state.plant, pushed, loop.plant)
+    moved, line, _, applied = driven(state.plant, state.line, torque, k, loop.plant, imperfect, loop.motor_limit)
     return LoopState(moved, pi, state.law, state.command, line), torque, applied
 
 
