@@ -46,16 +46,14 @@ class Plant(Node):
         self._k = 0  # steps so far
         self._topics = PlantTopics(self, self._values)
         self._witness = Witness(self, shared.peer_timeout)
-        # in lockstep the witness knows better who is missing
-        sources = {} if shared.lockstep else {'wheel_torques': 'velocity_controller'}
+        sources = {} if shared.lockstep else {'wheel_torques': 'velocity_controller'}  # there the witness knows
         self._peers = Peers(self, sources, shared.peer_timeout)
         self._border = Border(self, self._peers)
         self._pace: Pace | None = None
         self._gate: Gate
         if shared.lockstep:
-            self._gate = self._pace = Pace(
-                self, self._period, self._values.real_time_factor, self._publish, self._repeat
-            )
+            factor = self._values.real_time_factor
+            self._gate = self._pace = Pace(self, self._period, factor, self._publish, self._repeat)
         else:
             self._gate = ClockGate(self, shared.stamp_tolerance)
         ticker = self._pace or Ticker(self, shared.velocity_rate, self._tick)
@@ -118,10 +116,10 @@ class Plant(Node):
             # without odometry a cart that has not begun does not begin either
             self._topics.publish_joint_states(self.get_clock().now().nanoseconds, self._k, self._state, self._applied)
             return
-        fresh = self._peers.age('wheel_torques') <= self._values.torque_timeout
-        self._step(self._torque if fresh else _NO_TORQUE)
-        if not fresh:
+        if self._peers.age('wheel_torques') > self._values.torque_timeout:
+            self._torque = _NO_TORQUE
             self._diagnostics.stopped('wheel_torques')
+        self._step(self._torque)
         if self.exit_code is None:
             stamp = self.get_clock().now().nanoseconds
             if self._now % self._position_period == 0:
@@ -131,10 +129,9 @@ class Plant(Node):
                 self.exit_code = 0
 
     def _step(self, torque: WheelTorque) -> None:
+        values = self._values
         self._state, self._line, acting, self._applied = driven(
-            self._state, self._line, torque, self._k, self._sampled, self._values.imperfections,
-            self._values.max_wheel_torque,
-        )
+            self._state, self._line, torque, self._k, self._sampled, values.imperfections, values.max_wheel_torque)
         self._diagnostics.stepped(saturated=self._applied != acting)
         self._k += 1
         if dynamics.diverged(self._state):
