@@ -5,39 +5,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from mobile_robot_control.configuration import NODES
 from mobile_robot_control.parameters import ParameterError, declarations, nearest
+from mobile_robot_control.rcl_yaml import dump, parse
 
 _DECLARED = {node: set(declarations(group)) for node, group in NODES.items()}
 Values = dict[str, dict[str, Any]]
-
-
-class _Loader(yaml.SafeLoader):
-    """YAML as rcl reads it: 1e-3 is a number, though YAML 1.1 wants 1.0e-3."""
-
-
-class _Dumper(yaml.SafeDumper):
-    """YAML for the loader: a text such as '1e-3' needs quotes."""
-
-
-for _side in (_Loader, _Dumper):
-    _side.add_implicit_resolver(
-        'tag:yaml.org,2002:float',
-        re.compile(r'^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
-        list('-+0123456789.'),
-    )
-
-
-def _parse(text: str, source: str) -> Any:
-    try:
-        return yaml.load(text, _Loader)  # noqa: S506 (a SafeLoader)
-    except (yaml.YAMLError, ValueError) as error:  # a ValueError for a date such as 2001-99-99
-        mark = getattr(error, 'problem_mark', None)
-        where = f', line {mark.line + 1}' if mark else ''
-        problem = getattr(error, 'problem', None) or 'not valid YAML'
-        raise ParameterError([f'{source}{where}: {problem}; it must be a ROS 2 parameter file']) from error
 
 
 def _flat(tree: Mapping[Any, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
@@ -67,11 +40,26 @@ def _sections(tree: Mapping[Any, Any], path: str, source: str) -> Iterator[tuple
                                   f"write '/**: {{ros__parameters: {{{key}: ...}}}}'"])
 
 
-def _matches(section: str, node: str, namespace: str) -> bool:
-    """Say whether a section is for a node, by rcl's wildcards: '*' is one token, '**' any number of them."""
+def addressed(section: str, namespace: str) -> list[str]:
+    """
+    Give the nodes that a section is for, by rcl's wildcards: '*' is one token, '**' any number of them.
+
+    Parameters
+    ----------
+    section : str
+        Its name.
+    namespace : str
+        In which the nodes run.
+
+    Returns
+    -------
+    list of str
+        Those of the four nodes that take its values.
+
+    """
     pattern = re.escape('/' + section.strip('/'))
     expression = pattern.replace(r'/\*\*', '(/[^/]+)*').replace(r'\*', '[^/]+')
-    return re.fullmatch(expression, f'{namespace.rstrip("/")}/{node}') is not None
+    return [node for node in NODES if re.fullmatch(expression, f'{namespace.rstrip("/")}/{node}')]
 
 
 def is_declared(name: str) -> bool:
@@ -110,9 +98,9 @@ def not_ours(name: str) -> bool:
     return name in ('use_sim_time', 'start_type_description_service') or name.startswith('qos_overrides.')
 
 
-def _check_names(section: str, values: Mapping[str, Any], addressed: Sequence[str], source: str) -> Iterator[str]:
+def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], source: str) -> Iterator[str]:
     """Yield what is wrong with the names of a section that is for some of our nodes."""
-    known = set().union(*(_DECLARED[node] for node in addressed))
+    known = set().union(*(_DECLARED[node] for node in nodes))
     for name, value in values.items():
         if name in known or not_ours(name):
             if value is None:
@@ -154,7 +142,7 @@ def read(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
         raise ParameterError([f'{source}: cannot be read ({reason}); name an existing parameter file']) from error
-    tree = _parse(text, source)
+    tree = parse(text, source)
     if tree is None:
         raise ParameterError([f"{source}: is empty; write '/**: {{ros__parameters: {{...}}}}' or leave the file out"])
     if not isinstance(tree, Mapping):
@@ -193,7 +181,7 @@ def override(text: str) -> tuple[str, dict[str, Any]]:
         raise ParameterError([f"-p '{text}': write NODE.PARAMETER:=VALUE, such as plant.duration:=16.0"])
     if section != '/**' and section.strip('/') not in NODES:
         raise ParameterError([f"-p '{text}': there is no node '{section}'; {nearest(section, ['/**', *NODES])}"])
-    return section, {name: _parse(value, f"-p '{text}'")}
+    return section, {name: parse(value, f"-p '{text}'")}
 
 
 def merge(sources: Iterable[tuple[str, str, Mapping[str, Any]]], namespace: str = '/') -> Values:
@@ -222,14 +210,14 @@ def merge(sources: Iterable[tuple[str, str, Mapping[str, Any]]], namespace: str 
     values: Values = {node: {} for node in NODES}
     violations: list[str] = []
     for source, section, given in sources:
-        addressed = [node for node in NODES if _matches(section, node, namespace)]
-        if not addressed:
+        nodes = addressed(section, namespace)
+        if not nodes:
             if section.strip('/') in NODES:
                 violations.append(f"{source}: section '{section}' is for a node outside the namespace '{namespace}'; "
                                   f"write '/**/{section.strip('/')}'")
             continue
-        violations += _check_names(section, given, addressed, source)
-        for node in addressed:
+        violations += _check_names(section, given, nodes, source)
+        for node in nodes:
             values[node].update({name: value for name, value in given.items() if name in _DECLARED[node]})
     if violations:
         raise ParameterError(violations)
@@ -288,4 +276,4 @@ def write(values: Mapping[str, Mapping[str, Any]]) -> str:
             name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}}
         for node, given in values.items() if given
     }
-    return str(yaml.dump(tree, Dumper=_Dumper, sort_keys=False, default_flow_style=None))
+    return dump(tree)

@@ -1,9 +1,8 @@
 """Start nodes, spin them, stop them: the one spin loop."""
 
 import importlib
-import itertools
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import rclpy
@@ -11,8 +10,8 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control import parameter_files
 from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.ros.arguments import check
 from mobile_robot_control.ros.executables import Stop
 
 _CLASSES = {
@@ -40,20 +39,9 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
-def _parameter_files(arguments: Sequence[str]) -> Iterator[str]:
-    for option, value in itertools.pairwise(arguments):
-        if option == '--params-file':
-            yield value
-
-
 def _make(name: str) -> Any:
     module = importlib.import_module(f'mobile_robot_control.ros.{name}')
     return getattr(module, _CLASSES[name])()
-
-
-def _namespace(arguments: Sequence[str]) -> str:
-    rules = [argument.partition('__ns:=')[2] for argument in arguments if '__ns:=' in argument]
-    return rules[-1] if rules else '/'
 
 
 def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
@@ -77,8 +65,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
     """
     who = ' '.join(names)
     try:
-        # ROS would read in silence what is refused here: empty files, unknown names, names in a wrong section
-        parameter_files.load(list(_parameter_files(arguments)), namespace=_namespace(arguments))
+        check(names, arguments)
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     except ParameterError as error:
         return _refuse(who, error.violations)

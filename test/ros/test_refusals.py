@@ -87,6 +87,18 @@ def test_a_node_refuses_an_override(domain, override, words):
     _assert_refused(_node('plant', '-p', override), words)
 
 
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['--params-file', CONFIG / 'fuzzy.yaml', '-p', 'controller_type:=backstepping'],
+     ["controller_type = 'backstepping'", "'fuzzy'", 'write -p position_controller:controller_type:=backstepping']),
+    (['-r', '__ns:=/robot1', '--params-file', CONFIG / 'fuzzy.yaml', '-p', 'controller_type:=backstepping'],
+     ["controller_type = 'backstepping'", "write it under '/**/position_controller' of a file"]),
+    (['-r', '__ns:=/robot1', '-p', 'position_controller:controller_type:=fuzzy'],
+     ["namespace '/robot1'", 'write -p controller_type:=fuzzy']),
+])
+def test_a_value_that_would_lose_is_refused(domain, arguments, words):
+    _assert_refused(_node('position_controller', *arguments), words)
+
+
 def test_experiment_names_every_violation_and_starts_nothing(domain, tmp_path):
     done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run', '-p', 'plant.duration:=-1.0',
                        '-p', '/**.robot.mass:=-1.0', '-p', 'reference_cart.curve:=square')

@@ -1,0 +1,71 @@
+"""Whatever stands last in ROS arguments wins, as rcl itself says, or is refused in words; nothing loses in silence."""
+
+import rclpy
+import yaml
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.ros.arguments import check
+
+_NAMES = st.sampled_from(['duration', 'peer_timeout'])
+_VALUES = st.sampled_from([1.0, 2.0, 3.0])
+_REACHING = {'/': ['/**', '/**/plant', '/plant', 'plant', '/*'],
+             '/robot1': ['/**', '/**/plant', '/robot1/plant', '/robot1/*']}
+_RULE = st.tuples(st.sampled_from(['', '', 'plant:']), _NAMES, _VALUES)
+
+
+def _file(namespace):
+    sections = st.sampled_from([*_REACHING[namespace], '/elsewhere/plant_of_others'])
+    return st.dictionaries(sections, st.dictionaries(_NAMES, _VALUES, min_size=1), min_size=1, max_size=3)
+
+
+def _sources(namespace):
+    return st.tuples(st.just(namespace), st.lists(st.one_of(_file(namespace), _RULE), min_size=1, max_size=4))
+
+
+def _rcl_takes(arguments):
+    rclpy.init(args=arguments)
+    try:
+        node = rclpy.create_node('plant', start_parameter_services=False)
+        values = {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+        node.destroy_node()
+        return values
+    finally:
+        rclpy.shutdown()
+
+
+def test_the_last_value_wins_or_is_refused(domain, tmp_path):
+    outcomes = {True: 0, False: 0}
+
+    @settings(max_examples=150)
+    @example(('/', [{'/**': {'peer_timeout': 1.0}, '/**/plant': {'duration': 1.0}}, ('', 'duration', 2.0)]))
+    @given(st.sampled_from(list(_REACHING)).flatmap(_sources))
+    def fuzz(drawn):
+        namespace, sources = drawn
+        arguments, last = ['--ros-args', '-r', f'__ns:={namespace}'], {}
+        for number, source in enumerate(sources):
+            if isinstance(source, dict):
+                file = tmp_path / f'{number}.yaml'
+                tree = {name: {'ros__parameters': values} for name, values in source.items()}
+                file.write_text(yaml.safe_dump(tree, sort_keys=False), encoding='utf-8')
+                arguments += ['--params-file', str(file)]
+                for section, values in source.items():
+                    last.update(values if section in _REACHING[namespace] else {})
+            else:
+                node, name, value = source
+                arguments += ['-p', f'{node}{name}:={value}']
+                last[name] = value
+        try:
+            check(['plant'], arguments)
+        except ParameterError:
+            outcomes[False] += 1
+            # nothing is refused that rcl would have taken as written
+            if namespace == '/' or not any(isinstance(source, tuple) and source[0] for source in sources):
+                assert _rcl_takes(arguments) != last
+        else:
+            assert _rcl_takes(arguments) == last
+            outcomes[True] += 1
+
+    fuzz()
+    assert min(outcomes.values()) > 10
