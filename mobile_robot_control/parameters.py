@@ -15,6 +15,8 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
+from mobile_robot_control.quantities import LARGEST
+
 Parameters = TypeVar('Parameters')
 
 
@@ -272,6 +274,8 @@ def _check(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
     allowed = bounds(field)
     if not all(math.isfinite(number) for number in numbers):
         return typed, [f'{what} is not finite; it must be a finite number{", " + allowed if allowed else ""}']
+    if not all(abs(number) <= LARGEST for number in numbers):
+        return typed, [f'{what} is beyond {LARGEST:g}; write a smaller number{", " + allowed if allowed else ""}']
     wrong = (
         any(field.above is not None and number <= field.above for number in numbers)
         or any(field.minimum is not None and number < field.minimum for number in numbers)

@@ -5,6 +5,9 @@ All are in SI units. The chapter's symbols stand behind each field.
 
 from typing import NamedTuple
 
+LARGEST = 1e12
+"""In SI units: what no robot reaches. Parameters and messages beyond it are refused, and nothing beyond it is sent."""
+
 
 class Pose(NamedTuple):
     """

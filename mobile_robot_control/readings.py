@@ -9,15 +9,11 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
-from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
 
 WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
 """The joints' names; wheels are named in messages, never indexed."""
 _NANOSECONDS = 1_000_000_000
-
-
-_LARGEST = 1e12
-"""In SI units: even a diverging loop is noticed by the plant before anything gets there."""
 
 
 class Refused(ValueError):  # noqa: N818 (a verdict on a message)
@@ -79,9 +75,9 @@ def serialised_stamp(message: bytes) -> int:
 def _check(name: str, *values: float) -> None:
     for value in values:
         # written so that NaN does not pass
-        if not abs(value) <= _LARGEST:
+        if not abs(value) <= LARGEST:
             if math.isfinite(value):
-                raise Refused(f'{name} too large', f'{value:g} is beyond {_LARGEST:g}')
+                raise Refused(f'{name} too large', f'{value:g} is beyond {LARGEST:g}')
             raise Refused(f'{name} not finite', f'{value}')
 
 

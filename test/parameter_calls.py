@@ -8,6 +8,7 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 
 from mobile_robot_control.configuration import NODES, Configuration
 from mobile_robot_control.parameters import declarations
+from mobile_robot_control.quantities import LARGEST
 
 DECLARED = {node: declarations(type(part), defaults=part) for node, part in Configuration()._asdict().items()}
 
@@ -125,7 +126,7 @@ def _wrong(node, name, kind, value):
     field, number = declared.field, plain(make(name, kind, value).value)
     numbers = number if isinstance(number, tuple) else (number,) if isinstance(number, float) else ()
     return (
-        not all(map(math.isfinite, numbers))
+        not all(abs(each) <= LARGEST for each in numbers)
         or (field.length is not None and len(numbers) != field.length)
         or any(field.above is not None and each <= field.above for each in numbers)
         or (bool(field.choices) and value not in field.choices)
@@ -148,11 +149,16 @@ def _bad(node):
 
 
 def wild(node):
-    """Any live parameter with any value of its type, finite or not."""
+    """Any live parameter with any value of its type, finite or not, sensible or huge."""
     live = [name for name, declared in DECLARED[node].items() if declared.field.live]
-    return st.sampled_from(live).flatmap(lambda name: _any_value(st.sampled_from(
-        sorted(_KINDS[DECLARED[node][name].kind]))).map(lambda drawn: Setting(
-            make(name, *drawn), good=False if _wrong(node, name, *drawn) else None)))
+    huge = st.tuples(st.just(ParameterType.PARAMETER_DOUBLE), st.floats(-3.0, 12.0).map(lambda power: 10.0 ** power))
+
+    def values(name):
+        anything = _any_value(st.sampled_from(sorted(_KINDS[DECLARED[node][name].kind])))
+        return st.one_of(anything, huge, huge) if DECLARED[node][name].kind is float else anything
+
+    return st.sampled_from(live).flatmap(lambda name: values(name).map(lambda drawn: Setting(
+        make(name, *drawn), good=False if _wrong(node, name, *drawn) else None)))
 
 
 def _repeated(settings):

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters import Field
-from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.quantities import LARGEST, BodyVelocity
 
 
 class Limits(NamedTuple):
@@ -28,9 +28,8 @@ class Limits(NamedTuple):
 def _within(asked: float, before: float, largest: float, step: float) -> float:
     if step > 0.0:
         asked = min(max(asked, before - step), before + step)
-    if largest > 0.0:
-        asked = min(max(asked, -largest), largest)
-    return asked
+    bound = largest if 0.0 < largest < LARGEST else LARGEST
+    return min(max(asked, -bound), bound)
 
 
 @jitable
@@ -52,7 +51,7 @@ def limit(asked: BodyVelocity, before: BodyVelocity, limits: Limits, dt: float) 
     Returns
     -------
     BodyVelocity
-        Exactly what was asked for where no limit binds.
+        Exactly what was asked for where no limit binds. Without limits too it stays within what a message may hold.
 
     Examples
     --------

@@ -7,7 +7,7 @@ from mobile_robot_control.angles import direction, wrap_angle
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import coupled
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
+from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, WheelTorque
 
 # Gauss-Legendre quadrature with three points on [0, 1], exact to the fifth power of the period
 _OFFSET = 0.5 * math.sqrt(0.6)
@@ -193,7 +193,7 @@ def saturate(torque: WheelTorque, limit: float) -> WheelTorque:
     torque : WheelTorque
         [N m].
     limit : float
-        Largest absolute torque [N m]; 0 means no limit.
+        Largest absolute torque [N m]; 0 means no limit but that of a message.
 
     Returns
     -------
@@ -201,9 +201,8 @@ def saturate(torque: WheelTorque, limit: float) -> WheelTorque:
         [N m].
 
     """
-    if limit <= 0.0:
-        return torque
-    return WheelTorque(max(-limit, min(limit, torque.right)), max(-limit, min(limit, torque.left)))
+    bound = limit if 0.0 < limit < LARGEST else LARGEST
+    return WheelTorque(max(-bound, min(bound, torque.right)), max(-bound, min(bound, torque.left)))
 
 
 @jitable

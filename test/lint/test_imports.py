@@ -14,7 +14,7 @@ ROOMS = {
     'quantities': set(),
     'jit': set(),
     'angles': {'jit'},
-    'parameters': set(),
+    'parameters': {'quantities'},
     'readings': {'quantities'},
     'model': {'quantities', 'angles', 'jit', 'parameters'},
     'control': {'quantities', 'angles', 'jit', 'parameters', 'model'},

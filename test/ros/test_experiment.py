@@ -76,10 +76,13 @@ def test_a_node_that_hangs_is_named(domain, tmp_path):
     assert bag.read(output / 'bag').samples
 
 
-def test_divergence_ends_with_exit_code_1(domain, tmp_path):
+@pytest.mark.parametrize('gain', ['f:=500.0', 'q:=1e12'])
+def test_divergence_ends_with_exit_code_1(domain, tmp_path, gain):
     output = tmp_path / 'run'
     done = run_command('experiment', '--duration', 60, '--output', output, '--no-report', '-p',
-                       'plant.real_time_factor:=0.0', '-p', 'position_controller.backstepping.f:=500.0')
+                       'plant.real_time_factor:=0.0', '-p', 'plant.initial_pose:=[1.0, 0.5, 1.0]', '-p',
+                       'position_controller.controller_type:=backstepping', '-p',
+                       f'position_controller.backstepping.{gain}')
     assert done.returncode == 1
     assert 'the motion diverged' in done.stderr
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'diverged'

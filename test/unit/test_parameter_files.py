@@ -270,7 +270,7 @@ def test_merge_does_not_change_its_sources():
 
 
 def test_what_is_written_is_read_back(file):
-    configuration = configure({'plant': {'duration': 1.0 / 3.0, 'initial_pose': [0.1, 1e-300, -1e22]}})
+    configuration = configure({'plant': {'duration': 1.0 / 3.0, 'initial_pose': [0.1, 1e-300, -1e12 / 3.0]}})
     given = {node: flatten(getattr(configuration, node)) for node in NODES}
     for namespace in ('/', '/fleet/one'):
         assert configure(load([file(write(given))], namespace=namespace)) == configuration

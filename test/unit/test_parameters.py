@@ -135,6 +135,12 @@ def test_what_is_not_finite_is_refused(name, value):
         assert violation.endswith('above 0.0 m')
 
 
+@pytest.mark.parametrize('value', [1e13, -1e308, 10**13])
+def test_what_no_robot_reaches_is_refused(value):
+    assert only({'wheel.radius': value}) == (
+        f'wheel.radius = {value!r} is beyond 1e+12; write a smaller number, above 0.0 m')
+
+
 def test_a_whole_number_beyond_all_floats_is_refused():
     assert 'is not finite' in only({'wheel.radius': 10**400})
 

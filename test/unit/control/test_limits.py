@@ -1,5 +1,7 @@
 """Limits of the command."""
 
+import math
+
 import pytest
 
 from mobile_robot_control.control import handover
@@ -19,6 +21,9 @@ REST = BodyVelocity(0.0, 0.0)
     (Limits(linear_acceleration=1.0), (-0.7, 3.0), (0.2, 0.0), (0.1, 3.0)),
     (Limits(angular_acceleration=5.0), (0.7, 3.0), (0.2, 1.0), (0.7, 1.5)),
     (Limits(linear_acceleration=1.0), (0.25, 3.0), (0.2, 0.0), (0.25, 3.0)),
+    # beyond what a message may hold, limits or none
+    (Limits(), (1e15, -math.inf), (0.0, 0.0), (1e12, -1e12)),
+    (Limits(linear_velocity=1e15), (-1e15, 0.0), (0.0, 0.0), (-1e12, 0.0)),
     # lowered while the robot is faster than that: the velocity limit wins
     (Limits(linear_velocity=0.5, linear_acceleration=1.0), (2.0, 0.0), (2.0, 0.0), (0.5, 0.0)),
 ])
