@@ -14,6 +14,9 @@ from mobile_robot_control.readings import serialised_stamp
 from mobile_robot_control.ros.qos import NEWEST
 from mobile_robot_control.ros.timers import every
 
+_STALL = 0.5
+"""[s]: a shorter silence is a busy machine's. Subscriptions that come and go cost every node on the network memory."""
+
 
 class Peers:
     """
@@ -143,6 +146,8 @@ class Witness:
             Of the present velocity and position tick [ns].
 
         """
+        if silence < min(_STALL, self._timeout / 2):
+            return
         if not self._subscriptions:
             self._subscriptions = [
                 self._node.create_subscription(kind, topic, self._listener(topic), NEWEST, raw=True)
