@@ -61,7 +61,8 @@ def _rule(text: str, namespace: str) -> _Source:
     node, _, name = target.rpartition(':')
     where = f"-p '{text}'"
     if node and not addressed(node, namespace) and addressed(f'/**/{node}', namespace):
-        raise ParameterError([f"{where}: reaches no node in the namespace '{namespace}'; write -p {name}:={value}"])
+        raise ParameterError([f"{where}: reaches no node in the namespace '{namespace}'; "
+                              f"write '{name}: {value}' under '/**/{node}' of a file"])
     return _Source(where, node or '/**', {name: parse(value, where)}, '' if node or namespace != '/' else text)
 
 

@@ -12,6 +12,8 @@ from harness import CONFIG
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.configuration import NODES
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.parameter_files import write
 from mobile_robot_control.readings import serialised_stamp
 from mobile_robot_control.ros.qos import NEWEST
 
@@ -80,10 +82,10 @@ def test_eight_robots_drive_on_in_flat_memory(domain, tmp_path, monkeypatch):
         listener.create_subscription(Odometry, f'{name}/odom', hear, NEWEST, raw=True)
     try:
         for number, name in enumerate(names):
-            law = ('backstepping', 'hybrid_backstepping', 'fuzzy')[number % 3]
-            fleet.start(name, ['--params-file', CONFIG / 'wall_clock.yaml', '-p', 'lockstep:=true', '-p',
-                               f'position_controller:controller_type:={law}', '-p',
-                               f'publish_clock:={str(number == 0).lower()}'],
+            law = tmp_path / f'{number}.yaml'
+            law.write_text(write({'position_controller': {'controller_type': list(LAWS)[number % 3]}}))
+            fleet.start(name, ['--params-file', CONFIG / 'wall_clock.yaml', '--params-file', law, '-p',
+                               'lockstep:=true', '-p', f'publish_clock:={str(number == 0).lower()}'],
                         composed=False)
         fleet.spin_until(lambda: len(stamps) == 8 and min(stamps.values()) > 1.0, 120.0)
         fleet.listen(WARM_UP)

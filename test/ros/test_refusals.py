@@ -93,7 +93,7 @@ def test_a_node_refuses_an_override(domain, override, words):
     (['-r', '__ns:=/robot1', '--params-file', CONFIG / 'fuzzy.yaml', '-p', 'controller_type:=backstepping'],
      ["controller_type = 'backstepping'", "write it under '/**/position_controller' of a file"]),
     (['-r', '__ns:=/robot1', '-p', 'position_controller:controller_type:=fuzzy'],
-     ["namespace '/robot1'", 'write -p controller_type:=fuzzy']),
+     ["namespace '/robot1'", "write 'controller_type: fuzzy' under '/**/position_controller' of a file"]),
 ])
 def test_a_value_that_would_lose_is_refused(domain, arguments, words):
     _assert_refused(_node('position_controller', *arguments), words)
