@@ -11,7 +11,6 @@ from mobile_robot_control.cli.arguments import command, distinct, parser
 from mobile_robot_control.configuration import Configuration, configure
 from mobile_robot_control.parameter_files import load
 from mobile_robot_control.parameters import ParameterError
-from mobile_robot_control.reporting import report as reporting
 from mobile_robot_control.reporting.run_reading import RecordedRun, UnreadableRunError, read
 
 
@@ -112,6 +111,9 @@ def draw(
         Which runs could not be read, and why.
 
     """
+    # imported late: Matplotlib takes its second where something is drawn, and nowhere else
+    from mobile_robot_control.reporting import report as reporting  # noqa: PLC0415
+
     with tqdm(total=reporting.steps(runs, animation), desc='draw', disable=quiet or None, leave=False) as bar:
         def step(title: str) -> None:
             bar.set_postfix_str(title)
@@ -135,8 +137,10 @@ def refuse_too_many(runs: int) -> None:
         If there are too many.
 
     """
-    if runs > reporting.MOST:
-        raise ParameterError([f'{runs} runs are more than a reader can tell apart; name {reporting.MOST} at the most'])
+    from mobile_robot_control.reporting.report import MOST  # noqa: PLC0415 (late, as above)
+
+    if runs > MOST:
+        raise ParameterError([f'{runs} runs are more than a reader can tell apart; name {MOST} at the most'])
 
 
 def report(
