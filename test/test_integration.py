@@ -23,7 +23,7 @@ from sensor_msgs.msg import JointState
 
 CONFIG = Path(__file__).parents[1] / 'config'
 NODES = ('reference_cart', 'position_controller', 'velocity_controller', 'plant')
-DURATION = 8.0
+DURATION = 4.0
 BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.1}
 
 

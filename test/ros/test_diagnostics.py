@@ -85,14 +85,15 @@ def test_a_robot_that_was_stopped_says_why(robot):
 @pytest.mark.parametrize('name', ['plant', 'velocity_controller'])
 def test_saturation_is_a_warning(robot, name):
     reports = Reports(robot)
-    robot.start(arguments=['-p', f'{name}:max_wheel_torque:=0.001'])
+    robot.start(arguments=['-p', f'{name}:max_wheel_torque:=0.001'], composed=True)
     robot.spin_until(lambda: float(reports.values(name).get('saturation share', '0')) > 0.2)
     assert reports.newest(name).level == DiagnosticStatus.WARN
 
 
 def test_divergence_is_an_error(robot):
     reports = Reports(robot)
-    robot.start(arguments=['-p', 'backstepping.f:=500.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true'])
+    robot.start(arguments=['-p', 'backstepping.q:=1e12', '-p', 'initial_pose:=[1.0, 0.5, 1.0]', '-p', 'paused:=true'],
+                composed=True)
     robot.spin_until(lambda: reports.newest('plant').message == 'paused')
     robot.go_on()
     robot.spin_until(lambda: reports.newest('plant').message == 'diverged', 60.0)

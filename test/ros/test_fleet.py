@@ -18,19 +18,22 @@ from mobile_robot_control.readings import serialised_stamp
 from mobile_robot_control.ros.qos import NEWEST
 
 ROBOTS = {
-    '/robot1': ['--params-file', CONFIG / 'hybrid_backstepping.yaml', '-p', 'initial_pose:=[0.8, 0.1, 0.0]'],
+    '/robot1': ['--params-file', CONFIG / 'hybrid_backstepping.yaml'],
     '/robot2': ['--params-file', CONFIG / 'fuzzy.yaml', '-p', 'publish_clock:=false'],
 }
+START = {'plant': {'initial_pose': [0.8, 0.1, 0.0]}}
 DURATION = 2.0
 
 
 def _run(folder, monkeypatch, names):
     """What robots say that run side by side, as fast as they go."""
     fleet = Fleet(folder, names, monkeypatch)
+    start = folder / 'start.yaml'
+    start.write_text(write(START))
     try:
         for name in names:
-            fleet.start(name, [*ROBOTS[name], '-p', f'duration:={DURATION}', '-p', 'real_time_factor:=0.0',
-                               '-p', 'paused:=true'])
+            fleet.start(name, [*ROBOTS[name], '--params-file', start, '-p', f'duration:={DURATION}', '-p',
+                               'real_time_factor:=0.0', '-p', 'paused:=true'])
         fleet.go_on()
         fleet.finish()
     finally:

@@ -52,8 +52,8 @@ def _run(folder, monkeypatch, duration, vandal=None):
     try:
         recorder = fleet.recorders['/']
         recorder.create_subscription(DiagnosticArray, '/diagnostics', count, 100)
-        fleet.start('/', ['--params-file', CONFIG / 'hybrid_backstepping.yaml', '-p', 'initial_pose:=[0.8, 0.1, 0.0]',
-                          '-p', f'duration:={duration}', '-p', 'paused:=true', '-p', 'real_time_factor:=0.0'],
+        fleet.start('/', ['--params-file', CONFIG / 'hybrid_backstepping.yaml', '-p', f'duration:={duration}', '-p',
+                          'plant:initial_pose:=[0.8, 0.1, 0.0]', '-p', 'paused:=true', '-p', 'real_time_factor:=0.0'],
                     composed=vandal is None)
         fleet.spin_until(recorder.hears_everything)
         if vandal is not None:

@@ -37,10 +37,10 @@ def test_start_order_is_free(robot, order):
 
 def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
     # a law that starts on the path stays there: what is off it comes from the restarts
-    arguments = ['-p', 'duration:=12.0', '-p', 'real_time_factor:=3.0', '-p', 'peer_timeout:=0.5']
+    arguments = ['-p', 'duration:=4.0', '-p', 'peer_timeout:=0.5']
     robot.start(arguments=arguments)
     for number, name in enumerate(('reference_cart', 'position_controller', 'velocity_controller'), start=1):
-        robot.spin_until(lambda: robot.time() > 2.5 * number)  # noqa: B023
+        robot.spin_until(lambda: robot.time() > 0.8 * number)  # noqa: B023
         robot.processes[name].kill()
         robot.spin_until(lambda: f'waiting for {name}' in robot.log('plant'))  # noqa: B023
         robot.listen(0.5)
@@ -51,10 +51,10 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
         robot.spin_until(lambda: re.search(f'{name}.* answered: the run goes on', robot.log('plant')))  # noqa: B023
     robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
     assert robot.processes['plant'].exit_code() == 0
-    robot.spin_until(lambda: robot.time() == 12.0)
+    robot.spin_until(lambda: robot.time() == 4.0)
     samples = robot.recording().samples
-    # the recorder finds a restarted node a moment later than the loop does; the last one comes back at 7.5 s
-    assert samples[-1].time >= 7.5
+    # the recorder finds a restarted node a moment later than the loop does; the last one comes back at 2.4 s
+    assert samples[-1].time >= 2.4
     assert _metrics(samples)['max_position_error'] < 0.05
 
 
@@ -79,7 +79,7 @@ def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
 
 
 def test_time_stands_still_while_paused(robot):
-    robot.start(arguments=['-p', 'paused:=true'])
+    robot.start(arguments=['-p', 'paused:=true'], composed=True)
     robot.spin_until(robot.recorder.hears_everything)
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {0}
@@ -157,7 +157,8 @@ def test_path_is_latched_and_clock_follows(robot):
 
 
 def test_messages_carry_the_frames_of_the_contract(robot):
-    robot.start(arguments=['-p', 'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'])
+    robot.start(arguments=['-p', 'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'],
+                composed=True)
     odometry, references = [], []
     robot.recorder.create_subscription(Odometry, 'odom', odometry.append, NEWEST)
     robot.recorder.create_subscription(Odometry, 'reference', references.append, NEWEST)
@@ -168,7 +169,7 @@ def test_messages_carry_the_frames_of_the_contract(robot):
 
 def test_wall_speed_is_kept(robot):
     started = time.monotonic()
-    robot.start(arguments=['-p', 'real_time_factor:=0.5'])
+    robot.start(arguments=['-p', 'real_time_factor:=0.5'], composed=True)
     robot.spin_until(lambda: robot.time() > 1.0)
     # never faster than was asked for, counted from before the nodes were there; a slow machine may fall behind
     assert robot.time() <= 0.5 * (time.monotonic() - started) + 0.15

@@ -97,7 +97,7 @@ def _assert_it_goes_on(robot, services):
 
 
 def test_fuzzed_calls_are_applied_whole_or_refused_by_name(robot):
-    robot.start(arguments=SLOW)
+    robot.start(arguments=SLOW, composed=True)
     robot.spin_until(lambda: robot.time() > 0.02)
     services, count = Services(robot), itertools.count(1)
 

@@ -3,9 +3,12 @@
 import os
 import subprocess
 import sys
+import types
 
 import pytest
 from harness import CONFIG, run_command
+
+from mobile_robot_control.ros import spin
 
 BAD = {
     'out of bounds': ('/**: {ros__parameters: {robot.mass: -1.0}}', ['robot.mass = -1.0', 'above 0.0 kg']),
@@ -52,10 +55,13 @@ def _assert_refused(done, words):
 
 
 @pytest.mark.parametrize(('node', 'text', 'words'), [case[1:] for case in CASES], ids=[case[0] for case in CASES])
-def test_a_node_refuses_a_file(domain, tmp_path, node, text, words):
+def test_a_node_refuses_a_file(domain, tmp_path, capfd, node, text, words):
     file = tmp_path / 'parameters.yaml'
     file.write_text(text)
-    _assert_refused(_node(node, '--params-file', file), words)
+    # in this process: those with an override, below, are nodes of their own
+    stopped = types.SimpleNamespace(requested=True)
+    code = spin.spin([node], ['--ros-args', '--params-file', str(file)], stopped)
+    _assert_refused(subprocess.CompletedProcess(node, code, stderr=capfd.readouterr().err), words)
 
 
 @pytest.mark.parametrize(('text', 'words'), [case[2:] for case in CASES], ids=[case[0] for case in CASES])
@@ -125,7 +131,7 @@ def test_a_folder_in_use_is_kept(domain, tmp_path):
 
 
 def test_a_whole_number_serves_where_a_float_belongs(robot):
-    robot.start(arguments=['-p', 'robot.mass:=10', '-p', 'duration:=1', '-p', 'real_time_factor:=0'])
+    robot.start(arguments=['-p', 'robot.mass:=10', '-p', 'duration:=1', '-p', 'real_time_factor:=0'], composed=True)
     robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
     assert robot.processes['plant'].exit_code() == 0
 
