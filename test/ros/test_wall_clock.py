@@ -23,12 +23,14 @@ class Watch:
     """What the newest messages say, and all position errors [m] by wall time."""
 
     def __init__(self, robot):
-        self.errors, self.speed, self.command, self.torque, self.stamp = [], math.nan, math.nan, math.nan, 0
+        self.errors, self.stamp = [], 0
+        self.speed = self.command = self.torque = self.asked = math.nan
         node = robot.recorder
         node.create_subscription(Vector3Stamped, 'tracking_error', self._on_error, NEWEST)
         node.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
         node.create_subscription(TwistStamped, 'cmd_vel', self._on_command, NEWEST)
         node.create_subscription(JointState, 'joint_states', self._on_wheels, NEWEST)
+        node.create_subscription(JointState, 'wheel_torques', self._on_torques, NEWEST)
 
     def _on_error(self, message):
         self.errors.append((time.monotonic(), math.hypot(message.vector.x, message.vector.y)))
@@ -42,6 +44,9 @@ class Watch:
 
     def _on_wheels(self, message):
         self.torque = max(map(abs, message.effort))
+
+    def _on_torques(self, message):
+        self.asked = max(map(abs, message.effort))
 
     def rms(self, seconds):
         """RMS error [m] over the last seconds."""
@@ -73,14 +78,15 @@ def test_a_silent_node_stops_the_robot_and_its_return_goes_on(robot):
         ('position_controller', lambda: watch.speed < 0.05),
         ('reference_cart', lambda: watch.command == 0.0),
         ('velocity_controller', lambda: watch.torque == 0.0),
+        ('plant', lambda: watch.asked == 0.0 and watch.command == 0.0),
     ):
         robot.spin_until(lambda: watch.speed > 0.1)
         robot.processes[name].signal(signal.SIGSTOP)
         # timeouts are 0.5, 0.5 and 0.1 s; braking takes the rest
         robot.spin_until(silent, 3.0)
         robot.processes[name].signal(signal.SIGCONT)
-        robot.spin_until(lambda: watch.speed > 0.1 and watch.command > 0.1, 5.0)
-        robot.listen(2.0)
+        robot.spin_until(lambda: watch.speed > 0.1 and watch.command > 0.1 and watch.asked > 0.0, 5.0)
+        robot.listen(1.0)
     robot.spin_until(lambda: watch.errors[-1][1] < 0.05, 16.0)
 
 
