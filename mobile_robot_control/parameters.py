@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from mobile_robot_control.quantities import LARGEST
+from mobile_robot_control.quantities import LARGEST, SMALLEST
 
 Parameters = TypeVar('Parameters')
 
@@ -261,6 +261,17 @@ def _typed(declared: Declaration, value: Any) -> Any:
 _KINDS = {float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a text', tuple: 'an array of numbers'}
 
 
+def _unfit(field: Field, numbers: Iterable[float]) -> str:
+    """Say what is wrong with the size of numbers, whatever their own bounds are; '' if nothing is."""
+    if not all(map(math.isfinite, numbers)):
+        return 'is not finite; it must be a finite number'
+    if any(abs(number) > LARGEST for number in numbers):
+        return f'is beyond {LARGEST:g}; write a smaller number'
+    if field.above == 0.0 and any(0.0 < number < SMALLEST for number in numbers):
+        return f'is below {SMALLEST:g}; write a larger number'
+    return ''
+
+
 def _check(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
     """Convert and check one value; returns it with the violations found."""
     field = declared.field
@@ -272,10 +283,9 @@ def _check(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
                       f'such as {_as_written(declared.default)}']
     numbers = typed if declared.kind is tuple else (typed,) if declared.kind in (float, int) else ()
     allowed = bounds(field)
-    if not all(math.isfinite(number) for number in numbers):
-        return typed, [f'{what} is not finite; it must be a finite number{", " + allowed if allowed else ""}']
-    if not all(abs(number) <= LARGEST for number in numbers):
-        return typed, [f'{what} is beyond {LARGEST:g}; write a smaller number{", " + allowed if allowed else ""}']
+    unfit = _unfit(field, numbers)
+    if unfit:
+        return typed, [f'{what} {unfit}{", " + allowed if allowed else ""}']
     wrong = (
         any(field.above is not None and number <= field.above for number in numbers)
         or any(field.minimum is not None and number < field.minimum for number in numbers)

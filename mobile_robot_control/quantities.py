@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 LARGEST = 1e12
 """In SI units: what no robot reaches. Parameters and messages beyond it are refused, and nothing beyond it is sent."""
+SMALLEST = 1.0 / LARGEST
+"""In SI units: what must be positive is not less, for it divides."""
 
 
 class Pose(NamedTuple):

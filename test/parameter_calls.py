@@ -8,7 +8,7 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 
 from mobile_robot_control.configuration import NODES, Configuration
 from mobile_robot_control.parameters import declarations
-from mobile_robot_control.quantities import LARGEST
+from mobile_robot_control.quantities import LARGEST, SMALLEST
 
 DECLARED = {node: declarations(type(part), defaults=part) for node, part in Configuration()._asdict().items()}
 
@@ -129,6 +129,7 @@ def _wrong(node, name, kind, value):
         not all(abs(each) <= LARGEST for each in numbers)
         or (field.length is not None and len(numbers) != field.length)
         or any(field.above is not None and each <= field.above for each in numbers)
+        or (field.above == 0.0 and any(each < SMALLEST for each in numbers))
         or (bool(field.choices) and value not in field.choices)
     )
 

@@ -4,18 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping, velocity_pi
+from mobile_robot_control.control import backstepping, fuzzy, handover, hybrid_backstepping, velocity_pi
 from mobile_robot_control.control.backstepping import BacksteppingGains, NoState, lyapunov, lyapunov_rate
 from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
 from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains, fade_step
+from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.control.tracking_error import bearing, distance, tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters import ParameterError, build
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque
+from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Pose, Reference, TrackingError, WheelTorque
 
 FINITE = st.floats(-1e15, 1e15)
 ORDINARY = st.floats(-5.0, 5.0)
@@ -47,6 +48,27 @@ def fuzzy_gains(draw):
     try:
         return build(FuzzyGains, {'a': draw(st.floats(0.0, 10.0, exclude_min=True)), 'b': (b1, b2, b3, b4, b5, b6),
                                   'c': c, 'd': d})
+    except ParameterError:
+        assume(False)
+
+
+SIZES = st.floats(-12.0, 12.0).map(lambda power: min(max(10.0 ** power, SMALLEST), LARGEST))
+WITHIN = st.floats(-LARGEST, LARGEST)
+
+
+@st.composite
+def extreme_controls(draw):
+    """Any law with any gains that the parameters allow."""
+    b1, size = draw(SIZES), draw(SIZES)
+    b0 = max(SMALLEST, 0.25 * b1 * b1 * draw(st.floats(0.0, 0.999)))
+    try:
+        return build(PositionControl, {
+            'controller_type': draw(st.sampled_from(list(LAWS))), 'backstepping.p': draw(SIZES),
+            'backstepping.q': draw(SIZES), 'backstepping.alpha': draw(st.floats(1.0, 5.0)),
+            'backstepping.f': draw(SIZES), 'backstepping.g': draw(SIZES), 'hybrid_backstepping.b0': b0,
+            'hybrid_backstepping.b1': b1, 'hybrid_backstepping.seek_acceleration': draw(SIZES),
+            'hybrid_backstepping.seek_speed': draw(SIZES), 'fuzzy.a': draw(SIZES),
+            'fuzzy.c': [0.5 * size * side for side in (-2.0, -1.0, 0.0, 1.0, 2.0)]})
     except ParameterError:
         assume(False)
 
@@ -260,3 +282,16 @@ def test_equation_17_without_a_limit_both_channels_always_integrate(gains, v, om
     assert after == pytest.approx(expected, rel=1e-12, abs=1e-13)
     sum_, difference = 5.0 * gains.k1 * v + common, 5.0 * gains.k2 * omega + differential
     assert torque == pytest.approx(WheelTorque(sum_ + difference, sum_ - difference), rel=1e-12, abs=1e-10)
+
+
+@settings(max_examples=300)
+@given(extreme_controls(), st.lists(st.tuples(st.builds(TrackingError, WITHIN, WITHIN, DIRECTIONS), st.builds(
+    Reference, st.just(Pose(0.0, 0.0, 0.0)), st.builds(BodyVelocity, WITHIN, WITHIN))), min_size=1, max_size=4),
+    st.booleans())
+def test_no_gains_ask_for_what_a_message_may_not_hold(control, inputs, under_way):
+    running = handover.begin(control, under_way=under_way)
+    for error, reference in inputs:
+        running, command = handover.step(running, error, reference, 0.01)
+        # written so that NaN does not pass
+        assert abs(command.linear) <= LARGEST
+        assert abs(command.angular) <= LARGEST

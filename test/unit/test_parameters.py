@@ -141,12 +141,18 @@ def test_what_no_robot_reaches_is_refused(value):
         f'wheel.radius = {value!r} is beyond 1e+12; write a smaller number, above 0.0 m')
 
 
+@pytest.mark.parametrize('value', [9e-13, 5e-324])
+def test_what_divides_by_next_to_nothing_is_refused(value):
+    assert only({'wheel.radius': value}) == (
+        f'wheel.radius = {value!r} is below 1e-12; write a larger number, above 0.0 m')
+
+
 def test_a_whole_number_beyond_all_floats_is_refused():
     assert 'is not finite' in only({'wheel.radius': 10**400})
 
 
 @pytest.mark.parametrize(('name', 'bad', 'good', 'allowed'), [
-    ('wheel.radius', 0.0, 5e-324, 'above 0.0 m'),
+    ('wheel.radius', 0.0, 1e-12, 'above 0.0 m'),
     ('wheel.radius', -1.0, 0.1, 'above 0.0 m'),
     ('width', 0.0999, 0.1, 'at least 0.1 m'),
     ('wheel.slip', -1e-9, 0.0, 'at least 0.0, at most 1.0'),

@@ -222,6 +222,6 @@ def test_deviation_4_a_fade_in_that_swings_is_refused():
 
 
 def test_equation_32_with_a_vanishing_b0_is_of_first_order():
-    fade, rate = fade_step(0.0, 0.0, 1.0, build(SeekingGains, {'b0': 1e-200, 'b1': 2.0}), 0.5)
+    fade, rate = fade_step(0.0, 0.0, 1.0, build(SeekingGains, {'b0': 1e-12, 'b1': 2.0}), 0.5)
     assert fade == pytest.approx(1.0 - math.exp(-0.25), rel=1e-12)
     assert rate == pytest.approx(0.5 * math.exp(-0.25), rel=1e-12)
