@@ -5,12 +5,15 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
+from mobile_robot_control.configuration import NODES
 from mobile_robot_control.readings import serialised_stamp
 from mobile_robot_control.ros.timers import every
 
@@ -57,6 +60,7 @@ class Recorder(Node):
         super().__init__('recorder', namespace=namespace, enable_rosout=False)
         self._sink, self._knows = sink, knows
         self._heard: dict[str, Any] = {}
+        self._reporting: set[str] = set()
         self.newest: dict[str, int] = {}
         self.received = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
@@ -92,8 +96,14 @@ class Recorder(Node):
         bool
             True if so: on the wall clock, where a paused plant is not answered, nothing more will be missed.
 
+        Notes
+        -----
+        A node learns of subscriptions in the order in which they were made, and that to ``/diagnostics`` is made after
+        those to the loop: whose diagnostics are heard will be heard on all its topics.
+
         """
-        return 'joint_states' in self.newest and all(map(self.count_publishers, self._loop))
+        loop_is_there = 'joint_states' in self.newest and all(map(self.count_publishers, self._loop))
+        return loop_is_there and self._reporting >= {self.resolve_topic_name(node) for node in NODES}
 
     def hears_everything(self) -> bool:
         """
@@ -147,6 +157,9 @@ class Recorder(Node):
             now = time.time_ns()
             if name is not None:
                 self.newest[name], self.received = serialised_stamp(message), now
+            elif topic == '/diagnostics':
+                said = deserialize_message(message, DiagnosticArray)
+                self._reporting.update(f'/{status.name}' for status in said.status)
             self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(
