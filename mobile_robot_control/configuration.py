@@ -60,6 +60,10 @@ class PlantParameters(NamedTuple):
         bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock joint_states alone',
                     live=True)
     ] = False
+    hold_at: Annotated[
+        float, Field('s', 'time from the start at which the run holds as if paused, until this is raised; 0 means none',
+                     minimum=0.0, live=True)
+    ] = 0.0
     publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
     publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True
     max_wheel_torque: Annotated[

@@ -4,6 +4,7 @@ import os
 import time
 
 import rclpy
+from harness import PERIOD
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.cli import transport
@@ -86,7 +87,7 @@ class Fleet:
 
             def answered(recorder=recorder, asked=asked):
                 if not asked or time.monotonic() > asked[-1][0] + 1.0:
-                    asked.append((time.monotonic(), recorder.go_on()))
+                    asked.append((time.monotonic(), recorder.let_run(PERIOD)))
                 return any(answer.done() for _, answer in asked)
 
             self.spin_until(answered)

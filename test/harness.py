@@ -9,6 +9,8 @@ import time
 from pathlib import Path
 
 import rclpy
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.cli.processes import NodeProcess, stop
@@ -19,6 +21,8 @@ from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
 
 CONFIG = Path(__file__).parents[1] / 'config'
+PERIOD = 2_000_000
+"""[ns] of the velocity grid in lockstep, unless a test chooses another."""
 
 
 def run_command(name, *arguments, timeout=90):
@@ -117,12 +121,22 @@ class Robot:
 
         def answered():
             if not answers or time.monotonic() > asked[-1] + 1.0:
-                answers.append(self.recorder.go_on())
+                answers.append(self.recorder.let_run(PERIOD))
                 asked.append(time.monotonic())
             return any(answer.done() for answer in answers)
 
         asked = []
         self.spin_until(answered)
+
+    def set(self, node, **values):
+        """Set parameters of a node, with two underscores for the dot in a name; returns what it says to each."""
+        client = self.recorder.create_client(SetParameters, f'{node}/set_parameters')
+        self.spin_until(client.service_is_ready)
+        answer = client.call_async(SetParameters.Request(parameters=[
+            Parameter(name.replace('__', '.'), value=value).to_parameter_msg() for name, value in values.items()
+        ]))
+        self.spin_until(answer.done)
+        return answer.result().results
 
     def recording(self):
         """Close the bag and read it."""

@@ -67,8 +67,8 @@ class _Conductor:
         self._stop, self._recorder, self._executor, self._bag, self._progress = stop, recorder, executor, bag, progress
         shared = parameters.plant.shared
         self.lockstep = shared.lockstep
-        period = period_nanoseconds(shared.velocity_rate)
-        self._end = round(parameters.plant.duration * shared.velocity_rate) * period
+        self._period = period_nanoseconds(shared.velocity_rate)
+        self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
         self._position_period = period_nanoseconds(shared.position_rate)
 
     def start(self, *names: str) -> None:
@@ -89,7 +89,7 @@ class _Conductor:
     def let_time_run(self) -> None:
         """Tell the paused plant to go on, until it has heard it."""
         deadline = time.monotonic() + self._patience
-        while not self.spin_until(self._recorder.go_on().done, 1.0):
+        while not self.spin_until(self._recorder.let_run(self._period if self.lockstep else 0).done, 1.0):
             if time.monotonic() > deadline or self._over():
                 return
 

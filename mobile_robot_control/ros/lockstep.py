@@ -193,6 +193,11 @@ class Pace:
         self.asking = False
         self._tick()
 
+    def remind(self) -> None:
+        """Ask again at once what is not answered."""
+        if self.asking:
+            self._repeat(0.0)
+
     def _tick(self) -> None:
         now = time.monotonic()
         if self.asking or now < self._due:

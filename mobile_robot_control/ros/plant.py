@@ -68,11 +68,18 @@ class Plant(Node):
         """Simulated time [ns], on the wall clock too."""
         return self._k * self._period
 
+    @property
+    def _held(self) -> bool:
+        """Whether time stands still because somebody wants it so."""
+        return self._values.paused or 0 < round(self._values.hold_at * 1e9) <= self._now
+
     def _change(self, values: PlantParameters) -> None:
-        self._values = values
+        held, self._values = self._held, values
+        if held and not self._held and self._pace is not None:
+            self._pace.remind()
 
     def _condition(self) -> Condition | None:
-        if self._values.paused:
+        if self._held:
             return Condition(DiagnosticStatus.OK, 'paused')
         if self._witness.named:
             return Condition(DiagnosticStatus.ERROR if self._now else DiagnosticStatus.STALE, 'waiting',
@@ -87,7 +94,7 @@ class Plant(Node):
 
     def _repeat(self, silence: float) -> None:
         """Say the newest of both again, whichever of the others missed it."""
-        if not self._values.paused:
+        if not self._held:
             self._witness.stalled(silence, self._now, self._now - self._now % self._position_period)
         self._topics.repeat_odometry()
         self._topics.publish_joint_states(self._now, self._k, self._state, self._applied)
@@ -98,7 +105,7 @@ class Plant(Node):
             return
         if admitted.turn is Turn.HOLD:
             self._torque = admitted.value
-        elif admitted.turn is Turn.STEP and not self._values.paused:
+        elif admitted.turn is Turn.STEP and not self._held:
             self._on_answer(admitted.value)
 
     def _on_answer(self, torque: WheelTorque) -> None:
@@ -112,7 +119,7 @@ class Plant(Node):
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest torque, or none when it is too old."""
-        if self._values.paused:
+        if self._held:
             # without odometry a cart that has not begun does not begin either
             self._topics.publish_joint_states(self.get_clock().now().nanoseconds, self._k, self._state, self._applied)
             return

@@ -15,6 +15,8 @@ from rclpy.task import Future
 
 from mobile_robot_control.configuration import NODES
 from mobile_robot_control.readings import serialised_stamp
+from mobile_robot_control.recording.signals import FAST
+from mobile_robot_control.ros.qos import LOOP
 from mobile_robot_control.ros.timers import every
 
 LOOP_TOPICS = {
@@ -26,6 +28,8 @@ LOOP_TOPICS = {
     'wheel_torques': 'sensor_msgs/msg/JointState',
 }
 _DEPTH = 5000
+_AHEAD = LOOP.depth // 4
+"""Steps that a lockstep run may be ahead of what is recorded."""
 Sink = Callable[[str, str, int, bytes, bool], None]
 
 
@@ -63,6 +67,7 @@ class Recorder(Node):
         self._reporting: set[str] = set()
         self.newest: dict[str, int] = {}
         self.received = 0
+        self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
         self._loop = {self.resolve_topic_name(topic): topic for topic in LOOP_TOPICS}
         for topic, name in self._loop.items():
@@ -117,9 +122,15 @@ class Recorder(Node):
         """
         return set(self.newest) == set(LOOP_TOPICS)
 
-    def go_on(self) -> Future[Any]:
+    def let_run(self, period: int = 0) -> Future[Any]:
         """
-        Tell a paused plant to go on; a plant that is not discovered yet does not hear it, so say it until it answers.
+        Tell a paused plant to go on; one that is not discovered yet does not hear it, so say it until it answers.
+
+        Parameters
+        ----------
+        period : int
+            Of the velocity grid [ns], in lockstep: from now on the plant holds where publishers could no longer keep
+            for this recorder what it has not taken yet. 0 lets it go on whatever happens, as the wall clock does.
 
         Returns
         -------
@@ -127,10 +138,20 @@ class Recorder(Node):
             Done when the plant has said yes.
 
         """
+        self._ahead = _AHEAD * period
+        return self._allow(paused=False)
+
+    def _allow(self, **values: float) -> Future[Any]:
+        if self._ahead:
+            self._allowed = self._recorded() + self._ahead
+            values['hold_at'] = self._allowed / 1e9
         answer: Future[Any] = self._plant.call_async(SetParameters.Request(
-            parameters=[Parameter('paused', Parameter.Type.BOOL, False).to_parameter_msg()]
+            parameters=[Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
         ))
         return answer
+
+    def _recorded(self) -> int:
+        return min(self.newest.get(topic, 0) for topic in FAST)
 
     def _discover(self) -> None:
         """Join every topic of the namespace, and those that ROS shares between namespaces."""
@@ -157,6 +178,8 @@ class Recorder(Node):
             now = time.time_ns()
             if name is not None:
                 self.newest[name], self.received = serialised_stamp(message), now
+                if self._ahead and self._recorded() > self._allowed - self._ahead // 2:
+                    self._allow()
             elif topic == '/diagnostics':
                 said = deserialize_message(message, DiagnosticArray)
                 self._reporting.update(f'/{status.name}' for status in said.status)

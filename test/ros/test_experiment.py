@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import time
 
 import pytest
 from harness import CONFIG, Robot, experiment, node_pid, run_command, start_experiment, wait_until_it_moves
@@ -45,6 +46,21 @@ def test_a_namespace_of_its_own(domain, tmp_path):
     recording = bag.read(output / 'bag', '/robot1')
     assert len(recording.samples) == 501
     assert not recording.problems
+
+
+def test_a_recorder_that_is_held_up_misses_nothing(domain, tmp_path):
+    """The run waits for it: in the seconds that it stands still, ten times as much would pass as publishers keep."""
+    output = tmp_path / 'run'
+    run = start_experiment(output, '--duration', 20, '-p', 'plant.real_time_factor:=0.0', '--composed')
+    wait_until_it_moves(run)
+    os.kill(run.pid, signal.SIGSTOP)
+    time.sleep(3.0)
+    os.kill(run.pid, signal.SIGCONT)
+    _, errors = run.communicate(timeout=60)
+    assert run.returncode == 0, errors
+    recording = bag.read(output / 'bag')
+    assert not recording.problems
+    assert len(recording.samples) == 10001
 
 
 @pytest.mark.parametrize('name', ['position_controller', 'plant'])

@@ -4,8 +4,6 @@ import itertools
 
 import pytest
 from harness import CONFIG
-from rcl_interfaces.srv import SetParameters
-from rclpy.parameter import Parameter
 
 from mobile_robot_control.configuration import configure
 from mobile_robot_control.control import velocity_pi
@@ -16,23 +14,12 @@ from mobile_robot_control.parameter_files import load
 ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=2.0']
 
 
-def _set(robot, node, **values):
-    """Set parameters of a node; returns what it says to each."""
-    client = robot.recorder.create_client(SetParameters, f'{node}/set_parameters')
-    robot.spin_until(client.service_is_ready)
-    answer = client.call_async(SetParameters.Request(parameters=[
-        Parameter(name.replace('__', '.'), value=value).to_parameter_msg() for name, value in values.items()
-    ]))
-    robot.spin_until(answer.done)
-    return answer.result().results
-
-
 def test_another_law_takes_over_without_a_jump(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=4.0'], composed=True)
     robot.spin_until(robot.recorder.hears_everything)
-    assert _set(robot, 'plant', paused=False)[0].successful
+    robot.go_on()
     robot.spin_until(lambda: robot.time() > 1.0)
-    result, = _set(robot, 'position_controller', controller_type='fuzzy')
+    result, = robot.set('position_controller', controller_type='fuzzy')
     assert result.successful, result.reason
     robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
     recording = robot.recording()
@@ -54,7 +41,7 @@ def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     robot.spin_until(robot.recorder.hears_everything)
     robot.go_on()
     robot.spin_until(lambda: robot.time() > 0.5)
-    result, = _set(robot, 'velocity_controller', gains__k1=0.25)
+    result, = robot.set('velocity_controller', gains__k1=0.25)
     assert result.successful, result.reason
     robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
     recording = robot.recording()
@@ -87,7 +74,7 @@ def test_what_is_refused_changes_nothing(robot):
         ('velocity_controller', {'velocity_rate': 100.0}, 'read-only'),
         ('plant', {'initial_pose': [0.0, 0.0, 0.0]}, 'read-only'),
     ):
-        result, = _set(robot, node, **values)
+        result, = robot.set(node, **values)
         assert not result.successful
         assert word in result.reason
     before = robot.time()
@@ -100,5 +87,5 @@ def test_what_is_refused_changes_nothing(robot):
 ])
 def test_whole_numbers_serve_live_too(robot, node, values):
     robot.start(arguments=ARGUMENTS, composed=True)
-    for result in _set(robot, node, **values):
+    for result in robot.set(node, **values):
         assert result.successful, result.reason

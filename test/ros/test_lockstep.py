@@ -88,6 +88,25 @@ def test_time_stands_still_while_paused(robot):
     robot.spin_until(lambda: robot.time() > 0.5)
 
 
+def test_time_runs_up_to_where_it_is_held(robot):
+    robot.start(arguments=['-p', 'hold_at:=0.5', '-p', 'real_time_factor:=0.0', '-p', 'duration:=1.0'], composed=True)
+    robot.spin_until(robot.recorder.hears_everything)
+    robot.spin_until(lambda: robot.time() == 0.5)
+    robot.listen(0.5)
+    assert set(robot.recorder.newest.values()) == {500_000_000}
+    assert 'waiting for' not in robot.log('plant')
+    # a time that is past holds too, and does not turn the run back
+    result, = robot.set('plant', hold_at=0.25)
+    assert result.successful, result.reason
+    robot.listen(0.3)
+    assert robot.time() == 0.5
+    result, = robot.set('plant', hold_at=0.0)
+    assert result.successful, result.reason
+    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    recording = robot.recording()
+    assert recording.samples[-1].time == 1.0
+
+
 def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
     robot.start('velocity_controller', arguments=['-p', 'gains.ti1:=0.05'])
     node, answers = robot.recorder, []
