@@ -15,7 +15,6 @@ from rclpy.task import Future
 
 from mobile_robot_control.configuration import NODES
 from mobile_robot_control.readings import serialised_stamp
-from mobile_robot_control.recording.signals import FAST
 from mobile_robot_control.ros.qos import LOOP
 from mobile_robot_control.ros.timers import every
 
@@ -151,7 +150,8 @@ class Recorder(Node):
         return answer
 
     def _recorded(self) -> int:
-        return min(self.newest.get(topic, 0) for topic in FAST)
+        """Stamp [ns] up to which every velocity tick is recorded, question and answer."""
+        return min(self.newest.get(topic, 0) for topic in ('joint_states', 'wheel_torques'))
 
     def _discover(self) -> None:
         """Join every topic of the namespace, and those that ROS shares between namespaces."""
