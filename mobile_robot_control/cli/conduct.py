@@ -221,7 +221,7 @@ def _perform(conductor: _Conductor, composed: bool, patience: float, recorder: R
         for name in NODES:
             conductor.start(name)
     # the plant is paused: it repeats its first messages until they and every answer to them have been recorded
-    ready = recorder.hears_everything if conductor.lockstep else recorder.hears_the_plant
+    ready = recorder.hears_everything if conductor.lockstep else recorder.all_hear_each_other
     if conductor.spin_until(ready, max(patience, _START)):
         conductor.let_time_run()
         conductor.watch()

@@ -13,6 +13,8 @@ from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.ros.timers import every
 
+LISTENERS = 'listeners of '
+"""What stands before a topic in the key of how many the node has found that listen to it."""
 _PERIOD = 1.0
 _OFTEN_SATURATED = 0.1
 """Share of steps at a torque limit from which on it is worth a warning."""
@@ -185,6 +187,8 @@ class Diagnostics:
             'overruns': self._overruns(), 'saturation share': _share(self._saturated, self._steps),
             'refused': refused.total(), **{f'refused {reason}': count for reason, count in sorted(refused.items())},
         }
+        for publisher in self._node.publishers:
+            values[LISTENERS + publisher.topic_name] = publisher.get_subscription_count()
         if self._intervals:
             values['period mean [s]'] = f'{sum(self._intervals) / len(self._intervals):.6f}'
             values['period max [s]'] = f'{max(self._intervals):.6f}'

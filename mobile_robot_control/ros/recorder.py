@@ -13,8 +13,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
-from mobile_robot_control.configuration import NODES
 from mobile_robot_control.readings import serialised_stamp
+from mobile_robot_control.ros.diagnostics import LISTENERS
 from mobile_robot_control.ros.qos import LOOP
 from mobile_robot_control.ros.timers import every
 
@@ -26,6 +26,8 @@ LOOP_TOPICS = {
     'tracking_error': 'geometry_msgs/msg/Vector3Stamped',
     'wheel_torques': 'sensor_msgs/msg/JointState',
 }
+_LISTENERS = {'odom': 3, 'joint_states': 2, 'reference': 2, 'cmd_vel': 2, 'tracking_error': 1, 'wheel_torques': 2}
+"""How many listen to each when all are there: the nodes that need it, and the recorder."""
 _DEPTH = 5000
 _AHEAD = LOOP.depth // 4
 """Steps that a lockstep run may be ahead of what is recorded."""
@@ -63,7 +65,7 @@ class Recorder(Node):
         super().__init__('recorder', namespace=namespace, enable_rosout=False)
         self._sink, self._knows = sink, knows
         self._heard: dict[str, Any] = {}
-        self._reporting: set[str] = set()
+        self._listeners: dict[str, int] = {}
         self.newest: dict[str, int] = {}
         self.received = 0
         self._ahead = self._allowed = 0
@@ -91,23 +93,17 @@ class Recorder(Node):
         """
         return [topic for topic in self._loop if self.count_publishers(topic) > ours]
 
-    def hears_the_plant(self) -> bool:
+    def all_hear_each_other(self) -> bool:
         """
-        Say whether a message has come from the plant, and the others are there to answer it.
+        Say whether every node knows of this recorder and of those that it talks to, by what it says of itself.
 
         Returns
         -------
         bool
             True if so: on the wall clock, where a paused plant is not answered, nothing more will be missed.
 
-        Notes
-        -----
-        A node learns of subscriptions in the order in which they were made, and that to ``/diagnostics`` is made after
-        those to the loop: whose diagnostics are heard will be heard on all its topics.
-
         """
-        loop_is_there = 'joint_states' in self.newest and all(map(self.count_publishers, self._loop))
-        return loop_is_there and self._reporting >= {self.resolve_topic_name(node) for node in NODES}
+        return all(self._listeners.get(topic, 0) >= _LISTENERS[name] for topic, name in self._loop.items())
 
     def hears_everything(self) -> bool:
         """
@@ -171,6 +167,13 @@ class Recorder(Node):
                 self._heard[topic] = None
                 self.get_logger().warning(f'{topic} is not recorded: its type {kinds[0]} is not a common one')
 
+    def _note_listeners(self, diagnostics: DiagnosticArray) -> None:
+        self._listeners.update(
+            (entry.key.removeprefix(LISTENERS), int(entry.value))
+            for status in diagnostics.status for entry in status.values
+            if entry.key.startswith(LISTENERS) and entry.value.isdecimal()
+        )
+
     def _record(self, topic: str, kind: str, latched: bool, reliable: bool = True) -> None:
         name = self._loop.get(topic)
 
@@ -181,8 +184,7 @@ class Recorder(Node):
                 if self._ahead and self._recorded() > self._allowed - self._ahead // 2:
                     self._allow()
             elif topic == '/diagnostics':
-                said = deserialize_message(message, DiagnosticArray)
-                self._reporting.update(f'/{status.name}' for status in said.status)
+                self._note_listeners(deserialize_message(message, DiagnosticArray))
             self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(
