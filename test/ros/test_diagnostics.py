@@ -65,11 +65,11 @@ def test_a_node_alone_is_stale_and_says_for_whom_it_waits(robot):
 def test_nodes_say_how_many_listen_to_them(robot):
     """The recorder of an experiment on the wall clock waits for it: whoever is not there is not passed over."""
     reports = Reports(robot)
-    robot.start('plant', 'position_controller', 'velocity_controller', composed=True)
+    robot.start('plant', 'position_controller', 'velocity_controller', arguments=WALL_CLOCK, composed=True)
     robot.spin_until(lambda: reports.values('plant').get('listeners of /odom') == '2')
     robot.spin_until(lambda: reports.values('position_controller').get('listeners of /cmd_vel') == '2')
     assert not robot.recorder.all_hear_each_other()
-    robot.start('reference_cart')
+    robot.start('reference_cart', arguments=WALL_CLOCK)
     robot.spin_until(robot.recorder.all_hear_each_other)
     assert reports.values('plant')['listeners of /odom'] == '3'
 
