@@ -71,7 +71,7 @@ def test_nodes_say_how_many_listen_to_them(robot):
     assert not robot.recorder.all_hear_each_other()
     robot.start('reference_cart', arguments=WALL_CLOCK)
     robot.spin_until(robot.recorder.all_hear_each_other)
-    assert reports.values('plant')['listeners of /odom'] == '3'
+    robot.spin_until(lambda: reports.values('plant')['listeners of /odom'] == '3')
 
 
 def test_a_paused_plant_is_well(robot):
