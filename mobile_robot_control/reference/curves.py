@@ -1,13 +1,13 @@
 """The curves that the reference cart drives, with exact derivatives."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters import INLINE, Field
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.parameters import INLINE, Field, rule
+from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, Reference
 
 
 class CurvePoint(NamedTuple):
@@ -198,3 +198,21 @@ def reference_at(curve: Curve, time: float, placement: Placement) -> Reference:
             (point.dx * point.ddy - point.dy * point.ddx) / speed_squared * rate,
         ),
     )
+
+
+_POINTS = 64
+
+
+@rule
+def _a_lap_can_be_told(curve: CurveParameters) -> Iterator[str]:
+    """Nodes refuse what is beyond LARGEST, so that a cart that went there would be waited for in vain."""
+    placement = curve.placement
+    lap = [reference_at(CURVES[curve.curve], placement.period * n / _POINTS, placement) for n in range(_POINTS)]
+    far = max(abs(value) for reference in lap for value in (reference.pose.x, reference.pose.y))
+    fast = max(abs(value) for reference in lap for value in reference.velocity)
+    if far > LARGEST:
+        yield (f'scale = {placement.scale} m and center = {list(placement.center)} m take the cart to {far:g} m, '
+               f'beyond {LARGEST:g}; lower one of them')
+    if fast > LARGEST:
+        yield (f'scale = {placement.scale} m and period = {placement.period} s ask for a velocity of {fast:g} (m/s or '
+               f'rad/s), beyond {LARGEST:g}; lower the scale or raise the period')

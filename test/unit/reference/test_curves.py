@@ -151,8 +151,20 @@ def test_the_cart_never_stands(name):
     ({'scale': 0.0}, 'scale = 0.0 is not allowed; it must be above 0.0 m'),
     ({'period': -1.0}, 'period = -1.0 is not allowed; it must be above 0.0 s'),
     ({'center': [1.0]}, '2 elements'),
+    ({'scale': 1e12, 'center': [1e12, 0.0]}, 'center = [1000000000000.0, 0.0] m take the cart to 2e+12 m'),
+    ({'scale': 1e9, 'period': 1e-3}, 'scale = 1000000000.0 m and period = 0.001 s ask for a velocity'),
+    ({'period': 1e-12}, 'raise the period'),
 ])
 def test_what_is_no_curve_is_refused(values, text):
     with pytest.raises(ParameterError) as refusal:
         build(CurveParameters, values)
     assert text in str(refusal.value)
+
+
+@pytest.mark.parametrize('curve', CURVES)
+def test_the_largest_curves_that_are_taken_can_be_told(curve):
+    for scale, period in ((0.99e12, 1e3), (1.0, 1e-10), (1e5, 1e-5)):
+        taken = build(CurveParameters, {'curve': curve, 'scale': scale, 'period': period})
+        for n in range(1000):
+            pose, velocity = reference_at(CURVES[curve], period * n / 1000, taken.placement)
+            assert max(map(abs, (*pose, *velocity))) <= 1e12
