@@ -7,9 +7,10 @@ from typing import Annotated, Any, NamedTuple
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
+from mobile_robot_control.fields import INLINE, Field
 from mobile_robot_control.model.imperfections import Imperfections
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters import INLINE, Field, ParameterError, build, declarations, rule
+from mobile_robot_control.parameters import ParameterError, build, declarations, rule
 from mobile_robot_control.reference.curves import CurveParameters
 
 _NANOSECONDS = 1_000_000_000

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.configuration import NODES
-from mobile_robot_control.parameters import ParameterError, declarations, nearest
+from mobile_robot_control.fields import nearest
+from mobile_robot_control.parameters import ParameterError, declarations
 from mobile_robot_control.rcl_yaml import dump, parse
 
 _DECLARED = {node: set(declarations(group)) for node, group in NODES.items()}

@@ -3,8 +3,8 @@
 import math
 from typing import Annotated, NamedTuple
 
+from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters import Field
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
 _FARTHEST_SQUARED = 1e30

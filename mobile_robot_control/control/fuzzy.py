@@ -6,8 +6,9 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.backstepping import NoState
 from mobile_robot_control.control.tracking_error import bearing, distance
+from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters import Field, rule
+from mobile_robot_control.parameters import rule
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
 _UNDERFLOW = 1e-300

@@ -8,7 +8,7 @@ from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
 from mobile_robot_control.control.fuzzy import FuzzyGains
 from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains
 from mobile_robot_control.control.limits import Limits
-from mobile_robot_control.parameters import Field
+from mobile_robot_control.fields import Field
 
 
 class Law(NamedTuple):

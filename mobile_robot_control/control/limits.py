@@ -2,8 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
+from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters import Field
 from mobile_robot_control.quantities import LARGEST, BodyVelocity
 
 

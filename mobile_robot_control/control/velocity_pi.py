@@ -2,10 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
+from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.dynamics import saturate
 from mobile_robot_control.model.robot import Robot, half_separation
-from mobile_robot_control.parameters import Field
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 
 

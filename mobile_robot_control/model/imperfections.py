@@ -4,11 +4,11 @@ import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.dynamics import PlantState, SampledPlant, saturate, step
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.robot import Robot, half_separation
-from mobile_robot_control.parameters import Field
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 LONGEST_DELAY = 8

@@ -5,8 +5,9 @@ from collections.abc import Callable, Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.fields import INLINE, Field
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters import INLINE, Field, rule
+from mobile_robot_control.parameters import rule
 from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, Reference
 
 

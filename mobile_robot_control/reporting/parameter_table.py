@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.configuration import NODES, Shared
-from mobile_robot_control.parameters import Declaration, bounds, declarations
+from mobile_robot_control.fields import Declaration, bounds
+from mobile_robot_control.parameters import declarations
 
 _END = '<!-- end of parameters -->'
 

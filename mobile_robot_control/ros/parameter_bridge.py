@@ -7,8 +7,9 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParam
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from mobile_robot_control.fields import Declaration, bounds
 from mobile_robot_control.parameter_files import is_declared, not_ours
-from mobile_robot_control.parameters import Declaration, ParameterError, bounds, build, declarations
+from mobile_robot_control.parameters import ParameterError, build, declarations
 from mobile_robot_control.ros.parameter_service import CheckedParameterService
 
 Group = TypeVar('Group')

@@ -9,8 +9,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
+from mobile_robot_control.fields import nearest
 from mobile_robot_control.parameter_files import not_ours
-from mobile_robot_control.parameters import ParameterError, build, declarations, nearest
+from mobile_robot_control.parameters import ParameterError, build, declarations
 
 _TYPES = [kind.value for kind in Parameter.Type]
 

@@ -8,9 +8,8 @@ from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.trial import Outcome, Trial
 
 _CHUNKS_A_THREAD = 4
-_POLL = 0.005
-"""[s] between two looks at what is done."""
-
+_LOOK = 1.0
+"""[s] between two looks at whether there are workers."""
 _PATIENCE = 60.0
 """[s] without any worker, after which the cluster counts as lost."""
 
@@ -33,11 +32,12 @@ class Cluster:
 
     def __init__(self, address: str) -> None:
         # an extra, and slow to import
-        from distributed import Client  # noqa: PLC0415
+        import distributed  # noqa: PLC0415
 
+        self._distributed = distributed
         self._address = address
         try:
-            self._client: Any = Client(address, timeout='10s', set_as_default=False)
+            self._client: Any = distributed.Client(address, timeout='10s', set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise ConnectionError(f'no Dask scheduler answers at {address} ({error}); start one, or leave '
                                   '--scheduler out') from error
@@ -74,14 +74,19 @@ class Cluster:
         return [outcome for part in self._client.gather(futures) for outcome in part]
 
     def _wait(self, futures: Sequence[Any]) -> None:
-        checked = alive = time.monotonic()
-        while not all(future.done() for future in futures):
-            time.sleep(_POLL)
-            if time.monotonic() > checked + 1.0:
-                checked = time.monotonic()
-                alive = checked if self._threads() else alive
-                if checked > alive + _PATIENCE:
-                    raise ConnectionError(f'the cluster at {self._address} has no workers any more; start some')
+        alive = time.monotonic()
+        while True:
+            try:
+                with self._client.as_current():
+                    self._distributed.wait(futures, timeout=_LOOK)
+            except self._distributed.TimeoutError:
+                if self._threads():
+                    alive = time.monotonic()
+                elif time.monotonic() > alive + _PATIENCE:
+                    raise ConnectionError(f'the cluster at {self._address} has no workers any more; start some'
+                                          ) from None
+            else:
+                return
 
     def close(self) -> None:
         """Leave the cluster."""

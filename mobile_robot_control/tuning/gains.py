@@ -9,7 +9,8 @@ from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.fuzzy import FuzzyGains
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.velocity_pi import VelocityGains
-from mobile_robot_control.parameters import ParameterError, nearest
+from mobile_robot_control.fields import nearest
+from mobile_robot_control.parameters import ParameterError
 
 _APART = 1e-3
 """[rad]: what the corners of a membership function lie apart at least."""

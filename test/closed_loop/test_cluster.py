@@ -83,3 +83,18 @@ def test_a_killed_worker_costs_its_batch_and_not_the_run(cluster, monkeypatch):
     assert workers[1].poll() is None
     assert (together.score, together.history) == (alone.score, alone.history)
     assert (together.point == alone.point).all()
+
+
+@pytest.mark.soak
+def test_a_cluster_without_workers_is_given_up(cluster, monkeypatch):
+    from mobile_robot_control.tuning import cluster as module
+    monkeypatch.setattr(module, '_PATIENCE', 2.0)
+    address, workers = cluster
+    remote = module.Cluster(address)
+    try:
+        for worker in workers:
+            worker.kill()
+        with pytest.raises(OSError, match=f'the cluster at {address} has no workers any more; start some'):
+            remote([None])
+    finally:
+        remote.close()

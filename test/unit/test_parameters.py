@@ -6,17 +6,8 @@ from typing import Annotated, NamedTuple
 
 import pytest
 
-from mobile_robot_control.parameters import (
-    INLINE,
-    Field,
-    ParameterError,
-    bounds,
-    build,
-    declarations,
-    flatten,
-    nearest,
-    rule,
-)
+from mobile_robot_control.fields import INLINE, Field, bounds, nearest
+from mobile_robot_control.parameters import ParameterError, build, declarations, flatten, rule
 
 
 class Wheel(NamedTuple):
