@@ -96,6 +96,7 @@ def _good_value(node, name):
     default = DECLARED[node][name].default
     named = {
         'paused': st.booleans(),
+        'hold_at': st.one_of(st.just(0), st.floats(1e6, 1e9)),
         'controller_type': st.sampled_from(['backstepping', 'hybrid_backstepping', 'fuzzy']),
         'backstepping.alpha': st.one_of(st.just(1), st.floats(1.0, 1.5)),
         'hybrid_backstepping.b0': st.floats(0.1, 0.25),

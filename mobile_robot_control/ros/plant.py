@@ -109,13 +109,15 @@ class Plant(Node):
             self._on_answer(admitted.value)
 
     def _on_answer(self, torque: WheelTorque) -> None:
-        self._witness.progressed()
         if self._k == self._steps > 0:
             self.exit_code = 0
             return
-        self._step(torque)
+        saturated = self._step(torque)
         if self.exit_code is None and self._pace is not None:
             self._pace.ask(self._now)
+        # somebody waits for the next question, nobody for the books
+        self._diagnostics.stepped(saturated)
+        self._witness.progressed()
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest torque, or none when it is too old."""
@@ -126,7 +128,7 @@ class Plant(Node):
         if self._peers.age('wheel_torques') > self._values.torque_timeout:
             self._torque = _NO_TORQUE
             self._diagnostics.stopped('wheel_torques')
-        self._step(self._torque)
+        self._diagnostics.stepped(self._step(self._torque))
         if self.exit_code is None:
             stamp = self.get_clock().now().nanoseconds
             if self._now % self._position_period == 0:
@@ -135,11 +137,11 @@ class Plant(Node):
             if self._k == self._steps > 0:
                 self.exit_code = 0
 
-    def _step(self, torque: WheelTorque) -> None:
+    def _step(self, torque: WheelTorque) -> bool:
+        """Step the robot; says whether the motors gave less than they were asked for."""
         values = self._values
         self._state, self._line, acting, self._applied = driven(
             self._state, self._line, torque, self._k, self._sampled, values.imperfections, values.max_wheel_torque)
-        self._diagnostics.stepped(saturated=self._applied != acting)
         self._k += 1
         if dynamics.diverged(self._state):
             self.get_logger().fatal(
@@ -147,6 +149,7 @@ class Plant(Node):
                 'lower the gains or raise the rates'
             )
             self.exit_code = 1
+        return self._applied != acting
 
     def close(self) -> None:
         """End when the last messages have arrived."""

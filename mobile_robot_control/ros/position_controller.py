@@ -94,8 +94,7 @@ class PositionController(Node):
                 self.get_logger().info('a new run')
             self._running = handover.begin(self._values.control, under_way=turn is Turn.JOIN)
         self._gate.accept(stamp)
-        self._step(self._odom[1], self._reference[1])
-        self._publish(stamp)
+        self._step(stamp, self._odom[1], self._reference[1])
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
@@ -105,17 +104,18 @@ class PositionController(Node):
             if not self._tracking:
                 self._running = handover.begin(self._values.control, under_way=self._answer is not None)
             self._tracking = True
-            self._step(self._odom[1], self._reference[1])
-            self._publish(stamp)
+            self._step(stamp, self._odom[1], self._reference[1])
         elif self._answer is not None:
             self._tracking = False
             self._diagnostics.stopped(*silent)
             self._publish_command(stamp, BodyVelocity(0.0, 0.0))
 
-    def _step(self, pose: Pose, reference: Reference) -> None:
+    def _step(self, stamp: int, pose: Pose, reference: Reference) -> None:
         error = tracking_error(reference.pose, pose)
         self._running, command = handover.step(self._running, error, reference, self._dt)
         self._answer = (command, error)
+        # somebody waits for the answer, nobody for the books
+        self._publish(stamp)
         self._diagnostics.stepped()
 
     def _publish(self, stamp: int) -> None:

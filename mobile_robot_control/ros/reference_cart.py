@@ -64,16 +64,16 @@ class ReferenceCart(Node):
             return
         if admitted.turn is Turn.START and self._gate.accepted is not None:
             self.get_logger().info('a new run')
-        if admitted.turn is not Turn.AGAIN:
-            self._diagnostics.stepped()
         self._gate.accept(admitted.stamp)
         self._publish(admitted.stamp, admitted.stamp / 1e9)
+        if admitted.turn is not Turn.AGAIN:
+            self._diagnostics.stepped()
 
     def _tick(self) -> None:
         """On the wall clock, the curve's time starts at the first odometry."""
         if self._started is not None:
-            self._diagnostics.stepped()
             self._publish(self.get_clock().now().nanoseconds, time.monotonic() - self._started)
+            self._diagnostics.stepped()
 
     def _publish(self, stamp: int, time: float) -> None:
         reference = reference_at(self._curve, time, self._placement)

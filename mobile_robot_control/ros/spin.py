@@ -1,5 +1,6 @@
 """Start nodes, spin them, stop them: the one spin loop."""
 
+import gc
 import importlib
 import sys
 from collections.abc import Sequence
@@ -96,6 +97,8 @@ def _spin(nodes: Sequence[Any], stop: Stop) -> int:
     executor = make_executor()
     for node in nodes:
         executor.add_node(node)
+    # what was made up to here stays: looking through it for garbage would hold the loop up
+    gc.freeze()
     # EventsExecutor.spin() never returns on a signal: short turns look at the flag
     while not stop.requested and all(node.exit_code is None for node in nodes):
         executor.spin_once(timeout_sec=0.1)

@@ -110,30 +110,32 @@ class VelocityController(Node):
         self._command_gate.accept(self._command[0])
         if stamp == self._command[0]:
             self._values = self._changed  # live changes, at position ticks as in the position controller
-        self._step(wheels, self._command[1])
-        self._publish(stamp)
+        self._step(stamp, wheels, self._command[1])
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs; a silent command means zero, silent wheels no torque."""
         if self._wheels is None:
             return
+        stamp = self.get_clock().now().nanoseconds
         self._values = self._changed
         timeout = self._values.cmd_vel_timeout
         fresh = self._command is not None and (timeout == 0.0 or self._peers.age('cmd_vel') <= timeout)
         if self._peers.age('joint_states') <= _BLIND_AFTER:
-            self._step(self._wheels[1], self._command[1] if fresh and self._command else BodyVelocity(0.0, 0.0))
+            self._step(stamp, self._wheels[1], self._command[1] if fresh and self._command else BodyVelocity(0.0, 0.0))
             if not fresh:
                 self._diagnostics.stopped('cmd_vel')
         else:
             self._state, self._torque = VelocityPiState(), WheelTorque(0.0, 0.0)
             self._diagnostics.stopped('joint_states')
-        self._publish(self.get_clock().now().nanoseconds)
+            self._publish(stamp)
 
-    def _step(self, wheels: WheelVelocity, command: BodyVelocity) -> None:
+    def _step(self, stamp: int, wheels: WheelVelocity, command: BodyVelocity) -> None:
         self._state, self._torque = velocity_pi.step(
             self._state, command, body_velocity(wheels, self._robot), self._values.gains, self._robot,
             self._values.max_wheel_torque, self._dt,
         )
+        # somebody waits for the answer, nobody for the books
+        self._publish(stamp)
         limit = self._values.max_wheel_torque
         self._diagnostics.stepped(saturated=0.0 < limit <= max(abs(self._torque.right), abs(self._torque.left)))
 
