@@ -1,7 +1,5 @@
 """Runs in one process as the messages that the nodes would publish, for tests of bags."""
 
-from rclpy.serialization import serialize_message
-
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.recorder import LOOP_TOPICS
@@ -10,26 +8,22 @@ WALL = 1_790_000_000_000_000_000
 """Wall time of the first message [ns]."""
 
 
-def _odometry(stamp, frame, pose, velocity):
-    return messages.fill_odometry(messages.odometry_message('odom', frame), stamp, pose, velocity)
-
-
-def _told(sample):
-    stamp, tick = round(sample.time * 1e9), sample.tick
-    if tick.time == sample.time:
-        yield 'odom', _odometry(stamp, 'base_link', tick.pose, tick.velocity)
-        yield 'reference', _odometry(stamp, 'reference_cart', *tick.reference)
-        yield 'cmd_vel', messages.fill_twist(messages.twist_message('base_link'), stamp, sample.command)
-        yield 'tracking_error', messages.fill_error(messages.error_message('base_link'), stamp, tick.error)
-    yield 'joint_states', messages.fill_joints(
-        messages.wheels_message(), stamp, (sample.right_angle, sample.left_angle), sample.wheels, sample.applied)
-    yield 'wheel_torques', messages.fill_torque(messages.wheels_message(), stamp, sample.torque)
+ODOM, REFERENCE = (messages.odometry_template('odom', frame) for frame in ('base_link', 'reference_cart'))
+CMD_VEL, TRACKING_ERROR = messages.twist_template('base_link'), messages.error_template('base_link')
+JOINT_STATES, WHEEL_TORQUES = messages.joints_template(), messages.torque_template()
 
 
 def said(sample):
     """The messages of a sample: relative topic, stamp [ns] and CDR."""
-    for topic, message in _told(sample):
-        yield topic, round(sample.time * 1e9), serialize_message(message)
+    stamp, tick = round(sample.time * 1e9), sample.tick
+    if tick.time == sample.time:
+        yield 'odom', stamp, messages.fill_odometry(ODOM, stamp, tick.pose, tick.velocity)
+        yield 'reference', stamp, messages.fill_odometry(REFERENCE, stamp, *tick.reference)
+        yield 'cmd_vel', stamp, messages.fill_twist(CMD_VEL, stamp, sample.command)
+        yield 'tracking_error', stamp, messages.fill_error(TRACKING_ERROR, stamp, tick.error)
+    yield 'joint_states', stamp, messages.fill_joints(
+        JOINT_STATES, stamp, (sample.right_angle, sample.left_angle), sample.wheels, sample.applied)
+    yield 'wheel_torques', stamp, messages.fill_torque(WHEEL_TORQUES, stamp, sample.torque)
 
 
 def write(writer, samples, prefix='/'):

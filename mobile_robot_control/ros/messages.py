@@ -1,62 +1,81 @@
 """
 Quantities to messages; :mod:`mobile_robot_control.readings` is the way back.
 
-A node makes each of its messages once and fills it at every step: to make one takes rclpy several times as long as to
-fill it, and publishing copies.
+A node makes a template of each of its messages once and fills it at every step.
 """
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry, Path
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.readings import WHEEL_JOINTS
-
-_NANOSECONDS = 1_000_000_000
-
-
-def _set_stamp(message: Any, stamp: int) -> None:
-    """Write a stamp [ns] into the header; the Time that is there serves again."""
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, _NANOSECONDS)
+from mobile_robot_control.ros.template import Template
 
 
-def _set_pose(message: Any, pose: Pose) -> None:
-    message.position.x, message.position.y = pose.x, pose.y
-    message.orientation.z, message.orientation.w = math.sin(0.5 * pose.heading), math.cos(0.5 * pose.heading)
-
-
-def odometry_message(frame: str, child_frame: str) -> Odometry:
+def planar_quaternion(heading: float) -> tuple[float, float]:
     """
-    Make an odometry message without a stamp, to be filled by :func:`fill_odometry`.
+    Give the quaternion of a turn about the vertical.
+
+    Parameters
+    ----------
+    heading : float
+        [rad].
+
+    Returns
+    -------
+    tuple of float
+        Its z and w; x and y are zero.
+
+    """
+    return math.sin(0.5 * heading), math.cos(0.5 * heading)
+
+
+def odometry_template(
+    frame: str, child_frame: str, pose_variances: Sequence[float] = (0.0,) * 6,
+    twist_variances: Sequence[float] = (0.0,) * 6,
+) -> Template:
+    """
+    Make what :func:`fill_odometry` fills.
 
     Parameters
     ----------
     frame, child_frame : str
         Of the pose, and of the twist.
+    pose_variances, twist_variances : sequence of float
+        Diagonals of the covariances [m², rad²], [m²/s², rad²/s²].
 
     Returns
     -------
-    Odometry
-        Covariances zero.
+    Template
+        Of nav_msgs/Odometry.
 
     """
     message = Odometry(child_frame_id=child_frame)
     message.header.frame_id = frame
-    return message
+    message.pose.covariance[::7] = pose_variances
+    message.twist.covariance[::7] = twist_variances
+
+    def put(x: float, y: float, z: float, w: float, linear: float, angular: float) -> None:
+        pose, twist = message.pose.pose, message.twist.twist
+        pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w = x, y, z, w
+        twist.linear.x, twist.angular.z = linear, angular
+
+    return Template(message, put, 6)
 
 
-def fill_odometry(message: Odometry, stamp: int, pose: Pose, velocity: BodyVelocity) -> Odometry:
+def fill_odometry(template: Template, stamp: int, pose: Pose, velocity: BodyVelocity) -> bytes:
     """
-    Write pose and velocity into an odometry message.
+    Write pose and velocity.
 
     Parameters
     ----------
-    message : Odometry
-        Changed.
+    template : Template
+        From :func:`odometry_template`.
     stamp : int
         [ns].
     pose : Pose
@@ -66,45 +85,47 @@ def fill_odometry(message: Odometry, stamp: int, pose: Pose, velocity: BodyVeloc
 
     Returns
     -------
-    Odometry
-        The same message.
+    bytes
+        To be published.
 
     """
-    _set_stamp(message, stamp)
-    _set_pose(message.pose.pose, pose)
-    message.twist.twist.linear.x = velocity.linear
-    message.twist.twist.angular.z = velocity.angular
-    return message
+    return template.fill(stamp, pose.x, pose.y, *planar_quaternion(pose.heading), *velocity)
 
 
-def twist_message(frame: str) -> TwistStamped:
+def twist_template(frame: str, stamped: bool = True) -> Template:
     """
-    Make a body velocity command without a stamp, to be filled by :func:`fill_twist`.
+    Make what :func:`fill_twist` fills.
 
     Parameters
     ----------
     frame : str
         The robot's.
+    stamped : bool
+        Whether the message has a header.
 
     Returns
     -------
-    TwistStamped
-        For `cmd_vel`.
+    Template
+        Of geometry_msgs/TwistStamped or geometry_msgs/Twist, for `cmd_vel`.
 
     """
     message = TwistStamped()
     message.header.frame_id = frame
-    return message
+
+    def put(linear: float, angular: float) -> None:
+        message.twist.linear.x, message.twist.angular.z = linear, angular
+
+    return Template(message if stamped else message.twist, put, 2)
 
 
-def fill_twist(message: TwistStamped, stamp: int, velocity: BodyVelocity) -> TwistStamped:
+def fill_twist(template: Template, stamp: int, velocity: BodyVelocity) -> bytes:
     """
     Write a body velocity command.
 
     Parameters
     ----------
-    message : TwistStamped
-        Changed.
+    template : Template
+        From :func:`twist_template`.
     stamp : int
         [ns].
     velocity : BodyVelocity
@@ -112,18 +133,16 @@ def fill_twist(message: TwistStamped, stamp: int, velocity: BodyVelocity) -> Twi
 
     Returns
     -------
-    TwistStamped
-        The same message.
+    bytes
+        To be published.
 
     """
-    _set_stamp(message, stamp)
-    message.twist.linear.x, message.twist.angular.z = velocity
-    return message
+    return template.fill(stamp, *velocity)
 
 
-def error_message(frame: str) -> Vector3Stamped:
+def error_template(frame: str) -> Template:
     """
-    Make a tracking error without a stamp, to be filled by :func:`fill_error`.
+    Make what :func:`fill_error` fills.
 
     Parameters
     ----------
@@ -132,23 +151,27 @@ def error_message(frame: str) -> Vector3Stamped:
 
     Returns
     -------
-    Vector3Stamped
-        For `tracking_error`.
+    Template
+        Of geometry_msgs/Vector3Stamped, for `tracking_error`.
 
     """
     message = Vector3Stamped()
     message.header.frame_id = frame
-    return message
+
+    def put(longitudinal: float, lateral: float, heading: float) -> None:
+        message.vector.x, message.vector.y, message.vector.z = longitudinal, lateral, heading
+
+    return Template(message, put, 3)
 
 
-def fill_error(message: Vector3Stamped, stamp: int, error: TrackingError) -> Vector3Stamped:
+def fill_error(template: Template, stamp: int, error: TrackingError) -> bytes:
     """
     Write a tracking error.
 
     Parameters
     ----------
-    message : Vector3Stamped
-        Changed.
+    template : Template
+        From :func:`error_template`.
     stamp : int
         [ns].
     error : TrackingError
@@ -156,36 +179,39 @@ def fill_error(message: Vector3Stamped, stamp: int, error: TrackingError) -> Vec
 
     Returns
     -------
-    Vector3Stamped
-        The same message: x = e1 [m], y = e2 [m], z = e3 [rad].
+    bytes
+        To be published: x = e1 [m], y = e2 [m], z = e3 [rad].
 
     """
-    _set_stamp(message, stamp)
-    message.vector.x, message.vector.y, message.vector.z = error
-    return message
+    return template.fill(stamp, *error)
 
 
-def wheels_message() -> JointState:
+def torque_template() -> Template:
     """
-    Make a message that names the wheels, to be filled by :func:`fill_torque` or :func:`fill_joints`.
+    Make what :func:`fill_torque` fills.
 
     Returns
     -------
-    JointState
-        Without a stamp, for `wheel_torques` or `joint_states`.
+    Template
+        Of sensor_msgs/JointState with the wheels' names and efforts, for `wheel_torques`.
 
     """
-    return JointState(name=WHEEL_JOINTS)
+    message = JointState(name=WHEEL_JOINTS)
+
+    def put(right: float, left: float) -> None:
+        message.effort = [right, left]
+
+    return Template(message, put, 2)
 
 
-def fill_torque(message: JointState, stamp: int, torque: WheelTorque) -> JointState:
+def fill_torque(template: Template, stamp: int, torque: WheelTorque) -> bytes:
     """
     Write wheel torques.
 
     Parameters
     ----------
-    message : JointState
-        Changed.
+    template : Template
+        From :func:`torque_template`.
     stamp : int
         [ns].
     torque : WheelTorque
@@ -193,25 +219,41 @@ def fill_torque(message: JointState, stamp: int, torque: WheelTorque) -> JointSt
 
     Returns
     -------
-    JointState
-        The same message.
+    bytes
+        To be published.
 
     """
-    _set_stamp(message, stamp)
-    message.effort = torque
-    return message
+    return template.fill(stamp, *torque)
+
+
+def joints_template() -> Template:
+    """
+    Make what :func:`fill_joints` fills.
+
+    Returns
+    -------
+    Template
+        Of sensor_msgs/JointState with the wheels' names, positions, velocities and efforts, for `joint_states`.
+
+    """
+    message = JointState(name=WHEEL_JOINTS)
+
+    def put(*numbers: float) -> None:
+        message.position, message.velocity, message.effort = numbers[:2], numbers[2:4], numbers[4:]
+
+    return Template(message, put, 6)
 
 
 def fill_joints(
-    message: JointState, stamp: int, angles: tuple[float, float], velocity: WheelVelocity, torque: WheelTorque
-) -> JointState:
+    template: Template, stamp: int, angles: tuple[float, float], velocity: WheelVelocity, torque: WheelTorque
+) -> bytes:
     """
     Write the wheels' state.
 
     Parameters
     ----------
-    message : JointState
-        Changed.
+    template : Template
+        From :func:`joints_template`.
     stamp : int
         [ns].
     angles : tuple of float
@@ -223,12 +265,24 @@ def fill_joints(
 
     Returns
     -------
-    JointState
-        The same message.
+    bytes
+        To be published.
 
     """
-    message.position, message.velocity = angles, velocity
-    return fill_torque(message, stamp, torque)
+    return template.fill(stamp, *angles, *velocity, *torque)
+
+
+def clock_template() -> Template:
+    """
+    Make what is filled with a stamp alone.
+
+    Returns
+    -------
+    Template
+        Of rosgraph_msgs/Clock, for `/clock`.
+
+    """
+    return Template(Clock(), lambda: None, 0)
 
 
 def path_message(frame: str, poses: Sequence[Pose]) -> Path:
@@ -253,6 +307,7 @@ def path_message(frame: str, poses: Sequence[Pose]) -> Path:
     for pose in poses:
         point = PoseStamped()
         point.header.frame_id = frame
-        _set_pose(point.pose, pose)
+        point.pose.position.x, point.pose.position.y = pose.x, pose.y
+        point.pose.orientation.z, point.pose.orientation.w = planar_quaternion(pose.heading)
         path.poses.append(point)
     return path

@@ -17,7 +17,7 @@ from mobile_robot_control.model.imperfections import (
     twist_variances,
 )
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.quantities import WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
 from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.qos import LOOP, flush
 from mobile_robot_control.ros.transforms import make_broadcaster
@@ -43,19 +43,21 @@ class PlantTopics:
     def __init__(self, node: Node, values: PlantParameters) -> None:
         shared = values.shared
         self._robot, self._noise = shared.robot, values.imperfections.noise
-        self._message = messages.odometry_message(shared.odom_frame_id, shared.base_frame_id)
+        frames = shared.odom_frame_id, shared.base_frame_id
         injected = pose_variances(self._noise), twist_variances(self._noise, self._robot)
-        self._message.pose.covariance[::7] = _sums(values.pose_covariance_diagonal, injected[0])
-        self._message.twist.covariance[::7] = _sums(values.twist_covariance_diagonal, injected[1])
-        self._truth = messages.odometry_message(shared.odom_frame_id, shared.base_frame_id)
+        self._odometry = messages.odometry_template(
+            *frames, _sums(values.pose_covariance_diagonal, injected[0]),
+            _sums(values.twist_covariance_diagonal, injected[1]))
+        self._truth = messages.odometry_template(*frames)
         noisy = any(injected[0] + injected[1])
         self._ground_truth = node.create_publisher(Odometry, 'ground_truth', LOOP) if noisy else None
-        self._wheels = messages.wheels_message()
+        self._wheels, self._time = messages.joints_template(), messages.clock_template()
         self._odom = node.create_publisher(Odometry, 'odom', LOOP)
         self._joint_states = node.create_publisher(JointState, 'joint_states', LOOP)
         publish_clock = values.publish_clock and shared.lockstep
         self._clock = node.create_publisher(Clock, '/clock', LOOP) if publish_clock else None
-        self._broadcast = make_broadcaster(node) if values.publish_tf else None
+        self._broadcast = make_broadcaster(node, *frames) if values.publish_tf else None
+        self._newest: tuple[int, Pose, bytes]
 
     def publish_odometry(self, stamp: int, k: int, state: PlantState) -> None:
         """
@@ -72,18 +74,20 @@ class PlantTopics:
 
         """
         twist = measured_twist(state.velocity, self._measured(k, state), self._noise, self._robot)
-        messages.fill_odometry(self._message, stamp, measured_pose(state.pose, self._noise, k), twist)
+        pose = measured_pose(state.pose, self._noise, k)
+        self._newest = stamp, pose, messages.fill_odometry(self._odometry, stamp, pose, twist)
         self.repeat_odometry()
         if self._ground_truth is not None:
             self._ground_truth.publish(messages.fill_odometry(self._truth, stamp, state.pose, state.velocity))
 
     def repeat_odometry(self) -> None:
         """Say the newest odometry, once more or for the first time."""
-        self._odom.publish(self._message)
+        stamp, pose, odometry = self._newest
+        self._odom.publish(odometry)
         if self._clock is not None:
-            self._clock.publish(Clock(clock=self._message.header.stamp))
+            self._clock.publish(self._time.fill(stamp))
         if self._broadcast is not None:
-            self._broadcast(self._message)
+            self._broadcast(stamp, pose)
 
     def publish_joint_states(self, stamp: int, k: int, state: PlantState, applied: WheelTorque) -> None:
         """

@@ -50,8 +50,8 @@ class PositionController(Node):
         self._odom: tuple[int, Pose] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
-        self._twist_message = messages.twist_message(shared.base_frame_id)
-        self._error_message = messages.error_message(shared.base_frame_id)
+        self._twist = messages.twist_template(shared.base_frame_id, shared.stamped_cmd_vel)
+        self._error = messages.error_template(shared.base_frame_id)
         self._cmd_vel = self.create_publisher(TwistStamped if self._stamped else Twist, 'cmd_vel', LOOP)
         self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
@@ -122,11 +122,10 @@ class PositionController(Node):
         if self._answer is not None:
             command, error = self._answer
             self._publish_command(stamp, command)
-            self._tracking_error.publish(messages.fill_error(self._error_message, stamp, error))
+            self._tracking_error.publish(messages.fill_error(self._error, stamp, error))
 
     def _publish_command(self, stamp: int, command: BodyVelocity) -> None:
-        message = messages.fill_twist(self._twist_message, stamp, command)
-        self._cmd_vel.publish(message if self._stamped else message.twist)
+        self._cmd_vel.publish(messages.fill_twist(self._twist, stamp, command))
 
     def close(self) -> None:
         """Stop a robot that runs on the wall clock; end when the last messages have arrived."""

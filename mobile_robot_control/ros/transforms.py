@@ -2,24 +2,31 @@
 
 from collections.abc import Callable
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.ros.messages import planar_quaternion
 
-def make_broadcaster(node: Node) -> Callable[[Odometry], None] | None:
+_NANOSECONDS = 1_000_000_000
+
+
+def make_broadcaster(node: Node, frame: str, child_frame: str) -> Callable[[int, Pose], None] | None:
     """
-    Make what sends odometry to /tf.
+    Make what sends poses to /tf.
 
     Parameters
     ----------
     node : Node
         Who sends.
+    frame, child_frame : str
+        In which a pose is, and of what.
 
     Returns
     -------
     callable or None
-        Takes an odometry message; None where tf2_ros is not installed.
+        Takes a stamp [ns] and a pose; None where tf2_ros is not installed.
 
     """
     try:
@@ -28,11 +35,12 @@ def make_broadcaster(node: Node) -> Callable[[Odometry], None] | None:
         return None
     broadcaster = TransformBroadcaster(node)
 
-    def broadcast(odometry: Odometry) -> None:
-        transform = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
-        position = odometry.pose.pose.position
-        transform.transform.translation.x, transform.transform.translation.y = position.x, position.y
-        transform.transform.rotation = odometry.pose.pose.orientation
-        broadcaster.sendTransform(transform)
+    def broadcast(stamp: int, pose: Pose) -> None:
+        sent = TransformStamped(child_frame_id=child_frame)
+        sent.header.frame_id = frame
+        sent.header.stamp = Time(sec=stamp // _NANOSECONDS, nanosec=stamp % _NANOSECONDS)
+        sent.transform.translation.x, sent.transform.translation.y = pose.x, pose.y
+        sent.transform.rotation.z, sent.transform.rotation.w = planar_quaternion(pose.heading)
+        broadcaster.sendTransform(sent)
 
     return broadcast

@@ -55,7 +55,7 @@ class VelocityController(Node):
         self._wheels: tuple[int, WheelVelocity] | None = None
         self._command: tuple[int, BodyVelocity] | None = None
         self._torque = WheelTorque(0.0, 0.0)
-        self._message = messages.wheels_message()
+        self._template = messages.torque_template()
         self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', LOOP)
         self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST)
         if shared.stamped_cmd_vel:
@@ -140,7 +140,7 @@ class VelocityController(Node):
         self._diagnostics.stepped(saturated=0.0 < limit <= max(abs(self._torque.right), abs(self._torque.left)))
 
     def _publish(self, stamp: int) -> None:
-        self._wheel_torques.publish(messages.fill_torque(self._message, stamp, self._torque))
+        self._wheel_torques.publish(messages.fill_torque(self._template, stamp, self._torque))
 
     def close(self) -> None:
         """Let go of a robot that runs on the wall clock; end when the last messages have arrived."""

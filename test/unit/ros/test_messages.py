@@ -1,12 +1,19 @@
 """What is written into messages is read back."""
 
 import math
+import struct
 
 import pytest
-from rclpy.serialization import serialize_message
+from geometry_msgs.msg import Twist, TwistStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message
+from rosbags.typesys import Stores, get_typestore
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.readings import (
+    WHEEL_JOINTS,
     nanoseconds,
     read_error,
     read_odometry,
@@ -19,11 +26,18 @@ from mobile_robot_control.readings import (
 from mobile_robot_control.ros import messages
 
 STAMP = 12_345_678_901
+TORQUE = WheelTorque(0.1, -0.2)
+TYPES = get_typestore(Stores.ROS2_KILTED)
 
 
-def _odometry(pose=None, velocity=None):
-    return messages.fill_odometry(messages.odometry_message('odom', 'base_link'), STAMP, pose or Pose(1.0, 2.0, 0.5),
-                                  velocity or BodyVelocity(0.1, 0.2))
+def _as_rosbags_writes(message, kind):
+    """The same message from another hand, which refuses what is too long or too short."""
+    return bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(message, kind), kind))
+
+
+def _odometry(pose, velocity):
+    return deserialize_message(
+        messages.fill_odometry(messages.odometry_template('odom', 'base_link'), STAMP, pose, velocity), Odometry)
 
 
 @pytest.mark.parametrize('heading', [0.0, 0.5, -3.1, math.pi])
@@ -35,21 +49,52 @@ def test_odometry_comes_back(heading):
 
 
 def test_the_others_come_back_to_the_last_bit():
-    command = messages.fill_twist(messages.twist_message('base_link'), STAMP, BodyVelocity(0.1, 0.7))
-    assert read_twist(command) == (0.1, 0.7)
-    error = messages.fill_error(messages.error_message('base_link'), STAMP, TrackingError(0.1, 0.2, 0.3))
-    assert read_error(error) == (0.1, 0.2, 0.3)
-    assert read_torque(messages.fill_torque(messages.wheels_message(), STAMP, WheelTorque(0.1, -0.2))) == (0.1, -0.2)
-    wheels = messages.fill_joints(messages.wheels_message(), STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4),
-                                  WheelTorque(5.5, 6.6))
+    velocity = BodyVelocity(0.1, 0.7)
+    command = messages.fill_twist(messages.twist_template('base_link'), STAMP, velocity)
+    assert read_twist(deserialize_message(command, TwistStamped)) == velocity
+    plain = deserialize_message(messages.fill_twist(messages.twist_template('', stamped=False), STAMP, velocity), Twist)
+    assert (plain.linear.x, plain.angular.z) == velocity
+    error = messages.fill_error(messages.error_template('base_link'), STAMP, TrackingError(0.1, 0.2, 0.3))
+    assert read_error(deserialize_message(error, Vector3Stamped)) == (0.1, 0.2, 0.3)
+    torque = messages.fill_torque(messages.torque_template(), STAMP, TORQUE)
+    assert read_torque(deserialize_message(torque, JointState)) == TORQUE
+    joints = messages.fill_joints(messages.joints_template(), STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
+    wheels = deserialize_message(joints, JointState)
     assert read_wheel_angles(wheels) == (1.1, 2.2)
     assert read_wheel_velocity(wheels) == (3.3, 4.4)
-    assert read_torque(wheels) == (5.5, 6.6)
-    assert nanoseconds(wheels.header.stamp) == STAMP
-    assert serialised_stamp(serialize_message(wheels)) == STAMP
+    assert read_torque(wheels) == TORQUE
+    assert nanoseconds(wheels.header.stamp) == serialised_stamp(joints) == STAMP
+    for written, kind in ((command, 'geometry_msgs/msg/TwistStamped'), (error, 'geometry_msgs/msg/Vector3Stamped'),
+                          (torque, 'sensor_msgs/msg/JointState'), (joints, 'sensor_msgs/msg/JointState')):
+        assert written == _as_rosbags_writes(written, kind)
+    assert nanoseconds(deserialize_message(messages.clock_template().fill(STAMP), Clock).clock) == STAMP
+
+
+@pytest.mark.parametrize('frame', ['', 'odom', 'robot1/odom', 'a' * 31])
+def test_rclpy_finds_the_very_message_that_it_would_have_written(frame):
+    """Frames of all lengths shift what comes after them."""
+    message = Odometry(child_frame_id=f'{frame}x')
+    message.header.frame_id = frame
+    message.header.stamp.sec, message.header.stamp.nanosec = 12, 345_678_901
+    message.pose.pose.position.x, message.pose.pose.position.y, message.pose.pose.orientation.w = -0.0, 5e-324, 1.0
+    message.twist.twist.linear.x, message.twist.twist.angular.z = 1e308, -0.3
+    message.pose.covariance[0], message.pose.covariance[35], message.twist.covariance[7] = 0.1, 0.2, 0.3
+    template = messages.odometry_template(frame, f'{frame}x', [0.1, 0, 0, 0, 0, 0.2], [0, 0.3, 0, 0, 0, 0])
+    for pose in (Pose(7.0, 8.0, 9.0), Pose(-0.0, 5e-324, 0.0)):
+        written = messages.fill_odometry(template, STAMP, pose, BodyVelocity(1e308, -0.3))
+    assert deserialize_message(written, Odometry) == message
+    assert written == _as_rosbags_writes(written, 'nav_msgs/msg/Odometry')
+
+
+def test_each_filling_is_bytes_of_its_own():
+    template = messages.torque_template()
+    first = messages.fill_torque(template, 0, TORQUE)
+    messages.fill_torque(template, STAMP, WheelTorque(5.0, 6.0))
+    assert read_torque(deserialize_message(first, JointState)) == TORQUE
+    with pytest.raises(struct.error):
+        template.fill(STAMP, 1.0)
 
 
 def test_wheels_are_found_by_name_in_any_order():
-    message = messages.fill_torque(messages.wheels_message(), STAMP, WheelTorque(1.0, 2.0))
-    message.name, message.effort = ['arm', 'wheel_left_joint', 'wheel_right_joint'], [9.0, 2.0, 1.0]
+    message = JointState(name=['arm', *reversed(WHEEL_JOINTS)], effort=[9.0, 2.0, 1.0])
     assert read_torque(message) == WheelTorque(right=1.0, left=2.0)
