@@ -91,6 +91,7 @@ def declarations(group: type, prefix: str = '', defaults: Any = None) -> dict[st
 
     Examples
     --------
+    >>> from typing import NamedTuple
     >>> class Wheel(NamedTuple):
     ...     radius: Annotated[float, Field('m', 'of the wheel', above=0.0)] = 0.035
     >>> declarations(Wheel)['radius'].default

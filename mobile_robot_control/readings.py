@@ -59,16 +59,24 @@ def serialised_stamp(message: bytes) -> int:
     Parameters
     ----------
     message : bytes
-        CDR, little endian.
+        CDR.
 
     Returns
     -------
     int
         [ns].
 
+    Raises
+    ------
+    Refused
+        If it is too short to have one.
+
     """
-    # four bytes of encapsulation, then the header's stamp
-    seconds, rest = struct.unpack_from('<iI', message, 4)
+    try:
+        # four bytes of encapsulation, which in the second says the byte order, then the header's stamp
+        seconds, rest = struct.unpack_from('<iI' if message[1] & 1 else '>iI', message, 4)
+    except (struct.error, IndexError):
+        raise Refused('not readable', f'{len(message)} bytes hold no stamp') from None
     return int(seconds) * _NANOSECONDS + int(rest)
 
 

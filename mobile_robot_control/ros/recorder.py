@@ -3,6 +3,7 @@
 import importlib
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -13,7 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
-from mobile_robot_control.readings import serialised_stamp
+from mobile_robot_control.readings import Refused, serialised_stamp
 from mobile_robot_control.ros.diagnostics import LISTENERS
 from mobile_robot_control.ros.qos import LOOP
 from mobile_robot_control.ros.timers import every
@@ -180,7 +181,9 @@ class Recorder(Node):
         def hear(message: bytes) -> None:
             now = time.time_ns()
             if name is not None:
-                self.newest[name], self.received = serialised_stamp(message), now
+                self.received = now
+                with suppress(Refused):
+                    self.newest[name] = serialised_stamp(message)
                 if self._ahead and self._recorded() > self._allowed - self._ahead // 2:
                     self._allow()
             elif topic == '/diagnostics':

@@ -10,7 +10,7 @@ from mobile_robot_control.configuration import ReferenceCartParameters
 from mobile_robot_control.readings import read_odometry
 from mobile_robot_control.reference.curves import CURVES, reference_at
 from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.border import Border, make_gate
+from mobile_robot_control.ros.border import Border, make_gate, reader
 from mobile_robot_control.ros.diagnostics import Diagnostics
 from mobile_robot_control.ros.lockstep import Turn
 from mobile_robot_control.ros.parameter_bridge import declare
@@ -40,7 +40,8 @@ class ReferenceCart(Node):
         self._curve = CURVES[parameters.curve.curve]
         self._placement = parameters.curve.placement
         self._gate = make_gate(self, shared, shared.position_rate)
-        self._read = partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id)
+        self._read = reader(
+            Odometry, partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id))
         self._peers = Peers(self, {'odom': 'plant'}, shared.peer_timeout)
         self._border = Border(self, self._peers)
         self._template = messages.odometry_template(shared.odom_frame_id, shared.reference_frame_id)
@@ -50,12 +51,12 @@ class ReferenceCart(Node):
             reference_at(self._curve, self._placement.period * n / _PATH_POINTS, self._placement).pose
             for n in range(_PATH_POINTS + 1)
         ]))
-        self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
+        self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST, raw=True)
         self._started: float | None = None
         ticker = None if shared.lockstep else Ticker(self, shared.position_rate, self._tick)
         self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)
 
-    def _on_odom(self, message: Odometry) -> None:
+    def _on_odom(self, message: bytes) -> None:
         admitted = self._border.admit('odom', message, self._read, self._gate)
         if admitted is None:
             return

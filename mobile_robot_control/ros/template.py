@@ -3,40 +3,13 @@
 import itertools
 import math
 import struct
-from array import array
 from collections.abc import Callable
 from typing import Any
 
-_ENCAPSULATION = b'\x00\x01\x00\x00'  # plain CDR, little endian
-_DOUBLE, _UNSIGNED, _STAMP = struct.Struct('<d'), struct.Struct('<I'), struct.Struct('<iI')
+from mobile_robot_control.cdr import ENCAPSULATION, serialise
+
+_DOUBLE, _STAMP = struct.Struct('<d'), struct.Struct('<iI')
 _NANOSECONDS = 1_000_000_000
-
-
-def _align(data: bytearray, number: struct.Struct, value: float) -> None:
-    """Write a number at a multiple of its size."""
-    data += bytes(-(len(data) - len(_ENCAPSULATION)) % number.size)
-    data += number.pack(value)
-
-
-def _write(data: bytearray, value: Any) -> None:
-    """Write a field of the types that the loop's messages have, in CDR."""
-    if isinstance(value, str):
-        text = value.encode() + b'\0'
-        _align(data, _UNSIGNED, len(text))
-        data += text
-    elif isinstance(value, float):
-        _align(data, _DOUBLE, value)
-    elif isinstance(value, int):
-        _align(data, _UNSIGNED, value)
-    elif hasattr(value, 'get_fields_and_field_types'):
-        for field in value.get_fields_and_field_types():
-            _write(data, getattr(value, field))
-    else:
-        # rclpy's arrays of fixed length are NumPy's, and say no length
-        if isinstance(value, list | array):
-            _align(data, _UNSIGNED, len(value))
-        for element in value:
-            _write(data, element)
 
 
 class Template:
@@ -61,8 +34,7 @@ class Template:
         # numbers that nothing else in a message is, to see where they lie
         marks = [math.pi * 1e200 * (n + 1) for n in range(count)]
         put(*marks)
-        self._data = bytearray(_ENCAPSULATION)
-        _write(self._data, message)
+        self._data = serialise(message)
         self._stamped = hasattr(message, 'header') or hasattr(message, 'clock')
         places = [self._data.index(_DOUBLE.pack(mark)) for mark in marks]
         starts = [n for n in range(count) if n == 0 or places[n] != places[n - 1] + _DOUBLE.size]
@@ -88,7 +60,7 @@ class Template:
         """
         data = self._data
         if self._stamped:
-            _STAMP.pack_into(data, len(_ENCAPSULATION), *divmod(stamp, _NANOSECONDS))
+            _STAMP.pack_into(data, len(ENCAPSULATION), *divmod(stamp, _NANOSECONDS))
         for pack_into, place, part in self._runs:
             pack_into(data, place, *numbers[part])
         return bytes(data)

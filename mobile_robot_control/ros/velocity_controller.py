@@ -13,7 +13,7 @@ from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
 from mobile_robot_control.readings import read_twist, read_wheel_velocity
 from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.border import Border, make_gate
+from mobile_robot_control.ros.border import Border, make_gate, reader
 from mobile_robot_control.ros.diagnostics import Diagnostics
 from mobile_robot_control.ros.lockstep import Turn
 from mobile_robot_control.ros.parameter_bridge import declare, follow
@@ -46,7 +46,9 @@ class VelocityController(Node):
         self._position_period = period_nanoseconds(shared.position_rate)
         self._gate = make_gate(self, shared, shared.velocity_rate)
         self._command_gate = make_gate(self, shared, shared.position_rate)
-        self._read_twist = partial(read_twist, frame=shared.base_frame_id)
+        self._read_wheels = reader(JointState, read_wheel_velocity)
+        self._read_twist = reader(TwistStamped, partial(read_twist, frame=shared.base_frame_id))
+        self._unstamped = messages.twist_template('')
         self._peers = Peers(
             self, {'joint_states': 'plant', 'cmd_vel': 'position_controller'}, shared.peer_timeout
         )
@@ -57,9 +59,9 @@ class VelocityController(Node):
         self._torque = WheelTorque(0.0, 0.0)
         self._template = messages.torque_template()
         self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', LOOP)
-        self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST)
+        self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST, raw=True)
         if shared.stamped_cmd_vel:
-            self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST)
+            self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST, raw=True)
         else:
             self.create_subscription(Twist, 'cmd_vel', self._on_twist, NEWEST)
         follow(self, self._values, self._change)
@@ -69,8 +71,8 @@ class VelocityController(Node):
     def _change(self, values: VelocityControllerParameters) -> None:
         self._changed = values
 
-    def _on_joint_states(self, message: JointState) -> None:
-        admitted = self._border.admit('joint_states', message, read_wheel_velocity, self._gate)
+    def _on_joint_states(self, message: bytes) -> None:
+        admitted = self._border.admit('joint_states', message, self._read_wheels, self._gate)
         if admitted is None:
             return
         if admitted.turn is Turn.AGAIN:
@@ -79,7 +81,7 @@ class VelocityController(Node):
         self._wheels = (admitted.stamp, admitted.value)
         self._answer_wheels()
 
-    def _on_cmd_vel(self, message: TwistStamped) -> None:
+    def _on_cmd_vel(self, message: bytes) -> None:
         # a command is held until the wheels of its position tick ask for it
         admitted = self._border.admit('cmd_vel', message, self._read_twist, self._command_gate)
         # and of two with one stamp the first counts
@@ -88,9 +90,8 @@ class VelocityController(Node):
             self._answer_wheels()
 
     def _on_twist(self, message: Twist) -> None:
-        stamped = TwistStamped(twist=message)
-        stamped.header.stamp = self.get_clock().now().to_msg()
-        self._on_cmd_vel(stamped)
+        velocity = BodyVelocity(message.linear.x, message.angular.z)
+        self._on_cmd_vel(messages.fill_twist(self._unstamped, self.get_clock().now().nanoseconds, velocity))
 
     def _answer_wheels(self) -> None:
         """Step and answer once new wheel velocities and the command of their position tick are there."""

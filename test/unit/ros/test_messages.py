@@ -14,6 +14,7 @@ from sensor_msgs.msg import JointState
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.readings import (
     WHEEL_JOINTS,
+    Refused,
     nanoseconds,
     read_error,
     read_odometry,
@@ -24,6 +25,7 @@ from mobile_robot_control.readings import (
     serialised_stamp,
 )
 from mobile_robot_control.ros import messages
+from mobile_robot_control.ros.border import reader
 
 STAMP = 12_345_678_901
 TORQUE = WheelTorque(0.1, -0.2)
@@ -84,6 +86,28 @@ def test_rclpy_finds_the_very_message_that_it_would_have_written(frame):
         written = messages.fill_odometry(template, STAMP, pose, BodyVelocity(1e308, -0.3))
     assert deserialize_message(written, Odometry) == message
     assert written == _as_rosbags_writes(written, 'nav_msgs/msg/Odometry')
+
+
+@pytest.mark.parametrize('little_endian', [True, False])
+def test_the_border_reads_bytes_of_either_order(little_endian):
+    written = messages.fill_joints(messages.joints_template(), STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
+    kind = 'sensor_msgs/msg/JointState'
+    sent = bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(written, kind), kind, little_endian=little_endian))
+    assert (sent == written) is little_endian
+    assert serialised_stamp(sent) == STAMP
+    assert reader(JointState, read_torque)(sent) == TORQUE
+
+
+@pytest.mark.parametrize('cut', [0, 1, 5, 11, 12, 30, 139])
+@pytest.mark.parametrize('order', [0, 1])
+def test_bytes_that_are_no_message_are_refused(cut, order):
+    written = bytearray(messages.fill_joints(messages.joints_template(), STAMP, (0, 0), WheelVelocity(0, 0), TORQUE))
+    written[1] = order
+    with pytest.raises(Refused, match='not readable'):
+        reader(JointState, read_torque)(bytes(written[:cut]))
+    if cut < 12:
+        with pytest.raises(Refused, match=f'{cut} bytes hold no stamp'):
+            serialised_stamp(bytes(written[:cut]))
 
 
 def test_each_filling_is_bytes_of_its_own():

@@ -1,19 +1,22 @@
 """
-The loop's messages from their serialised form (CDR), as objects with the fields of the ROS messages.
+The loop's messages from their serialised form (CDR), as objects with the fields of the ROS messages, and back.
 
-Written out for four types, because it is three times as fast as what works for every type, and a bag of ten minutes
-holds a million messages. A test compares it with a general deserialiser.
+Reading is written out for four types, because it is three times as fast as what works for every type: a bag of ten
+minutes holds a million messages, and rclpy takes 2 to 10 times as long. Tests compare both ways with rosbags and rclpy.
 """
 
 import struct
+from array import array
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-_START = 4
+ENCAPSULATION = b'\x00\x01\x00\x00'
+"""What plain little-endian CDR begins with."""
+_START = len(ENCAPSULATION)
 """Alignment is counted from behind the encapsulation."""
 _HEADER = 12
 """Where the header's frame stands: behind its stamp."""
-_COUNT = struct.Struct('<I')
+_COUNT, _DOUBLE = struct.Struct('<I'), struct.Struct('<d')
 _POSE_AND_TWIST = struct.Struct('<7d288x6d')  # the covariances, of 36 numbers each, are passed over
 _SIX = struct.Struct('<6d')
 _THREE = struct.Struct('<3d')
@@ -172,6 +175,24 @@ _READ: dict[str, Callable[[bytes], Any]] = {
 }
 
 
+def plain(data: bytes) -> bool:
+    """
+    Say whether a message is encoded as all are that come from a machine of our days.
+
+    Parameters
+    ----------
+    data : bytes
+        Serialised.
+
+    Returns
+    -------
+    bool
+        True for little-endian CDR.
+
+    """
+    return data[:2] == ENCAPSULATION[:2]
+
+
 def deserialise(kind: str, data: bytes) -> Any:
     """
     Read a message.
@@ -194,9 +215,56 @@ def deserialise(kind: str, data: bytes) -> Any:
         If the bytes are no such message.
 
     """
-    if data[:2] != b'\x00\x01':
+    if not plain(data):
         raise ValueError('not little-endian CDR')
     try:
         return _READ[kind](data)
     except struct.error as error:
         raise ValueError(str(error)) from error
+
+
+def _put(data: bytearray, number: struct.Struct, value: float) -> None:
+    """Write a number at a multiple of its size."""
+    data += bytes(_aligned(len(data), number.size) - len(data))
+    data += number.pack(value)
+
+
+def _write(data: bytearray, value: Any) -> None:
+    """Write a field of the types that the loop's messages have, in CDR."""
+    if isinstance(value, str):
+        text = value.encode() + b'\0'
+        _put(data, _COUNT, len(text))
+        data += text
+    elif isinstance(value, float):
+        _put(data, _DOUBLE, value)
+    elif isinstance(value, int):
+        _put(data, _COUNT, value)
+    elif hasattr(value, 'get_fields_and_field_types'):
+        for field in value.get_fields_and_field_types():
+            _write(data, getattr(value, field))
+    else:
+        # rclpy's arrays of fixed length are NumPy's, and say no length
+        if isinstance(value, list | array):
+            _put(data, _COUNT, len(value))
+        for element in value:
+            _write(data, element)
+
+
+def serialise(message: Any) -> bytearray:
+    """
+    Write a message.
+
+    Parameters
+    ----------
+    message : ROS message
+        As rclpy makes it, of texts, floats, 32-bit integers and arrays of texts and floats.
+
+    Returns
+    -------
+    bytearray
+        CDR, little endian. rclpy's own serialisation leaves bytes behind the end, and in the gaps what it finds there.
+
+    """
+    data = bytearray(ENCAPSULATION)
+    _write(data, message)
+    return data

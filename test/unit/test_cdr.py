@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from mobile_robot_control.recording.loop_messages import deserialise
+from mobile_robot_control.cdr import deserialise
 
 STORE = get_typestore(Stores.ROS2_KILTED)
 TYPES = STORE.types
