@@ -37,7 +37,7 @@ class PositionController(Node):
         self._values = declare(self, PositionControllerParameters)
         shared = self._values.shared
         self.exit_code: int | None = None
-        self._stamped, self._lockstep = shared.stamped_cmd_vel, shared.lockstep
+        self._lockstep = shared.lockstep
         self._dt = 1.0 / shared.position_rate
         self._gate = make_gate(self, shared, shared.position_rate)
         self._read_odom, self._read_reference = (
@@ -52,7 +52,7 @@ class PositionController(Node):
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
         self._twist = messages.twist_template(shared.base_frame_id, shared.stamped_cmd_vel)
         self._error = messages.error_template(shared.base_frame_id)
-        self._cmd_vel = self.create_publisher(TwistStamped if self._stamped else Twist, 'cmd_vel', LOOP)
+        self._cmd_vel = self.create_publisher(TwistStamped if shared.stamped_cmd_vel else Twist, 'cmd_vel', LOOP)
         self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST, raw=True)
         self.create_subscription(Odometry, 'reference', self._on_reference, NEWEST, raw=True)
