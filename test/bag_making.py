@@ -8,22 +8,22 @@ WALL = 1_790_000_000_000_000_000
 """Wall time of the first message [ns]."""
 
 
-ODOM, REFERENCE = (messages.odometry_template('odom', frame) for frame in ('base_link', 'reference_cart'))
-CMD_VEL, TRACKING_ERROR = messages.twist_template('base_link'), messages.error_template('base_link')
-JOINT_STATES, WHEEL_TORQUES = messages.joints_template(), messages.torque_template()
+ODOM, REFERENCE = (messages.odometry_writer('odom', frame) for frame in ('base_link', 'reference_cart'))
+CMD_VEL, TRACKING_ERROR = messages.twist_writer('base_link'), messages.error_writer('base_link')
+JOINT_STATES, WHEEL_TORQUES = messages.joints_writer(), messages.torque_writer()
 
 
 def said(sample):
     """The messages of a sample: relative topic, stamp [ns] and CDR."""
     stamp, tick = round(sample.time * 1e9), sample.tick
     if tick.time == sample.time:
-        yield 'odom', stamp, messages.fill_odometry(ODOM, stamp, tick.pose, tick.velocity)
-        yield 'reference', stamp, messages.fill_odometry(REFERENCE, stamp, *tick.reference)
-        yield 'cmd_vel', stamp, messages.fill_twist(CMD_VEL, stamp, sample.command)
-        yield 'tracking_error', stamp, messages.fill_error(TRACKING_ERROR, stamp, tick.error)
-    yield 'joint_states', stamp, messages.fill_joints(
-        JOINT_STATES, stamp, (sample.right_angle, sample.left_angle), sample.wheels, sample.applied)
-    yield 'wheel_torques', stamp, messages.fill_torque(WHEEL_TORQUES, stamp, sample.torque)
+        yield 'odom', stamp, ODOM(stamp, tick.pose, tick.velocity)
+        yield 'reference', stamp, REFERENCE(stamp, *tick.reference)
+        yield 'cmd_vel', stamp, CMD_VEL(stamp, sample.command)
+        yield 'tracking_error', stamp, TRACKING_ERROR(stamp, tick.error)
+    yield 'joint_states', stamp, JOINT_STATES(
+        stamp, (sample.right_angle, sample.left_angle), sample.wheels, sample.applied)
+    yield 'wheel_torques', stamp, WHEEL_TORQUES(stamp, sample.torque)
 
 
 def write(writer, samples, prefix='/'):

@@ -1,11 +1,11 @@
 """
 Quantities to messages; :mod:`mobile_robot_control.readings` is the way back.
 
-A node makes a template of each of its messages once and fills it at every step.
+A node makes a writer for each of its messages once, and publishes the bytes that it writes at every step.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry, Path
@@ -35,12 +35,12 @@ def planar_quaternion(heading: float) -> tuple[float, float]:
     return math.sin(0.5 * heading), math.cos(0.5 * heading)
 
 
-def odometry_template(
+def odometry_writer(
     frame: str, child_frame: str, pose_variances: Sequence[float] = (0.0,) * 6,
     twist_variances: Sequence[float] = (0.0,) * 6,
-) -> Template:
+) -> Callable[[int, Pose, BodyVelocity], bytes]:
     """
-    Make what :func:`fill_odometry` fills.
+    Make what writes nav_msgs/Odometry.
 
     Parameters
     ----------
@@ -51,8 +51,8 @@ def odometry_template(
 
     Returns
     -------
-    Template
-        Of nav_msgs/Odometry.
+    callable
+        Takes a stamp [ns], a pose [m, rad] and a velocity in the child frame [m/s, rad/s].
 
     """
     message = Odometry(child_frame_id=child_frame)
@@ -65,36 +65,17 @@ def odometry_template(
         pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w = x, y, z, w
         twist.linear.x, twist.angular.z = linear, angular
 
-    return Template(message, put, 6)
+    template = Template(message, put, 6)
+
+    def write(stamp: int, pose: Pose, velocity: BodyVelocity) -> bytes:
+        return template.fill(stamp, pose.x, pose.y, *planar_quaternion(pose.heading), *velocity)
+
+    return write
 
 
-def fill_odometry(template: Template, stamp: int, pose: Pose, velocity: BodyVelocity) -> bytes:
+def twist_writer(frame: str, stamped: bool = True) -> Callable[[int, BodyVelocity], bytes]:
     """
-    Write pose and velocity.
-
-    Parameters
-    ----------
-    template : Template
-        From :func:`odometry_template`.
-    stamp : int
-        [ns].
-    pose : Pose
-        [m], [rad].
-    velocity : BodyVelocity
-        In the child frame [m/s], [rad/s].
-
-    Returns
-    -------
-    bytes
-        To be published.
-
-    """
-    return template.fill(stamp, pose.x, pose.y, *planar_quaternion(pose.heading), *velocity)
-
-
-def twist_template(frame: str, stamped: bool = True) -> Template:
-    """
-    Make what :func:`fill_twist` fills.
+    Make what writes geometry_msgs/TwistStamped or geometry_msgs/Twist, for `cmd_vel`.
 
     Parameters
     ----------
@@ -105,8 +86,8 @@ def twist_template(frame: str, stamped: bool = True) -> Template:
 
     Returns
     -------
-    Template
-        Of geometry_msgs/TwistStamped or geometry_msgs/Twist, for `cmd_vel`.
+    callable
+        Takes a stamp [ns] and a velocity [m/s, rad/s].
 
     """
     message = TwistStamped()
@@ -115,34 +96,13 @@ def twist_template(frame: str, stamped: bool = True) -> Template:
     def put(linear: float, angular: float) -> None:
         message.twist.linear.x, message.twist.angular.z = linear, angular
 
-    return Template(message if stamped else message.twist, put, 2)
+    template = Template(message if stamped else message.twist, put, 2)
+    return lambda stamp, velocity: template.fill(stamp, *velocity)
 
 
-def fill_twist(template: Template, stamp: int, velocity: BodyVelocity) -> bytes:
+def error_writer(frame: str) -> Callable[[int, TrackingError], bytes]:
     """
-    Write a body velocity command.
-
-    Parameters
-    ----------
-    template : Template
-        From :func:`twist_template`.
-    stamp : int
-        [ns].
-    velocity : BodyVelocity
-        [m/s], [rad/s].
-
-    Returns
-    -------
-    bytes
-        To be published.
-
-    """
-    return template.fill(stamp, *velocity)
-
-
-def error_template(frame: str) -> Template:
-    """
-    Make what :func:`fill_error` fills.
+    Make what writes geometry_msgs/Vector3Stamped, for `tracking_error`: x = e1 [m], y = e2 [m], z = e3 [rad].
 
     Parameters
     ----------
@@ -151,8 +111,8 @@ def error_template(frame: str) -> Template:
 
     Returns
     -------
-    Template
-        Of geometry_msgs/Vector3Stamped, for `tracking_error`.
+    callable
+        Takes a stamp [ns] and a tracking error.
 
     """
     message = Vector3Stamped()
@@ -161,39 +121,18 @@ def error_template(frame: str) -> Template:
     def put(longitudinal: float, lateral: float, heading: float) -> None:
         message.vector.x, message.vector.y, message.vector.z = longitudinal, lateral, heading
 
-    return Template(message, put, 3)
+    template = Template(message, put, 3)
+    return lambda stamp, error: template.fill(stamp, *error)
 
 
-def fill_error(template: Template, stamp: int, error: TrackingError) -> bytes:
+def torque_writer() -> Callable[[int, WheelTorque], bytes]:
     """
-    Write a tracking error.
-
-    Parameters
-    ----------
-    template : Template
-        From :func:`error_template`.
-    stamp : int
-        [ns].
-    error : TrackingError
-        [m], [rad].
+    Make what writes sensor_msgs/JointState with the wheels' names and efforts, for `wheel_torques`.
 
     Returns
     -------
-    bytes
-        To be published: x = e1 [m], y = e2 [m], z = e3 [rad].
-
-    """
-    return template.fill(stamp, *error)
-
-
-def torque_template() -> Template:
-    """
-    Make what :func:`fill_torque` fills.
-
-    Returns
-    -------
-    Template
-        Of sensor_msgs/JointState with the wheels' names and efforts, for `wheel_torques`.
+    callable
+        Takes a stamp [ns] and torques [N m].
 
     """
     message = JointState(name=WHEEL_JOINTS)
@@ -201,39 +140,19 @@ def torque_template() -> Template:
     def put(right: float, left: float) -> None:
         message.effort = [right, left]
 
-    return Template(message, put, 2)
+    template = Template(message, put, 2)
+    return lambda stamp, torque: template.fill(stamp, *torque)
 
 
-def fill_torque(template: Template, stamp: int, torque: WheelTorque) -> bytes:
+def joints_writer() -> Callable[[int, tuple[float, float], WheelVelocity, WheelTorque], bytes]:
     """
-    Write wheel torques.
-
-    Parameters
-    ----------
-    template : Template
-        From :func:`torque_template`.
-    stamp : int
-        [ns].
-    torque : WheelTorque
-        [N m].
+    Make what writes sensor_msgs/JointState with all that there is of the wheels, for `joint_states`.
 
     Returns
     -------
-    bytes
-        To be published.
-
-    """
-    return template.fill(stamp, *torque)
-
-
-def joints_template() -> Template:
-    """
-    Make what :func:`fill_joints` fills.
-
-    Returns
-    -------
-    Template
-        Of sensor_msgs/JointState with the wheels' names, positions, velocities and efforts, for `joint_states`.
+    callable
+        Takes a stamp [ns], the angles of the right and the left wheel [rad], their velocities [rad/s], and the torques
+        applied over the step that ended at the stamp [N m].
 
     """
     message = JointState(name=WHEEL_JOINTS)
@@ -241,48 +160,21 @@ def joints_template() -> Template:
     def put(*numbers: float) -> None:
         message.position, message.velocity, message.effort = numbers[:2], numbers[2:4], numbers[4:]
 
-    return Template(message, put, 6)
+    template = Template(message, put, 6)
+    return lambda stamp, angles, velocity, torque: template.fill(stamp, *angles, *velocity, *torque)
 
 
-def fill_joints(
-    template: Template, stamp: int, angles: tuple[float, float], velocity: WheelVelocity, torque: WheelTorque
-) -> bytes:
+def clock_writer() -> Callable[[int], bytes]:
     """
-    Write the wheels' state.
-
-    Parameters
-    ----------
-    template : Template
-        From :func:`joints_template`.
-    stamp : int
-        [ns].
-    angles : tuple of float
-        Right and left [rad].
-    velocity : WheelVelocity
-        [rad/s].
-    torque : WheelTorque
-        Applied over the step that ended at the stamp [N m].
+    Make what writes rosgraph_msgs/Clock, for `/clock`.
 
     Returns
     -------
-    bytes
-        To be published.
+    callable
+        Takes a stamp [ns].
 
     """
-    return template.fill(stamp, *angles, *velocity, *torque)
-
-
-def clock_template() -> Template:
-    """
-    Make what is filled with a stamp alone.
-
-    Returns
-    -------
-    Template
-        Of rosgraph_msgs/Clock, for `/clock`.
-
-    """
-    return Template(Clock(), lambda: None, 0)
+    return Template(Clock(), lambda: None, 0).fill
 
 
 def path_message(frame: str, poses: Sequence[Pose]) -> Path:

@@ -45,13 +45,13 @@ class PlantTopics:
         self._robot, self._noise = shared.robot, values.imperfections.noise
         frames = shared.odom_frame_id, shared.base_frame_id
         injected = pose_variances(self._noise), twist_variances(self._noise, self._robot)
-        self._odometry = messages.odometry_template(
+        self._write_odometry = messages.odometry_writer(
             *frames, _sums(values.pose_covariance_diagonal, injected[0]),
             _sums(values.twist_covariance_diagonal, injected[1]))
-        self._truth = messages.odometry_template(*frames)
+        self._write_truth = messages.odometry_writer(*frames)
         noisy = any(injected[0] + injected[1])
         self._ground_truth = node.create_publisher(Odometry, 'ground_truth', LOOP) if noisy else None
-        self._wheels, self._time = messages.joints_template(), messages.clock_template()
+        self._write_joints, self._write_clock = messages.joints_writer(), messages.clock_writer()
         self._odom = node.create_publisher(Odometry, 'odom', LOOP)
         self._joint_states = node.create_publisher(JointState, 'joint_states', LOOP)
         publish_clock = values.publish_clock and shared.lockstep
@@ -75,17 +75,17 @@ class PlantTopics:
         """
         twist = measured_twist(state.velocity, self._measured(k, state), self._noise, self._robot)
         pose = measured_pose(state.pose, self._noise, k)
-        self._newest = stamp, pose, messages.fill_odometry(self._odometry, stamp, pose, twist)
+        self._newest = stamp, pose, self._write_odometry(stamp, pose, twist)
         self.repeat_odometry()
         if self._ground_truth is not None:
-            self._ground_truth.publish(messages.fill_odometry(self._truth, stamp, state.pose, state.velocity))
+            self._ground_truth.publish(self._write_truth(stamp, state.pose, state.velocity))
 
     def repeat_odometry(self) -> None:
         """Say the newest odometry, once more or for the first time."""
         stamp, pose, odometry = self._newest
         self._odom.publish(odometry)
         if self._clock is not None:
-            self._clock.publish(self._time.fill(stamp))
+            self._clock.publish(self._write_clock(stamp))
         if self._broadcast is not None:
             self._broadcast(stamp, pose)
 
@@ -105,8 +105,8 @@ class PlantTopics:
             Over the step that ended then [N m].
 
         """
-        self._joint_states.publish(messages.fill_joints(
-            self._wheels, stamp, (state.right_angle, state.left_angle), self._measured(k, state), applied
+        self._joint_states.publish(self._write_joints(
+            stamp, (state.right_angle, state.left_angle), self._measured(k, state), applied
         ))
 
     def _measured(self, k: int, state: PlantState) -> WheelVelocity:

@@ -50,8 +50,8 @@ class PositionController(Node):
         self._odom: tuple[int, Pose] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
-        self._twist = messages.twist_template(shared.base_frame_id, shared.stamped_cmd_vel)
-        self._error = messages.error_template(shared.base_frame_id)
+        self._write_twist = messages.twist_writer(shared.base_frame_id, shared.stamped_cmd_vel)
+        self._write_error = messages.error_writer(shared.base_frame_id)
         self._cmd_vel = self.create_publisher(TwistStamped if shared.stamped_cmd_vel else Twist, 'cmd_vel', LOOP)
         self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST, raw=True)
@@ -122,10 +122,10 @@ class PositionController(Node):
         if self._answer is not None:
             command, error = self._answer
             self._publish_command(stamp, command)
-            self._tracking_error.publish(messages.fill_error(self._error, stamp, error))
+            self._tracking_error.publish(self._write_error(stamp, error))
 
     def _publish_command(self, stamp: int, command: BodyVelocity) -> None:
-        self._cmd_vel.publish(messages.fill_twist(self._twist, stamp, command))
+        self._cmd_vel.publish(self._write_twist(stamp, command))
 
     def close(self) -> None:
         """Stop a robot that runs on the wall clock; end when the last messages have arrived."""

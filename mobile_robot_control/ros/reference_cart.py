@@ -44,7 +44,7 @@ class ReferenceCart(Node):
             Odometry, partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id))
         self._peers = Peers(self, {'odom': 'plant'}, shared.peer_timeout)
         self._border = Border(self, self._peers)
-        self._template = messages.odometry_template(shared.odom_frame_id, shared.reference_frame_id)
+        self._write = messages.odometry_writer(shared.odom_frame_id, shared.reference_frame_id)
         self._reference = self.create_publisher(Odometry, 'reference', LOOP)
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
         self._path.publish(messages.path_message(shared.odom_frame_id, [
@@ -78,7 +78,7 @@ class ReferenceCart(Node):
 
     def _publish(self, stamp: int, time: float) -> None:
         reference = reference_at(self._curve, time, self._placement)
-        self._reference.publish(messages.fill_odometry(self._template, stamp, reference.pose, reference.velocity))
+        self._reference.publish(self._write(stamp, reference.pose, reference.velocity))
 
     def close(self) -> None:
         """End when the last messages have arrived."""

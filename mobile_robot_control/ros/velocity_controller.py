@@ -48,7 +48,7 @@ class VelocityController(Node):
         self._command_gate = make_gate(self, shared, shared.position_rate)
         self._read_wheels = reader(JointState, read_wheel_velocity)
         self._read_twist = reader(TwistStamped, partial(read_twist, frame=shared.base_frame_id))
-        self._unstamped = messages.twist_template('')
+        self._stamp_twist = messages.twist_writer('')
         self._peers = Peers(
             self, {'joint_states': 'plant', 'cmd_vel': 'position_controller'}, shared.peer_timeout
         )
@@ -57,7 +57,7 @@ class VelocityController(Node):
         self._wheels: tuple[int, WheelVelocity] | None = None
         self._command: tuple[int, BodyVelocity] | None = None
         self._torque = WheelTorque(0.0, 0.0)
-        self._template = messages.torque_template()
+        self._write = messages.torque_writer()
         self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', LOOP)
         self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST, raw=True)
         if shared.stamped_cmd_vel:
@@ -91,7 +91,7 @@ class VelocityController(Node):
 
     def _on_twist(self, message: Twist) -> None:
         velocity = BodyVelocity(message.linear.x, message.angular.z)
-        self._on_cmd_vel(messages.fill_twist(self._unstamped, self.get_clock().now().nanoseconds, velocity))
+        self._on_cmd_vel(self._stamp_twist(self.get_clock().now().nanoseconds, velocity))
 
     def _answer_wheels(self) -> None:
         """Step and answer once new wheel velocities and the command of their position tick are there."""
@@ -141,7 +141,7 @@ class VelocityController(Node):
         self._diagnostics.stepped(saturated=0.0 < limit <= max(abs(self._torque.right), abs(self._torque.left)))
 
     def _publish(self, stamp: int) -> None:
-        self._wheel_torques.publish(messages.fill_torque(self._template, stamp, self._torque))
+        self._wheel_torques.publish(self._write(stamp, self._torque))
 
     def close(self) -> None:
         """Let go of a robot that runs on the wall clock; end when the last messages have arrived."""

@@ -39,7 +39,7 @@ def _as_rosbags_writes(message, kind):
 
 def _odometry(pose, velocity):
     return deserialize_message(
-        messages.fill_odometry(messages.odometry_template('odom', 'base_link'), STAMP, pose, velocity), Odometry)
+        messages.odometry_writer('odom', 'base_link')(STAMP, pose, velocity), Odometry)
 
 
 @pytest.mark.parametrize('heading', [0.0, 0.5, -3.1, math.pi])
@@ -52,15 +52,15 @@ def test_odometry_comes_back(heading):
 
 def test_the_others_come_back_to_the_last_bit():
     velocity = BodyVelocity(0.1, 0.7)
-    command = messages.fill_twist(messages.twist_template('base_link'), STAMP, velocity)
+    command = messages.twist_writer('base_link')(STAMP, velocity)
     assert read_twist(deserialize_message(command, TwistStamped)) == velocity
-    plain = deserialize_message(messages.fill_twist(messages.twist_template('', stamped=False), STAMP, velocity), Twist)
+    plain = deserialize_message(messages.twist_writer('', stamped=False)(STAMP, velocity), Twist)
     assert (plain.linear.x, plain.angular.z) == velocity
-    error = messages.fill_error(messages.error_template('base_link'), STAMP, TrackingError(0.1, 0.2, 0.3))
+    error = messages.error_writer('base_link')(STAMP, TrackingError(0.1, 0.2, 0.3))
     assert read_error(deserialize_message(error, Vector3Stamped)) == (0.1, 0.2, 0.3)
-    torque = messages.fill_torque(messages.torque_template(), STAMP, TORQUE)
+    torque = messages.torque_writer()(STAMP, TORQUE)
     assert read_torque(deserialize_message(torque, JointState)) == TORQUE
-    joints = messages.fill_joints(messages.joints_template(), STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
+    joints = messages.joints_writer()(STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
     wheels = deserialize_message(joints, JointState)
     assert read_wheel_angles(wheels) == (1.1, 2.2)
     assert read_wheel_velocity(wheels) == (3.3, 4.4)
@@ -69,7 +69,7 @@ def test_the_others_come_back_to_the_last_bit():
     for written, kind in ((command, 'geometry_msgs/msg/TwistStamped'), (error, 'geometry_msgs/msg/Vector3Stamped'),
                           (torque, 'sensor_msgs/msg/JointState'), (joints, 'sensor_msgs/msg/JointState')):
         assert written == _as_rosbags_writes(written, kind)
-    assert nanoseconds(deserialize_message(messages.clock_template().fill(STAMP), Clock).clock) == STAMP
+    assert nanoseconds(deserialize_message(messages.clock_writer()(STAMP), Clock).clock) == STAMP
 
 
 @pytest.mark.parametrize('frame', ['', 'odom', 'robot1/odom', 'a' * 31])
@@ -81,16 +81,16 @@ def test_rclpy_finds_the_very_message_that_it_would_have_written(frame):
     message.pose.pose.position.x, message.pose.pose.position.y, message.pose.pose.orientation.w = -0.0, 5e-324, 1.0
     message.twist.twist.linear.x, message.twist.twist.angular.z = 1e308, -0.3
     message.pose.covariance[0], message.pose.covariance[35], message.twist.covariance[7] = 0.1, 0.2, 0.3
-    template = messages.odometry_template(frame, f'{frame}x', [0.1, 0, 0, 0, 0, 0.2], [0, 0.3, 0, 0, 0, 0])
+    write = messages.odometry_writer(frame, f'{frame}x', [0.1, 0, 0, 0, 0, 0.2], [0, 0.3, 0, 0, 0, 0])
     for pose in (Pose(7.0, 8.0, 9.0), Pose(-0.0, 5e-324, 0.0)):
-        written = messages.fill_odometry(template, STAMP, pose, BodyVelocity(1e308, -0.3))
+        written = write(STAMP, pose, BodyVelocity(1e308, -0.3))
     assert deserialize_message(written, Odometry) == message
     assert written == _as_rosbags_writes(written, 'nav_msgs/msg/Odometry')
 
 
 @pytest.mark.parametrize('little_endian', [True, False])
 def test_the_border_reads_bytes_of_either_order(little_endian):
-    written = messages.fill_joints(messages.joints_template(), STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
+    written = messages.joints_writer()(STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
     kind = 'sensor_msgs/msg/JointState'
     sent = bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(written, kind), kind, little_endian=little_endian))
     assert (sent == written) is little_endian
@@ -101,7 +101,7 @@ def test_the_border_reads_bytes_of_either_order(little_endian):
 @pytest.mark.parametrize('cut', [0, 1, 5, 11, 12, 30, 139])
 @pytest.mark.parametrize('order', [0, 1])
 def test_bytes_that_are_no_message_are_refused(cut, order):
-    written = bytearray(messages.fill_joints(messages.joints_template(), STAMP, (0, 0), WheelVelocity(0, 0), TORQUE))
+    written = bytearray(messages.joints_writer()(STAMP, (0, 0), WheelVelocity(0, 0), TORQUE))
     written[1] = order
     with pytest.raises(Refused, match='not readable'):
         reader(JointState, read_torque)(bytes(written[:cut]))
@@ -111,12 +111,12 @@ def test_bytes_that_are_no_message_are_refused(cut, order):
 
 
 def test_each_filling_is_bytes_of_its_own():
-    template = messages.torque_template()
-    first = messages.fill_torque(template, 0, TORQUE)
-    messages.fill_torque(template, STAMP, WheelTorque(5.0, 6.0))
+    write = messages.torque_writer()
+    first = write(0, TORQUE)
+    write(STAMP, WheelTorque(5.0, 6.0))
     assert read_torque(deserialize_message(first, JointState)) == TORQUE
     with pytest.raises(struct.error):
-        template.fill(STAMP, 1.0)
+        write(STAMP, [1.0])
 
 
 def test_wheels_are_found_by_name_in_any_order():
