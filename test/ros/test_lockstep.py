@@ -139,6 +139,12 @@ def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
     wheels.publish(late)
     robot.spin_until(lambda: 'not the next stamp' in robot.log('velocity_controller'), 5.0)
     assert len(answers) == count
+    # nor to bytes that are no message, after which all goes on; warnings are two seconds apart
+    robot.listen(2.0)
+    wheels.publish(b'\0\1\0\0' + bytes(12))
+    robot.spin_until(lambda: 'joint_states: not readable' in robot.log('velocity_controller'), 5.0)
+    assert len(answers) == count
+    assert ask(4_000_000)[0] > first[0]
 
 
 def test_between_position_ticks_odometry_is_repeated_too(robot):
