@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-_GRACE = 5.0
+_GRACE = 10.0
 """[s] that a process has to end by itself."""
 
 

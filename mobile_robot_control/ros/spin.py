@@ -13,8 +13,11 @@ from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters import ParameterError
 from mobile_robot_control.ros.arguments import check
+from mobile_robot_control.ros.deadline import exit_after
 from mobile_robot_control.ros.executables import Stop
 
+_LEAVING = 5
+"""[s] that the nodes of a process have to leave DDS."""
 _CLASSES = {
     'plant': 'Plant',
     'velocity_controller': 'VelocityController',
@@ -73,18 +76,22 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
     except Exception as error:  # rclpy raises bare RCLError for whatever rcl cannot parse
         return _refuse(who, [str(error)])
     nodes: list[Any] = []
+    code = 1
     try:
         for name in names:
             nodes.append(_make(name))
-        return _spin(nodes, stop)
+        code = _spin(nodes, stop)
     except ParameterError as error:
-        return _refuse(who, error.violations)
+        code = _refuse(who, error.violations)
     except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3
-        return _refuse(who, [str(error)])
+        code = _refuse(who, [str(error)])
     finally:
-        for node in nodes:
-            node.destroy_node()
-        rclpy.try_shutdown()
+        # where many processes end at once Fast DDS may deadlock: https://github.com/eProsima/Fast-DDS/issues/6502
+        with exit_after(_LEAVING, code):
+            for node in nodes:
+                node.destroy_node()
+            rclpy.try_shutdown()
+    return code
 
 
 def _refuse(who: str, violations: Sequence[str]) -> int:
@@ -104,4 +111,7 @@ def _spin(nodes: Sequence[Any], stop: Stop) -> int:
         executor.spin_once(timeout_sec=0.1)
     for node in nodes:
         node.close()
+    gc.unfreeze()
+    # lets go of every callback while the nodes are there
+    executor.shutdown()
     return max(node.exit_code or 0 for node in nodes)

@@ -1,0 +1,54 @@
+"""A process that must end, whatever a library still waits for."""
+
+import ctypes
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+_MONOTONIC, _IN_A_THREAD = 1, 2  # CLOCK_MONOTONIC, SIGEV_THREAD
+
+
+class _Event(ctypes.Structure):
+    """Linux's `struct sigevent`: call a C function with a value, in a thread of its own."""
+
+    _fields_ = (('value', ctypes.c_void_p), ('signal', ctypes.c_int), ('notify', ctypes.c_int),
+                ('function', ctypes.c_void_p), ('attributes', ctypes.c_void_p), ('room', ctypes.c_char * 64))
+
+
+class _Times(ctypes.Structure):
+    """Its `struct itimerspec`."""
+
+    _fields_ = tuple((name, ctypes.c_long) for name in ('again', 'again_ns', 'after', 'after_ns'))
+
+
+@contextmanager
+def exit_after(seconds: int, code: int) -> Iterator[None]:
+    """
+    End the process with an exit code if what is done here takes too long.
+
+    Python's own threads and signal handlers would not do: whoever hangs in a library may hold the interpreter's lock.
+    On systems other than Linux nothing is ended.
+
+    Parameters
+    ----------
+    seconds : int
+        Wall time [s].
+    code : int
+        Exit code.
+
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    timer = ctypes.c_void_p()
+    try:
+        library = ctypes.CDLL(None)
+        event = _Event(value=code, notify=_IN_A_THREAD, function=ctypes.cast(library._exit, ctypes.c_void_p))
+        made = library.timer_create(_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0
+    except (AttributeError, TypeError):  # another system than Linux, or an old one
+        made = False
+    if not made:
+        yield
+        return
+    library.timer_settime(timer, 0, ctypes.byref(_Times(after=seconds)), None)
+    yield
+    library.timer_delete(timer)
