@@ -2,7 +2,7 @@
 The loop's messages from their serialised form (CDR), as objects with the fields of the ROS messages, and back.
 
 Reading is written out for four types, because it is three times as fast as what works for every type: a bag of ten
-minutes holds a million messages, and rclpy takes 2 to 10 times as long. Tests compare both ways with rosbags and rclpy.
+minutes holds a million messages, and rclpy is slower still. Tests compare both ways with rosbags and rclpy.
 """
 
 import struct

@@ -16,8 +16,8 @@ class Template:
     """
     A serialised message whose stamp and numbers can be replaced.
 
-    rclpy takes three times as long to convert a message to C and serialise it as to publish bytes, and its
-    `serialize_message` leaves bytes behind the end and whatever it finds between the numbers.
+    To publish bytes spares rclpy the conversion to C. Its own `serialize_message` leaves bytes behind the end, and
+    whatever it finds between the numbers.
 
     Parameters
     ----------
