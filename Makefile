@@ -1,20 +1,26 @@
 # `make demo` and `make test` are the two commands of the README; each does all set-up by itself.
 
 PYTHON ?= python3
-VENV := .venv
-BIN := $(VENV)/bin
-READY := $(VENV)/.ready
 
-# Where a ROS 2 is sourced, its rclpy is used; elsewhere the pinned wheels bring one.
+# Where a ROS 2 is sourced, its rclpy is used; elsewhere pinned wheels bring one, of the distribution that ROS names:
+# kilted, or jazzy (make test ROS=jazzy). Two distributions cannot share an environment.
 ifdef ROS_DISTRO
+VENV := .venv
 VENV_OPTIONS := --system-site-packages
 EXTRAS := pinned,test
 else
+ROS ?= kilted
+VENV := .venv$(if $(filter-out kilted,$(ROS)),-$(ROS))
 VENV_OPTIONS :=
-EXTRAS := wheels,pinned,test
+EXTRAS := $(ROS),pinned,test
 endif
+ifneq ($(filter-out kilted jazzy $(ROS_DISTRO),$(ROS)),)
+$(error ROS=$(ROS): wheels exist for kilted and jazzy; to use another ROS 2, source its setup file instead)
+endif
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
 
-.PHONY: setup demo figures test soak bench lint readme clean
+.PHONY: setup demo figures test test-dds soak bench fingerprint lint readme clean
 
 setup: $(READY)
 
@@ -34,6 +40,10 @@ figures: setup
 test: setup
 	$(BIN)/python -m pytest
 
+# the tests over DDS alone: those that another distribution could change
+test-dds: setup
+	$(BIN)/python -m pytest -m "dds and not soak"
+
 # one test at a time, each with the machine for itself; a line a test says how far it is
 soak: setup
 	$(BIN)/python -m pytest -m soak --numprocesses 0 --capture no --verbose --durations 0
@@ -41,6 +51,10 @@ soak: setup
 # one table of ratios, each to something measured in the same run; ONLY='lockstep memory' for some of it
 bench: setup
 	@PYTHONPATH=test $(BIN)/python -m bench $(ONLY)
+
+# one checksum an output, to compare two checkouts: see test/fingerprint.py
+fingerprint: setup
+	@$(BIN)/python test/fingerprint.py
 
 lint: setup
 	$(BIN)/python -m pytest test/lint
@@ -51,4 +65,4 @@ readme: setup
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.readme_pictures docs/images
 
 clean:
-	rm -rf $(VENV) build install log *.egg-info
+	rm -rf .venv .venv-jazzy build install log *.egg-info

@@ -33,11 +33,16 @@ setup(
     ],
     install_requires=['setuptools', 'PyYAML', 'matplotlib', 'mcap', 'numpy', 'pillow', 'rosbags', 'tqdm'],
     extras_require={
-        # ROS 2 itself, for a machine without one; a ROS 2 that is installed brings its own
-        'wheels': [
+        # ROS 2 itself, for a machine without one: one distribution an environment; an installed ROS 2 needs neither
+        'kilted': [
             'ros-kilted-rclpy==9.1.2',
             'ros-kilted-common-interfaces==5.5.1',
             'ros-kilted-rmw-fastrtps-cpp==9.3.3',
+        ],
+        'jazzy': [
+            'ros-jazzy-rclpy==7.1.6',
+            'ros-jazzy-common-interfaces==5.3.6',
+            'ros-jazzy-rmw-fastrtps-cpp==8.4.3',
         ],
         # compiled rollouts: some hundred times faster searches; and the second algorithm
         'fast': ['numba==0.68.0', 'scipy==1.15.3'],

@@ -15,6 +15,13 @@ settings.load_profile('seeded')
 _numbers = itertools.count(os.getpid() * 37)
 
 
+def pytest_collection_modifyitems(items):
+    """Mark every test over DDS."""
+    for item in items:
+        if 'domain' in item.fixturenames:
+            item.add_marker('dds')
+
+
 @pytest.fixture
 def domain(monkeypatch):
     """A ROS domain that no other test on this machine uses, for this process and its children."""

@@ -91,6 +91,8 @@ class Metadata(NamedTuple):
         All of them.
     first, last : int
         Wall times of the first and the last message [ns].
+    distribution : str
+        Of ROS 2, such as 'kilted'.
 
     """
 
@@ -98,6 +100,7 @@ class Metadata(NamedTuple):
     topics: tuple[Topic, ...]
     first: int
     last: int
+    distribution: str
 
     @property
     def inner(self) -> str:
@@ -148,7 +151,7 @@ class Metadata(NamedTuple):
             'relative_file_paths': [self.file],
             'files': [{'path': self.file, **self._extent(count)}],
             'custom_data': None,
-            'ros_distro': 'kilted',
+            'ros_distro': self.distribution,
         }
 
     def _extent(self, count: int) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from mobile_robot_control.recording import bag_metadata
 from mobile_robot_control.recording.bag_metadata import Topic
+from mobile_robot_control.recording.distribution import ros_distribution
 
 _FLUSH = 500_000_000
 """[ns] of wall time after which what has come is given to the operating system."""
@@ -39,7 +40,9 @@ class BagWriter:
 
     def __init__(self, path: Path) -> None:
         self.failure = ''
-        self._types: Any = get_typestore(Stores.ROS2_KILTED)
+        self._distribution = ros_distribution()
+        # of a distribution that rosbags does not know yet, the types are those of the newest that it knows
+        self._types: Any = get_typestore(Stores.__members__.get(f'ROS2_{self._distribution.upper()}', Stores.LATEST))
         self._path, self._file = path, path / f'{path.name}.mcap'
         self._topics: dict[str, Topic] = {}
         self._schemas: dict[str, int] = {}
@@ -135,7 +138,8 @@ class BagWriter:
             raise FileNotFoundError(errno.ENOENT, 'was removed while it was written')
 
     def _metadata(self) -> bag_metadata.Metadata:
-        return bag_metadata.Metadata(self._file.name, tuple(self._topics.values()), self._first, self._last)
+        return bag_metadata.Metadata(self._file.name, tuple(self._topics.values()), self._first, self._last,
+                                     self._distribution)
 
     def _fail(self, reason: OSError) -> None:
         remedy = ('make room there, or name a folder elsewhere; what was recorded up to here can be read'

@@ -1,7 +1,9 @@
 """The parameter services of a node: what is asked is taken as it stands or refused by name, whatever was sent."""
 
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -30,12 +32,16 @@ class CheckedParameterService(ParameterService):
         Made without parameter services of its own, its parameters declared.
     group : type
         The declared NamedTuple.
+    apply : callable
+        Takes the new values of the group after each change.
 
     """
 
-    def __init__(self, node: Node, group: type) -> None:
+    def __init__(
+        self, node: Node, group: type, apply: Callable[[Any], None] = lambda _: None
+    ) -> None:
         super().__init__(node)
-        self._group, self._declared = group, declarations(group)
+        self._group, self._declared, self._apply = group, declarations(group), apply
 
     def _set_parameters_callback(self, request: Any, response: Any) -> Any:
         asked = request.parameters
@@ -56,21 +62,36 @@ class CheckedParameterService(ParameterService):
         violations = self._violations(asked)
         if violations:
             return SetParametersResult(successful=False, reason='; '.join(violations))
-        result = self._get_node().set_parameters_atomically([Parameter.from_parameter_msg(one) for one in asked])
+        # converted and applied here, not in rclpy's callbacks before and after a change, which Humble does not have
+        result = self._get_node().set_parameters_atomically([self._converted(one) for one in asked])
         if not result.successful:
             result.reason = f'{", ".join(one.name for one in asked)}: {result.reason}'
+        elif any(one.name in self._declared for one in asked):
+            self._apply(build(self._group, self._current()))
         return result
+
+    def _converted(self, message: Any) -> Parameter[Any]:
+        """Make whole numbers floats where a float is declared, as in a YAML file."""
+        parameter = Parameter.from_parameter_msg(message)
+        kind = self._declared[parameter.name].kind if parameter.name in self._declared else None
+        if kind is float and parameter.type_ is Parameter.Type.INTEGER:
+            return Parameter(parameter.name, Parameter.Type.DOUBLE, float(parameter.value))
+        if kind is tuple and parameter.type_ is Parameter.Type.INTEGER_ARRAY:
+            return Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, [float(value) for value in parameter.value])
+        return parameter
+
+    def _current(self) -> dict[str, Any]:
+        return {name: self._get_node().get_parameter(name).value for name in self._declared}
 
     def _violations(self, asked: Sequence[Any]) -> list[str]:
         """List everything that is wrong with a call; nothing changes."""
         formal = {message.name: found for message in asked for found in self._formal(message)}
         times = Counter(message.name for message in asked)
         repeated = [f'{name} is given {count} times; give it once' for name, count in times.items() if count > 1]
-        current = {name: self._get_node().get_parameter(name).value for name in self._declared}
         changed = {message.name: Parameter.from_parameter_msg(message).value for message in asked
                    if message.name in self._declared and message.name not in formal}
         try:
-            build(self._group, current | changed)
+            build(self._group, self._current() | changed)
         except ParameterError as error:
             return [*formal.values(), *repeated, *self._named(error.violations, changed)]
         return [*formal.values(), *repeated]

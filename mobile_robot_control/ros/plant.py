@@ -12,7 +12,8 @@ from mobile_robot_control.readings import read_torque
 from mobile_robot_control.ros.border import Border, Gate, reader
 from mobile_robot_control.ros.diagnostics import Condition, Diagnostics
 from mobile_robot_control.ros.lockstep import Pace, Turn
-from mobile_robot_control.ros.parameter_bridge import declare, follow
+from mobile_robot_control.ros.parameter_bridge import declare
+from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.peers import Peers, Witness
 from mobile_robot_control.ros.plant_topics import PlantTopics
 from mobile_robot_control.ros.qos import NEWEST
@@ -60,7 +61,7 @@ class Plant(Node):
         ticker = self._pace or Ticker(self, shared.velocity_rate, self._tick)
         self._diagnostics = Diagnostics(self, self._border, self._peers, ticker, self._condition)
         self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST, raw=True)
-        follow(self, self._values, self._change)
+        CheckedParameterService(self, PlantParameters, self._change)
         if self._pace is not None:
             self._pace.ask(self._now)
 

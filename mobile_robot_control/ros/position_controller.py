@@ -15,7 +15,8 @@ from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.border import Border, make_gate, reader
 from mobile_robot_control.ros.diagnostics import Diagnostics
 from mobile_robot_control.ros.lockstep import Turn
-from mobile_robot_control.ros.parameter_bridge import declare, follow
+from mobile_robot_control.ros.parameter_bridge import declare
+from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
 from mobile_robot_control.ros.wall_clock import Ticker
@@ -56,7 +57,7 @@ class PositionController(Node):
         self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
         self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST, raw=True)
         self.create_subscription(Odometry, 'reference', self._on_reference, NEWEST, raw=True)
-        follow(self, self._values, self._change)
+        CheckedParameterService(self, PositionControllerParameters, self._change)
         self._tracking = False
         ticker = None if shared.lockstep else Ticker(self, shared.position_rate, self._tick)
         self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)

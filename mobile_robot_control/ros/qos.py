@@ -1,5 +1,7 @@
 """Quality of service of the topics, one profile a purpose."""
 
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
 import time
 from typing import Any
 

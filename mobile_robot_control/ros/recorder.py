@@ -1,5 +1,7 @@
 """The recorder: hears every topic of its namespace as serialised messages."""
 
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
 import importlib
 import time
 from collections.abc import Callable

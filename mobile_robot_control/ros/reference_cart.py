@@ -14,6 +14,7 @@ from mobile_robot_control.ros.border import Border, make_gate, reader
 from mobile_robot_control.ros.diagnostics import Diagnostics
 from mobile_robot_control.ros.lockstep import Turn
 from mobile_robot_control.ros.parameter_bridge import declare
+from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LATCHED, LOOP, NEWEST, flush
 from mobile_robot_control.ros.wall_clock import Ticker
@@ -55,6 +56,7 @@ class ReferenceCart(Node):
         self._started: float | None = None
         ticker = None if shared.lockstep else Ticker(self, shared.position_rate, self._tick)
         self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)
+        CheckedParameterService(self, ReferenceCartParameters)
 
     def _on_odom(self, message: bytes) -> None:
         admitted = self._border.admit('odom', message, self._read, self._gate)

@@ -16,7 +16,8 @@ from mobile_robot_control.ros import messages
 from mobile_robot_control.ros.border import Border, make_gate, reader
 from mobile_robot_control.ros.diagnostics import Diagnostics
 from mobile_robot_control.ros.lockstep import Turn
-from mobile_robot_control.ros.parameter_bridge import declare, follow
+from mobile_robot_control.ros.parameter_bridge import declare
+from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.peers import Peers
 from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
 from mobile_robot_control.ros.wall_clock import Ticker
@@ -64,7 +65,7 @@ class VelocityController(Node):
             self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST, raw=True)
         else:
             self.create_subscription(Twist, 'cmd_vel', self._on_twist, NEWEST)
-        follow(self, self._values, self._change)
+        CheckedParameterService(self, VelocityControllerParameters, self._change)
         ticker = None if shared.lockstep else Ticker(self, shared.velocity_rate, self._tick)
         self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)
 

@@ -1,0 +1,43 @@
+"""Which ROS 2 distribution a bag names."""
+
+import re
+from importlib import metadata
+
+import pytest
+import yaml
+from bag_making import record
+
+from mobile_robot_control.configuration import Configuration
+from mobile_robot_control.recording import bag
+from mobile_robot_control.recording.distribution import ros_distribution
+from mobile_robot_control.simulation.closed_loop import rollout
+
+
+def _wheels():
+    """The distribution whose wheels are installed here, by their names alone; None where there are none."""
+    names = [re.fullmatch(r'ros-(\w+)-rclpy', found.metadata['Name'] or '') for found in metadata.distributions()]
+    return next((name[1] for name in names if name), None)
+
+
+@pytest.mark.skipif(_wheels() is None, reason='ROS 2 does not come from wheels here')
+def test_without_a_sourced_distribution_the_wheels_name_it(monkeypatch):
+    monkeypatch.delenv('ROS_DISTRO', raising=False)
+    assert ros_distribution() == _wheels()
+
+
+def test_nothing_installed_is_unknown(monkeypatch):
+    def missing(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.delenv('ROS_DISTRO', raising=False)
+    monkeypatch.setattr(metadata, 'version', missing)
+    assert ros_distribution() == 'unknown'
+
+
+@pytest.mark.parametrize('name', ['humble', 'jazzy', 'kilted', 'unknown', 'zebra'])
+def test_a_bag_names_the_sourced_distribution_and_can_be_read(tmp_path, monkeypatch, name):
+    monkeypatch.setenv('ROS_DISTRO', name)
+    folder = record(tmp_path / 'bag', rollout(Configuration(), 0.1))
+    content = yaml.safe_load((folder / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+    assert content['ros_distro'] == name
+    assert not bag.read(folder).problems
