@@ -20,7 +20,7 @@ def wrap_angle(angle: float) -> float:
     Returns
     -------
     float
-        The same direction [rad] in (-π, π]; an angle already inside comes back bit for bit.
+        The same direction [rad] in (-π, π]; an angle already inside is returned unchanged, bit for bit.
 
     Examples
     --------
@@ -37,17 +37,9 @@ def wrap_angle(angle: float) -> float:
 @jitable
 def direction(angle: float) -> tuple[float, float]:
     """
-    Give cosine and sine of an angle.
+    Return cosine and sine of an angle [rad].
 
-    Parameters
-    ----------
-    angle : float
-        [rad].
-
-    Returns
-    -------
-    tuple of float
-        Both nan where the angle is not finite, as compiled code has it; plain Python would raise there.
+    Both are nan where the angle is not finite, as in compiled code; plain Python would raise there.
 
     Examples
     --------

@@ -1,4 +1,5 @@
-"""The quantities of the domain: what the functions of this package take and give.
+"""
+The quantities of the domain: the arguments and results of this package's functions.
 
 All are in SI units. The chapter's symbols stand behind each field.
 """
@@ -6,9 +7,9 @@ All are in SI units. The chapter's symbols stand behind each field.
 from typing import NamedTuple
 
 LARGEST = 1e12
-"""In SI units: what no robot reaches. Parameters and messages beyond it are refused, and nothing beyond it is sent."""
+"""In SI units: no robot reaches it. Parameters and messages beyond it are refused, and nothing beyond it is sent."""
 SMALLEST = 1.0 / LARGEST
-"""In SI units: what must be positive is not less, for it divides."""
+"""In SI units: what must be positive is not less, since it divides."""
 
 
 class Pose(NamedTuple):
@@ -78,7 +79,7 @@ class WheelTorque(NamedTuple):
 
 class Reference(NamedTuple):
     """
-    What the curve asks at one time: where the reference cart is and how it moves.
+    The reference cart at one time.
 
     Attributes
     ----------
@@ -86,7 +87,6 @@ class Reference(NamedTuple):
         x_r, y_r [m] and θ_r [rad].
     velocity : BodyVelocity
         v_r [m/s] and ω_r [rad/s].
-
     """
 
     pose: Pose

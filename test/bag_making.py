@@ -1,16 +1,16 @@
 """Runs in one process as the messages that the nodes would publish, for tests of bags."""
 
+from mobile_robot_control.messages import writing
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.recorder import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS
 
 WALL = 1_790_000_000_000_000_000
 """Wall time of the first message [ns]."""
 
 
-ODOM, REFERENCE = (messages.odometry_writer('odom', frame) for frame in ('base_link', 'reference_cart'))
-CMD_VEL, TRACKING_ERROR = messages.twist_writer('base_link'), messages.error_writer('base_link')
-JOINT_STATES, WHEEL_TORQUES = messages.joints_writer(), messages.torque_writer()
+ODOM, REFERENCE = (writing.odometry_writer('odom', frame) for frame in ('base_link', 'reference_cart'))
+CMD_VEL, TRACKING_ERROR = writing.twist_writer('base_link'), writing.error_writer('base_link')
+JOINT_STATES, WHEEL_TORQUES = writing.joints_writer(), writing.torque_writer()
 
 
 def said(sample):
@@ -30,7 +30,7 @@ def write(writer, samples, prefix='/'):
     """Write samples as an experiment records them."""
     for sample in samples:
         for topic, stamp, message in said(sample):
-            writer.write(prefix + topic, LOOP_TOPICS[topic], WALL + stamp, message)
+            writer.write(prefix + topic, LOOP_TOPICS[topic].kind, WALL + stamp, message)
 
 
 def record(path, samples, prefix='/'):

@@ -7,12 +7,13 @@ import rclpy
 from harness import PERIOD
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.cli import transport
-from mobile_robot_control.cli.processes import NodeProcess, stop
-from mobile_robot_control.configuration import NODES
-from mobile_robot_control.readings import serialised_stamp
-from mobile_robot_control.ros.recorder import LOOP_TOPICS, Recorder
+from mobile_robot_control.cli import fastdds_profiles
+from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.messages.parsing import serialised_stamp
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.topics import LOOP_TOPICS
 
 
 class Fleet:
@@ -25,9 +26,9 @@ class Fleet:
     def __init__(self, folder, namespaces, monkeypatch):
         folder.mkdir()
         if namespaces:
-            transport.settle(folder)
+            fastdds_profiles.use_fastdds_profiles(folder)
             # the settings are for this test alone
-            monkeypatch.setenv(transport._VARIABLE, os.environ.pop(transport._VARIABLE))
+            monkeypatch.setenv(fastdds_profiles.PROFILES_VARIABLE, os.environ.pop(fastdds_profiles.PROFILES_VARIABLE))
         self._folder = folder
         self.processes = {}
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -83,11 +84,11 @@ class Fleet:
         """Let time run for every robot that is started, once all of each is heard."""
         for namespace in {namespace for namespace, _ in self.processes}:
             recorder, asked = self.recorders[namespace], []
-            self.spin_until(recorder.hears_everything)
+            self.spin_until(recorder.has_every_topic)
 
             def answered(recorder=recorder, asked=asked):
                 if not asked or time.monotonic() > asked[-1][0] + 1.0:
-                    asked.append((time.monotonic(), recorder.let_run(PERIOD)))
+                    asked.append((time.monotonic(), recorder.resume(PERIOD)))
                 return any(answer.done() for _, answer in asked)
 
             self.spin_until(answered)
@@ -101,6 +102,6 @@ class Fleet:
 
     def close(self):
         """Leave nothing behind."""
-        stop(list(self.processes.values()))
+        stop_processes(list(self.processes.values()))
         self._executor.shutdown()
         rclpy.try_shutdown()

@@ -21,8 +21,8 @@ from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.readings import nanoseconds
-from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.messages.parsing import stamp_nanoseconds
+from mobile_robot_control.ros.qos import SUBSCRIBED
 from mobile_robot_control.ros.spin import make_executor
 
 RATE = 1000.0
@@ -130,9 +130,10 @@ def main():
     node, executor = rclpy.create_node('vandal'), make_executor()
     executor.add_node(node)
     sound, clock = {}, [0]
-    subscriptions = [node.create_subscription(kind, topic, functools.partial(sound.setdefault, topic), NEWEST)
+    subscriptions = [node.create_subscription(kind, topic, functools.partial(sound.setdefault, topic), SUBSCRIBED)
                      for topic, kind in KINDS.items()]
-    node.create_subscription(Clock, '/clock', lambda message: clock.append(nanoseconds(message.clock)), NEWEST)
+    node.create_subscription(
+        Clock, '/clock', lambda message: clock.append(stamp_nanoseconds(message.clock)), SUBSCRIBED)
     while len(sound) < len(KINDS) and not stopped:
         executor.spin_once(timeout_sec=0.1)
     for subscription in subscriptions:

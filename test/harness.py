@@ -13,9 +13,9 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.cli.processes import NodeProcess, stop
-from mobile_robot_control.configuration import NODES
-from mobile_robot_control.recording import bag
+from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
@@ -39,7 +39,7 @@ def experiment(output, *arguments, timeout=90, report=False):
     done = run_command('experiment', '--output', output, '-p', 'plant.real_time_factor:=0.0', *drawn, *arguments,
                        timeout=timeout)
     assert done.returncode == 0, done.stderr
-    return json.loads((output / 'metrics.json').read_text()), bag.read(output / 'bag')
+    return json.loads((output / 'metrics.json').read_text()), bag_reader.read_bag(output / 'bag')
 
 
 def start_experiment(output, *arguments, report=False):
@@ -106,7 +106,7 @@ class Robot:
         deadline = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < deadline, f'waited {seconds} s in vain at t = {self.time()} s\n{self.log()}'
-            refused = [process.obituary() for process in self.processes.values() if process.exit_code() == 2]
+            refused = [process.exit_report() for process in self.processes.values() if process.exit_code() == 2]
             assert not refused, refused
             self._executor.spin_once(timeout_sec=0.05)
 
@@ -121,7 +121,7 @@ class Robot:
 
         def answered():
             if not answers or time.monotonic() > asked[-1] + 1.0:
-                answers.append(self.recorder.let_run(PERIOD))
+                answers.append(self.recorder.resume(PERIOD))
                 asked.append(time.monotonic())
             return any(answer.done() for answer in answers)
 
@@ -142,10 +142,10 @@ class Robot:
         """Close the bag and read it."""
         self.spin_until(lambda: time.time_ns() - self.recorder.received > 0.5e9)
         self._bag.__exit__(None, None, None)
-        return bag.read(self._folder / 'bag')
+        return bag_reader.read_bag(self._folder / 'bag')
 
     def close(self):
         """Leave nothing behind."""
-        stop(list(dict.fromkeys(self.processes.values())))
+        stop_processes(list(dict.fromkeys(self.processes.values())))
         self._executor.shutdown()
         rclpy.try_shutdown()

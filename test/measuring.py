@@ -1,8 +1,9 @@
 """Rollouts in one process and what is measured on them, for tests that need nothing more."""
 
-from mobile_robot_control.configuration import NODES, configure
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.simulation.metrics import RunMeter, summary
+from mobile_robot_control.simulation.rollout import measure, rollout
 
 Meter = RunMeter
 
@@ -15,8 +16,5 @@ def configuration(velocity_rate=500.0, position_rate=100.0, **nodes):
 
 def measured(asked, duration):
     """Run a configuration; returns the metrics by name and the last sample."""
-    shared = asked.plant.shared
-    meter = Meter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
-    for sample in rollout(asked, duration):
-        meter.add(sample)
-    return summary(meter.run('completed')), sample
+    samples = list(rollout(asked, duration))
+    return summary(measure(asked, duration, samples)), samples[-1]

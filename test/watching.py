@@ -6,8 +6,8 @@ from geometry_msgs.msg import TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.readings import nanoseconds
-from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.messages.parsing import stamp_nanoseconds
+from mobile_robot_control.ros.qos import SUBSCRIBED
 
 
 class Timeline:
@@ -28,9 +28,9 @@ class Timeline:
             ('joint_states', JointState, self.applied, lambda said: max(map(abs, said.effort))),
         ):
             def take(message, values=values, read=read):
-                values.append((nanoseconds(message.header.stamp) / 1e9, read(message)))
+                values.append((stamp_nanoseconds(message.header.stamp) / 1e9, read(message)))
 
-            node.create_subscription(kind, topic, take, NEWEST)
+            node.create_subscription(kind, topic, take, SUBSCRIBED)
 
     def rms_error(self, since):
         """RMS position error [m] since a time."""

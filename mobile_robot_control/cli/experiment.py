@@ -8,22 +8,27 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mobile_robot_control.cli.arguments import command, distinct, parser, positive, written
-from mobile_robot_control.cli.outputs import whole
-from mobile_robot_control.cli.progress import Progress
-from mobile_robot_control.configuration import Configuration, configure
-from mobile_robot_control.parameter_files import load
-from mobile_robot_control.parameters import ParameterError
-from mobile_robot_control.ros.executables import Stop
+from tqdm import tqdm
+
+from mobile_robot_control.cli.options import configuration_text, distinct, make_main, make_parser, positive
+from mobile_robot_control.files import write_atomically
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.ros.stop import Stop
 
 if TYPE_CHECKING:
-    from mobile_robot_control.cli.conduct import Conducted
+    from mobile_robot_control.cli.experiment_runner import ExperimentResult
 
-_MADE_BY_US = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
+_WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = parser('experiment', __doc__.partition(': ')[2])
+    # before all else: a signal is not lost
+    stop = Stop()
+    made = make_parser('experiment', __doc__.partition(': ')[2])
+    made.set_defaults(stop=stop)
     made.add_argument('--duration', type=positive, required=True, metavar='S', help='simulated time [s]')
     made.add_argument('--output', required=True, metavar='DIR', help='folder for bag, metrics and pictures')
     made.add_argument('--overwrite', action='store_true', help='replace an experiment that DIR already holds')
@@ -38,17 +43,22 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     return made.parse_args(arguments)
 
 
+def _progress_bar(seconds: float) -> tqdm:
+    """Make a bar over the simulated time of all runs [s]."""
+    return tqdm(total=seconds, desc='simulated', bar_format='{l_bar}{bar}| {n:.1f}/{total:.1f} s '
+                '[{elapsed}<{remaining}]')
+
+
 def _prepare(output: Path, overwrite: bool, parameters: Configuration) -> None:
     """Make the folder ready; nothing that an experiment did not write is ever removed."""
     output.mkdir(parents=True, exist_ok=True)
-    earlier = [output / name for name in _MADE_BY_US if (output / name).exists()]
+    earlier = [output / name for name in _WRITTEN if (output / name).exists()]
     if earlier and not overwrite:
         raise ParameterError([f'{output}: holds an experiment already; name another folder, or add --overwrite'])
     for path in earlier:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     (output / 'log').mkdir()
-    with whole(output / 'parameters.yaml') as file:
-        file.write_text(written(parameters), encoding='utf-8')
+    write_atomically(output / 'parameters.yaml', configuration_text(parameters))
 
 
 def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) -> Configuration:
@@ -61,47 +71,47 @@ def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) ->
 
 
 def _perform(
-    options: argparse.Namespace, parameters: Configuration, output: Path, stop: Stop, progress: Progress
-) -> tuple['Conducted', dict[str, Any]]:
-    """Run, record and evaluate one configuration; the reason says all that went wrong."""
-    # imported late: bad usage is told at once
-    from mobile_robot_control.cli import conduct  # noqa: PLC0415
-    from mobile_robot_control.cli.evaluate import evaluate  # noqa: PLC0415
+    options: argparse.Namespace, parameters: Configuration, output: Path, bar: tqdm
+) -> tuple['ExperimentResult', dict[str, Any]]:
+    """Run, record and evaluate one configuration; the reason names all that went wrong."""
+    # imported late: bad usage is reported at once
+    from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
+    from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
 
-    conducted = conduct.conduct(parameters, output, options.namespace, composed=options.composed,
-                                patience=options.patience, stop=stop, progress=progress)
-    evaluated = evaluate(output, options.namespace, conducted.outcome, quiet=bool(options.compare),
+    result = run_experiment(parameters, output, options.namespace, composed=options.composed,
+                            patience=options.patience, stop=options.stop, bar=bar)
+    evaluated = evaluate(output, options.namespace, result.outcome, quiet=bool(options.compare),
                          with_report=options.with_report)
-    reasons = [*filter(None, [conducted.reason]), *evaluated.unwritten]
-    return conducted._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics
+    reasons = [*filter(None, [result.reason]), *evaluated.unwritten]
+    return result._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics
 
 
-def _run(options: argparse.Namespace, stop: Stop) -> int:
+def _run(options: argparse.Namespace) -> int:
     output = Path(options.output)
     if options.compare:
-        return _compare(options, output, stop)
+        return _compare(options, output)
     parameters = _configured(options)
     _prepare(output, options.overwrite, parameters)
-    with Progress(options.duration) as progress:
-        conducted, metrics = _perform(options, parameters, output, stop, progress)
+    with _progress_bar(options.duration) as bar:
+        result, metrics = _perform(options, parameters, output, bar)
     print(json.dumps(metrics, indent=2))
-    if conducted.reason:
-        print(f'experiment: {conducted.reason}', file=sys.stderr)
+    if result.reason:
+        print(f'experiment: {result.reason}', file=sys.stderr)
     print(f'bag, metrics and report: {output.resolve()}')
-    return 1 if conducted.reason else 0
+    return 1 if result.reason else 0
 
 
 def _alike(chosen: Configuration, first: Configuration) -> Configuration:
-    """Give a configuration the curve and the start of the first one."""
+    """Return a configuration with the curve and the start of the first one."""
     return chosen._replace(
         reference_cart=chosen.reference_cart._replace(curve=first.reference_cart.curve),
         plant=chosen.plant._replace(initial_pose=first.plant.initial_pose),
     )
 
 
-def _compare(options: argparse.Namespace, output: Path, stop: Stop) -> int:
+def _compare(options: argparse.Namespace, output: Path) -> int:
     """Run several configurations one after the other, and report them together."""
-    # imported late: bad usage is told at once
+    # imported late: bad usage is reported at once
     from mobile_robot_control.cli.report import refuse_too_many, report  # noqa: PLC0415
 
     refuse_too_many(len(options.compare))
@@ -112,14 +122,14 @@ def _compare(options: argparse.Namespace, output: Path, stop: Stop) -> int:
         _prepare(output / name, options.overwrite, parameters)
     reasons: list[str] = []
     done: list[tuple[str, Path]] = []
-    with Progress(options.duration * len(chosen)) as progress:
+    with _progress_bar(options.duration * len(chosen)) as bar:
         for name, parameters in chosen.items():
-            progress.name(name)
-            conducted, _ = _perform(options, parameters, output / name, stop, progress)
+            bar.set_description(name)
+            result, _ = _perform(options, parameters, output / name, bar)
             done.append((name, output / name))
-            if conducted.reason:
-                reasons.append(f'{name}: {conducted.outcome}: {conducted.reason}')
-            if stop.requested:
+            if result.reason:
+                reasons.append(f'{name}: {result.outcome}: {result.reason}')
+            if options.stop.requested:
                 break
     for reason in reasons:
         print(f'experiment: {reason}', file=sys.stderr)
@@ -128,25 +138,7 @@ def _compare(options: argparse.Namespace, output: Path, stop: Stop) -> int:
     return 1 if reasons or unreadable else 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """
-    Run the command.
-
-    Parameters
-    ----------
-    arguments : sequence of str or None
-        The command line; that of the process if None.
-
-    Returns
-    -------
-    int
-        Exit code.
-
-    """
-    stop = Stop()
-    options = _parse(arguments)
-    return command('experiment', lambda: _run(options, stop))
-
+main = make_main('experiment', _parse, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

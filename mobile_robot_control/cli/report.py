@@ -7,15 +7,16 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli.arguments import command, distinct, parser
-from mobile_robot_control.configuration import Configuration, configure
-from mobile_robot_control.parameter_files import load
-from mobile_robot_control.parameters import ParameterError
-from mobile_robot_control.reporting.run_reading import RecordedRun, UnreadableRunError, read
+from mobile_robot_control.cli.options import configuration, distinct, make_main, make_parser
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.reporting.run_reading import RecordedRun, UnreadableRunError, read_run
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = parser('report', __doc__.partition(': ')[2])
+    made = make_parser('report', __doc__.partition(': ')[2])
     made.add_argument('runs', nargs='+', metavar='RUN',
                       help='a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN names it in the report')
     made.add_argument('--output', required=True, metavar='DIR', help='folder for the page and the figures')
@@ -26,23 +27,12 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def name_of(text: str) -> tuple[str, Path]:
     """
-    Read a run and what to call it.
-
-    Parameters
-    ----------
-    text : str
-        RUN or NAME=RUN.
-
-    Returns
-    -------
-    tuple of str and Path
-        Name and place.
+    Read RUN or NAME=RUN; return the run's name and its path.
 
     Examples
     --------
     >>> name_of('runs/fuzzy/bag')[0], name_of('best=a.csv')[0]
     ('fuzzy', 'best')
-
     """
     name, separator, place = text.partition('=')
     if separator and not Path(text).exists():
@@ -69,29 +59,24 @@ def load_run(
     namespace : str
         In which the nodes of a bag ran.
     outcome : str or None
-        How it ended; where None, what is written beside it.
+        How it ended; where None, as written beside it.
     quiet : bool
         Without a progress bar.
-
-    Returns
-    -------
-    RecordedRun
-        With what is missing.
 
     Raises
     ------
     UnreadableRunError
         If nothing can be drawn of it.
-
     """
     with tqdm(total=100, desc=f'read {name}', disable=quiet or None, leave=False, unit='%') as bar:
         def progress(done: int, total: int) -> None:
             bar.update(int(100 * done / max(1, total)) - bar.n)
 
-        return read(path, name, namespace, lambda file: configure(load([file], namespace=namespace)), progress, outcome)
+        return read_run(path, name, namespace, lambda file: configure(load([file], namespace=namespace)), progress,
+                        outcome)
 
 
-def draw(
+def draw_report(
     runs: Sequence[RecordedRun], output: Path, animation: bool = False, quiet: bool = False, absent: Sequence[str] = ()
 ) -> None:
     """
@@ -102,42 +87,28 @@ def draw(
     runs : sequence of RecordedRun
         At least one.
     output : Path
-        Folder; made if it is not there.
+        Folder; made if it does not exist.
     animation : bool
         Whether to write animations.
     quiet : bool
         Without a progress bar.
     absent : sequence of str
         Which runs could not be read, and why.
-
     """
-    # imported late: Matplotlib takes its second where something is drawn, and nowhere else
-    from mobile_robot_control.reporting import report as reporting  # noqa: PLC0415
+    # imported late: Matplotlib takes a second, which only drawing should cost
+    from mobile_robot_control.reporting.report_writing import count_steps, write_report  # noqa: PLC0415
 
-    with tqdm(total=reporting.steps(runs, animation), desc='draw', disable=quiet or None, leave=False) as bar:
+    with tqdm(total=count_steps(runs, animation), desc='draw', disable=quiet or None, leave=False) as bar:
         def step(title: str) -> None:
             bar.set_postfix_str(title)
             bar.update()
 
-        reporting.write(runs, output, step, animation, absent)
+        write_report(runs, output, step, animation, absent)
 
 
 def refuse_too_many(runs: int) -> None:
-    """
-    Refuse more runs than a reader can tell apart.
-
-    Parameters
-    ----------
-    runs : int
-        Their number.
-
-    Raises
-    ------
-    ParameterError
-        If there are too many.
-
-    """
-    from mobile_robot_control.reporting.report import MOST  # noqa: PLC0415 (late, as above)
+    """Raise ParameterError for more runs than a reader can tell apart."""
+    from mobile_robot_control.reporting.report_writing import MOST  # noqa: PLC0415 (late, as above)
 
     if runs > MOST:
         raise ParameterError([f'{runs} runs are more than a reader can tell apart; name {MOST} at the most'])
@@ -148,18 +119,18 @@ def report(
     animation: bool = False, quiet: bool = False,
 ) -> list[str]:
     """
-    Read runs and write their report; what is missing goes to the standard error.
+    Read runs and write their report; what is missing is printed to the standard error.
 
     Parameters
     ----------
     named : sequence of (str, Path)
         Names and places.
     output : Path
-        Folder; made if it is not there.
+        Folder; made if it does not exist.
     namespace : str
         In which the nodes of a bag ran.
     assumed : Configuration or None
-        What a run ran with that does not say so itself.
+        Parameters of a run that has none recorded beside it.
     animation : bool
         Whether to write animations.
     quiet : bool
@@ -168,13 +139,12 @@ def report(
     Returns
     -------
     list of str
-        Which runs could not be read, and why; the page says so too.
+        Which runs could not be read, and why; the page lists them too.
 
     Raises
     ------
     ParameterError
         If no run can be read at all, or there are too many.
-
     """
     refuse_too_many(len(named))
     runs, unreadable = [], []
@@ -191,14 +161,14 @@ def report(
                 print(f'report: {name}: {problem}', file=sys.stderr)
     if not runs:
         raise ParameterError(unreadable)
-    draw(runs, output, animation, quiet, unreadable)
+    draw_report(runs, output, animation, quiet, unreadable)
     return unreadable
 
 
 def _run(options: argparse.Namespace) -> int:
     assumed = None
     if options.params_files or options.overrides:
-        assumed = configure(load(options.params_files, options.overrides, options.namespace))
+        assumed = configuration(options, options.namespace)
     output = Path(options.output)
     unreadable = report(
         [name_of(text) for text in options.runs], output, options.namespace, assumed, options.animation
@@ -207,24 +177,7 @@ def _run(options: argparse.Namespace) -> int:
     return 1 if unreadable else 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """
-    Run the command.
-
-    Parameters
-    ----------
-    arguments : sequence of str or None
-        The command line; that of the process if None.
-
-    Returns
-    -------
-    int
-        Exit code.
-
-    """
-    options = _parse(arguments)
-    return command('report', lambda: _run(options))
-
+main = make_main('report', _parse, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

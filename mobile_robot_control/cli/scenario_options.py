@@ -1,17 +1,18 @@
-"""The scenarios that `tune` is told to try every individual in."""
+"""The scenarios in which `tune` tries every individual."""
 
 import argparse
 from collections.abc import Sequence
 
-from mobile_robot_control.cli.arguments import positive
-from mobile_robot_control.cli.trial_options import fraction, whole
-from mobile_robot_control.configuration import Configuration
+from mobile_robot_control.cli.options import fraction, positive, whole_number
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.tuning.scenarios import Scenario, Spread, configured, draw, grid
+from mobile_robot_control.tuning.monte_carlo import ScenarioDistribution, draw_scenarios
+from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_grid
 
 
 def _start(text: str) -> Pose:
+    """Read an offset of the start [m, m, rad]."""
     try:
         x, y, yaw = map(float, text.split(','))
     except ValueError:
@@ -19,16 +20,8 @@ def _start(text: str) -> Pose:
     return Pose(x, y, yaw)
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """
-    Declare the scenarios: every combination of what is listed is tried; what is not listed is as configured.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Changed.
-
-    """
+def add_scenario_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the scenario options: every combination of what is listed is tried; the rest is as configured."""
     group = parser.add_argument_group('scenarios', 'every combination is tried; what is left out is as configured')
     group.add_argument('--curves', nargs='+', choices=tuple(CURVES), metavar='CURVE')
     group.add_argument('--scales', nargs='+', type=positive, metavar='M', help='sizes of the curves [m]')
@@ -38,38 +31,23 @@ def add(parser: argparse.ArgumentParser) -> None:
                        help="factors on the robot's mass and inertia, such as 0.8 1.2")
     group.add_argument('--friction', nargs='+', type=positive, default=[1.0], metavar='X',
                        help='factors on its friction')
-    group.add_argument('--delays', nargs='+', type=whole(0), metavar='N',
+    group.add_argument('--delays', nargs='+', type=whole_number(0), metavar='N',
                        help='of the torques, in periods of the velocity loop, such as 1 2 for the wall clock')
-    group.add_argument('--random', type=whole(0), default=0, metavar='N', help='so many more scenarios, drawn')
+    group.add_argument('--random', type=whole_number(0), default=0, metavar='N', help='so many more scenarios, drawn')
     group.add_argument('--variation', type=fraction, default=0.2, metavar='X',
                        help='largest relative change of mass and of friction in random scenarios')
     group.add_argument('--within', type=positive, default=1.0, metavar='M',
                        help="largest distance of a random start from the cart's [m]")
-    group.add_argument('--scenario-seed', type=whole(0), default=0, metavar='N', help='of the random scenarios')
+    group.add_argument('--scenario-seed', type=whole_number(0), default=0, metavar='N', help='of the random scenarios')
 
 
 def scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Scenario]:
-    """
-    Give the scenarios that the options ask for.
-
-    Parameters
-    ----------
-    options : Namespace
-        Parsed with :func:`add`'s.
-    parameters : Configuration
-        Of the run.
-
-    Returns
-    -------
-    list of Scenario
-        The listed ones, then the random ones.
-
-    """
-    nominal = configured(parameters)
+    """Return the scenarios that the options ask for: the listed ones, then the random ones."""
+    nominal = configured_scenario(parameters)
     curves: Sequence[str] = options.curves or [nominal.curve]
     scales: Sequence[float] = options.scales or [nominal.scale]
     delays: Sequence[int] = options.delays or [nominal.delay]
-    listed = grid(nominal, curves, scales, options.starts or [None], options.mass, options.friction, delays)
-    spread = Spread(tuple(curves), tuple(scales), options.within, options.variation, nominal.noise, 0)
-    drawn = draw(spread, options.random, options.scenario_seed)
+    listed = scenario_grid(nominal, curves, scales, options.starts or [None], options.mass, options.friction, delays)
+    spread = ScenarioDistribution(tuple(curves), tuple(scales), options.within, options.variation, nominal.noise, 0)
+    drawn = draw_scenarios(spread, options.random, options.scenario_seed)
     return listed + [scenario._replace(delay=delays[n % len(delays)]) for n, scenario in enumerate(drawn)]

@@ -1,4 +1,4 @@
-"""The command `study`: how one or several controllers stand random starts, robots, noise and delay."""
+"""The command `study`: Monte Carlo robustness of one or several controllers: starts, robots, noise and delay."""
 
 import argparse
 import csv
@@ -11,26 +11,43 @@ from typing import Any
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli import outputs, trial_options
-from mobile_robot_control.cli.arguments import command, configuration, parser, positive
-from mobile_robot_control.cli.trial_options import Interrupt, Runner, fraction, number, runner, whole
-from mobile_robot_control.configuration import Configuration, configure
-from mobile_robot_control.model.imperfections import LONGEST_DELAY, Noise
-from mobile_robot_control.parameter_files import load
-from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.cli.options import (
+    configuration,
+    fraction,
+    make_main,
+    make_parser,
+    non_negative,
+    positive,
+    whole_number,
+)
+from mobile_robot_control.cli.worker_options import Interrupt, TrialRunner, add_worker_options, runner
+from mobile_robot_control.files import write_atomically
+from mobile_robot_control.model.actuators import LONGEST_DELAY
+from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.reporting import starts_map
+from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
 from mobile_robot_control.simulation.trial import Trial
-from mobile_robot_control.tuning.scenarios import Scenario, Spread, configured, draw, trial
-from mobile_robot_control.tuning.statistics import WITHIN, Judged, judge, summary
+from mobile_robot_control.tuning.monte_carlo import (
+    WITHIN,
+    Judged,
+    ScenarioDistribution,
+    draw_scenarios,
+    judge,
+    summarise_runs,
+)
+from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_trial
 
 _BATCH = 100
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = parser('study', __doc__.partition(': ')[2])
-    made.add_argument('--runs', type=whole(1), required=True, metavar='N', help='random runs of each controller')
-    made.add_argument('--seed', type=whole(0), required=True, metavar='N', help='of all chance')
+    made = make_parser('study', __doc__.partition(': ')[2])
+    made.add_argument('--runs', type=whole_number(1), required=True, metavar='N', help='random runs of each controller')
+    made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')
     made.add_argument('--output', required=True, metavar='DIR', help='takes study.json, runs.csv and starts.png')
     made.add_argument('--compare', nargs='+', default=[], metavar='FILE.yaml',
                       help='one controller each, on top of the other parameters')
@@ -41,11 +58,12 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made.add_argument('--scales', nargs='+', type=positive, default=[0.5, 1.0], metavar='M')
     made.add_argument('--within', type=positive, default=1.0, metavar='M', help="of the start from the cart's [m]")
     made.add_argument('--variation', type=fraction, default=0.2, metavar='X', help='of mass and friction, relative')
-    made.add_argument('--noise-pose', type=number, nargs=3, metavar=('X', 'Y', 'YAW'), help='instead of noise.pose')
-    made.add_argument('--noise-velocity', type=number, metavar='W', help='instead of noise.velocity [rad/s]')
-    made.add_argument('--longest-delay', type=whole(0), metavar='N', help='delays of 0 to N periods of the velocity '
-                      'loop, instead of delay.velocity_steps')
-    trial_options.add(made)
+    made.add_argument('--noise-pose', type=non_negative, nargs=3, metavar=('X', 'Y', 'YAW'),
+                      help='instead of noise.pose')
+    made.add_argument('--noise-velocity', type=non_negative, metavar='W', help='instead of noise.velocity [rad/s]')
+    made.add_argument('--longest-delay', type=whole_number(0), metavar='N',
+                      help='delays of 0 to N periods of the velocity loop, instead of delay.velocity_steps')
+    add_worker_options(made)
     options = made.parse_args(arguments)
     if options.longest_delay is not None and options.longest_delay > LONGEST_DELAY:
         made.error(f'--longest-delay {options.longest_delay}: it must be at most {LONGEST_DELAY}')
@@ -53,21 +71,22 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Scenario]:
-    nominal = configured(parameters)
+    """Draw the scenarios of a controller."""
+    nominal = configured_scenario(parameters)
     noise = Noise(
         nominal.noise.pose if options.noise_pose is None else tuple(options.noise_pose),
         nominal.noise.velocity if options.noise_velocity is None else options.noise_velocity,
     )
-    spread = Spread(tuple(options.curves), tuple(options.scales), options.within, options.variation, noise,
-                    options.longest_delay or 0)
-    drawn = draw(spread, options.runs, options.seed)
+    distribution = ScenarioDistribution(tuple(options.curves), tuple(options.scales), options.within,
+                                        options.variation, noise, options.longest_delay or 0)
+    drawn = draw_scenarios(distribution, options.runs, options.seed)
     if options.longest_delay is None:
         return [scenario._replace(delay=nominal.delay) for scenario in drawn]
     return drawn
 
 
 def _controllers(options: argparse.Namespace) -> dict[str, Configuration]:
-    """Give the configurations to study by name."""
+    """Return the configurations to study by name."""
     if not options.compare:
         parameters = configuration(options)
         return {parameters.position_controller.control.controller_type: parameters}
@@ -80,10 +99,11 @@ def _controllers(options: argparse.Namespace) -> dict[str, Configuration]:
     return named
 
 
-def _study(trials: Sequence[Trial], run: Runner, bar: Any, interrupt: Interrupt) -> list[Judged]:
+def _study(trials: Sequence[Trial], run: TrialRunner, bar: Any, interrupt: Interrupt) -> list[Judged]:
+    """Run and judge trials, batch by batch, until an interrupt."""
     judged: list[Judged] = []
     for first in range(0, len(trials), _BATCH):
-        if interrupt.asked:
+        if interrupt.requested:
             break
         batch = trials[first:first + _BATCH]
         judged += [judge(one, outcome) for one, outcome in zip(batch, run(batch), strict=True)]
@@ -92,6 +112,7 @@ def _study(trials: Sequence[Trial], run: Runner, bar: Any, interrupt: Interrupt)
 
 
 def _table(scenarios: Sequence[Scenario], results: dict[str, list[Judged]]) -> str:
+    """Return all runs as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
     names = next(iter(results.values()))[0].metrics
@@ -107,9 +128,10 @@ def _table(scenarios: Sequence[Scenario], results: dict[str, list[Judged]]) -> s
 
 
 def _map(scenarios: Sequence[Scenario], results: dict[str, list[Judged]], file: Path) -> None:
-    starts_map.draw({
+    """Draw the map of starts."""
+    draw_starts_map({
         f'{name.replace("_", " ")}: {100.0 * sum(run.success for run in judged) / len(judged):.2f} %': [
-            starts_map.Start(scenario.start, run.success)
+            Start(scenario.start, run.success)
             for scenario, run in zip(scenarios, judged, strict=False) if scenario.start is not None
         ] for name, judged in results.items()
     }, file)
@@ -120,55 +142,38 @@ def _run(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     folder.mkdir(parents=True, exist_ok=True)
     # nothing long begins before the place is known to be writable
-    outputs.write(folder / 'study.json', '{}\n')
+    write_atomically(folder / 'study.json', '{}\n')
     results: dict[str, list[Judged]] = {}
     total = options.runs * len(controllers)
     with runner(options) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
         for name, parameters in controllers.items():
             scenarios = _scenarios(options, parameters)
             late = options.laps * 0.75
-            judged = _study([trial(parameters, scenario, options.laps, late) for scenario in scenarios], run, bar,
-                            interrupt)
+            trials = [scenario_trial(parameters, scenario, options.laps, late) for scenario in scenarios]
+            judged = _study(trials, run, bar, interrupt)
             if judged:
                 results[name] = judged
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
-    found = {name: summary(judged) for name, judged in results.items()}
+    found = {name: summarise_runs(judged) for name, judged in results.items()}
     settings = {'seed': options.seed, 'laps': options.laps, 'curves': options.curves, 'scales': options.scales,
                 'within': options.within, 'variation': options.variation,
-                'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupt.asked}
-    outputs.write(folder / 'study.json', json.dumps({**settings, 'controllers': found}, indent=2) + '\n')
-    outputs.write(folder / 'runs.csv', _table(scenarios, results))
+                'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupt.requested}
+    write_atomically(folder / 'study.json', json.dumps({**settings, 'controllers': found}, indent=2) + '\n')
+    write_atomically(folder / 'runs.csv', _table(scenarios, results))
     _map(scenarios, results, folder / 'starts.png')
     for name, numbers in found.items():
         low, high = (100.0 * bound for bound in numbers['success_interval'])
         print(f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
               f'(95 % interval {low:.2f} to {high:.2f} %)')
-    if interrupt.asked:
+    if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1
     return 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """
-    Run the command.
-
-    Parameters
-    ----------
-    arguments : sequence of str or None
-        The command line; that of the process if None.
-
-    Returns
-    -------
-    int
-        Exit code.
-
-    """
-    options = _parse(arguments)
-    return command('study', lambda: _run(options))
-
+main = make_main('study', _parse, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -3,12 +3,12 @@
 import math
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
 _FARTHEST_SQUARED = 1e30
-"""[m²]: beyond this the power in Eq. (25) would overflow and, in Python, raise."""
+"""[m²]: beyond this the power in Eq. (25) would overflow, which raises in Python."""
 
 
 class BacksteppingGains(NamedTuple):
@@ -24,7 +24,7 @@ class BacksteppingGains(NamedTuple):
 
 
 class NoState(NamedTuple):
-    """State of a law that remembers nothing; one number, since compiled code knows no empty tuple by name."""
+    """State of a static law: one number, since compiled code knows no empty tuple by name."""
 
     nothing: float = 0.0
 
@@ -34,14 +34,14 @@ def step(
     state: NoState, error: TrackingError, reference: Reference, gains: BacksteppingGains, dt: float
 ) -> tuple[NoState, BodyVelocity]:
     """
-    Ask for the body velocity that makes the Lyapunov function (26) fall.
+    Compute the body velocity for which the Lyapunov function (26) decreases.
 
     Implements Eq. (25) of the chapter, with v = v_r cos e3 - u1 and ω = ω_r - u2 from Eq. (24).
 
     Parameters
     ----------
     state : NoState
-        Comes back as it is.
+        Returned unchanged.
     error : TrackingError
         e1, e2 [m], e3 [rad].
     reference : Reference
@@ -76,7 +76,7 @@ def step(
 
 def lyapunov(error: TrackingError, gains: BacksteppingGains) -> float:
     """
-    Give the Lyapunov function that proves the law stable.
+    Return the Lyapunov function V >= 0 that proves the law stable; it is zero only where the error is zero.
 
     Implements Eq. (26) of the chapter.
 
@@ -86,12 +86,6 @@ def lyapunov(error: TrackingError, gains: BacksteppingGains) -> float:
         e1, e2 [m], e3 [rad].
     gains : BacksteppingGains
         p, q and α are used.
-
-    Returns
-    -------
-    float
-        V >= 0, zero only where the error is zero.
-
     """
     e1, e2, e3 = error
     # Eq. (26): V = p (e1² + e2²)^α + q (1 - cos e3)
@@ -100,10 +94,10 @@ def lyapunov(error: TrackingError, gains: BacksteppingGains) -> float:
 
 def lyapunov_rate(error: TrackingError, gains: BacksteppingGains) -> float:
     """
-    Give the time derivative of the Lyapunov function along the ideal kinematic loop.
+    Return the time derivative dV/dt <= 0 of the Lyapunov function along the ideal kinematic loop.
 
-    Implements Eq. (28) of the chapter, whose '< 0' is '<= 0': it is zero wherever e1 = sin e3 = 0. That (27) leads here
-    needs the factor e1 which its printed first term lacks.
+    Implements Eq. (28) of the chapter, whose '< 0' is '<= 0': it is zero wherever e1 = sin e3 = 0. To derive it
+    from (27), the first term of (27) needs the factor e1 that it lacks in print.
 
     Parameters
     ----------
@@ -111,12 +105,6 @@ def lyapunov_rate(error: TrackingError, gains: BacksteppingGains) -> float:
         e1, e2 [m], e3 [rad].
     gains : BacksteppingGains
         p, q, α, f and g.
-
-    Returns
-    -------
-    float
-        dV/dt <= 0.
-
     """
     e1, e2, e3 = error
     p, q, alpha, f, g = gains

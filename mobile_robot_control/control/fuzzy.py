@@ -6,13 +6,13 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.backstepping import NoState
 from mobile_robot_control.control.tracking_error import bearing, distance
-from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters import rule
+from mobile_robot_control.parameters.checking import rule
+from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
 _UNDERFLOW = 1e-300
-"""Weights below this have lost their bits, or vanished altogether."""
+"""Weights below this have lost precision, or are zero."""
 
 
 class FuzzyGains(NamedTuple):
@@ -57,7 +57,7 @@ def _outputs_ascend(gains: FuzzyGains) -> Iterator[str]:
 
 class Memberships(NamedTuple):
     """
-    How much each linguistic value holds.
+    Degrees of membership.
 
     Attributes
     ----------
@@ -65,7 +65,6 @@ class Memberships(NamedTuple):
         S and G of the distance.
     great_negative, small_negative, zero, small_positive, great_positive : float
         GN, SN, Z, SP and GP of the bearing.
-
     """
 
     near: float
@@ -79,6 +78,7 @@ class Memberships(NamedTuple):
 
 @jitable
 def _triangle(x: float, left: float, peak: float, right: float) -> float:
+    """Return a triangular membership function at x."""
     if x <= left or x >= right:
         return 0.0
     return (x - left) / (peak - left) if x <= peak else (right - x) / (right - peak)
@@ -86,13 +86,14 @@ def _triangle(x: float, left: float, peak: float, right: float) -> float:
 
 @jitable
 def _ramp(x: float, start: float, end: float) -> float:
+    """Return a membership function that rises from 0 to 1, at x."""
     return max(0.0, min(1.0, (x - start) / (end - start)))
 
 
 @jitable
 def memberships(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) -> Memberships:
     """
-    Fuzzify the distance and the bearing.
+    Compute the degrees of membership of distance and bearing.
 
     Implements Fig. 12 and 13 of the chapter, which are lost: two shapes that sum to one for the distance; a triangle,
     two mirrored triangles and two mirrored ramps for the bearing.
@@ -128,7 +129,7 @@ def memberships(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGai
 @jitable
 def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) -> BodyVelocity:
     """
-    Evaluate the ten rules: the control surface of Fig. 21 and 22.
+    Evaluate the ten rules; this is the control surface of Fig. 21 and 22.
 
     Implements the rules of section 3.3 of the chapter by Sugeno's method: product, weighted average.
 
@@ -144,7 +145,7 @@ def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) 
     Returns
     -------
     BodyVelocity
-        o1 [m/s] and o2 [rad/s], never beyond the smallest and largest of c and of d.
+        o1 [m/s] and o2 [rad/s], within the smallest and largest of c and of d.
 
     """
     m = memberships(distance_to_cart, bearing_to_cart, gains)
@@ -152,7 +153,7 @@ def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) 
     clockwise, straight, counter_clockwise = gains.d
     great, small, zero = m.great_negative + m.great_positive, m.small_negative + m.small_positive, m.zero
     if great + small + zero < _UNDERFLOW:
-        # a bearing of zero but for rounding, with shapes as narrow: straight ahead
+        # a bearing of zero but for rounding, under shapes as narrow: straight ahead
         zero = 1.0
     total = (m.near + m.far) * (great + small + zero)
     # rules 1-5, S: GN, GP -> B; SN, SP -> F; Z -> S.  Rules 6-10, G: GN, GP -> FB; SN, SP, Z -> FF
@@ -173,14 +174,14 @@ def step(
     state: NoState, error: TrackingError, reference: Reference, gains: FuzzyGains, dt: float
 ) -> tuple[NoState, BodyVelocity]:
     """
-    Ask for the body velocity that the ten rules give for the cart's distance and bearing.
+    Compute the body velocity that the ten rules give for the cart's distance and bearing.
 
     Implements Eq. (34) and the rules of section 3.3 of the chapter.
 
     Parameters
     ----------
     state : NoState
-        Comes back as it is.
+        Returned unchanged.
     error : TrackingError
         e1, e2 [m]; e3 is not used.
     reference : Reference

@@ -1,4 +1,4 @@
-"""The hybrid backstepping law: turn on the spot until the cart is in sight, then fade backstepping in."""
+"""The hybrid backstepping law: rotate on the spot until the cart is in sight, then fade backstepping in."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -6,13 +6,13 @@ from typing import Annotated, NamedTuple
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
 from mobile_robot_control.control.tracking_error import bearing, distance
-from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters import rule
+from mobile_robot_control.parameters.checking import rule
+from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
 _ON_THE_CART = 1e-6
-"""[m]: nearer than this there is nothing to turn to."""
+"""[m]: nearer than this the cart has no bearing."""
 
 
 class SeekingGains(NamedTuple):
@@ -27,7 +27,7 @@ class SeekingGains(NamedTuple):
 
 
 class HybridGains(NamedTuple):
-    """Gains of the hybrid law: the backstepping law's and the seeking's."""
+    """Gains of the hybrid law: the backstepping law's and those of the seeking rotation."""
 
     backstepping: BacksteppingGains
     seeking: SeekingGains
@@ -35,7 +35,7 @@ class HybridGains(NamedTuple):
 
 class HybridState(NamedTuple):
     """
-    What the hybrid law remembers.
+    State of the hybrid law.
 
     Attributes
     ----------
@@ -47,7 +47,6 @@ class HybridState(NamedTuple):
         ω_s, the seeking rotation [rad/s].
     last_bearing : float
         Bearing at the step before [rad]; 0 before the first.
-
     """
 
     seen: float = 0.0
@@ -58,7 +57,7 @@ class HybridState(NamedTuple):
 
 
 TRACKING = HybridState(seen=1.0, fade=1.0)
-"""The state of a law that joins a run under way: the cart counts as seen."""
+"""The state of a law that joins a run under way, in which the cart counts as seen."""
 
 
 @rule
@@ -71,18 +70,22 @@ def _no_overshoot(gains: SeekingGains) -> list[str]:
 
 @jitable
 def in_sight(state: HybridState, error: TrackingError) -> bool:
-    """Say whether the cart lies straight ahead now, or has crossed that line since the last step."""
+    """
+    Return whether the cart lies straight ahead now, or has crossed that line since the last step.
+
+    Eq. (33) of the chapter, on a grid of samples.
+    """
     now, last = bearing(error), state.last_bearing
     quarter = 0.5 * math.pi
     crossed = now * last < 0.0 and abs(now) <= quarter and abs(last) <= quarter
-    # Eq. (33): θ = atan2(e_y, e_x), on a grid of samples; a crossing at ±π is a cart behind, not in sight
+    # Eq. (33): θ = atan2(e_y, e_x); a crossing at ±π is a cart behind, not in sight
     return now == 0.0 or distance(error) < _ON_THE_CART or crossed
 
 
 @jitable
 def fade_step(fade: float, fade_rate: float, target: float, gains: SeekingGains, dt: float) -> tuple[float, float]:
     """
-    Move the fade-in by one period, exactly.
+    Integrate the fade-in over one period, exactly.
 
     Implements Eq. (32) of the chapter, b0 α'' + b1 α' + α = z, under held z.
 
@@ -104,9 +107,9 @@ def fade_step(fade: float, fade_rate: float, target: float, gains: SeekingGains,
 
     """
     mean = 0.5 * gains.b1 / gains.b0
-    # √(mean² - 1/b0), in a form whose square does not overflow
+    # √(mean² - 1/b0), written so that no square overflows
     spread = mean * math.sqrt(max(0.0, 1.0 - 4.0 * gains.b0 / (gains.b1 * gains.b1)))
-    # the slow pole is 1/(b0 times the fast one): subtracting would lose it where b1² >> 4 b0
+    # the slow pole is 1/(b0 × the fast one): a difference would cancel where b1² >> 4 b0
     slow = 1.0 / (gains.b0 * (mean + spread))
     slow_decay, fast_decay = math.exp(-slow * dt), math.exp(-(mean + spread) * dt)
     even = 0.5 * (slow_decay + fast_decay)
@@ -125,9 +128,9 @@ def step(
     state: HybridState, error: TrackingError, reference: Reference, gains: HybridGains, dt: float
 ) -> tuple[HybridState, BodyVelocity]:
     """
-    Turn towards the cart with growing speed until it is in sight, then hand over to backstepping.
+    Rotate towards the cart with increasing speed until it is in sight, then fade backstepping in.
 
-    Implements Eq. (30)-(33) of the chapter; u1 and u2 of (30) are the velocities that backstepping asks for.
+    Implements Eq. (30)-(33) of the chapter; u1 and u2 of (30) are the velocities of the backstepping law.
 
     Parameters
     ----------
@@ -138,7 +141,7 @@ def step(
     reference : Reference
         v_r [m/s] and ω_r [rad/s] are used.
     gains : HybridGains
-        Of backstepping and of the seeking.
+        Of backstepping and of the seeking rotation.
     dt : float
         Period to the next step [s].
 

@@ -1,4 +1,4 @@
-"""The tracking error, and the cart's distance and bearing as the robot sees it."""
+"""The tracking error, and the distance and bearing of the cart from the robot."""
 
 import math
 
@@ -13,7 +13,7 @@ _NO_BEARING = 1e-9
 @jitable
 def tracking_error(reference: Pose, pose: Pose) -> TrackingError:
     """
-    Give the reference minus the pose, in the robot's frame.
+    Compute the reference minus the pose, in the robot's frame.
 
     Implements Eq. (23) of the chapter.
 
@@ -48,20 +48,9 @@ def tracking_error(reference: Pose, pose: Pose) -> TrackingError:
 @jitable
 def distance(error: TrackingError) -> float:
     """
-    Give the distance from the robot to the reference cart.
+    Return the distance from the robot to the reference cart [m].
 
     Implements Eq. (34) of the chapter, i_1.
-
-    Parameters
-    ----------
-    error : TrackingError
-        [m], [rad].
-
-    Returns
-    -------
-    float
-        [m].
-
     """
     # Eq. (34): i1 = sqrt(e1² + e2²); math.hypot rounds otherwise when compiled
     return math.sqrt(error.longitudinal * error.longitudinal + error.lateral * error.lateral)
@@ -70,21 +59,10 @@ def distance(error: TrackingError) -> float:
 @jitable
 def bearing(error: TrackingError) -> float:
     """
-    Give the direction to the reference cart from the robot's heading.
+    Return the direction to the reference cart from the robot's heading [rad], in (-π, π].
 
     Implements Eq. (34) of the chapter, i_2, and the argument of (31) and (33); the wrapped difference
-    atan2(e_y, e_x) - θ is atan2(e2, e1).
-
-    Parameters
-    ----------
-    error : TrackingError
-        [m], [rad].
-
-    Returns
-    -------
-    float
-        [rad] in (-π, π]; 0 where the distance is under 1e-9 m.
-
+    atan2(e_y, e_x) - θ is atan2(e2, e1). Where the distance is under 1e-9 m the bearing is 0.
     """
     if distance(error) < _NO_BEARING:
         return 0.0

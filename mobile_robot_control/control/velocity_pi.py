@@ -2,10 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.model.dynamics import saturate
+from mobile_robot_control.model.actuators import saturate
 from mobile_robot_control.model.robot import Robot, half_separation
+from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 
 
@@ -26,7 +26,6 @@ class VelocityPiState(NamedTuple):
     ----------
     common, differential : float
         Half the sum and half the difference of the wheels' integral torques [N m].
-
     """
 
     common: float = 0.0
@@ -35,7 +34,7 @@ class VelocityPiState(NamedTuple):
 
 @jitable
 def _held_by_limit(asked: float, given: float, error: float) -> bool:
-    """Say whether integrating the error would push a channel further beyond its limit."""
+    """Return whether integrating an error would push a channel further beyond its limit."""
     return (asked - given) * error > 0.0
 
 
@@ -50,7 +49,7 @@ def step(
     dt: float,
 ) -> tuple[VelocityPiState, WheelTorque]:
     """
-    Ask for the wheel torques that bring the body velocity to its command.
+    Compute the wheel torques that bring the body velocity to its command.
 
     Implements Eq. (16)-(17) of the chapter, sampled: the integral is the sum of the errors before this one.
 
@@ -67,7 +66,8 @@ def step(
     robot : Robot
         r and R are used.
     max_wheel_torque : float
-        Limit of each wheel [N m]; 0 means none. While it bites, a channel that asks for more does not integrate.
+        Limit of each wheel [N m]; 0 means none. At the limit the integral is held by conditional integration
+        (anti-windup): a channel that asks for more does not integrate.
     dt : float
         Sampling period [s].
 
@@ -93,7 +93,7 @@ def step(
     asked = WheelTorque(common + differential, common - differential)
     torque = saturate(asked, max_wheel_torque)
     grown_common, grown_differential = state
-    # asked and given pass the same sum and difference: their rounding must not look like a limit
+    # both sides of the comparison are rounded alike: rounding must not look like a limit
     if not _held_by_limit(asked.right + asked.left, torque.right + torque.left, linear_error):
         grown_common += proportional_common * dt / gains.ti1
     if not _held_by_limit(asked.right - asked.left, torque.right - torque.left, angular_error):

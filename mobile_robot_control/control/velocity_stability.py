@@ -1,14 +1,15 @@
-"""Whether velocity gains are stable at a sampling rate: checked before anything moves."""
+"""Stability of the sampled velocity loop, checked before anything moves."""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 from mobile_robot_control.control.velocity_pi import VelocityGains
-from mobile_robot_control.model.dynamics import sample
+from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
 
 
 def _convolve(left: Sequence[float], right: Sequence[float]) -> list[float]:
+    """Return the product of two polynomials."""
     product = [0.0] * (len(left) + len(right) - 1)
     for i, a in enumerate(left):
         for j, b in enumerate(right):
@@ -17,12 +18,12 @@ def _convolve(left: Sequence[float], right: Sequence[float]) -> list[float]:
 
 
 def _roots_inside(polynomial: Sequence[float], radius: float) -> bool:
-    """Say whether all roots lie inside a circle: the Schur-Cohn reduction of the scaled polynomial."""
+    """Return whether all roots lie inside a circle, by the Schur-Cohn reduction of the scaled polynomial."""
     p: list[float] = []
     scale = 1.0
     for coefficient in polynomial:
         p.append(coefficient * scale)
-        # not radius ** n, which raises where a quotient merely vanishes
+        # not radius ** n, which raises where a quotient merely underflows
         scale /= radius
     while len(p) > 1:
         if abs(p[-1]) >= abs(p[0]):
@@ -33,7 +34,7 @@ def _roots_inside(polynomial: Sequence[float], radius: float) -> bool:
 
 
 def _largest_root(polynomial: Sequence[float]) -> float:
-    """Give the largest absolute root, by bisection between 0 and Cauchy's bound."""
+    """Return the largest absolute root, by bisection between 0 and Cauchy's bound."""
     low, high = 0.0, 1.0 + max(abs(c / polynomial[0]) for c in polynomial[1:])
     while high - low > 1e-13 * max(1.0, high):
         middle = 0.5 * (low + high)
@@ -43,7 +44,7 @@ def _largest_root(polynomial: Sequence[float]) -> float:
 
 def spectral_radius(gains: VelocityGains, robot: Robot, rate: float, delay: int) -> float:
     """
-    Give the spectral radius of the sampled velocity loop.
+    Compute the spectral radius of the sampled velocity loop.
 
     Takes the plant of Eq. (13)-(14) of the chapter under a zero-order hold and the sampled PI of (16)-(17).
 
@@ -69,34 +70,20 @@ def spectral_radius(gains: VelocityGains, robot: Robot, rate: float, delay: int)
 
 def is_stable(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -> bool:
     """
-    Say whether gains can run at a rate, without reckoning by how much.
+    Return whether gains are stable at a rate [Hz], without computing by how much.
 
-    Parameters
-    ----------
-    gains : VelocityGains
-        K1, Ti1, K2, Ti2.
-    robot : Robot
-        Physical constants.
-    rate : float
-        Sampling rate [Hz].
-    lockstep : bool
-        As for :func:`instability`.
-
-    Returns
-    -------
-    bool
-        False where the node would refuse them.
-
+    In lockstep the loop has no delay; on the wall clock, one and two samples of delay are both checked.
     """
     return all(_roots_inside(polynomial, 1.0)
                for delay in _delays(lockstep) for polynomial in _characteristic(gains, robot, rate, delay))
 
 
 def _delays(lockstep: bool) -> tuple[int, ...]:
+    """Return the delays in samples that must be stable."""
     return (0,) if lockstep else (1, 2)
 
 
-_sampled = lru_cache(maxsize=8)(sample)
+_sampled = lru_cache(maxsize=8)(discretise)
 
 
 def _characteristic(gains: VelocityGains, robot: Robot, rate: float, delay: int) -> Iterator[list[float]]:
@@ -117,7 +104,7 @@ def _characteristic(gains: VelocityGains, robot: Robot, rate: float, delay: int)
 
 def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays: Sequence[int]) -> float:
     """
-    Give the rate above which the sampled velocity loop is stable, seen from an unstable one.
+    Return the rate [Hz] above which the sampled velocity loop is stable; infinite where no rate up to 1 GHz is.
 
     Parameters
     ----------
@@ -129,12 +116,6 @@ def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays:
         A rate at which it is not stable [Hz].
     delays : sequence of int
         Delays that must all be stable, in samples.
-
-    Returns
-    -------
-    float
-        [Hz]; infinite where no rate up to 1 GHz will do.
-
     """
     def stable(candidate: float) -> bool:
         return all(spectral_radius(gains, robot, candidate, delay) < 1.0 for delay in delays)
@@ -152,7 +133,7 @@ def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays:
 
 def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -> str:
     """
-    Say why gains cannot run at a rate.
+    Return why gains are unstable at a rate, with radius, slowest stable rate and remedy; '' where they are stable.
 
     Parameters
     ----------
@@ -164,12 +145,6 @@ def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool)
         Sampling rate [Hz].
     lockstep : bool
         True checks the loop without delay, False the worse of one and two samples of delay, as on the wall clock.
-
-    Returns
-    -------
-    str
-        '' where the loop is stable; else the radius, the slowest stable rate and the remedy.
-
     """
     delays = _delays(lockstep)
     radius = max(spectral_radius(gains, robot, rate, delay) for delay in delays)

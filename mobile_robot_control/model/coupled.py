@@ -1,4 +1,4 @@
-"""The plant with the Coriolis pair that the chapter's equations of motion lose."""
+"""The plant with the Coriolis pair that the chapter's equations of motion lack."""
 
 import math
 from typing import NamedTuple
@@ -9,12 +9,12 @@ from mobile_robot_control.model.robot import Robot, angular_inertia, half_separa
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 
 _LONGEST_SUBSTEP = 2.5e-4
-"""[s]: keeps the position good to 1e-9 m over a lap at body velocities of several m/s and rad/s."""
+"""[s]: keeps the position accurate to 1e-9 m over a lap at body velocities of several m/s and rad/s."""
 
 
 class Motion(NamedTuple):
     """
-    What is integrated over one period, or its time derivative.
+    The motion over one period, or its time derivative.
 
     Attributes
     ----------
@@ -26,7 +26,6 @@ class Motion(NamedTuple):
         Path length of point A, signed [m].
     linear, angular : float
         Body velocity [m/s], [rad/s].
-
     """
 
     x: float
@@ -39,6 +38,7 @@ class Motion(NamedTuple):
 
 @jitable
 def _derivative(motion: Motion, heading: float, torque: WheelTorque, robot: Robot) -> Motion:
+    """Return the time derivative of a motion."""
     v, omega = motion.linear, motion.angular
     r, R, K = robot.wheel_radius, half_separation(robot), robot.viscous_friction
     offset_mass = robot.mass * robot.com_offset
@@ -54,6 +54,7 @@ def _derivative(motion: Motion, heading: float, torque: WheelTorque, robot: Robo
 
 @jitable
 def _moved(motion: Motion, slope: Motion, dt: float) -> Motion:
+    """Return a motion moved along a slope for a time [s]."""
     return Motion(
         motion.x + dt * slope.x,
         motion.y + dt * slope.y,

@@ -1,16 +1,14 @@
 """The plant: from wheel torques to motion, exactly, over one sampling period."""
 
-import math
 from typing import NamedTuple
 
 from mobile_robot_control.angles import direction, wrap_angle
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import coupled
+from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
-from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, WheelTorque
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 
-# Gauss-Legendre quadrature with three points on [0, 1], exact to the fifth power of the period
-_OFFSET = 0.5 * math.sqrt(0.6)
 _OUTER_WEIGHT, _MIDDLE_WEIGHT = 5.0 / 18.0, 8.0 / 18.0
 
 _BEYOND = 1e6
@@ -18,7 +16,7 @@ _BEYOND = 1e6
 
 class PlantState(NamedTuple):
     """
-    Everything that the plant remembers.
+    State of the plant.
 
     Attributes
     ----------
@@ -28,7 +26,6 @@ class PlantState(NamedTuple):
         Of point A in the robot's frame.
     right_angle, left_angle : float
         Angles of the wheels [rad], not wrapped.
-
     """
 
     pose: Pose
@@ -37,176 +34,21 @@ class PlantState(NamedTuple):
     left_angle: float
 
 
-class Response(NamedTuple):
-    """
-    What x' = u - a x does over a time t with u held: the coefficients of its exact solution.
-
-    Attributes
-    ----------
-    decay : float
-        x(t) = decay x(0) + gain u.
-    gain : float
-        Also ∫ x dt = gain x(0) + travel u [s].
-    travel : float
-        [s²].
-
-    """
-
-    decay: float
-    gain: float
-    travel: float
-
-
-class Channel(NamedTuple):
-    """The response of the linear or the angular velocity at the three quadrature points and at the period's end."""
-
-    first: Response
-    middle: Response
-    last: Response
-    end: Response
-
-
-class SampledPlant(NamedTuple):
-    """
-    The plant made ready for one sampling period.
-
-    Attributes
-    ----------
-    robot : Robot
-        Physical constants.
-    linear, angular : Channel
-        Exact responses of v and ω.
-    dt : float
-        Sampling period [s].
-    centripetal_coupling : bool
-        Whether the Coriolis pair is put back that Eq. (13)-(14) lack.
-
-    """
-
-    robot: Robot
-    linear: Channel
-    angular: Channel
-    dt: float
-    centripetal_coupling: bool
-
-
-def _response(rate: float, time: float) -> Response:
-    """Solve x' = u - rate x over a time; the series spares the cancellation at little friction."""
-    x = rate * time
-    if x > 0.5:
-        gain = -math.expm1(-x) / rate
-        return Response(math.exp(-x), gain, (time - gain) / rate)
-    # (1 - e^-x)/x and (x - 1 + e^-x)/x² as power series, to the last bit for x <= 0.5
-    first = math.fsum((-x) ** n / math.factorial(n + 1) for n in range(16))
-    second = math.fsum((-x) ** n / math.factorial(n + 2) for n in range(16))
-    return Response(math.exp(-x), time * first, time * time * second)
-
-
-def _channel(rate: float, dt: float) -> Channel:
-    return Channel(
-        _response(rate, (0.5 - _OFFSET) * dt),
-        _response(rate, 0.5 * dt),
-        _response(rate, (0.5 + _OFFSET) * dt),
-        _response(rate, dt),
-    )
-
-
-def sample(robot: Robot, dt: float, centripetal_coupling: bool = False) -> SampledPlant:
-    """
-    Make the plant ready for steps of one sampling period.
-
-    Solves Eq. (13)-(14) of the chapter, which v and ω decouple, under a zero-order hold of the torques.
-
-    Parameters
-    ----------
-    robot : Robot
-        Physical constants.
-    dt : float
-        Sampling period [s], positive.
-    centripetal_coupling : bool
-        Whether to put back the Coriolis pair that the chapter's Lagrangian loses.
-
-    Returns
-    -------
-    SampledPlant
-        For :func:`step`.
-
-    """
-    K = robot.viscous_friction
-    return SampledPlant(
-        robot,
-        # (13) + (14): (A+B) dv/dt = r/2 (τ_R + τ_L) - K v
-        _channel(K / linear_inertia(robot), dt),
-        # (13) - (14): (A-B) dω/dt = r/(2R) (τ_R - τ_L) - K ω
-        _channel(K / angular_inertia(robot), dt),
-        dt,
-        centripetal_coupling,
-    )
-
-
 def at_rest(pose: Pose) -> PlantState:
-    """
-    Give the plant's state at a run's start.
-
-    Parameters
-    ----------
-    pose : Pose
-        [m], [rad]; the heading is wrapped here.
-
-    Returns
-    -------
-    PlantState
-        At rest, wheel angles zero.
-
-    """
+    """Return the state at a run's start: at rest at a pose [m], [rad], whose heading is wrapped here."""
     return PlantState(Pose(pose.x, pose.y, wrap_angle(pose.heading)), BodyVelocity(0.0, 0.0), 0.0, 0.0)
 
 
 @jitable
 def diverged(state: PlantState) -> bool:
-    """
-    Say whether the motion has left everything that a robot can do.
-
-    Parameters
-    ----------
-    state : PlantState
-        [m], [m/s], [rad/s].
-
-    Returns
-    -------
-    bool
-        True where a position or a velocity is not finite or beyond 1e6.
-
-    """
+    """Return whether a position or a velocity is not finite or beyond 1e6."""
     within = (abs(state.pose.x) < _BEYOND and abs(state.pose.y) < _BEYOND
               and abs(state.velocity.linear) < _BEYOND and abs(state.velocity.angular) < _BEYOND)
     return not within
 
 
 @jitable
-def saturate(torque: WheelTorque, limit: float) -> WheelTorque:
-    """
-    Limit the torque of each wheel by itself.
-
-    Parameters
-    ----------
-    torque : WheelTorque
-        [N m].
-    limit : float
-        Largest absolute torque [N m]; 0 means no limit but that of a message.
-
-    Returns
-    -------
-    WheelTorque
-        [N m].
-
-    """
-    bound = limit if 0.0 < limit < LARGEST else LARGEST
-    return WheelTorque(max(-bound, min(bound, torque.right)), max(-bound, min(bound, torque.left)))
-
-
-@jitable
-def step(state: PlantState, torque: WheelTorque, plant: SampledPlant) -> PlantState:
+def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantState:
     """
     Move the plant by one sampling period under constant torques.
 
@@ -219,8 +61,8 @@ def step(state: PlantState, torque: WheelTorque, plant: SampledPlant) -> PlantSt
         At the period's start.
     torque : WheelTorque
         τ_R and τ_L [N m], held over the period; not limited here.
-    plant : SampledPlant
-        From :func:`sample`.
+    plant : DiscretePlant
+        From `discretise`.
 
     Returns
     -------
@@ -229,8 +71,8 @@ def step(state: PlantState, torque: WheelTorque, plant: SampledPlant) -> PlantSt
 
     Notes
     -----
-    With ``centripetal_coupling`` the velocities have no closed form and a Runge-Kutta method of fourth order takes
-    over, with substeps short enough for the same accuracy.
+    With ``centripetal_coupling`` the velocities have no closed form, and a Runge-Kutta method of fourth order is used
+    with substeps short enough for the same accuracy.
 
     """
     if plant.centripetal_coupling:
@@ -271,7 +113,7 @@ def step(state: PlantState, torque: WheelTorque, plant: SampledPlant) -> PlantSt
 def _moved(
     state: PlantState, dx: float, dy: float, distance: float, turn: float, velocity: BodyVelocity, robot: Robot
 ) -> PlantState:
-    """Add what one period brought: displacement and path length [m], turn [rad], the velocity at its end."""
+    """Add the displacement and path length [m] and turn [rad] of one period, and the velocity at its end."""
     rim = half_separation(robot) * turn
     return PlantState(
         Pose(state.pose.x + dx, state.pose.y + dy, wrap_angle(state.pose.heading + turn)),

@@ -8,7 +8,7 @@ from mobile_robot_control.quantities import BodyVelocity, WheelVelocity
 @jitable
 def body_velocity(wheels: WheelVelocity, robot: Robot) -> BodyVelocity:
     """
-    Give the body velocity that wheel velocities mean, as odometry from encoders does.
+    Compute the body velocity from wheel velocities, as odometry from encoders does.
 
     Implements Eq. (5)-(7) of the chapter in the robot's own frame.
 
@@ -42,7 +42,7 @@ def body_velocity(wheels: WheelVelocity, robot: Robot) -> BodyVelocity:
 @jitable
 def wheel_velocity(body: BodyVelocity, robot: Robot) -> WheelVelocity:
     """
-    Give the wheel velocities that a body velocity needs.
+    Compute the wheel velocities of a body velocity.
 
     Implements Eq. (19) of the chapter.
 

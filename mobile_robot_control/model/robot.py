@@ -2,8 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.fields import Field
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.parameters.declaration import Field
 
 
 class Robot(NamedTuple):
@@ -28,40 +28,16 @@ class Robot(NamedTuple):
 
 @jitable
 def half_separation(robot: Robot) -> float:
-    """
-    Give R, the distance from the axle's centre to a wheel.
-
-    Parameters
-    ----------
-    robot : Robot
-        Physical constants.
-
-    Returns
-    -------
-    float
-        R [m].
-
-    """
+    """Return R, the distance from the axle's centre to a wheel [m]."""
     return 0.5 * robot.wheel_separation
 
 
 @jitable
 def linear_inertia(robot: Robot) -> float:
     """
-    Give A + B, what the sum of both wheels' torques accelerates.
+    Return A + B, the inertia [kg m²] reduced to the axle that the sum of both wheels' torques accelerates.
 
     Implements Eq. (15) of the chapter: A + B = M r²/2 + I_0.
-
-    Parameters
-    ----------
-    robot : Robot
-        Physical constants.
-
-    Returns
-    -------
-    float
-        A + B [kg m²], reduced to the axle.
-
     """
     r = robot.wheel_radius
     # Eq. (15): A + B
@@ -71,20 +47,9 @@ def linear_inertia(robot: Robot) -> float:
 @jitable
 def angular_inertia(robot: Robot) -> float:
     """
-    Give A - B, what the difference of both wheels' torques accelerates.
+    Return A - B, the inertia [kg m²] reduced to the axle that the difference of both wheels' torques accelerates.
 
     Implements Eq. (15) of the chapter: A - B = (I_A + M d²) r²/(2 R²) + I_0.
-
-    Parameters
-    ----------
-    robot : Robot
-        Physical constants.
-
-    Returns
-    -------
-    float
-        A - B [kg m²], reduced to the axle.
-
     """
     r, R, d = robot.wheel_radius, half_separation(robot), robot.com_offset
     # Eq. (15): A - B

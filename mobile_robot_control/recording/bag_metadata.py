@@ -1,4 +1,4 @@
-"""What stands in a bag's metadata.yaml, version 9 of rosbag2's."""
+"""The content of a bag's metadata.yaml, version 9 of rosbag2's."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,11 +6,13 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from mobile_robot_control.files import write_atomically
+
 _FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 
 
 @dataclass
-class Topic:
+class BagTopic:
     """
     A topic of a bag.
 
@@ -21,12 +23,11 @@ class Topic:
     digest : str
         Hash of the type (REP-2016).
     quality : dict of str to object
-        Of service.
+        Quality of service.
     channel : int
         Number in the file.
     count : int
         Of messages.
-
     """
 
     name: str
@@ -38,20 +39,7 @@ class Topic:
 
 
 def quality(latched: bool) -> dict[str, Any]:
-    """
-    Describe the quality of service that a topic is played back with.
-
-    Parameters
-    ----------
-    latched : bool
-        Whether it is transient local.
-
-    Returns
-    -------
-    dict of str to object
-        As rosbag2 names it.
-
-    """
+    """Return the quality of service that a topic is played back with, as rosbag2 names it."""
     return {
         'history': 'keep_last', 'depth': 1, 'reliability': 'reliable',
         'durability': 'transient_local' if latched else 'volatile',
@@ -61,76 +49,45 @@ def quality(latched: bool) -> dict[str, Any]:
     }
 
 
-def dump(content: Any) -> str:
-    """
-    Write YAML.
-
-    Parameters
-    ----------
-    content : object
-        Of dicts, lists, strings and numbers.
-
-    Returns
-    -------
-    str
-        In block style, without anchors.
-
-    """
+def metadata_yaml(content: Any) -> str:
+    """Return dicts, strings and numbers as YAML in block style, without anchors."""
     return yaml.safe_dump(content, sort_keys=False).strip()
 
 
 class Metadata(NamedTuple):
     """
-    Of a bag of one file.
+    Metadata of a bag of one file.
 
     Attributes
     ----------
     file : str
         Name of the file.
-    topics : tuple of Topic
+    topics : tuple of BagTopic
         All of them.
     first, last : int
         Wall times of the first and the last message [ns].
     distribution : str
         Of ROS 2, such as 'kilted'.
-
     """
 
     file: str
-    topics: tuple[Topic, ...]
+    topics: tuple[BagTopic, ...]
     first: int
     last: int
     distribution: str
 
     @property
     def inner(self) -> str:
-        """YAML that goes into the file itself."""
-        return dump(self._content())
+        """The YAML that the file itself contains."""
+        return metadata_yaml(self._content())
 
     def write(self, folder: Path) -> None:
-        """
-        Write metadata.yaml, as a whole or not at all.
-
-        Parameters
-        ----------
-        folder : Path
-            The bag's.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written.
-
-        """
-        draft = folder / 'metadata.yaml.tmp'
-        try:
-            draft.write_text(dump({'rosbag2_bagfile_information': self._content()}) + '\n', encoding='utf-8')
-            draft.replace(folder / 'metadata.yaml')
-        except OSError:
-            draft.unlink(missing_ok=True)
-            raise
+        """Write metadata.yaml into the bag's folder."""
+        write_atomically(folder / 'metadata.yaml',
+                         metadata_yaml({'rosbag2_bagfile_information': self._content()}) + '\n')
 
     def _content(self) -> dict[str, Any]:
+        """Return the metadata as rosbag2 names it."""
         count = sum(topic.count for topic in self.topics)
         return {
             'version': 9,

@@ -10,14 +10,14 @@ from typing import Any, BinaryIO
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from mobile_robot_control.files import is_disk_full
 from mobile_robot_control.recording import bag_metadata
-from mobile_robot_control.recording.bag_metadata import Topic
+from mobile_robot_control.recording.bag_metadata import BagTopic
 from mobile_robot_control.recording.distribution import ros_distribution
 
 _FLUSH = 500_000_000
-"""[ns] of wall time after which what has come is given to the operating system."""
+"""[ns] of wall time after which messages are handed to the operating system."""
 _CHUNK = 1 << 18
-_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class BagWriter:
@@ -34,8 +34,7 @@ class BagWriter:
     Attributes
     ----------
     failure : str
-        Why the writing broke off, naming the file, in words; '' while all is well. What is written after that is lost.
-
+        Why the writing broke off, naming the file, in words; '' before. Messages after that are lost.
     """
 
     def __init__(self, path: Path) -> None:
@@ -44,7 +43,7 @@ class BagWriter:
         # of a distribution that rosbags does not know yet, the types are those of the newest that it knows
         self._types: Any = get_typestore(Stores.__members__.get(f'ROS2_{self._distribution.upper()}', Stores.LATEST))
         self._path, self._file = path, path / f'{path.name}.mcap'
-        self._topics: dict[str, Topic] = {}
+        self._topics: dict[str, BagTopic] = {}
         self._schemas: dict[str, int] = {}
         self._flushed = self._first = self._last = 0
 
@@ -72,20 +71,7 @@ class BagWriter:
                 self._stream.close()
 
     def knows(self, kind: str) -> bool:
-        """
-        Say whether messages of a type can be written.
-
-        Parameters
-        ----------
-        kind : str
-            Such as 'nav_msgs/msg/Odometry'.
-
-        Returns
-        -------
-        bool
-            True for the types of the common interfaces.
-
-        """
+        """Return whether messages of a type, such as 'nav_msgs/msg/Odometry', can be written."""
         return kind in self._types.fielddefs
 
     def write(self, topic: str, kind: str, received: int, message: bytes, latched: bool = False) -> None:
@@ -118,20 +104,22 @@ class BagWriter:
         except OSError as reason:
             self._fail(reason)
 
-    def _add(self, topic: str, kind: str, latched: bool) -> Topic:
+    def _add(self, topic: str, kind: str, latched: bool) -> BagTopic:
+        """Add a topic to the file and to metadata.yaml."""
         if kind not in self._schemas:
             definition, _ = self._types.generate_msgdef(kind, ros_version=2)
             self._schemas[kind] = self._writer.register_schema(kind, 'ros2msg', definition.encode())
         quality = bag_metadata.quality(latched)
         channel = self._writer.register_channel(
-            topic, 'cdr', self._schemas[kind], {'offered_qos_profiles': bag_metadata.dump([quality])}
+            topic, 'cdr', self._schemas[kind], {'offered_qos_profiles': bag_metadata.metadata_yaml([quality])}
         )
-        self._topics[topic] = Topic(topic, kind, self._types.hash_rihs01(kind), quality, channel)
+        self._topics[topic] = BagTopic(topic, kind, self._types.hash_rihs01(kind), quality, channel)
         # written with every new topic, so that a bag that breaks off has one too
         self._metadata().write(self._path)
         return self._topics[topic]
 
     def _flush(self, now: int) -> None:
+        """Hand what was written to the operating system."""
         self._flushed = now
         self._writer.flush()
         if os.fstat(self._stream.fileno()).st_nlink == 0:
@@ -142,6 +130,7 @@ class BagWriter:
                                      self._distribution)
 
     def _fail(self, reason: OSError) -> None:
+        """Note why nothing more can be written."""
         remedy = ('make room there, or name a folder elsewhere; what was recorded up to here can be read'
-                  if reason.errno in _FULL else 'name a folder that can be written, and leave it in its place')
+                  if is_disk_full(reason) else 'name a folder that can be written, and leave it in its place')
         self.failure = f'{self._file}: {reason.strerror or reason}; {remedy}'

@@ -1,4 +1,4 @@
-"""What a recording lacks: silent topics, late starts, gaps."""
+"""What is missing from a recording: silent topics, late starts, gaps."""
 
 import itertools
 from array import array
@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from mobile_robot_control.recording.signals import FAST, SLOW, Signal, origin
+from mobile_robot_control.recording.signals import Signal, origin
+from mobile_robot_control.topics import LOOP_TOPICS
 
 _MANY_PERIODS = 2.5
 """On the wall clock, a silence longer than this many periods is a gap."""
@@ -31,18 +32,9 @@ class Gap(NamedTuple):
 
 def period(stamps: 'array[int]') -> int:
     """
-    Give the usual distance between stamps.
+    Return the usual distance between ascending stamps [ns]; 0 for fewer than two.
 
-    Parameters
-    ----------
-    stamps : array of int
-        Ascending [ns].
-
-    Returns
-    -------
-    int
-        [ns]; the commonest distance where the stamps lie on a grid, their median elsewhere; 0 for fewer than two.
-
+    It is the commonest distance where the stamps lie on a grid, and their median elsewhere.
     """
     distances = [after - before for before, after in itertools.pairwise(stamps)]
     if not distances:
@@ -51,7 +43,7 @@ def period(stamps: 'array[int]') -> int:
     return common if times > len(distances) // 2 else sorted(distances)[len(distances) // 2]
 
 
-def gaps(stamps: 'array[int]', start: int = 0) -> list[Gap]:
+def find_gaps(stamps: 'array[int]', start: int = 0) -> list[Gap]:
     """
     Find the silences of a topic.
 
@@ -66,7 +58,6 @@ def gaps(stamps: 'array[int]', start: int = 0) -> list[Gap]:
     -------
     list of Gap
         In order of time.
-
     """
     usual = period(stamps)
     # stamps of a lockstep run lie on a grid; those of a wall clock jitter
@@ -75,33 +66,20 @@ def gaps(stamps: 'array[int]', start: int = 0) -> list[Gap]:
             for before, after in itertools.pairwise(stamps) if after - before > longest]
 
 
-def problems(signals: dict[str, Signal]) -> Iterator[str]:
-    """
-    Say what is missing.
-
-    Parameters
-    ----------
-    signals : dict of str to Signal
-        By topic.
-
-    Yields
-    ------
-    str
-        One sentence for each fault; none for a whole run.
-
-    """
+def describe_gaps(signals: dict[str, Signal]) -> Iterator[str]:
+    """Yield one sentence for each fault of a recording, by topic; none for a complete run."""
     start = origin(signals)
-    heard = [signal.stamps for signal in signals.values() if signal.stamps]
-    if not heard:
+    present = [signal.stamps for signal in signals.values() if signal.stamps]
+    if not present:
         yield 'no message of the control loop at all'
         return
-    first, last = min(stamps[0] for stamps in heard), max(stamps[-1] for stamps in heard)
+    first, last = min(stamps[0] for stamps in present), max(stamps[-1] for stamps in present)
     if start:
         # nodes on the wall clock live on when the plant has ended, and the plant is there before the curve begins
         first, last = start, (signals['joint_states'].stamps or [last])[-1]
     if not start and first > 0:
         yield f'the recording starts late, at t = {first / 1e9:g} s'
-    for topic in (*FAST, *SLOW):
+    for topic in LOOP_TOPICS:
         stamps = signals[topic].stamps
         if not stamps:
             yield f'no messages on {topic}'
@@ -112,6 +90,7 @@ def problems(signals: dict[str, Signal]) -> Iterator[str]:
 
 
 def _faults(topic: str, stamps: 'array[int]', first: int, last: int, start: int) -> Iterator[str]:
+    """Yield the faults of one topic."""
     usual = period(stamps)
     patience = int(usual * (_LATE_PERIODS if start else 1.5))
     if stamps[0] - first > patience:
@@ -119,7 +98,7 @@ def _faults(topic: str, stamps: 'array[int]', first: int, last: int, start: int)
     if last - stamps[-1] > patience:
         yield f'{topic} ends early, at t = {(stamps[-1] - start) / 1e9:g} s'
     # on the wall clock a node that is late now and then is no fault of the recording
-    found = [gap for gap in gaps(stamps, start) if (gap.end - gap.start) * 1e9 > patience]
+    found = [gap for gap in find_gaps(stamps, start) if (gap.end - gap.start) * 1e9 > patience]
     if found:
         missing = sum(max(1, round((gap.end - gap.start) * 1e9 / usual) - 1) for gap in found)
         widest = max(found, key=lambda gap: gap.end - gap.start)

@@ -12,15 +12,15 @@ from mcap.records import Channel, Chunk, Schema
 from mcap.stream_reader import get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 
-Progress = Callable[[int, int], None]
-"""Told now and then how much has been read, of how much."""
+ProgressCallback = Callable[[int, int], None]
+"""Takes how much has been read, and of how much."""
 _HEAD = struct.Struct('<BQ')
 _MESSAGE = struct.Struct('<HIQQ')
 _FOOTER = struct.Struct('<BQQQI')
 
 
 class BagError(ValueError):
-    """Something that is no bag; the text names it and says what to name instead."""
+    """A path that is no bag; the text names it and says what to name instead."""
 
 
 class Message(NamedTuple):
@@ -48,7 +48,7 @@ class Message(NamedTuple):
 
 class McapStream:
     """
-    Reads an mcap file of any writer, whole or not.
+    Reads an mcap file of any writer, complete or not.
 
     Parameters
     ----------
@@ -61,10 +61,9 @@ class McapStream:
     ----------
     problems : list of str
         What could not be read, in words; complete after the last message.
-
     """
 
-    def __init__(self, path: Path, progress: Progress) -> None:
+    def __init__(self, path: Path, progress: ProgressCallback) -> None:
         self.problems: list[str] = []
         self._path, self._progress = path, progress
         self._schemas: dict[int, str] = {}
@@ -72,23 +71,9 @@ class McapStream:
 
     def messages(self, wanted: Callable[[str], bool]) -> Iterator[Message]:
         """
-        Read the messages in the file's order.
+        Yield every complete message of wanted topics, in the file's order.
 
-        Parameters
-        ----------
-        wanted : callable
-            Says of a topic whether to yield it.
-
-        Yields
-        ------
-        Message
-            Every whole one.
-
-        Raises
-        ------
-        BagError
-            If the file is no mcap file.
-
+        Raises BagError if the file is no mcap file.
         """
         with self._path.open('rb') as file:
             for block in self._blocks(file):
@@ -102,18 +87,11 @@ class McapStream:
                         self._define(opcode, body)
 
     def topics(self) -> list[str]:
-        """
-        List the topics met so far.
-
-        Returns
-        -------
-        list of str
-            In alphabetical order.
-
-        """
+        """List the topics met so far in alphabetical order."""
         return sorted({topic for topic, _ in self._channels.values()})
 
     def _define(self, opcode: int, body: memoryview) -> None:
+        """Note a schema or a channel."""
         if opcode == Opcode.SCHEMA:
             schema = Schema.read(ReadDataStream(io.BytesIO(body)))
             self._schemas[schema.id] = schema.name
@@ -122,7 +100,7 @@ class McapStream:
             self._channels[channel.id] = (channel.topic, self._schemas.get(channel.schema_id, ''))
 
     def _define_from_summary(self, file: BinaryIO, size: int) -> None:
-        """Learn the topics from the file's end, where it has one: the part that introduces them may be damaged."""
+        """Read the topics from the file's end, where it has one: the part that introduces them may be damaged."""
         file.seek(max(0, size - _FOOTER.size - len(MCAP0_MAGIC)))
         footer = file.read()
         if len(footer) == _FOOTER.size + len(MCAP0_MAGIC) and footer.endswith(MCAP0_MAGIC):
@@ -133,7 +111,7 @@ class McapStream:
                     self._define(kind, body)
 
     def _blocks(self, file: BinaryIO) -> Iterator[memoryview]:
-        """Give the records of the data section, those in chunks unpacked."""
+        """Yield the records of the data section, those in chunks unpacked."""
         size = file.seek(0, io.SEEK_END)
         self._define_from_summary(file, size)
         file.seek(0)
@@ -159,8 +137,9 @@ class McapStream:
         self.problems.append(f'the recording was cut off: {self._path.name} has no end, and was read up to there')
 
     def _unpacked(self, chunk: bytes, whole: bool) -> memoryview:
+        """Return the records of a chunk."""
         try:
-            # of a chunk that was cut off, the messages that came whole are taken
+            # of a chunk that was cut off, the complete messages are taken
             stream, length = get_chunk_data_stream(Chunk.read(ReadDataStream(io.BytesIO(chunk))), validate_crc=whole)
             return memoryview(stream.read(length))
         except Exception as error:
@@ -170,7 +149,7 @@ class McapStream:
 
 
 def _records(block: memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Give operation code and content of every whole record."""
+    """Yield operation code and content of every complete record."""
     at = 0
     while at + _HEAD.size <= len(block):
         opcode, length = _HEAD.unpack_from(block, at)

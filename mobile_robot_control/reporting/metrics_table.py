@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration import Configuration
-from mobile_robot_control.parameters import flatten
-from mobile_robot_control.reporting.page import table
+from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.run_reading import RecordedRun
 
 
@@ -71,7 +71,7 @@ ROWS = (
 _FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _of('initial_wheel_torque', wheel)) for wheel in ('right', 'left'))
 
 
-def number(value: float | None) -> str:
+def four_digits(value: float | None) -> str:
     """
     Write a number with four significant digits.
 
@@ -98,7 +98,7 @@ def _comparable(runs: Sequence[RecordedRun]) -> list[bool]:
 
 def _marked(values: Sequence[float | None], comparable: Sequence[bool], unit: str) -> list[str]:
     rivals = [value for value, fair in zip(values, comparable, strict=True) if fair and value is not None]
-    texts = [number(value) + (f' {unit}' if unit and value is not None else '') for value in values]
+    texts = [four_digits(value) + (f' {unit}' if unit and value is not None else '') for value in values]
     if len(rivals) < 2:
         return texts
     return [f'<span class="best">★ {text}</span>' if fair and value == min(rivals) else text
@@ -122,17 +122,17 @@ def metrics_table(runs: Sequence[RecordedRun]) -> str:
     """
     fair = _comparable(runs)
     rows = [['outcome', *(escape(str(run.metrics.get('outcome', 'not measured'))) for run in runs)],
-            ['duration', *(f'{number(run.metrics.get("duration"))} s' for run in runs)]]
+            ['duration', *(f'{four_digits(run.metrics.get("duration"))} s' for run in runs)]]
     for row in ROWS:
         rows.append([row.label, *_marked([row.value(run.metrics) for run in runs], fair, row.unit)])
     if len(runs) > 1:
         rows.append(['peak torque against the least', *_ratios(runs, fair)])
     for row in _FACTS:
-        rows.append([row.label, *(f'{number(row.value(run.metrics))} {row.unit}' for run in runs)])
+        rows.append([row.label, *(f'{four_digits(row.value(run.metrics))} {row.unit}' for run in runs)])
     for n, (label, unit) in enumerate((('x', 'm'), ('y', 'm'), ('heading', 'rad'))):
         rows.append([f'final {label}', *(_part(run.metrics.get('final_pose'), n, unit) for run in runs)])
     note = '<p class="soft">★ marks the best of the runs that went to their end.</p>' if len(runs) > 1 else ''
-    return table(['', *(run.name for run in runs)], rows) + note
+    return html_table(['', *(run.name for run in runs)], rows) + note
 
 
 def _part(pose: Sequence[float | None] | None, place: int, unit: str) -> str:
@@ -170,8 +170,8 @@ def configuration_table(runs: Sequence[RecordedRun]) -> str:
     rows = [[f'<code>{escape(name)}</code>', *(escape(column.get(name, '–')) for column in columns)] for name in names]
     differing = [row for row in rows if len(set(row[1:])) > 1]
     head = ['parameter', *known]
-    parts = [table(head, differing)] if differing else []
-    parts.append(f'<details><summary>All {len(rows)} parameters</summary>{table(head, rows)}</details>')
+    parts = [html_table(head, differing)] if differing else []
+    parts.append(f'<details><summary>All {len(rows)} parameters</summary>{html_table(head, rows)}</details>')
     return '\n'.join(parts)
 
 

@@ -118,7 +118,7 @@ def grid(figures: Iterable[str]) -> str:
     return '<div class="grid">\n' + '\n'.join(figures) + '\n</div>'
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool = True) -> str:
+def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool = True) -> str:
     """
     Make a table that scrolls by itself where it is wider than the page.
 

@@ -5,9 +5,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration import NODES, Shared
-from mobile_robot_control.fields import Declaration, bounds
-from mobile_robot_control.parameters import declarations
+from mobile_robot_control.parameters.declaration import Declaration, declarations
+from mobile_robot_control.parameters.nodes import NODES, Shared
+from mobile_robot_control.parameters.values import describe_bounds
 
 _END = '<!-- end of parameters -->'
 
@@ -25,7 +25,8 @@ def _row(declared: Declaration) -> str:
     field = declared.field
     unit = f' {field.unit}' if field.unit else ''
     live = ' *' if field.live else ''
-    return f'| `{declared.name}`{live} | {_written(declared.default)}{unit} | {field.description} | {bounds(field)} |'
+    return (f'| `{declared.name}`{live} | {_written(declared.default)}{unit} | {field.description} | '
+            f'{describe_bounds(field)} |')
 
 
 def _table(title: str, declared: dict[str, Declaration]) -> str:
@@ -54,7 +55,7 @@ def tables(node: str = '') -> str:
     return own[node] if node else '\n\n'.join([_table('all nodes', shared), *own.values()])
 
 
-def insert(text: str) -> str:
+def insert_parameters(text: str) -> str:
     """
     Put the tables into a text, between its marks.
 
@@ -79,4 +80,4 @@ def insert(text: str) -> str:
 if __name__ == '__main__':
     for file in sys.argv[1:]:
         path = Path(file)
-        path.write_text(insert(path.read_text(encoding='utf-8')), encoding='utf-8')
+        path.write_text(insert_parameters(path.read_text(encoding='utf-8')), encoding='utf-8')

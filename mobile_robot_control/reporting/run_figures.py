@@ -83,7 +83,7 @@ def _distance(series: Series) -> Line:
     return Line(ahead.time, 100.0 * np.hypot(ahead.value, aside.value))
 
 
-FIGURES = (
+RUN_FIGURES = (
     RunFigure('path', 'Path', 'The robot against the cart that it follows; triangles point ahead, evenly in time.',
               draw_path),
     RunFigure('position', 'Position', 'Both coordinates over time, the reference grey beneath.', _panels(POSITION)),

@@ -6,13 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration import Configuration
-from mobile_robot_control.recording import bag, gaps, table
-from mobile_robot_control.recording.mcap_stream import BagError, Progress
-from mobile_robot_control.recording.signals import Collector, Signal, joined, origin
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.recording import bag_reader, csv_table, gaps
+from mobile_robot_control.recording.collector import Collector
+from mobile_robot_control.recording.joining import joined
+from mobile_robot_control.recording.mcap_stream import BagError, ProgressCallback
+from mobile_robot_control.recording.signals import Signal, origin
 from mobile_robot_control.reporting.series import Series
-from mobile_robot_control.simulation.closed_loop import is_complete
 from mobile_robot_control.simulation.metrics import RunMeter, summary
+from mobile_robot_control.simulation.rollout import is_complete
 
 _MOMENT = 0.5
 """[s]"""
@@ -92,13 +94,13 @@ def _companion(run: Path, ending: str) -> Path | None:
     return file if file.is_file() else None
 
 
-def _from_csv(path: Path, progress: Progress) -> tuple[dict[str, Signal], list[str]]:
+def _from_csv(path: Path, progress: ProgressCallback) -> tuple[dict[str, Signal], list[str]]:
     collector = Collector()
     size = path.stat().st_size
     with path.open('rb') as file:
         try:
-            rows = table.Rows(io.TextIOWrapper(file, encoding='utf-8', newline=''))
-        except table.NotATableError as error:
+            rows = csv_table.Rows(io.TextIOWrapper(file, encoding='utf-8', newline=''))
+        except csv_table.NotATableError as error:
             raise UnreadableRunError(f'{path}: {error}') from error
         for count, sample in enumerate(rows):
             if count % 5000 == 0:
@@ -106,12 +108,12 @@ def _from_csv(path: Path, progress: Progress) -> tuple[dict[str, Signal], list[s
             collector.add_sample(sample)
     progress(size, size)
     left_out = [f'{count} rows left out: {reason}' for reason, count in rows.left_out.items()]
-    return collector.signals, [*left_out, *gaps.problems(collector.signals)]
+    return collector.signals, [*left_out, *gaps.describe_gaps(collector.signals)]
 
 
-def _from_bag(path: Path, namespace: str, progress: Progress) -> tuple[dict[str, Signal], list[str]]:
+def _from_bag(path: Path, namespace: str, progress: ProgressCallback) -> tuple[dict[str, Signal], list[str]]:
     try:
-        recording = bag.read(path, namespace, progress)
+        recording = bag_reader.read_bag(path, namespace, progress)
     except BagError as error:
         raise UnreadableRunError(str(error)) from error
     return recording.signals, list(recording.problems)
@@ -150,8 +152,8 @@ def _measured(
     return metrics, [f'the recording ends at t = {meter.last.time:g} s of {asked:g} s'] if broken else []
 
 
-def read(
-    path: Path, name: str, namespace: str, configure: Configure, progress: Progress, outcome: str | None = None
+def read_run(
+    path: Path, name: str, namespace: str, configure: Configure, progress: ProgressCallback, outcome: str | None = None
 ) -> RecordedRun:
     """
     Read and measure a run; nothing that is read is changed.

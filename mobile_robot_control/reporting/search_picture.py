@@ -14,7 +14,7 @@ from mobile_robot_control.tuning.search import Generation
 _REFERENCE, _COLORS = '#999999', ('#D55E00', '#0072B2')
 
 
-def draw(history: Sequence[Generation], loops: Mapping[str, Sequence[Sample]], title: str, file: Path) -> None:
+def draw_search(history: Sequence[Generation], loops: Mapping[str, Sequence[Sample]], title: str, file: Path) -> None:
     """
     Draw a search.
 

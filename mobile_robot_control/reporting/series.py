@@ -4,10 +4,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from mobile_robot_control.recording import signals as recorded
-from mobile_robot_control.recording.signals import COLUMNS, Collector, Signal
+from mobile_robot_control.recording.collector import Collector
+from mobile_robot_control.recording.signals import Signal, origin
 from mobile_robot_control.reporting.lines import Floats, Line
 from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.topics import LOOP_TOPICS
 
 
 class Series:
@@ -30,7 +31,7 @@ class Series:
 
     def __init__(self, signals: dict[str, Signal]) -> None:
         self.signals = signals
-        self.origin = recorded.origin(signals)
+        self.origin = origin(signals)
 
     def line(self, topic: str, column: str) -> Line:
         """
@@ -39,7 +40,7 @@ class Series:
         Parameters
         ----------
         topic, column : str
-            Of COLUMNS.
+            Of LOOP_TOPICS.
 
         Returns
         -------
@@ -47,7 +48,7 @@ class Series:
             Empty for a silent topic.
 
         """
-        names = COLUMNS[topic]
+        names = LOOP_TOPICS[topic].columns
         signal = self.signals[topic]
         values = np.frombuffer(signal.values, dtype=np.float64).reshape(-1, len(names))
         return Line(self.time(topic), values[:, names.index(column)])
@@ -59,7 +60,7 @@ class Series:
         Parameters
         ----------
         topic : str
-            Of COLUMNS.
+            Of LOOP_TOPICS.
 
         Returns
         -------
@@ -90,7 +91,7 @@ class Series:
         for topic, signal in self.signals.items():
             count = int(np.searchsorted(self.time(topic), end, side='right'))
             cut[topic] = Signal(signal.stamps[:count], signal.received[:count],
-                                signal.values[:count * len(COLUMNS[topic])])
+                                signal.values[:count * len(LOOP_TOPICS[topic].columns)])
         return Series(cut)
 
     def headings(self) -> tuple[Line, Line]:

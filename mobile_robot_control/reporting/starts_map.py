@@ -32,7 +32,7 @@ class Start(NamedTuple):
     success: bool
 
 
-def draw(controllers: Mapping[str, Sequence[Start]], file: Path) -> None:
+def draw_starts_map(controllers: Mapping[str, Sequence[Start]], file: Path) -> None:
     """
     Draw a map for each controller.
 

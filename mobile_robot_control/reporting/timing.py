@@ -6,15 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from mobile_robot_control.recording.gaps import gaps
+from mobile_robot_control.recording.gaps import find_gaps
 from mobile_robot_control.reporting.lines import Floats, Line
-from mobile_robot_control.reporting.page import table
+from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.panels import Named, Panel, over_time
 from mobile_robot_control.reporting.series import Series
-
-ANSWERS = (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques'))
-"""Question and answer on the way around the loop."""
-_TOPICS = ('joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error')
+from mobile_robot_control.topics import ANSWERS, LOOP_TOPICS
 
 
 def timed(series: Series) -> bool:
@@ -89,7 +86,7 @@ def latency(series: Series, question: str, answer: str) -> Line:
     return Line(series.time(answer)[fits], 1e3 * (answered[fits] - asked[place][fits]))
 
 
-class Spread(NamedTuple):
+class Quantiles(NamedTuple):
     """Median, 99 % quantile and maximum of a number of values."""
 
     median: float
@@ -97,7 +94,7 @@ class Spread(NamedTuple):
     largest: float
 
 
-def spread(values: Floats) -> Spread | None:
+def quantiles(values: Floats) -> Quantiles | None:
     """
     Sum up values.
 
@@ -114,7 +111,7 @@ def spread(values: Floats) -> Spread | None:
     """
     if not values.size:
         return None
-    return Spread(float(np.median(values)), float(np.quantile(values, 0.99)), float(values.max()))
+    return Quantiles(float(np.median(values)), float(np.quantile(values, 0.99)), float(values.max()))
 
 
 def draw_intervals(runs: Sequence[Named]) -> Figure:
@@ -175,18 +172,18 @@ def timing_table(series: Series) -> str:
 
     """
     rows = []
-    for topic in _TOPICS:
+    for topic in LOOP_TOPICS:
         count = len(series.signals[topic].stamps)
-        silences = len(gaps(series.signals[topic].stamps, series.origin))
-        rows.append([f'<code>{topic}</code>', str(count), *_written(spread(intervals(series, topic).value)),
+        silences = len(find_gaps(series.signals[topic].stamps, series.origin))
+        rows.append([f'<code>{topic}</code>', str(count), *_written(quantiles(intervals(series, topic).value)),
                      str(silences)])
-    between = table(['every', 'messages', 'median', '99 %', 'longest', 'gaps by stamp'], rows)
-    answers = table(['from question to answer', 'median', '99 %', 'longest'], [
+    between = html_table(['every', 'messages', 'median', '99 %', 'longest', 'gaps by stamp'], rows)
+    answers = html_table(['from question to answer', 'median', '99 %', 'longest'], [
         [f'<code>{question}</code> → <code>{answer}</code>',
-         *_written(spread(latency(series, question, answer).value))] for question, answer in ANSWERS
+         *_written(quantiles(latency(series, question, answer).value))] for question, answer in ANSWERS
     ])
     return between + answers
 
 
-def _written(found: Spread | None) -> list[str]:
+def _written(found: Quantiles | None) -> list[str]:
     return ['–'] * 3 if found is None else [f'{value:.3g} ms' for value in found]

@@ -1,4 +1,4 @@
-"""A process that must end, whatever a library still waits for."""
+"""A deadline for the end of a process, whatever a library still waits for."""
 
 import ctypes
 import sys
@@ -24,18 +24,10 @@ class _Times(ctypes.Structure):
 @contextmanager
 def exit_after(seconds: int, code: int) -> Iterator[None]:
     """
-    End the process with an exit code if what is done here takes too long.
+    End the process with an exit code if the block takes longer than so many seconds of wall time.
 
-    Python's own threads and signal handlers would not do: whoever hangs in a library may hold the interpreter's lock.
-    On systems other than Linux nothing is ended.
-
-    Parameters
-    ----------
-    seconds : int
-        Wall time [s].
-    code : int
-        Exit code.
-
+    Python's own threads and signal handlers would not do: a call that hangs in a library may hold the interpreter's
+    lock. On systems other than Linux nothing is ended.
     """
     sys.stdout.flush()
     sys.stderr.flush()

@@ -1,4 +1,4 @@
-"""What a node says of itself on /diagnostics, once a second."""
+"""The diagnostics of a node, published on /diagnostics once a second."""
 
 import math
 import time
@@ -8,21 +8,21 @@ from typing import NamedTuple, Protocol
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from mobile_robot_control.ros.border import Border
-from mobile_robot_control.ros.peers import Peers
+from mobile_robot_control.ros.input_monitor import InputMonitor
+from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.qos import flush
-from mobile_robot_control.ros.timers import every
+from mobile_robot_control.ros.timers import create_steady_timer
 
-LISTENERS = 'listeners of '
-"""What stands before a topic in the key of how many the node has found that listen to it."""
+SUBSCRIBERS_KEY = 'listeners of '
+"""Before a topic, in the key of how many subscriptions to it the node has found."""
 _PERIOD = 1.0
 _OFTEN_SATURATED = 0.1
-"""Share of steps at a torque limit from which on it is worth a warning."""
+"""Share of steps at a torque limit above which the node warns."""
 
 
 class Condition(NamedTuple):
     """
-    How a node is.
+    The condition of a node.
 
     Attributes
     ----------
@@ -41,97 +41,73 @@ class Condition(NamedTuple):
     waits_for: Sequence[str] = ()
 
 
-class Clockwork(Protocol):
-    """What may come late: Pace in lockstep, Ticker on the wall clock."""
+class OverrunCounter(Protocol):
+    """What may come late: LockstepPacer in lockstep, FixedRateTimer on the wall clock."""
 
     overruns: int
 
 
 class Diagnostics:
     """
-    Counts a node's steps and publishes how it is.
+    Counts a node's steps and publishes its condition.
 
     Parameters
     ----------
     node : Node
         Whose diagnostics.
-    border : Border
-        Counts what the node refuses.
-    peers : Peers
-        Knows the ages of its inputs.
-    clockwork : Clockwork or None
-        Counts what came late, where the node keeps a pace of its own.
+    validator : InputValidator
+        Counts refused messages.
+    monitor : InputMonitor
+        Has the ages of the inputs.
+    pace : OverrunCounter or None
+        Where the node keeps a pace of its own.
     override : callable
-        Gives a Condition that only the node itself knows, or None.
+        Returns a Condition that only the node itself can know, or None.
 
     """
 
     def __init__(
-        self, node: Node, border: Border, peers: Peers, clockwork: Clockwork | None,
+        self, node: Node, validator: InputValidator, monitor: InputMonitor, pace: OverrunCounter | None,
         override: Callable[[], Condition | None] = lambda: None,
     ) -> None:
-        self._node, self._border, self._peers = node, border, peers
-        self._clockwork, self._override = clockwork, override
+        self._node, self._validator, self._monitor = node, validator, monitor
+        self._pace, self._override = pace, override
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._refused_before = self._overruns_before = 0
         self._ever_stepped = False
         self._stopped: list[str] = []
         self._last_step = math.nan
-        self._begin()
-        every(_PERIOD, self._report, node)
+        self._begin_period()
+        create_steady_timer(_PERIOD, self._report, node)
 
-    def _begin(self) -> None:
+    def _begin_period(self) -> None:
         self._intervals: list[float] = []
-        self._ages: dict[str, list[float]] = {topic: [] for topic in self._peers.sources}
+        self._ages: dict[str, list[float]] = {topic: [] for topic in self._monitor.sources}
         self._steps = self._saturated = 0
 
-    def stepped(self, saturated: bool = False) -> None:
-        """
-        Note a step of the node with its newest inputs.
-
-        Parameters
-        ----------
-        saturated : bool
-            Whether a torque limit bound.
-
-        """
+    def note_step(self, saturated: bool = False) -> None:
+        """Note a step with the newest inputs, and whether a torque limit was reached."""
         now = time.monotonic()
-        # the first step has no predecessor, and NaN is not above or equal to anything
+        # before the first step the last one is NaN, which is not above or equal to anything
         if now >= self._last_step:
             self._intervals.append(now - self._last_step)
         self._last_step = now
         for topic, ages in self._ages.items():
-            ages.append(self._peers.age(topic))
+            ages.append(self._monitor.age(topic))
         self._steps += 1
         self._saturated += saturated
         self._ever_stepped, self._stopped = True, []
 
-    def stopped(self, *topics: str) -> None:
-        """
-        Note that the node stops the robot because inputs are silent.
-
-        Parameters
-        ----------
-        topics : str
-            The silent ones.
-
-        """
-        self._stopped = [self._peers.sources[topic] for topic in topics]
+    def note_stop(self, *topics: str) -> None:
+        """Note that the node stops the robot because these inputs are silent."""
+        self._stopped = [self._monitor.sources[topic] for topic in topics]
 
     def condition(self) -> Condition:
-        """
-        Judge how the node is.
-
-        Returns
-        -------
-        Condition
-            From the steps, refusals and silences since the last report.
-
-        """
+        """Return the condition, from the steps, refusals and silences since the last report."""
         override = self._override()
         if override is not None:
             return override
-        missing = self._peers.missing()
+        missing = self._monitor.missing()
         if not self._ever_stepped:
             return Condition(DiagnosticStatus.STALE, 'waiting', missing)
         if self._stopped:
@@ -140,34 +116,24 @@ class Diagnostics:
             return Condition(DiagnosticStatus.ERROR if missing else DiagnosticStatus.WARN, 'waiting', missing)
         wrong = (
             bool(missing)
-            or self._border.refused.total() > self._refused_before
+            or self._validator.refused.total() > self._refused_before
             or self._overruns() > self._overruns_before
             or self._saturated > _OFTEN_SATURATED * self._steps
         )
         return Condition(DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK, 'running', missing)
 
     def _overruns(self) -> int:
-        return self._clockwork.overruns if self._clockwork is not None else 0
+        return self._pace.overruns if self._pace is not None else 0
 
     def end(self, level: bytes = DiagnosticStatus.OK, state: str = 'ended') -> None:
-        """
-        Publish the last report of a node that ends, and wait until it has arrived.
-
-        Parameters
-        ----------
-        level : bytes
-            One of DiagnosticStatus.
-        state : str
-            In a word.
-
-        """
+        """Publish the last report of a node that ends, and wait until it has arrived."""
         self._publish(Condition(level, state))
         flush(self._publisher)
 
     def _report(self) -> None:
         self._publish(self.condition())
-        self._refused_before, self._overruns_before = self._border.refused.total(), self._overruns()
-        self._begin()
+        self._refused_before, self._overruns_before = self._validator.refused.total(), self._overruns()
+        self._begin_period()
 
     def _publish(self, condition: Condition) -> None:
         name = self._node.get_fully_qualified_name().lstrip('/')
@@ -181,26 +147,24 @@ class Diagnostics:
         self._publisher.publish(array)
 
     def _values(self, condition: Condition) -> dict[str, object]:
-        refused = self._border.refused
+        """Return the numbers of the report by key."""
+        refused = self._validator.refused
         values: dict[str, object] = {
             'state': condition.state, 'waits for': ', '.join(condition.waits_for), 'steps': self._steps,
-            'overruns': self._overruns(), 'saturation share': _share(self._saturated, self._steps),
+            'overruns': self._overruns(),
+            'saturation share': f'{self._saturated / self._steps:.3f}' if self._steps else '0.000',
             'refused': refused.total(), **{f'refused {reason}': count for reason, count in sorted(refused.items())},
         }
         for publisher in self._node.publishers:
-            values[LISTENERS + publisher.topic_name] = publisher.get_subscription_count()
+            values[SUBSCRIBERS_KEY + publisher.topic_name] = publisher.get_subscription_count()
         if self._intervals:
             values['period mean [s]'] = f'{sum(self._intervals) / len(self._intervals):.6f}'
             values['period max [s]'] = f'{max(self._intervals):.6f}'
         for topic, ages in self._ages.items():
-            values[f'{topic} age now [s]'] = f'{self._peers.age(topic):.6f}'
+            values[f'{topic} age now [s]'] = f'{self._monitor.age(topic):.6f}'
             if ages:
                 ages.sort()
                 values[f'{topic} age median [s]'] = f'{ages[len(ages) // 2]:.6f}'
                 values[f'{topic} age 99 % [s]'] = f'{ages[len(ages) * 99 // 100]:.6f}'
                 values[f'{topic} age max [s]'] = f'{ages[-1]:.6f}'
         return values
-
-
-def _share(part: int, whole: int) -> str:
-    return f'{part / whole:.3f}' if whole else '0.000'

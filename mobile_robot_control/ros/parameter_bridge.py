@@ -1,23 +1,25 @@
 """Declared parameters as ROS parameters: declared, described, checked as a whole."""
 
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.node import Node
 
-from mobile_robot_control.fields import Declaration, bounds
-from mobile_robot_control.parameter_files import is_declared, not_ours
-from mobile_robot_control.parameters import build, declarations
+from mobile_robot_control.parameters.checking import build
+from mobile_robot_control.parameters.declaration import Declaration, declarations
+from mobile_robot_control.parameters.files import is_declared, is_ros_parameter
+from mobile_robot_control.parameters.values import describe_bounds
 
 Group = TypeVar('Group')
 
 
 def _descriptor(declared: Declaration) -> ParameterDescriptor:
+    """Return unit, bounds and whether it is read-only, as `ros2 param describe` shows them."""
     field = declared.field
     unit = f' [{field.unit}]' if field.unit else ''
     descriptor = ParameterDescriptor(
         description=field.description + unit,
-        additional_constraints=bounds(field),
+        additional_constraints=describe_bounds(field),
         read_only=not field.live,
     )
     # ROS ranges include both ends and hold for single numbers only
@@ -26,40 +28,22 @@ def _descriptor(declared: Declaration) -> ParameterDescriptor:
     return descriptor
 
 
-def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
-
-
 def declare(node: Node, group: type[Group]) -> Group:
     """
-    Declare the parameters of a group on a node and read what it was started with.
+    Declare the parameters of a group on a node that was made without parameter services.
 
-    Parameters
-    ----------
-    node : Node
-        Freshly made, without parameter services.
-    group : type
-        The declared NamedTuple.
-
-    Returns
-    -------
-    group
-        Checked values; whole numbers serve where a float belongs.
-
-    Raises
-    ------
-    ParameterError
-        Naming every violation at once.
-
+    Returns the values that it was started with, checked; whole numbers serve where a float belongs. Raises
+    ParameterError naming every violation at once.
     """
     # rclpy has no public access to what a node was started with before it is declared
     overrides = {name: parameter.value for name, parameter in node._parameter_overrides.items()}
     values = build(group, {name: value for name, value in overrides.items() if not _foreign(name, group)})
     for name, declared in declarations(group, defaults=values).items():
-        node.declare_parameter(name, _plain(declared.default), _descriptor(declared), ignore_override=True)
+        value = list(declared.default) if declared.kind is tuple else declared.default
+        node.declare_parameter(name, value, _descriptor(declared), ignore_override=True)
     return values
 
 
 def _foreign(name: str, group: type) -> bool:
-    """Say whether a parameter is ROS's own or, written under '/**', another node's of ours."""
-    return not_ours(name) or (name not in declarations(group) and is_declared(name))
+    """Return whether a parameter is ROS's own or, written under '/**', another node's of ours."""
+    return is_ros_parameter(name) or (name not in declarations(group) and is_declared(name))

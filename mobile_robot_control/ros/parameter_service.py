@@ -1,4 +1,4 @@
-"""The parameter services of a node: what is asked is taken as it stands or refused by name, whatever was sent."""
+"""The parameter services of a node: each change is applied whole or refused by name, whatever was sent."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -11,16 +11,17 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
-from mobile_robot_control.fields import nearest
-from mobile_robot_control.parameter_files import not_ours
-from mobile_robot_control.parameters import ParameterError, build, declarations
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.parameters.files import is_ros_parameter
+from mobile_robot_control.parameters.values import nearest
 
 _TYPES = [kind.value for kind in Parameter.Type]
 
 
 class CheckedParameterService(ParameterService):
     """
-    Takes the place of rclpy's own, which ends the node at a type that does not exist and forgets names in its reasons.
+    Replaces rclpy's own, which ends the node at a type that does not exist and omits names from its reasons.
 
     `set_parameters` applies a call whose values are right together as one change, so that the order within the call
     does not matter; otherwise, as ROS has it, each parameter by itself. `set_parameters_atomically` applies all or
@@ -62,7 +63,7 @@ class CheckedParameterService(ParameterService):
         violations = self._violations(asked)
         if violations:
             return SetParametersResult(successful=False, reason='; '.join(violations))
-        # converted and applied here, not in rclpy's callbacks before and after a change, which Humble does not have
+        # converted and applied here and not in rclpy's callbacks around a change, which Humble does not have
         result = self._get_node().set_parameters_atomically([self._converted(one) for one in asked])
         if not result.successful:
             result.reason = f'{", ".join(one.name for one in asked)}: {result.reason}'
@@ -71,7 +72,7 @@ class CheckedParameterService(ParameterService):
         return result
 
     def _converted(self, message: Any) -> Parameter[Any]:
-        """Make whole numbers floats where a float is declared, as in a YAML file."""
+        """Return a parameter, as float where a float is declared and a whole number was sent."""
         parameter = Parameter.from_parameter_msg(message)
         kind = self._declared[parameter.name].kind if parameter.name in self._declared else None
         if kind is float and parameter.type_ is Parameter.Type.INTEGER:
@@ -81,10 +82,11 @@ class CheckedParameterService(ParameterService):
         return parameter
 
     def _current(self) -> dict[str, Any]:
+        """Return the present value of each declared parameter."""
         return {name: self._get_node().get_parameter(name).value for name in self._declared}
 
     def _violations(self, asked: Sequence[Any]) -> list[str]:
-        """List everything that is wrong with a call; nothing changes."""
+        """List every violation in a call; nothing changes."""
         formal = {message.name: found for message in asked for found in self._formal(message)}
         times = Counter(message.name for message in asked)
         repeated = [f'{name} is given {count} times; give it once' for name, count in times.items() if count > 1]
@@ -98,18 +100,18 @@ class CheckedParameterService(ParameterService):
 
     @staticmethod
     def _named(violations: Iterable[str], changed: Iterable[str]) -> Iterator[str]:
-        """Say at a rule between parameters which of them was to change, where the rule itself does not."""
+        """Name the parameters that were to change, where a rule between parameters does not."""
         names = list(changed)
         for violation in violations:
             yield violation if any(name in violation for name in names) else f'{", ".join(names)}: {violation}'
 
     def _formal(self, message: Any) -> Iterator[str]:
-        """Yield what is wrong with a parameter whatever its value."""
+        """Yield the violations of one parameter that do not depend on its value."""
         name, declared = message.name, self._declared.get(message.name)
         if message.value.type not in _TYPES:
             yield f"'{name}' is of type {message.value.type}, which is none of ROS 2"
         elif declared is None:
-            if not (not_ours(name) and self._get_node().has_parameter(name)):
+            if not (is_ros_parameter(name) and self._get_node().has_parameter(name)):
                 yield f"unknown parameter '{name}'; {nearest(name, self._declared)}"
         elif not declared.field.live:
             yield f'{name} is read-only while the node runs; write it into a parameter file and start the node again'

@@ -2,22 +2,26 @@
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
 
-from mobile_robot_control.configuration import PlantParameters, period_nanoseconds
+from mobile_robot_control.messages.parsing import read_torque
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.imperfections import driven, empty_line
+from mobile_robot_control.model.actuators import empty_line
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.plant import actuated_step
+from mobile_robot_control.parameters.nodes import PlantParameters
 from mobile_robot_control.quantities import Pose, WheelTorque
-from mobile_robot_control.readings import read_torque
-from mobile_robot_control.ros.border import Border, Gate, reader
 from mobile_robot_control.ros.diagnostics import Condition, Diagnostics
-from mobile_robot_control.ros.lockstep import Pace, Turn
+from mobile_robot_control.ros.input_monitor import InputMonitor
+from mobile_robot_control.ros.input_validation import InputValidator, make_reader
+from mobile_robot_control.ros.pacing import FixedRateTimer, LockstepPacer
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.parameter_service import CheckedParameterService
-from mobile_robot_control.ros.peers import Peers, Witness
-from mobile_robot_control.ros.plant_topics import PlantTopics
-from mobile_robot_control.ros.qos import NEWEST
-from mobile_robot_control.ros.wall_clock import ClockGate, Ticker
+from mobile_robot_control.ros.plant_publishers import PlantPublishers
+from mobile_robot_control.ros.qos import subscribe_to
+from mobile_robot_control.ros.stall_detector import StallDetector
+from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy, StampDecision, StampPolicy, WallClockStampPolicy
+from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.topics import inputs_of
 
 _NO_TORQUE = WheelTorque(0.0, 0.0)
 
@@ -40,30 +44,30 @@ class Plant(Node):
         self.exit_code: int | None = None
         self._period, self._position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
         self._steps = round(self._values.duration * shared.velocity_rate)
-        self._sampled = dynamics.sample(shared.robot, 1.0 / shared.velocity_rate, self._values.centripetal_coupling)
+        self._discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, self._values.centripetal_coupling)
         self._state = dynamics.at_rest(Pose(*self._values.initial_pose))
         self._applied = self._torque = _NO_TORQUE
         self._line = empty_line(self._values.imperfections.delay)
         self._k = 0  # steps so far
-        self._topics = PlantTopics(self, self._values)
-        self._witness = Witness(self, shared.peer_timeout)
-        sources = {} if shared.lockstep else {'wheel_torques': 'velocity_controller'}  # there the witness knows
-        self._peers = Peers(self, sources, shared.peer_timeout)
-        self._border = Border(self, self._peers)
-        self._read = reader(JointState, read_torque)
-        self._pace: Pace | None = None
-        self._gate: Gate
+        self._plant_publishers = PlantPublishers(self, self._values)
+        self._stall_detector = StallDetector(self, shared.peer_timeout)
+        # in lockstep the stall detector names who is missing
+        self._monitor = InputMonitor(self, {} if shared.lockstep else inputs_of('plant'), shared.peer_timeout)
+        self._validator = InputValidator(self, self._monitor)
+        self._read = make_reader('wheel_torques', read_torque)
+        self._pacer: LockstepPacer | None = None
+        self._policy: StampPolicy
         if shared.lockstep:
-            factor = self._values.real_time_factor
-            self._gate = self._pace = Pace(self, self._period, factor, self._publish, self._repeat)
+            self._policy = answers = AnswerStampPolicy(self._period)
+            self._pacer = LockstepPacer(self, answers, self._values.real_time_factor, self._publish, self._repeat)
         else:
-            self._gate = ClockGate(self, shared.stamp_tolerance)
-        ticker = self._pace or Ticker(self, shared.velocity_rate, self._tick)
-        self._diagnostics = Diagnostics(self, self._border, self._peers, ticker, self._condition)
-        self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST, raw=True)
+            self._policy = WallClockStampPolicy(self.get_clock(), shared.stamp_tolerance)
+        pace = self._pacer or FixedRateTimer(self, shared.velocity_rate, self._tick)
+        self._diagnostics = Diagnostics(self, self._validator, self._monitor, pace, self._condition)
+        subscribe_to(self, 'wheel_torques', self._on_wheel_torques)
         CheckedParameterService(self, PlantParameters, self._change)
-        if self._pace is not None:
-            self._pace.ask(self._now)
+        if self._pacer is not None:
+            self._pacer.ask(self._now)
 
     @property
     def _now(self) -> int:
@@ -72,78 +76,79 @@ class Plant(Node):
 
     @property
     def _held(self) -> bool:
-        """Whether time stands still because somebody wants it so."""
+        """Whether time stands still by `paused` or `hold_at`."""
         return self._values.paused or 0 < round(self._values.hold_at * 1e9) <= self._now
 
     def _change(self, values: PlantParameters) -> None:
         held, self._values = self._held, values
-        if held and not self._held and self._pace is not None:
-            self._pace.remind()
+        if held and not self._held and self._pacer is not None:
+            self._pacer.remind()
 
     def _condition(self) -> Condition | None:
         if self._held:
             return Condition(DiagnosticStatus.OK, 'paused')
-        if self._witness.named:
+        if self._stall_detector.named:
             return Condition(DiagnosticStatus.ERROR if self._now else DiagnosticStatus.STALE, 'waiting',
-                             self._witness.named)
+                             self._stall_detector.named)
         return None
 
     def _publish(self) -> None:
-        """In lockstep: say where the robot is; at position ticks odometry too."""
+        """In lockstep: publish the question, at position ticks with odometry."""
         if self._now % self._position_period == 0:
-            self._topics.publish_odometry(self._now, self._k, self._state)
-        self._topics.publish_joint_states(self._now, self._k, self._state, self._applied)
+            self._plant_publishers.publish_odometry(self._now, self._k, self._state)
+        self._plant_publishers.publish_joint_states(self._now, self._k, self._state, self._applied)
 
     def _repeat(self, silence: float) -> None:
-        """Say the newest of both again, whichever of the others missed it."""
+        """Publish the newest of both again, whichever node missed them."""
         if not self._held:
-            self._witness.stalled(silence, self._now, self._now - self._now % self._position_period)
-        self._topics.repeat_odometry()
-        self._topics.publish_joint_states(self._now, self._k, self._state, self._applied)
+            self._stall_detector.note_silence(silence, self._now, self._now - self._now % self._position_period)
+        self._plant_publishers.repeat_odometry()
+        self._plant_publishers.publish_joint_states(self._now, self._k, self._state, self._applied)
 
     def _on_wheel_torques(self, message: bytes) -> None:
-        admitted = self._border.admit('wheel_torques', message, self._read, self._gate)
-        if admitted is None:
+        valid = self._validator.validate('wheel_torques', message, self._read, self._policy)
+        if valid is None:
             return
-        if admitted.turn is Turn.HOLD:
-            self._torque = admitted.value
-        elif admitted.turn is Turn.STEP and not self._held:
-            self._on_answer(admitted.value)
+        if valid.decision is StampDecision.HOLD:
+            self._torque = valid.value
+        elif valid.decision is StampDecision.STEP and not self._held:
+            self._on_answer(valid.value)
 
     def _on_answer(self, torque: WheelTorque) -> None:
         if self._k == self._steps > 0:
             self.exit_code = 0
             return
         saturated = self._step(torque)
-        if self.exit_code is None and self._pace is not None:
-            self._pace.ask(self._now)
-        # somebody waits for the next question, nobody for the books
-        self._diagnostics.stepped(saturated)
-        self._witness.progressed()
+        if self.exit_code is None and self._pacer is not None:
+            self._pacer.ask(self._now)
+        # publish before updating diagnostics: the other nodes wait for the next question
+        self._diagnostics.note_step(saturated)
+        self._stall_detector.note_progress()
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest torque, or none when it is too old."""
         if self._held:
-            # without odometry a cart that has not begun does not begin either
-            self._topics.publish_joint_states(self.get_clock().now().nanoseconds, self._k, self._state, self._applied)
+            # without odometry a cart that has not begun does not begin
+            self._plant_publishers.publish_joint_states(self.get_clock().now().nanoseconds, self._k, self._state,
+                                                  self._applied)
             return
-        if self._peers.age('wheel_torques') > self._values.torque_timeout:
+        if self._monitor.age('wheel_torques') > self._values.torque_timeout:
             self._torque = _NO_TORQUE
-            self._diagnostics.stopped('wheel_torques')
-        self._diagnostics.stepped(self._step(self._torque))
+            self._diagnostics.note_stop('wheel_torques')
+        self._diagnostics.note_step(self._step(self._torque))
         if self.exit_code is None:
             stamp = self.get_clock().now().nanoseconds
             if self._now % self._position_period == 0:
-                self._topics.publish_odometry(stamp, self._k, self._state)
-            self._topics.publish_joint_states(stamp, self._k, self._state, self._applied)
+                self._plant_publishers.publish_odometry(stamp, self._k, self._state)
+            self._plant_publishers.publish_joint_states(stamp, self._k, self._state, self._applied)
             if self._k == self._steps > 0:
                 self.exit_code = 0
 
     def _step(self, torque: WheelTorque) -> bool:
-        """Step the robot; says whether the motors gave less than they were asked for."""
+        """Step the robot; return whether the motors gave less than was asked for."""
         values = self._values
-        self._state, self._line, acting, self._applied = driven(
-            self._state, self._line, torque, self._k, self._sampled, values.imperfections, values.max_wheel_torque)
+        self._state, self._line, acting, self._applied = actuated_step(
+            self._state, self._line, torque, self._k, self._discrete, values.imperfections, values.max_wheel_torque)
         self._k += 1
         if dynamics.diverged(self._state):
             self.get_logger().fatal(
@@ -159,4 +164,4 @@ class Plant(Node):
             self._diagnostics.end(DiagnosticStatus.ERROR, 'diverged')
         else:
             self._diagnostics.end()
-        self._topics.flush()
+        self._plant_publishers.flush()

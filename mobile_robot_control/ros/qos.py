@@ -1,40 +1,54 @@
-"""Quality of service of the topics, one profile a purpose."""
+"""Quality of service of the topics, and the loop's publishers and subscriptions."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
+import importlib
 import time
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.duration import Duration
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
-NEWEST = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+from mobile_robot_control.topics import LOOP_TOPICS
+
+SUBSCRIBED = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 """
-What the nodes subscribe to loop topics with: reliable, the newest few messages. The loop wants the newest alone, but
-where somebody else talks as well, one of his would push it out before it is taken.
+Of subscriptions to loop topics: reliable, the newest few messages. The loop needs only the newest; but with a depth of
+one, a message from another publisher would replace it before it is taken.
 """
 
-LOOP = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
+PUBLISHED = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 """
-What they publish loop topics with: a slow listener, such as a recorder, can ask again for what it lost. Fast DDS tells
-listeners what they should have after some 200 kB; what everybody has is dropped at once.
+Of publishers on loop topics: a slow subscriber, such as a recorder, can ask again for what it lost. Fast DDS tells
+subscribers what they should have after some 200 kB; what all of them have is dropped at once.
 """
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""What is said once and holds for who comes later."""
+"""Of what is published once and holds for later subscribers too."""
+
+
+def message_class(kind: str) -> Any:
+    """Return the rclpy class of a message type such as 'nav_msgs/msg/Odometry'."""
+    package, _, name = kind.split('/')
+    return getattr(importlib.import_module(f'{package}.msg'), name)
+
+
+def publish_on(node: Node, topic: str) -> Publisher[Any]:
+    """Make a node's publisher on a loop topic."""
+    return node.create_publisher(message_class(LOOP_TOPICS[topic].kind), topic, PUBLISHED)
+
+
+def subscribe_to(node: Node, topic: str, take: Callable[[bytes], None]) -> Subscription[Any]:
+    """Make a node's subscription to a loop topic; messages are taken as bytes."""
+    return node.create_subscription(message_class(LOOP_TOPICS[topic].kind), topic, take, SUBSCRIBED, raw=True)
 
 
 def flush(*publishers: Publisher[Any]) -> None:
-    """
-    Wait, a second at most, until every listener has what was published.
-
-    Parameters
-    ----------
-    publishers : Publisher
-        Of a node that is about to end.
-
-    """
+    """Wait, a second at most, until every subscriber has what a node that is about to end has published."""
     deadline = time.monotonic() + 1.0
     for publisher in publishers:
         publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))

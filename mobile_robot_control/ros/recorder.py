@@ -1,8 +1,7 @@
-"""The recorder: hears every topic of its namespace as serialised messages."""
+"""The recorder: takes every topic of its namespace as serialised messages."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
-import importlib
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -16,35 +15,23 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
-from mobile_robot_control.readings import Refused, serialised_stamp
-from mobile_robot_control.ros.diagnostics import LISTENERS
-from mobile_robot_control.ros.qos import LOOP
-from mobile_robot_control.ros.timers import every
+from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.ros.qos import PUBLISHED, message_class
+from mobile_robot_control.ros.timers import create_steady_timer
+from mobile_robot_control.topics import LOOP_TOPICS, VELOCITY_TOPICS
 
-LOOP_TOPICS = {
-    'odom': 'nav_msgs/msg/Odometry',
-    'joint_states': 'sensor_msgs/msg/JointState',
-    'reference': 'nav_msgs/msg/Odometry',
-    'cmd_vel': 'geometry_msgs/msg/TwistStamped',
-    'tracking_error': 'geometry_msgs/msg/Vector3Stamped',
-    'wheel_torques': 'sensor_msgs/msg/JointState',
-}
-_LISTENERS = {'odom': 3, 'joint_states': 2, 'reference': 2, 'cmd_vel': 2, 'tracking_error': 1, 'wheel_torques': 2}
-"""How many listen to each when all are there: the nodes that need it, and the recorder."""
 _DEPTH = 5000
-_AHEAD = LOOP.depth // 4
+_AHEAD = PUBLISHED.depth // 4
 """Steps that a lockstep run may be ahead of what is recorded."""
+_SHARED = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
+"""Topics that all namespaces have in common."""
 Sink = Callable[[str, str, int, bytes, bool], None]
-
-
-def _message_class(kind: str) -> Any:
-    package, _, name = kind.split('/')
-    return getattr(importlib.import_module(f'{package}.msg'), name)
 
 
 class Recorder(Node):
     """
-    Hands every message of its namespace, and of ROS's own topics, to a sink.
+    Hands every message of its namespace, and of the topics that all namespaces share, to a sink.
 
     Parameters
     ----------
@@ -52,8 +39,8 @@ class Recorder(Node):
         What to record.
     sink : callable
         Takes topic, type, wall time of receipt [ns], CDR, and whether the topic is latched.
-    knows : callable
-        Says whether the sink takes a type.
+    is_known : callable
+        Returns whether the sink takes a type.
 
     Attributes
     ----------
@@ -64,65 +51,41 @@ class Recorder(Node):
 
     """
 
-    def __init__(self, namespace: str, sink: Sink, knows: Callable[[str], bool]) -> None:
+    def __init__(self, namespace: str, sink: Sink, is_known: Callable[[str], bool]) -> None:
         super().__init__('recorder', namespace=namespace, enable_rosout=False)
-        self._sink, self._knows = sink, knows
-        self._heard: dict[str, Any] = {}
-        self._listeners: dict[str, int] = {}
+        self._sink, self._is_known = sink, is_known
+        self._recorded: dict[str, Any] = {}
+        self._subscribers: dict[str, int] = {}
         self.newest: dict[str, int] = {}
         self.received = 0
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
-        self._loop = {self.resolve_topic_name(topic): topic for topic in LOOP_TOPICS}
-        for topic, name in self._loop.items():
-            self._record(topic, LOOP_TOPICS[name], latched=False)
+        self._loop = {self.resolve_topic_name(name): topic for name, topic in LOOP_TOPICS.items()}
+        for resolved, topic in self._loop.items():
+            self._record(resolved, topic.kind, latched=False)
         self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
-        every(0.25, self._discover, self)
+        create_steady_timer(0.25, self._discover, self)
 
-    def rivals(self, ours: int = 0) -> list[str]:
-        """
-        List the loop topics that another robot publishes.
-
-        Parameters
-        ----------
-        ours : int
-            Publishers that each topic should have.
-
-        Returns
-        -------
-        list of str
-            Absolute names of those with more.
-
-        """
+    def topics_of_others(self, ours: int = 0) -> list[str]:
+        """List the loop topics, by absolute name, that have more publishers than ours."""
         return [topic for topic in self._loop if self.count_publishers(topic) > ours]
 
-    def all_hear_each_other(self) -> bool:
+    def all_discovered(self) -> bool:
         """
-        Say whether every node knows of this recorder and of those that it talks to, by what it says of itself.
+        Return whether every node has found its subscribers, this recorder among them, by its own diagnostics.
 
-        Returns
-        -------
-        bool
-            True if so: on the wall clock, where a paused plant is not answered, nothing more will be missed.
-
+        On the wall clock, where a paused plant is not answered, nothing more will be missed from then on.
         """
-        return all(self._listeners.get(topic, 0) >= _LISTENERS[name] for topic, name in self._loop.items())
+        return all(self._subscribers.get(resolved, 0) > len(topic.subscribers)
+                   for resolved, topic in self._loop.items())
 
-    def hears_everything(self) -> bool:
-        """
-        Say whether a message has come on every loop topic.
-
-        Returns
-        -------
-        bool
-            True if so: nothing more will be missed.
-
-        """
+    def has_every_topic(self) -> bool:
+        """Return whether a message has come on every loop topic, so that nothing more will be missed."""
         return set(self.newest) == set(LOOP_TOPICS)
 
-    def let_run(self, period: int = 0) -> Future[Any]:
+    def resume(self, period: int = 0) -> Future[Any]:
         """
-        Tell a paused plant to go on; one that is not discovered yet does not hear it, so say it until it answers.
+        Ask a paused plant to go on. One that is not discovered yet does not receive it: ask until it answers.
 
         Parameters
         ----------
@@ -133,63 +96,62 @@ class Recorder(Node):
         Returns
         -------
         Future
-            Done when the plant has said yes.
+            Done when the plant has accepted.
 
         """
         self._ahead = _AHEAD * period
-        return self._allow(paused=False)
+        return self._set_on_plant(paused=False)
 
-    def _allow(self, **values: float) -> Future[Any]:
+    def _set_on_plant(self, **values: float) -> Future[Any]:
         if self._ahead:
-            self._allowed = self._recorded() + self._ahead
+            self._allowed = self._complete_until() + self._ahead
             values['hold_at'] = self._allowed / 1e9
         answer: Future[Any] = self._plant.call_async(SetParameters.Request(
             parameters=[Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
         ))
         return answer
 
-    def _recorded(self) -> int:
-        """Stamp [ns] up to which every velocity tick is recorded, question and answer."""
-        return min(self.newest.get(topic, 0) for topic in ('joint_states', 'wheel_torques'))
+    def _complete_until(self) -> int:
+        """Return the stamp [ns] up to which every velocity tick is recorded, question and answer."""
+        return min(self.newest.get(topic, 0) for topic in VELOCITY_TOPICS)
 
     def _discover(self) -> None:
-        """Join every topic of the namespace, and those that ROS shares between namespaces."""
+        """Subscribe to every topic of the namespace, and to those that all namespaces share."""
         prefix = self.get_namespace().rstrip('/') + '/'
         for topic, kinds in self.get_topic_names_and_types():
-            shared = topic in ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
-            if topic in self._heard or not (topic.startswith(prefix) or shared):
+            if topic in self._recorded or not (topic.startswith(prefix) or topic in _SHARED):
                 continue
             offers = self.get_publishers_info_by_topic(topic)
             if not offers:
                 continue
             latched = all(offer.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
             reliable = all(offer.qos_profile.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
-            if self._knows(kinds[0]):
+            if self._is_known(kinds[0]):
                 self._record(topic, kinds[0], latched, reliable)
             else:
-                self._heard[topic] = None
+                self._recorded[topic] = None
                 self.get_logger().warning(f'{topic} is not recorded: its type {kinds[0]} is not a common one')
 
-    def _note_listeners(self, diagnostics: DiagnosticArray) -> None:
-        self._listeners.update(
-            (entry.key.removeprefix(LISTENERS), int(entry.value))
+    def _note_subscribers(self, diagnostics: DiagnosticArray) -> None:
+        self._subscribers.update(
+            (entry.key.removeprefix(SUBSCRIBERS_KEY), int(entry.value))
             for status in diagnostics.status for entry in status.values
-            if entry.key.startswith(LISTENERS) and entry.value.isdecimal()
+            if entry.key.startswith(SUBSCRIBERS_KEY) and entry.value.isdecimal()
         )
 
     def _record(self, topic: str, kind: str, latched: bool, reliable: bool = True) -> None:
-        name = self._loop.get(topic)
+        of_loop = self._loop.get(topic)
 
-        def hear(message: bytes) -> None:
+        def take(message: bytes) -> None:
             now = time.time_ns()
-            if name is not None:
+            if of_loop is not None:
                 self.received = now
-                with suppress(Refused):
-                    self.newest[name] = serialised_stamp(message)
-                if self._ahead and self._recorded() > self._allowed - self._ahead // 2:
-                    self._allow()
+                with suppress(RefusedMessageError):
+                    self.newest[of_loop.name] = serialised_stamp(message)
+                if self._ahead and self._complete_until() > self._allowed - self._ahead // 2:
+                    self._set_on_plant()
             elif topic == '/diagnostics':
-                self._note_listeners(deserialize_message(message, DiagnosticArray))
+                self._note_subscribers(deserialize_message(message, DiagnosticArray))
             self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(
@@ -197,4 +159,4 @@ class Recorder(Node):
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         )
-        self._heard[topic] = self.create_subscription(_message_class(kind), topic, hear, quality, raw=True)
+        self._recorded[topic] = self.create_subscription(message_class(kind), topic, take, quality, raw=True)

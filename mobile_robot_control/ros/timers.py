@@ -1,4 +1,4 @@
-"""Timers by the steady clock, which nobody sets."""
+"""Timers by the steady clock, which is never set."""
 
 import inspect
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from rclpy.timer import Timer
 
 
 class _Callback:
-    """Tells its signature at once: rclpy asks for it at every call, and to find it takes as long as a step."""
+    """Has its signature at hand: rclpy asks for it at every call, and finding it takes as long as a step."""
 
     __signature__ = inspect.Signature()
 
@@ -22,23 +22,6 @@ class _Callback:
         self._function()
 
 
-def every(seconds: float, function: Callable[[], Any], node: Node) -> Timer:
-    """
-    Call a function again and again.
-
-    Parameters
-    ----------
-    seconds : float
-        Period [s].
-    function : callable
-        Takes nothing.
-    node : Node
-        In whose turns.
-
-    Returns
-    -------
-    Timer
-        Of the node.
-
-    """
+def create_steady_timer(seconds: float, function: Callable[[], Any], node: Node) -> Timer:
+    """Call a function without arguments every so many seconds in a node's turns."""
     return node.create_timer(seconds, _Callback(function), clock=Clock(clock_type=ClockType.STEADY_TIME))

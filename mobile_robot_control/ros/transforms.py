@@ -6,29 +6,13 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 
+from mobile_robot_control.messages.writing import planar_quaternion
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.ros.messages import planar_quaternion
-
-_NANOSECONDS = 1_000_000_000
+from mobile_robot_control.stamps import NANOSECONDS
 
 
 def make_broadcaster(node: Node, frame: str, child_frame: str) -> Callable[[int, Pose], None] | None:
-    """
-    Make what sends poses to /tf.
-
-    Parameters
-    ----------
-    node : Node
-        Who sends.
-    frame, child_frame : str
-        In which a pose is, and of what.
-
-    Returns
-    -------
-    callable or None
-        Takes a stamp [ns] and a pose; None where tf2_ros is not installed.
-
-    """
+    """Make a function that publishes a stamp [ns] and a pose of the child frame on /tf; None without tf2_ros."""
     try:
         from tf2_ros import TransformBroadcaster  # noqa: PLC0415 (not among the wheels)
     except ImportError:
@@ -38,7 +22,7 @@ def make_broadcaster(node: Node, frame: str, child_frame: str) -> Callable[[int,
     def broadcast(stamp: int, pose: Pose) -> None:
         sent = TransformStamped(child_frame_id=child_frame)
         sent.header.frame_id = frame
-        sent.header.stamp = Time(sec=stamp // _NANOSECONDS, nanosec=stamp % _NANOSECONDS)
+        sent.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
         sent.transform.translation.x, sent.transform.translation.y = pose.x, pose.y
         sent.transform.rotation.z, sent.transform.rotation.w = planar_quaternion(pose.heading)
         broadcaster.sendTransform(sent)

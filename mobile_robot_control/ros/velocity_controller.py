@@ -2,27 +2,28 @@
 
 from functools import partial
 
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import Twist
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
 
-from mobile_robot_control.configuration import VelocityControllerParameters, period_nanoseconds
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.messages import writing
+from mobile_robot_control.messages.parsing import read_twist, read_wheel_velocity
 from mobile_robot_control.model.kinematics import body_velocity
+from mobile_robot_control.parameters.nodes import VelocityControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
-from mobile_robot_control.readings import read_twist, read_wheel_velocity
-from mobile_robot_control.ros import messages
-from mobile_robot_control.ros.border import Border, make_gate, reader
 from mobile_robot_control.ros.diagnostics import Diagnostics
-from mobile_robot_control.ros.lockstep import Turn
+from mobile_robot_control.ros.input_monitor import InputMonitor
+from mobile_robot_control.ros.input_validation import InputValidator, make_reader
+from mobile_robot_control.ros.pacing import FixedRateTimer
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.parameter_service import CheckedParameterService
-from mobile_robot_control.ros.peers import Peers
-from mobile_robot_control.ros.qos import LOOP, NEWEST, flush
-from mobile_robot_control.ros.wall_clock import Ticker
+from mobile_robot_control.ros.qos import SUBSCRIBED, flush, publish_on, subscribe_to
+from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
+from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.topics import inputs_of
 
-_BLIND_AFTER = 0.1
+_OLDEST_WHEELS = 0.1
 """[s]: on the wall clock, no torque is asked for when the wheels' velocities are older."""
 
 
@@ -45,49 +46,47 @@ class VelocityController(Node):
         self._robot, self._lockstep = shared.robot, shared.lockstep
         self._dt = 1.0 / shared.velocity_rate
         self._position_period = period_nanoseconds(shared.position_rate)
-        self._gate = make_gate(self, shared, shared.velocity_rate)
-        self._command_gate = make_gate(self, shared, shared.position_rate)
-        self._read_wheels = reader(JointState, read_wheel_velocity)
-        self._read_twist = reader(TwistStamped, partial(read_twist, frame=shared.base_frame_id))
-        self._stamp_twist = messages.twist_writer('')
-        self._peers = Peers(
-            self, {'joint_states': 'plant', 'cmd_vel': 'position_controller'}, shared.peer_timeout
-        )
-        self._border = Border(self, self._peers)
+        self._policy = make_stamp_policy(self.get_clock(), shared, shared.velocity_rate)
+        self._command_policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
+        self._read_wheels = make_reader('joint_states', read_wheel_velocity)
+        self._read_twist = make_reader('cmd_vel', partial(read_twist, frame=shared.base_frame_id))
+        self._stamp_twist = writing.twist_writer('')
+        self._monitor = InputMonitor(self, inputs_of('velocity_controller'), shared.peer_timeout)
+        self._validator = InputValidator(self, self._monitor)
         self._state = VelocityPiState()
         self._wheels: tuple[int, WheelVelocity] | None = None
         self._command: tuple[int, BodyVelocity] | None = None
         self._torque = WheelTorque(0.0, 0.0)
-        self._write = messages.torque_writer()
-        self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', LOOP)
-        self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST, raw=True)
+        self._write = writing.torque_writer()
+        self._wheel_torques = publish_on(self, 'wheel_torques')
+        subscribe_to(self, 'joint_states', self._on_joint_states)
         if shared.stamped_cmd_vel:
-            self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST, raw=True)
+            subscribe_to(self, 'cmd_vel', self._on_cmd_vel)
         else:
-            self.create_subscription(Twist, 'cmd_vel', self._on_twist, NEWEST)
+            self.create_subscription(Twist, 'cmd_vel', self._on_twist, SUBSCRIBED)
         CheckedParameterService(self, VelocityControllerParameters, self._change)
-        ticker = None if shared.lockstep else Ticker(self, shared.velocity_rate, self._tick)
-        self._diagnostics = Diagnostics(self, self._border, self._peers, ticker)
+        timer = None if shared.lockstep else FixedRateTimer(self, shared.velocity_rate, self._tick)
+        self._diagnostics = Diagnostics(self, self._validator, self._monitor, timer)
 
     def _change(self, values: VelocityControllerParameters) -> None:
         self._changed = values
 
     def _on_joint_states(self, message: bytes) -> None:
-        admitted = self._border.admit('joint_states', message, self._read_wheels, self._gate)
-        if admitted is None:
+        valid = self._validator.validate('joint_states', message, self._read_wheels, self._policy)
+        if valid is None:
             return
-        if admitted.turn is Turn.AGAIN:
-            self._publish(admitted.stamp)
+        if valid.decision is StampDecision.AGAIN:
+            self._publish(valid.stamp)
             return
-        self._wheels = (admitted.stamp, admitted.value)
+        self._wheels = (valid.stamp, valid.value)
         self._answer_wheels()
 
     def _on_cmd_vel(self, message: bytes) -> None:
         # a command is held until the wheels of its position tick ask for it
-        admitted = self._border.admit('cmd_vel', message, self._read_twist, self._command_gate)
-        # and of two with one stamp the first counts
-        if admitted is not None and (self._command is None or self._command[0] != admitted.stamp):
-            self._command = (admitted.stamp, admitted.value)
+        valid = self._validator.validate('cmd_vel', message, self._read_twist, self._command_policy)
+        # of two with one stamp the first counts
+        if valid is not None and (self._command is None or self._command[0] != valid.stamp):
+            self._command = (valid.stamp, valid.value)
             self._answer_wheels()
 
     def _on_twist(self, message: Twist) -> None:
@@ -101,15 +100,15 @@ class VelocityController(Node):
         stamp, wheels = self._wheels
         if self._command[0] != stamp - stamp % self._position_period:
             return
-        turn = self._gate.judge(stamp)
-        if turn in (Turn.AGAIN, Turn.REFUSED, Turn.HOLD):
+        decision = self._policy.decide(stamp)
+        if decision in (StampDecision.AGAIN, StampDecision.REFUSED, StampDecision.HOLD):
             return
-        if turn is not Turn.STEP:
-            if self._gate.accepted is not None:
+        if decision is not StampDecision.STEP:
+            if self._policy.accepted is not None:
                 self.get_logger().info('a new run')
             self._state = VelocityPiState()
-        self._gate.accept(stamp)
-        self._command_gate.accept(self._command[0])
+        self._policy.accept(stamp)
+        self._command_policy.accept(self._command[0])
         if stamp == self._command[0]:
             self._values = self._changed  # live changes, at position ticks as in the position controller
         self._step(stamp, wheels, self._command[1])
@@ -121,14 +120,14 @@ class VelocityController(Node):
         stamp = self.get_clock().now().nanoseconds
         self._values = self._changed
         timeout = self._values.cmd_vel_timeout
-        fresh = self._command is not None and (timeout == 0.0 or self._peers.age('cmd_vel') <= timeout)
-        if self._peers.age('joint_states') <= _BLIND_AFTER:
+        fresh = self._command is not None and (timeout == 0.0 or self._monitor.age('cmd_vel') <= timeout)
+        if self._monitor.age('joint_states') <= _OLDEST_WHEELS:
             self._step(stamp, self._wheels[1], self._command[1] if fresh and self._command else BodyVelocity(0.0, 0.0))
             if not fresh:
-                self._diagnostics.stopped('cmd_vel')
+                self._diagnostics.note_stop('cmd_vel')
         else:
             self._state, self._torque = VelocityPiState(), WheelTorque(0.0, 0.0)
-            self._diagnostics.stopped('joint_states')
+            self._diagnostics.note_stop('joint_states')
             self._publish(stamp)
 
     def _step(self, stamp: int, wheels: WheelVelocity, command: BodyVelocity) -> None:
@@ -136,16 +135,16 @@ class VelocityController(Node):
             self._state, command, body_velocity(wheels, self._robot), self._values.gains, self._robot,
             self._values.max_wheel_torque, self._dt,
         )
-        # somebody waits for the answer, nobody for the books
+        # publish before updating diagnostics: the plant waits for the answer
         self._publish(stamp)
         limit = self._values.max_wheel_torque
-        self._diagnostics.stepped(saturated=0.0 < limit <= max(abs(self._torque.right), abs(self._torque.left)))
+        self._diagnostics.note_step(saturated=0.0 < limit <= max(abs(self._torque.right), abs(self._torque.left)))
 
     def _publish(self, stamp: int) -> None:
         self._wheel_torques.publish(self._write(stamp, self._torque))
 
     def close(self) -> None:
-        """Let go of a robot that runs on the wall clock; end when the last messages have arrived."""
+        """Release a robot that runs on the wall clock; end when the last messages have arrived."""
         if not self._lockstep and self._wheels is not None:
             self._torque = WheelTorque(0.0, 0.0)
             self._publish(self.get_clock().now().nanoseconds)

@@ -1,39 +1,31 @@
-"""The closed loop of all four nodes in one process: the same functions in the same order."""
+"""One period of the closed loop of all four nodes: the same functions in the same order as over DDS."""
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration import Configuration, period_nanoseconds
 from mobile_robot_control.control import velocity_pi
-from mobile_robot_control.control.laws import select
-from mobile_robot_control.control.limits import Limits, limit
+from mobile_robot_control.control.command_limits import Limits, limit_command
+from mobile_robot_control.control.laws import LawStep
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.dynamics import PlantState, SampledPlant
-from mobile_robot_control.model.imperfections import (
-    DelayLine,
-    Imperfections,
-    driven,
-    empty_line,
-    measured_pose,
-    measured_twist,
-    measured_wheels,
-)
+from mobile_robot_control.model.actuators import DelayLine
+from mobile_robot_control.model.discretisation import DiscretePlant
+from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
+from mobile_robot_control.model.noise import measured_pose, measured_twist, measured_wheels
+from mobile_robot_control.model.plant import Imperfections, actuated_step
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
-from mobile_robot_control.reference.curves import CURVES, Placement, reference_at
+from mobile_robot_control.reference.cart import Placement
 
 
 class Loop(NamedTuple):
     """
-    What stays the same over a rollout.
+    The constants of a rollout.
 
     Attributes
     ----------
-    plant : SampledPlant
+    plant : DiscretePlant
         With the robot and the velocity loop's period.
     imperfections : Imperfections
         Noise, delay and disturbance.
@@ -42,17 +34,16 @@ class Loop(NamedTuple):
     velocity_gains : VelocityGains
         Of the PI law.
     law_gains : NamedTuple
-        What the position law takes.
+        Of the position law.
     limits : Limits
-        What it may ask for.
+        Of its command.
     placement : Placement
         Of the curve.
     position_dt : float
         Period of the position loop [s].
-
     """
 
-    plant: SampledPlant
+    plant: DiscretePlant
     imperfections: Imperfections
     motor_limit: float
     command_limit: float
@@ -65,7 +56,7 @@ class Loop(NamedTuple):
 
 class LoopState(NamedTuple):
     """
-    What the four nodes together remember.
+    The state of all four nodes.
 
     Attributes
     ----------
@@ -78,8 +69,7 @@ class LoopState(NamedTuple):
     command : BodyVelocity
         The newest command.
     line : DelayLine
-        The torques asked for before, while they act late.
-
+        Torques asked for and not yet applied.
     """
 
     plant: PlantState
@@ -90,7 +80,7 @@ class LoopState(NamedTuple):
 
 
 class PositionTick(NamedTuple):
-    """What the slow loop saw at a position tick: time [s], odometry, reference and error."""
+    """The inputs of the slow loop at a position tick: time [s], odometry, reference and error."""
 
     time: float
     pose: Pose
@@ -101,7 +91,7 @@ class PositionTick(NamedTuple):
 
 class Sample(NamedTuple):
     """
-    What the topics say at one time of the velocity grid.
+    The content of the topics at one time of the velocity grid.
 
     Attributes
     ----------
@@ -119,7 +109,6 @@ class Sample(NamedTuple):
         Over the step that ended at the time [N m].
     torque : WheelTorque
         Asked for over the step that begins [N m].
-
     """
 
     time: float
@@ -133,14 +122,14 @@ class Sample(NamedTuple):
 
 
 def make_position_tick(
-    law_step: Callable[..., Any],
+    law_step: LawStep,
 ) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
     """
     Make the slow loop's step for a law, chosen by closure so that it compiles.
 
     Parameters
     ----------
-    law_step : callable
+    law_step : LawStep
         The step of a law.
 
     Returns
@@ -148,7 +137,6 @@ def make_position_tick(
     callable
         ``position_tick(state, reference, k, time, loop) -> (state, PositionTick, TrackingError)``, where k counts the
         steps of the velocity loop and the last is the true error, which noise on the odometry hides.
-
     """
 
     def position_tick(
@@ -160,7 +148,7 @@ def make_position_tick(
         error = true if pose == state.plant.pose else tracking_error(reference.pose, pose)
         wheels = measured_wheels(wheel_velocity(state.plant.velocity, robot), noise, k)
         law, asked = law_step(state.law, error, reference, loop.law_gains, loop.position_dt)
-        command = limit(asked, state.command, loop.limits, loop.position_dt)
+        command = limit_command(asked, state.command, loop.limits, loop.position_dt)
         return (
             LoopState(state.plant, state.pi, law, command, state.line),
             PositionTick(time, pose, measured_twist(state.plant.velocity, wheels, noise, robot), reference, error),
@@ -182,13 +170,12 @@ def velocity_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, Whee
     k : int
         Step of the velocity loop.
     loop : Loop
-        What stays the same.
+        Constants.
 
     Returns
     -------
     tuple of LoopState, WheelTorque and WheelTorque
         The state at the period's end, the torque asked for and the torque that the motors apply [N m].
-
     """
     robot, imperfect = loop.plant.robot, loop.imperfections
     wheels = measured_wheels(wheel_velocity(state.plant.velocity, robot), imperfect.noise, k)
@@ -196,106 +183,5 @@ def velocity_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, Whee
         state.pi, state.command, body_velocity(wheels, robot), loop.velocity_gains, robot, loop.command_limit,
         loop.plant.dt,
     )
-    moved, line, _, applied = driven(state.plant, state.line, torque, k, loop.plant, imperfect, loop.motor_limit)
+    moved, line, _, applied = actuated_step(state.plant, state.line, torque, k, loop.plant, imperfect, loop.motor_limit)
     return LoopState(moved, pi, state.law, state.command, line), torque, applied
-
-
-def start(configuration: Configuration) -> tuple[Loop, LoopState]:
-    """
-    Make ready the rollout that a configuration asks for.
-
-    Parameters
-    ----------
-    configuration : Configuration
-        Checked.
-
-    Returns
-    -------
-    tuple of Loop and LoopState
-        The constants, and the state at t = 0: the robot at rest.
-
-    """
-    shared, plant = configuration.plant.shared, configuration.plant
-    law, gains = select(configuration.position_controller.control)
-    loop = Loop(
-        dynamics.sample(shared.robot, 1.0 / shared.velocity_rate, plant.centripetal_coupling),
-        plant.imperfections,
-        plant.max_wheel_torque,
-        configuration.velocity_controller.max_wheel_torque,
-        configuration.velocity_controller.gains,
-        gains,
-        configuration.position_controller.control.limits,
-        configuration.reference_cart.curve.placement,
-        1.0 / shared.position_rate,
-    )
-    return loop, LoopState(
-        dynamics.at_rest(Pose(*plant.initial_pose)), VelocityPiState(), law.start, BodyVelocity(0.0, 0.0),
-        empty_line(plant.imperfections.delay),
-    )
-
-
-def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
-    """
-    Run the closed loop and yield what the topics would say.
-
-    Parameters
-    ----------
-    configuration : Configuration
-        Checked.
-    duration : float
-        [s]; the run has round(duration × velocity_rate) steps.
-
-    Yields
-    ------
-    Sample
-        One for each time of the velocity grid, the last one at the run's end; fewer when the run diverges.
-
-    Examples
-    --------
-    >>> len(list(rollout(Configuration(), 0.1)))
-    51
-
-    """
-    shared = configuration.plant.shared
-    velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
-    law, _ = select(configuration.position_controller.control)
-    position_tick = make_position_tick(law.step)
-    curve = CURVES[configuration.reference_cart.curve.curve]
-    loop, state = start(configuration)
-    noise = loop.imperfections.noise
-    applied = WheelTorque(0.0, 0.0)
-    for k in range(round(duration * shared.velocity_rate) + 1):
-        nanoseconds = k * velocity_period
-        if nanoseconds % position_period == 0:
-            time = nanoseconds / 1e9
-            state, tick, _ = position_tick(state, reference_at(curve, time, loop.placement), k, time, loop)
-        before, over_last_step = state, applied
-        state, torque, applied = velocity_tick(state, k, loop)
-        yield Sample(
-            nanoseconds / 1e9, tick, before.command, before.plant.right_angle, before.plant.left_angle,
-            measured_wheels(wheel_velocity(before.plant.velocity, shared.robot), noise, k), over_last_step, torque,
-        )
-        if dynamics.diverged(state.plant):
-            return
-
-
-def is_complete(last: Sample, duration: float, velocity_rate: float) -> bool:
-    """
-    Say whether a run got to its end.
-
-    Parameters
-    ----------
-    last : Sample
-        The last one of the run.
-    duration : float
-        Asked for [s].
-    velocity_rate : float
-        [Hz].
-
-    Returns
-    -------
-    bool
-        True if the last sample lies at the end.
-
-    """
-    return math.isclose(last.time, round(duration * velocity_rate) / velocity_rate, abs_tol=1e-9)

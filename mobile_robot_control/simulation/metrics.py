@@ -1,161 +1,16 @@
-"""What is measured on a run, and the chapter's objective."""
+"""The metrics of a run: what `metrics.json` and `simulate --json` contain."""
 
 import math
-from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
-from mobile_robot_control.jit import jitable
-from mobile_robot_control.quantities import Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Sample
-
-_ERROR_WEIGHTS = (1.0, 5.0, 1.0)
-_TORQUE_WEIGHTS = (1.0, 1.0)
+from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
 
-class Totals(NamedTuple):
+class MeasuredRun(NamedTuple):
     """
-    Sums and extremes over a run so far.
-
-    Attributes
-    ----------
-    time : float
-        Of the position ticks counted [s].
-    squared_position, squared_heading : float
-        ∫ e1² + e2² dt [m² s] and ∫ e3² dt [rad² s].
-    max_position : float
-        Largest distance to the reference [m].
-    log_longitudinal, log_lateral, log_heading : float
-        ∫ ln(1 + |e_i|) dt [s].
-    peak_right, peak_left : float
-        Largest absolute torque [N m].
-    highest_right, highest_left : float
-        Largest torque with its sign [N m].
-    power_right, power_left : float
-        Largest absolute power [W].
-    energy : float
-        ∫ of the positive power of both wheels [J].
-
-    """
-
-    time: float = 0.0
-    squared_position: float = 0.0
-    squared_heading: float = 0.0
-    max_position: float = 0.0
-    log_longitudinal: float = 0.0
-    log_lateral: float = 0.0
-    log_heading: float = 0.0
-    peak_right: float = 0.0
-    peak_left: float = 0.0
-    highest_right: float = -math.inf
-    highest_left: float = -math.inf
-    power_right: float = 0.0
-    power_left: float = 0.0
-    energy: float = 0.0
-
-
-@jitable
-def add_error(totals: Totals, error: TrackingError, dt: float) -> Totals:
-    """
-    Count the tracking error of one position period, by the rectangle rule.
-
-    Parameters
-    ----------
-    totals : Totals
-        So far.
-    error : TrackingError
-        At the period's start.
-    dt : float
-        Position period [s].
-
-    Returns
-    -------
-    Totals
-        With this period.
-
-    """
-    squared = error.longitudinal * error.longitudinal + error.lateral * error.lateral
-    return Totals(
-        totals.time + dt,
-        totals.squared_position + squared * dt,
-        totals.squared_heading + error.heading * error.heading * dt,
-        max(totals.max_position, math.sqrt(squared)),
-        totals.log_longitudinal + math.log1p(abs(error.longitudinal)) * dt,
-        totals.log_lateral + math.log1p(abs(error.lateral)) * dt,
-        totals.log_heading + math.log1p(abs(error.heading)) * dt,
-        totals.peak_right, totals.peak_left, totals.highest_right, totals.highest_left,
-        totals.power_right, totals.power_left, totals.energy,
-    )
-
-
-@jitable
-def add_torque(totals: Totals, torque: WheelTorque, wheels: WheelVelocity, dt: float) -> Totals:
-    """
-    Count the torque of one velocity period, by the rectangle rule.
-
-    Parameters
-    ----------
-    totals : Totals
-        So far.
-    torque : WheelTorque
-        Applied over the period [N m].
-    wheels : WheelVelocity
-        At the period's start [rad/s].
-    dt : float
-        Velocity period [s].
-
-    Returns
-    -------
-    Totals
-        With this period.
-
-    """
-    power_right, power_left = torque.right * wheels.right, torque.left * wheels.left
-    return Totals(
-        totals.time, totals.squared_position, totals.squared_heading, totals.max_position,
-        totals.log_longitudinal, totals.log_lateral, totals.log_heading,
-        max(totals.peak_right, abs(torque.right)),
-        max(totals.peak_left, abs(torque.left)),
-        max(totals.highest_right, torque.right),
-        max(totals.highest_left, torque.left),
-        max(totals.power_right, abs(power_right)),
-        max(totals.power_left, abs(power_left)),
-        totals.energy + (max(0.0, power_right) + max(0.0, power_left)) * dt,
-    )
-
-
-@jitable
-def objective(totals: Totals, literal: bool) -> float:
-    """
-    Give the functional that the chapter's search minimises.
-
-    Implements Eq. (29) of the chapter, with a1 = 1, a2 = 5, a3 = 1, a_R = a_L = 1.
-
-    Parameters
-    ----------
-    totals : Totals
-        Of a whole run.
-    literal : bool
-        True takes max τ as printed, which a search exploits with large negative torques; False takes max |τ|.
-
-    Returns
-    -------
-    float
-        F.
-
-    """
-    a1, a2, a3 = _ERROR_WEIGHTS
-    a_right, a_left = _TORQUE_WEIGHTS
-    # Eq. (29): F = Σ a_i ∫ ln(1 + |e_i|) dt + a_R max τ_R + a_L max τ_L
-    return (
-        a1 * totals.log_longitudinal + a2 * totals.log_lateral + a3 * totals.log_heading
-        + a_right * (totals.highest_right if literal else totals.peak_right)
-        + a_left * (totals.highest_left if literal else totals.peak_left)
-    )
-
-
-class Run(NamedTuple):
-    """
-    How a run went: what `metrics.json` says, before it is written.
+    A run with its sums and extremes, before it is written.
 
     Attributes
     ----------
@@ -169,7 +24,6 @@ class Run(NamedTuple):
         Over the first step [N m].
     totals : Totals
         Sums and extremes.
-
     """
 
     outcome: str
@@ -206,15 +60,7 @@ class RunMeter:
         self._velocity_dt, self._position_dt = velocity_dt, position_dt
 
     def add(self, sample: Sample) -> None:
-        """
-        Count the period that the sample ends.
-
-        Parameters
-        ----------
-        sample : Sample
-            The one after the last, one velocity period later.
-
-        """
+        """Count the period that a sample ends: it is one velocity period later than the last."""
         last = self.last
         if last is not None:
             if last.time == 0.0:
@@ -224,65 +70,19 @@ class RunMeter:
                 self.totals = add_error(self.totals, last.tick.error, self._position_dt)
         self.last = sample
 
-    def watch(self, samples: Iterable[Sample]) -> Iterator[Sample]:
+    def run(self, outcome: str) -> MeasuredRun:
         """
-        Measure samples on their way to somebody else.
+        Return the measured run up to the last sample.
 
-        Parameters
-        ----------
-        samples : iterable of Sample
-            In order of time.
-
-        Yields
-        ------
-        Sample
-            The same.
-
-        """
-        for sample in samples:
-            self.add(sample)
-            yield sample
-
-    def run(self, outcome: str) -> Run:
-        """
-        Sum up.
-
-        Parameters
-        ----------
-        outcome : str
-            'completed', 'diverged', 'interrupted' or 'node_died'.
-
-        Returns
-        -------
-        Run
-            Up to the last sample.
-
-        Raises
-        ------
-        ValueError
-            If there was no sample.
-
+        The outcome is 'completed', 'diverged', 'interrupted' or 'node_died'. Raises ValueError if there was no sample.
         """
         if self.last is None:
             raise ValueError('a run without a sample has no metrics')
-        return Run(outcome, self.last.time, self.last.tick.pose, self.initial_torque, self.totals)
+        return MeasuredRun(outcome, self.last.time, self.last.tick.pose, self.initial_torque, self.totals)
 
 
-def summary(run: Run) -> dict[str, Any]:
-    """
-    Give the metrics by name, as `simulate --json` prints and `experiment` writes them.
-
-    Parameters
-    ----------
-    run : Run
-        Summed up.
-
-    Returns
-    -------
-    dict of str to object
-        SI units; what is not finite is None.
-
-    """
+def summary(run: MeasuredRun) -> dict[str, Any]:
+    """Return the metrics by name, in SI units; what is not finite is None."""
     totals = run.totals
     mean = 1.0 / totals.time if totals.time > 0.0 else math.nan
     values = {
@@ -302,6 +102,7 @@ def summary(run: Run) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
+    """Replace numbers that are not finite by None."""
     if isinstance(value, dict):
         return {name: _finite(part) for name, part in value.items()}
     if isinstance(value, list):

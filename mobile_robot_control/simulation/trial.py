@@ -1,17 +1,21 @@
-"""One rollout that is only measured: what it needs, what comes out, and the loop itself, plain or to be compiled."""
+"""One rollout that is only measured: its inputs, its outcome and the loop itself, plain or to be compiled."""
 
-import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration import Configuration, period_nanoseconds
+from mobile_robot_control.control.laws import LawStep
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque
-from mobile_robot_control.reference.curves import CURVES, Placement, reference_at
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_position_tick, start, velocity_tick
-from mobile_robot_control.simulation.metrics import Run, Totals, add_error, add_torque
+from mobile_robot_control.reference.cart import Placement, reference_at
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_position_tick, velocity_tick
+from mobile_robot_control.simulation.metrics import MeasuredRun
+from mobile_robot_control.simulation.rollout import start
+from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
+from mobile_robot_control.stamps import period_nanoseconds
 
 _NOTHING = Totals()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -19,14 +23,14 @@ _NO_TORQUE = WheelTorque(0.0, 0.0)
 
 class Trial(NamedTuple):
     """
-    One rollout to do.
+    One rollout to run.
 
     Attributes
     ----------
     law, curve : str
         Of LAWS and CURVES.
     loop : Loop
-        What stays the same.
+        What is constant.
     state : LoopState
         At t = 0.
     steps : int
@@ -35,7 +39,6 @@ class Trial(NamedTuple):
         Steps of the velocity loop in one of the position loop.
     late : int
         The step from which the late totals count.
-
     """
 
     law: str
@@ -49,7 +52,7 @@ class Trial(NamedTuple):
 
 class Drive(NamedTuple):
     """
-    What the reference cart does in a trial.
+    The motion of the reference cart in a trial.
 
     Attributes
     ----------
@@ -61,7 +64,6 @@ class Drive(NamedTuple):
         Of the position loop [ns].
     ticks : int
         Of the position loop.
-
     """
 
     curve: str
@@ -72,7 +74,7 @@ class Drive(NamedTuple):
 
 class Outcome(NamedTuple):
     """
-    What one rollout gave.
+    The outcome of one rollout.
 
     Attributes
     ----------
@@ -84,7 +86,6 @@ class Outcome(NamedTuple):
         Over the first step [N m].
     totals, late : Totals
         Of the whole run, and of the errors from the late step on. Errors are true ones, whatever the noise.
-
     """
 
     steps: int
@@ -94,25 +95,8 @@ class Outcome(NamedTuple):
     late: Totals
 
 
-def prepare(configuration: Configuration, duration: float, late: float = 0.0) -> Trial:
-    """
-    Make a trial of a configuration.
-
-    Parameters
-    ----------
-    configuration : Configuration
-        Checked.
-    duration : float
-        [s].
-    late : float
-        Time from which the late totals count [s].
-
-    Returns
-    -------
-    Trial
-        For :func:`mobile_robot_control.simulation.batch.run`.
-
-    """
+def make_trial(configuration: Configuration, duration: float, late: float = 0.0) -> Trial:
+    """Make the trial of a checked configuration over a duration [s]; late totals count from a time [s]."""
     shared = configuration.plant.shared
     loop, state = start(configuration)
     return Trial(
@@ -126,46 +110,20 @@ def prepare(configuration: Configuration, duration: float, late: float = 0.0) ->
     )
 
 
-def drive_of(trial: Trial) -> Drive:
-    """
-    Give the drive of the reference cart in a trial.
-
-    Parameters
-    ----------
-    trial : Trial
-        Its curve, placement, rates and length are used.
-
-    Returns
-    -------
-    Drive
-        Equal for trials that have these in common.
-
-    """
+def cart_drive(trial: Trial) -> Drive:
+    """Return the drive of the reference cart in a trial; equal for trials that have the same."""
     return Drive(trial.curve, trial.loop.placement, period_nanoseconds(1.0 / trial.loop.position_dt),
                  -(-trial.steps // trial.ratio))
 
 
 @lru_cache(maxsize=32)
 def references(drive: Drive) -> tuple[Reference, ...]:
-    """
-    Give the reference at every position tick: it depends on no robot and no gains.
-
-    Parameters
-    ----------
-    drive : Drive
-        Of the reference cart.
-
-    Returns
-    -------
-    tuple of Reference
-        Remembered, since thousands of trials share it.
-
-    """
+    """Return the reference at every position tick; cached, since thousands of trials share it."""
     curve = CURVES[drive.curve]
     return tuple(reference_at(curve, n * drive.period / 1e9, drive.placement) for n in range(drive.ticks))
 
 
-def make_rollout(law_step: Callable[..., Any], reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:
+def make_rollout(law_step: LawStep, reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:
     """
     Make the rollout of a law, chosen by closure so that it compiles.
 
@@ -174,34 +132,18 @@ def make_rollout(law_step: Callable[..., Any], reference_of: Callable[[Any, int]
     law_step : callable
         The step of a law.
     reference_of : callable
-        Gives the n-th of the references handed to the rollout.
+        Returns the n-th of the references given to the rollout.
 
     Returns
     -------
     callable
         ``roll(state, loop, references, steps, ratio, late) -> Outcome``.
-
     """
     return bind(make_position_tick(law_step), reference_of)
 
 
 def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:
-    """
-    Make the rollout of a slow loop.
-
-    Parameters
-    ----------
-    position_tick : callable
-        Of :func:`make_position_tick`, plain or compiled.
-    reference_of : callable
-        As for :func:`make_rollout`.
-
-    Returns
-    -------
-    callable
-        As of :func:`make_rollout`.
-
-    """
+    """Make the rollout of a position tick, plain or compiled, as `make_rollout` does."""
 
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.plant.robot, loop.plant.dt
@@ -214,7 +156,7 @@ def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], R
             for k in range(first, min(first + ratio, steps)):
                 wheels = wheel_velocity(state.plant.velocity, robot)
                 state, _, applied = velocity_tick(state, k, loop)
-                # the period in which the motion leaves everything counts no more
+                # the period in which the motion diverges is not counted
                 if dynamics.diverged(state.plant):
                     return Outcome(k, pose, initial, totals, late_totals)
                 if k == 0:
@@ -231,24 +173,9 @@ def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], R
     return roll
 
 
-def run_of(trial: Trial, outcome: Outcome) -> Run:
-    """
-    Sum up an outcome as every other run is.
-
-    Parameters
-    ----------
-    trial : Trial
-        What was asked for.
-    outcome : Outcome
-        What it gave.
-
-    Returns
-    -------
-    Run
-        'completed' or 'diverged'.
-
-    """
-    return Run(
+def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
+    """Return the measured run of an outcome, as that of every other run."""
+    return MeasuredRun(
         'completed' if outcome.steps == trial.steps else 'diverged',
         outcome.steps * trial.loop.plant.dt,
         outcome.final_pose,
@@ -257,45 +184,19 @@ def run_of(trial: Trial, outcome: Outcome) -> Run:
     )
 
 
-def is_finite(outcome: Outcome) -> bool:
-    """
-    Say whether all that a rollout gave can be reckoned with.
-
-    Parameters
-    ----------
-    outcome : Outcome
-        Of a rollout.
-
-    Returns
-    -------
-    bool
-        False where a sum or a peak is not finite; the signed peaks of an empty run do not count.
-
-    """
-    totals = outcome.totals
-    return all(map(math.isfinite, (totals.squared_position, totals.squared_heading, totals.log_longitudinal,
-                                   totals.peak_right, totals.peak_left)))
-
-
 def outcomes(trials: Sequence[Trial], roll_of: Callable[[str], Callable[..., Outcome]],
              given: Callable[[Drive], Any]) -> list[Outcome]:
     """
-    Do some trials, one after the other.
+    Run trials one after the other.
 
     Parameters
     ----------
     trials : sequence of Trial
-        To do.
+        To run.
     roll_of : callable
-        Gives the rollout of a law by its name.
+        Returns the rollout of a law by its name.
     given : callable
-        Gives the references of a drive in the form that the rollout takes.
-
-    Returns
-    -------
-    list of Outcome
-        In the same order.
-
+        Returns the references of a drive in the form that the rollout takes.
     """
-    return [roll_of(trial.law)(trial.state, trial.loop, given(drive_of(trial)), trial.steps, trial.ratio, trial.late)
+    return [roll_of(trial.law)(trial.state, trial.loop, given(cart_drive(trial)), trial.steps, trial.ratio, trial.late)
             for trial in trials]

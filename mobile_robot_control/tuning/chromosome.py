@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 BITS = 12
 """For each parameter, as in section 3.1 of the chapter."""
 
-SMALLEST = 1.0 / 2**BITS
+LOWEST_POINT = 1.0 / 2**BITS
 """The lowest point that a gene stands for: never zero, which most gains must not be."""
 
 Bits = NDArray[np.bool_]
@@ -38,7 +38,7 @@ def points(bits: Bits) -> Points:
 
     """
     genes: Any = bits.reshape(len(bits), -1, BITS)
-    return np.asarray(genes @ _WEIGHTS + SMALLEST)
+    return np.asarray(genes @ _WEIGHTS + LOWEST_POINT)
 
 
 def random(individuals: int, genes: int, rng: np.random.Generator) -> Bits:

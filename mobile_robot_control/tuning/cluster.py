@@ -69,7 +69,7 @@ class Cluster:
         size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
         chunks = [list(trials[first:first + size]) for first in range(0, len(trials), size)]
         # not pure: equal trials are done again, as everywhere; retries: a worker may die more than once
-        futures = self._client.map(batch.run, chunks, pure=False, retries=10)
+        futures = self._client.map(batch.run_trials, chunks, pure=False, retries=10)
         self._wait(futures)
         return [outcome for part in self._client.gather(futures) for outcome in part]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mobile_robot_control.tuning.chromosome import SMALLEST, Points
+from mobile_robot_control.tuning.chromosome import LOWEST_POINT, Points
 from mobile_robot_control.tuning.genetic import Score, Scores
 
 _ENDLESS = 10**9
@@ -29,10 +29,10 @@ def search(score: Score, genes: int, population: int, seed: int) -> None:
         return score(np.ascontiguousarray(points.T))
 
     rng = np.random.default_rng(seed)
-    start = SMALLEST + (1.0 - SMALLEST) * rng.random((population, genes))
+    start = LOWEST_POINT + (1.0 - LOWEST_POINT) * rng.random((population, genes))
     try:
         differential_evolution(
-            columns, [(SMALLEST, 1.0)] * genes, init=start, rng=rng, maxiter=_ENDLESS, tol=0.0, polish=False,
+            columns, [(LOWEST_POINT, 1.0)] * genes, init=start, rng=rng, maxiter=_ENDLESS, tol=0.0, polish=False,
             updating='deferred', vectorized=True,
         )
     except RuntimeError as error:

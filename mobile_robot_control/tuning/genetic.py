@@ -37,7 +37,7 @@ class GeneticSettings(NamedTuple):
     elite: int = 1
 
 
-def select(scores: Scores, count: int, tournament: int, rng: np.random.Generator) -> NDArray[np.intp]:
+def select_parents(scores: Scores, count: int, tournament: int, rng: np.random.Generator) -> NDArray[np.intp]:
     """
     Choose parents, each the best of some drawn at random.
 
@@ -88,7 +88,7 @@ def breed(population: Bits, scores: Scores, settings: GeneticSettings, rng: np.r
     individuals, bits = population.shape
     elite = population[np.argsort(scores, kind='stable')[:settings.elite]]
     count = individuals - len(elite)
-    mothers, fathers = (population[select(scores, count, settings.tournament, rng)] for _ in range(2))
+    mothers, fathers = (population[select_parents(scores, count, settings.tournament, rng)] for _ in range(2))
     mixes = rng.random((count, 1)) < settings.crossover
     children = np.where(mixes & (rng.random((count, bits)) < 0.5), fathers, mothers)
     children ^= rng.random((count, bits)) < settings.mutations / bits

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.files import write_atomically
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.tuning.chromosome import Points
 from mobile_robot_control.tuning.genetic import Scores
 
@@ -31,7 +32,7 @@ def _content(line: bytes) -> Any:
     return json.loads(text)
 
 
-def fingerprint(points: Points) -> int:
+def generation_checksum(points: Points) -> int:
     """
     Give a number that tells generations apart.
 
@@ -79,13 +80,8 @@ class Journal:
         kept = self._read() if resume and file.exists() else b''
         if not kept:
             kept = _line(self._purpose)
-        # what a kill left half written goes; in one piece, so that there is a whole journal at any time
-        whole = file.with_name(file.name + '.new')
-        with whole.open('wb') as out:
-            out.write(kept)
-            out.flush()
-            os.fsync(out.fileno())
-        whole.replace(file)
+        # without what a kill left half written
+        write_atomically(file, kept)
         self._out = file.open('ab', buffering=0)
 
     def _read(self) -> bytes:
@@ -148,7 +144,7 @@ class Journal:
         if not self.known:
             return None
         checksum, scores = self._played[self._next]
-        if checksum != fingerprint(points) or len(scores) != len(points):
+        if checksum != generation_checksum(points) or len(scores) != len(points):
             raise ParameterError([
                 f'{self.file}: generation {self._next + 1} is not the one that this search makes (another version of '
                 'the program or of NumPy?); begin anew without --resume'
@@ -173,7 +169,7 @@ class Journal:
             If it cannot be written; what was kept before stays whole.
 
         """
-        line = _line({'points': fingerprint(points), 'scores': scores.tolist()})
+        line = _line({'points': generation_checksum(points), 'scores': scores.tolist()})
         end = self._out.tell()
         try:
             written = self._out.write(line)

@@ -6,20 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.configuration import Configuration
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_stability import is_stable
-from mobile_robot_control.simulation import metrics
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.simulation.totals import objective
 from mobile_robot_control.simulation.trial import Outcome, Trial
-from mobile_robot_control.tuning import gains as gain_space
-from mobile_robot_control.tuning import scenarios
+from mobile_robot_control.tuning import search_space
 from mobile_robot_control.tuning.chromosome import Points
-from mobile_robot_control.tuning.gains import Gains, Gene
 from mobile_robot_control.tuning.genetic import Scores
-from mobile_robot_control.tuning.scenarios import Scenario
+from mobile_robot_control.tuning.scenarios import Scenario, scenario_trial
 from mobile_robot_control.tuning.search import WORST
+from mobile_robot_control.tuning.search_space import Gains, Gene
 
-Run = Callable[[Sequence[Trial]], list[Outcome]]
+RunTrials = Callable[[Sequence[Trial]], list[Outcome]]
 COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistics.fmean, 'worst': max}
 
 
@@ -67,10 +66,10 @@ class Objective:
 
     """
 
-    def __init__(self, configuration: Configuration, goal: Goal, run: Run) -> None:
+    def __init__(self, configuration: Configuration, goal: Goal, run: RunTrials) -> None:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
-        self._gains = gain_space.of(configuration)
-        self._trials = [scenarios.trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
+        self._gains = search_space.of(configuration)
+        self._trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
         if goal.controller != 'velocity':
             self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
         # gains that are kept have been checked
@@ -91,7 +90,7 @@ class Objective:
             Valid, but for the stability of the velocity loop.
 
         """
-        return gain_space.decode(self._goal.genes, point, self._gains)
+        return search_space.decode(self._goal.genes, point, self._gains)
 
     def __call__(self, points: Points) -> Scores:
         """
@@ -151,7 +150,7 @@ class Objective:
 
     def _score(self, outcomes: Sequence[Outcome]) -> float:
         scored = [
-            metrics.objective(outcome.totals, self._goal.literal) if outcome.steps == trial.steps else WORST
+            objective(outcome.totals, self._goal.literal) if outcome.steps == trial.steps else WORST
             for outcome, trial in zip(outcomes, self._trials, strict=True)
         ]
         # an average of a run that failed and one that did not says nothing

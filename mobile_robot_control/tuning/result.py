@@ -7,8 +7,8 @@ from typing import Any
 
 import yaml
 
-from mobile_robot_control.configuration import Configuration, Shared
-from mobile_robot_control.parameters import declarations, flatten
+from mobile_robot_control.parameters.declaration import declarations, flatten
+from mobile_robot_control.parameters.nodes import Configuration, Shared
 from mobile_robot_control.tuning.search import Generation
 
 _ALWAYS = {

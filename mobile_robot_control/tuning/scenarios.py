@@ -1,18 +1,18 @@
 """What a controller is tried in: curves, starts, robots that differ from the nominal one."""
 
 import itertools
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from mobile_robot_control.configuration import Configuration
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.imperfections import Delay, Noise, empty_line
+from mobile_robot_control.model.actuators import Delay, empty_line
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.curves import CURVES, reference_at
-from mobile_robot_control.simulation.trial import Trial, prepare
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.trial import Trial, make_trial
 
 
 class Scenario(NamedTuple):
@@ -46,36 +46,7 @@ class Scenario(NamedTuple):
     delay: int = 0
 
 
-class Spread(NamedTuple):
-    """
-    From what random scenarios are drawn.
-
-    Attributes
-    ----------
-    curves : tuple of str
-        Each as likely as the others.
-    scales : tuple of float
-        Likewise [m].
-    within : float
-        Largest distance of the start from the cart's [m]; the heading is any.
-    variation : float
-        Largest relative change of mass (with the inertia) and of friction.
-    noise : Noise
-        Of all; the seeds are drawn.
-    longest_delay : int
-        Delays are drawn from 0 up to it.
-
-    """
-
-    curves: tuple[str, ...]
-    scales: tuple[float, ...]
-    within: float = 1.0
-    variation: float = 0.2
-    noise: Noise = Noise()
-    longest_delay: int = 0
-
-
-def configured(configuration: Configuration) -> Scenario:
+def configured_scenario(configuration: Configuration) -> Scenario:
     """
     Give the situation of a configuration.
 
@@ -94,43 +65,7 @@ def configured(configuration: Configuration) -> Scenario:
     return Scenario(curve.curve, curve.placement.scale, noise=imperfect.noise, delay=imperfect.delay.velocity_steps)
 
 
-def draw(spread: Spread, count: int, seed: int) -> list[Scenario]:
-    """
-    Draw random scenarios.
-
-    Parameters
-    ----------
-    spread : Spread
-        From what.
-    count : int
-        How many.
-    seed : int
-        The same seed, the same scenarios; a longer list begins with the shorter one.
-
-    Returns
-    -------
-    list of Scenario
-        Starts are spread evenly over the disc.
-
-    """
-    rng = np.random.default_rng(seed)
-    drawn = []
-    for _ in range(count):
-        curve, scale, radius, angle, heading, mass, friction, noise, delay = rng.random(9).tolist()
-        distance, direction = spread.within * math.sqrt(radius), 2.0 * math.pi * angle
-        drawn.append(Scenario(
-            spread.curves[int(curve * len(spread.curves))],
-            spread.scales[int(scale * len(spread.scales))],
-            Pose(distance * math.cos(direction), distance * math.sin(direction), math.pi * (1.0 - 2.0 * heading)),
-            1.0 + spread.variation * (2.0 * mass - 1.0),
-            1.0 + spread.variation * (2.0 * friction - 1.0),
-            spread.noise._replace(seed=int(noise * 2**32)),
-            int(delay * (spread.longest_delay + 1)),
-        ))
-    return drawn
-
-
-def trial(configuration: Configuration, scenario: Scenario, laps: float, late: float) -> Trial:
+def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float, late: float) -> Trial:
     """
     Make the trial of a configuration in a scenario.
 
@@ -153,7 +88,7 @@ def trial(configuration: Configuration, scenario: Scenario, laps: float, late: f
     """
     cart = configuration.reference_cart
     placement = cart.curve.placement._replace(scale=scenario.scale)
-    prepared = prepare(configuration, laps * placement.period, late * placement.period)
+    prepared = make_trial(configuration, laps * placement.period, late * placement.period)
     plant = prepared.loop.plant
     robot = plant.robot._replace(
         mass=plant.robot.mass * scenario.mass,
@@ -170,7 +105,7 @@ def trial(configuration: Configuration, scenario: Scenario, laps: float, late: f
     return prepared._replace(
         curve=scenario.curve,
         loop=prepared.loop._replace(
-            plant=dynamics.sample(robot, plant.dt, plant.centripetal_coupling),
+            plant=discretise(robot, plant.dt, plant.centripetal_coupling),
             imperfections=prepared.loop.imperfections._replace(noise=scenario.noise, delay=delay),
             placement=placement,
         ),
@@ -178,7 +113,7 @@ def trial(configuration: Configuration, scenario: Scenario, laps: float, late: f
     )
 
 
-def grid(
+def scenario_grid(
     nominal: Scenario,
     curves: Sequence[str],
     scales: Sequence[float],

@@ -89,7 +89,7 @@ class _Over(Exception):  # noqa: N818 (not an error: the end of a search)
     """No further generation."""
 
 
-def search(
+def run_search(
     settings: SearchSettings,
     score: Score,
     journal: Journal | None = None,

@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState
 
 from bench.bare_messages import CMD_VEL, JOINT_STATES, ODOM, REFERENCE, TRACKING_ERROR, WHEEL_TORQUES
 from bench.process import spin
-from mobile_robot_control.ros.qos import LOOP, NEWEST
+from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
 
 PERIOD = 2_000_000
 TICKS = 5
@@ -31,10 +31,10 @@ class Plant(Node):
     def __init__(self) -> None:
         super().__init__('plant')
         self._cycle = 0
-        self._odom = self.create_publisher(Odometry, 'odom', LOOP)
-        self._joint_states = self.create_publisher(JointState, 'joint_states', LOOP)
-        self._clock_topic = self.create_publisher(Clock, '/clock', LOOP)
-        self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, NEWEST)
+        self._odom = self.create_publisher(Odometry, 'odom', PUBLISHED)
+        self._joint_states = self.create_publisher(JointState, 'joint_states', PUBLISHED)
+        self._clock_topic = self.create_publisher(Clock, '/clock', PUBLISHED)
+        self.create_subscription(JointState, 'wheel_torques', self._on_wheel_torques, SUBSCRIBED)
         self._asked = -1
         self.create_timer(0.1, self._look, clock=SteadyClock(clock_type=ClockType.STEADY_TIME))
         self._ask(with_odometry=True)
@@ -66,8 +66,8 @@ class ReferenceCart(Node):
 
     def __init__(self) -> None:
         super().__init__('reference_cart')
-        self._reference = self.create_publisher(Odometry, 'reference', LOOP)
-        self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
+        self._reference = self.create_publisher(Odometry, 'reference', PUBLISHED)
+        self.create_subscription(Odometry, 'odom', self._on_odom, SUBSCRIBED)
 
     def _on_odom(self, message: Odometry) -> None:
         REFERENCE.header.stamp = message.header.stamp
@@ -79,10 +79,10 @@ class PositionController(Node):
 
     def __init__(self) -> None:
         super().__init__('position_controller')
-        self._cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', LOOP)
-        self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', LOOP)
-        self.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
-        self.create_subscription(Odometry, 'reference', self._on_reference, NEWEST)
+        self._cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', PUBLISHED)
+        self._tracking_error = self.create_publisher(Vector3Stamped, 'tracking_error', PUBLISHED)
+        self.create_subscription(Odometry, 'odom', self._on_odom, SUBSCRIBED)
+        self.create_subscription(Odometry, 'reference', self._on_reference, SUBSCRIBED)
         self._odom: Any = None
         self._reference: Any = None
 
@@ -106,9 +106,9 @@ class VelocityController(Node):
 
     def __init__(self) -> None:
         super().__init__('velocity_controller')
-        self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', LOOP)
-        self.create_subscription(JointState, 'joint_states', self._on_joint_states, NEWEST)
-        self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, NEWEST)
+        self._wheel_torques = self.create_publisher(JointState, 'wheel_torques', PUBLISHED)
+        self.create_subscription(JointState, 'joint_states', self._on_joint_states, SUBSCRIBED)
+        self.create_subscription(TwistStamped, 'cmd_vel', self._on_cmd_vel, SUBSCRIBED)
         self._wheels: Any = None
         self._command: Any = None
 

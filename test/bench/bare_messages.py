@@ -6,21 +6,21 @@ from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
+from mobile_robot_control.messages import writing
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
-from mobile_robot_control.ros import messages
 
 _VELOCITY, _POSE, _TORQUE = BodyVelocity(0.4, 0.2), Pose(0.9, 0.1, 1.2), WheelTorque(0.3, 0.2)
 
 ODOM = deserialize_message(
-    messages.odometry_writer('odom', 'base_link')(0, _POSE, _VELOCITY), Odometry)
+    writing.odometry_writer('odom', 'base_link')(0, _POSE, _VELOCITY), Odometry)
 REFERENCE = deserialize_message(
-    messages.odometry_writer('odom', 'reference_cart')(0, _POSE, _VELOCITY), Odometry)
-CMD_VEL = deserialize_message(messages.twist_writer('base_link')(0, _VELOCITY), TwistStamped)
+    writing.odometry_writer('odom', 'reference_cart')(0, _POSE, _VELOCITY), Odometry)
+CMD_VEL = deserialize_message(writing.twist_writer('base_link')(0, _VELOCITY), TwistStamped)
 TRACKING_ERROR = deserialize_message(
-    messages.error_writer('base_link')(0, TrackingError(0.01, 0.02, 0.03)), Vector3Stamped)
-WHEEL_TORQUES = deserialize_message(messages.torque_writer()(0, _TORQUE), JointState)
+    writing.error_writer('base_link')(0, TrackingError(0.01, 0.02, 0.03)), Vector3Stamped)
+WHEEL_TORQUES = deserialize_message(writing.torque_writer()(0, _TORQUE), JointState)
 JOINT_STATES = deserialize_message(
-    messages.joints_writer()(0, (1.0, 2.0), WheelVelocity(11.0, 12.0), _TORQUE), JointState)
+    writing.joints_writer()(0, (1.0, 2.0), WheelVelocity(11.0, 12.0), _TORQUE), JointState)
 
 MESSAGES = {'odom': ODOM, 'reference': REFERENCE, 'cmd_vel': CMD_VEL, 'tracking_error': TRACKING_ERROR,
             'wheel_torques': WHEEL_TORQUES, 'joint_states': JOINT_STATES}

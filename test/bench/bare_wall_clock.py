@@ -14,7 +14,7 @@ from rclpy.node import Node
 
 from bench.bare_messages import DIAGNOSTICS, MESSAGES
 from bench.process import spin
-from mobile_robot_control.ros.qos import LOOP, NEWEST
+from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
 
 
 class Topics(NamedTuple):
@@ -45,7 +45,7 @@ class PassOn(Node):
         self._often = [(MESSAGES[topic], self._publisher(topic)) for topic in topics.said]
         self._seldom = [(MESSAGES[topic], self._publisher(topic)) for topic in topics.seldom]
         for topic in topics.heard:
-            self.create_subscription(type(MESSAGES[topic]), topic, self._holder(topic), NEWEST)
+            self.create_subscription(type(MESSAGES[topic]), topic, self._holder(topic), SUBSCRIBED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(period / 1e9, self._step, clock=clock)
@@ -54,7 +54,7 @@ class PassOn(Node):
         self.create_timer(1.0, lambda: self._diagnostics.publish(DIAGNOSTICS), clock=clock)
 
     def _publisher(self, topic):
-        return self.create_publisher(type(MESSAGES[topic]), topic, LOOP)
+        return self.create_publisher(type(MESSAGES[topic]), topic, PUBLISHED)
 
     def _holder(self, topic):
         def hold(message):

@@ -13,19 +13,20 @@ import numpy as np
 
 from bench.progress import say
 from bench.row import at_least, at_most
-from mobile_robot_control.configuration import Configuration
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import NoState
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.curves import CURVES, reference_at
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.trial import drive_of, prepare, references
-from mobile_robot_control.tuning.gains import CHROMOSOMES
+from mobile_robot_control.simulation.trial import cart_drive, make_trial, references
 from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.scenarios import configured
-from mobile_robot_control.tuning.search import SearchSettings, search
+from mobile_robot_control.tuning.scenarios import configured_scenario
+from mobile_robot_control.tuning.search import SearchSettings, run_search
+from mobile_robot_control.tuning.search_space import CHROMOSOMES
 
 LAP = 16.0
 ROUNDS = 7
@@ -66,7 +67,7 @@ class PlainC:
         numbers = _flat((loop.plant.robot, loop.plant.linear, loop.plant.angular, loop.plant.dt, loop.position_dt,
                          loop.velocity_gains, loop.law_gains, loop.motor_limit, loop.command_limit))
         self._loop = np.array(numbers)
-        self._references = np.array([(*one.pose, *one.velocity) for one in references(drive_of(trial))])
+        self._references = np.array([(*one.pose, *one.velocity) for one in references(cart_drive(trial))])
         self._start = np.array(_flat((trial.state.plant.pose, trial.state.plant.velocity, 0.0, 0.0)))
         self._trial = trial
         self.state, self.totals = self._start.copy(), np.zeros(14)
@@ -144,16 +145,16 @@ def _whole_search():
     def run(trials):
         nonlocal spent
         begun = time.process_time()
-        outcomes = batch.run(trials)
+        outcomes = batch.run_trials(trials)
         spent += time.process_time() - begun
         return outcomes
 
-    goal = Goal('fuzzy', CHROMOSOMES['fuzzy'], (configured(parameters),))
+    goal = Goal('fuzzy', CHROMOSOMES['fuzzy'], (configured_scenario(parameters),))
     objective = Objective(parameters, goal, run)
     objective.score(objective.gains([0.5] * 15))
     spent = 0.0
     begun = time.process_time()
-    search(SearchSettings('genetic', 15, 101, 15, 1), objective)
+    run_search(SearchSettings('genetic', 15, 101, 15, 1), objective)
     return (time.process_time() - begun) / spent
 
 
@@ -162,12 +163,12 @@ def rows():
     if not batch.COMPILES:
         say('numba is not installed: no rollout to measure')
         return
-    trial = prepare(Configuration(), LAP)
-    (outcome,) = batch.run([trial])
+    trial = make_trial(Configuration(), LAP)
+    (outcome,) = batch.run_trials([trial])
     continuous = Continuous(trial)
 
     def compiled():
-        batch.run([trial])
+        batch.run_trials([trial])
 
     if shutil.which('cc') or shutil.which('gcc'):
         plain_c = PlainC(trial)
@@ -179,7 +180,7 @@ def rows():
         say('no C compiler here: the rollout is not compared with plain C')
     ratio, how = _ratio(compiled, continuous, 2)
     yield at_least('solve_ivp (LSODA, rtol 1e-6) / rollout', 1.0 / ratio, 15.0, how)
-    ratio, how = _ratio(compiled, lambda: batch.run([trial], False), 1)
+    ratio, how = _ratio(compiled, lambda: batch.run_trials([trial], False), 1)
     yield at_least('plain form / rollout', 1.0 / ratio, 40.0, how)
     yield at_least('rollouts on one core / on two', _both_cores(trial), 1.8, 'wall time of 400 laps; needs idle cores')
     yield at_most('fuzzy search / its rollouts', _whole_search(), 1.15, 'CPU of 15 generations of 101, one core')

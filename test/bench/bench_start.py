@@ -16,7 +16,7 @@ from bench.ear import Ear
 from bench.graph import CONFIG, Graph, new_domain
 from bench.progress import say
 from bench.row import Row, at_most
-from mobile_robot_control.ros.qos import LOOP, NEWEST
+from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
 
 RUNS = 9
 
@@ -39,9 +39,9 @@ class Midwife(Ear):
         inputs, first = FIRST[name]
         kind = Header if name == 'empty' else type(MESSAGES[first])
         self._heard: float | None = None
-        self.listen_to(first, kind, self._hear, NEWEST)
+        self.listen_to(first, kind, self._hear, SUBSCRIBED)
         self._inputs: list[tuple[Any, Any]] = [
-            (MESSAGES[topic], self.node.create_publisher(type(MESSAGES[topic]), topic, LOOP)) for topic in inputs
+            (MESSAGES[topic], self.node.create_publisher(type(MESSAGES[topic]), topic, PUBLISHED)) for topic in inputs
         ]
         self.node.create_timer(empty_node.PERIOD, self._feed, clock=Clock(clock_type=ClockType.STEADY_TIME))
 

@@ -6,8 +6,8 @@ from nav_msgs.msg import Odometry
 
 from bench.ear import Ear
 from bench.graph import Graph
-from mobile_robot_control.readings import serialised_stamp
-from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.messages.parsing import serialised_stamp
+from mobile_robot_control.ros.qos import SUBSCRIBED
 
 
 class Odometer(Ear):
@@ -17,7 +17,7 @@ class Odometer(Ear):
         super().__init__(graph.domain)
         self._graph = graph
         self._heard = (0.0, -1)
-        self.listen_to('odom', Odometry, self._hear, NEWEST)
+        self.listen_to('odom', Odometry, self._hear, SUBSCRIBED)
 
     def _hear(self, message: bytes) -> None:
         self._heard = (time.monotonic(), serialised_stamp(message))

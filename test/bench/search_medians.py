@@ -7,13 +7,13 @@ The median of five seeds for each search and algorithm: one lap of the 1 m trifo
 import statistics
 from pathlib import Path
 
-from mobile_robot_control.configuration import configure
-from mobile_robot_control.parameter_files import load
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
 from mobile_robot_control.simulation.batch import Pool
-from mobile_robot_control.tuning.gains import CHROMOSOMES, POPULATIONS, bounded
 from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.scenarios import configured
-from mobile_robot_control.tuning.search import ALGORITHMS, SearchSettings, search
+from mobile_robot_control.tuning.scenarios import configured_scenario
+from mobile_robot_control.tuning.search import ALGORITHMS, SearchSettings, run_search
+from mobile_robot_control.tuning.search_space import CHROMOSOMES, POPULATIONS, bounded
 
 CONFIG = Path(__file__).parents[2] / 'config'
 SEEDS = range(1, 6)
@@ -28,9 +28,9 @@ def scores(law, algorithm, run):
     """Search with each seed; yields the objectives found."""
     parameters = configure(load([CONFIG / f'{law}.yaml']))
     genes = bounded(CHROMOSOMES[law], BOUNDS[law])
-    objective = Objective(parameters, Goal(law, genes, (configured(parameters),)), run)
+    objective = Objective(parameters, Goal(law, genes, (configured_scenario(parameters),)), run)
     for seed in SEEDS:
-        found = search(SearchSettings(algorithm, len(genes), POPULATIONS[law], GENERATIONS, seed), objective)
+        found = run_search(SearchSettings(algorithm, len(genes), POPULATIONS[law], GENERATIONS, seed), objective)
         print(f'{law} {algorithm} seed {seed}: {found.score:.4f}', flush=True)
         yield found.score
 

@@ -18,7 +18,7 @@ from bench.bare_messages import MESSAGES
 from bench.ear import Ear
 from bench.graph import alternate, cpu_seconds, graphs, proportional_megabytes
 from bench.row import at_least, at_most, median_ratio
-from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.ros.qos import SUBSCRIBED
 
 
 def test_a_row_holds_up_to_its_bound_and_not_without_a_number():
@@ -134,7 +134,7 @@ def test_bare_nodes_say_as_much_as_ours():
             ear = Ear(graph.domain)
             for topic, message in MESSAGES.items():
                 ear.listen_to(topic, type(message), lambda raw, sizes=sizes, topic=topic: sizes.update(
-                    {topic: len(raw)}), NEWEST)
+                    {topic: len(raw)}), SUBSCRIBED)
             ear.until(lambda sizes=sizes: len(sizes) == len(MESSAGES), 30.0, graph.check)
             heard.append(sizes)
             ear.close()

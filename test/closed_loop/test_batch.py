@@ -7,9 +7,9 @@ import pytest
 from measuring import RunMeter, configuration
 
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.closed_loop import rollout
 from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.trial import drive_of, prepare, references, run_of
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.simulation.trial import cart_drive, make_trial, measured_run, references
 
 LAP = 16.0
 ROUGH = {
@@ -34,8 +34,8 @@ def numbers(value):
 def test_plain_and_compiled_form_agree_over_a_lap(law, delay):
     pytest.importorskip('numba')
     for plant in ({'initial_pose': [0.9, 0.1, 1.0]}, ROUGH):
-        trial = prepare(asked(law, {**plant, 'delay.velocity_steps': delay}), LAP, late=12.0)
-        (compiled,), (plain,) = batch.run([trial], True), batch.run([trial], False)
+        trial = make_trial(asked(law, {**plant, 'delay.velocity_steps': delay}), LAP, late=12.0)
+        (compiled,), (plain,) = batch.run_trials([trial], True), batch.run_trials([trial], False)
         assert compiled.steps == plain.steps == 8000
         for a, b in zip(numbers(compiled), numbers(plain), strict=True):
             # the highest torque of no torque at all is -inf
@@ -46,26 +46,26 @@ def test_plain_and_compiled_form_agree_over_a_lap(law, delay):
 def test_the_metrics_are_those_of_the_rollout_sample_by_sample(law):
     parameters = asked(law, {'initial_pose': [0.9, 0.1, 1.0], 'delay.velocity_steps': 2,
                              'disturbance.step': [0.01, 0.0]})
-    trial = prepare(parameters, 3.0)
+    trial = make_trial(parameters, 3.0)
     meter = RunMeter(0.002, 0.01)
     for sample in rollout(parameters, 3.0):
         meter.add(sample)
-    (outcome,) = batch.run([trial], False)
-    assert summary(run_of(trial, outcome)) == summary(meter.run('completed'))
+    (outcome,) = batch.run_trials([trial], False)
+    assert summary(measured_run(trial, outcome)) == summary(meter.run('completed'))
 
 
 def test_a_motion_that_diverges_ends_as_the_rollout_does():
     wild = configuration(plant={'disturbance.step': [1e9, 1e9]})
-    trial = prepare(wild, 1.0)
+    trial = make_trial(wild, 1.0)
     samples = list(rollout(wild, 1.0))
-    (outcome,) = batch.run([trial], False)
+    (outcome,) = batch.run_trials([trial], False)
     assert outcome.steps == len(samples) - 1 < trial.steps
-    assert run_of(trial, outcome).outcome == 'diverged'
+    assert measured_run(trial, outcome).outcome == 'diverged'
 
 
 def test_the_late_totals_count_from_their_time_on():
-    trial = prepare(configuration(), 2.0, late=1.5)
-    (outcome,) = batch.run([trial], False)
+    trial = make_trial(configuration(), 2.0, late=1.5)
+    (outcome,) = batch.run_trials([trial], False)
     assert outcome.late.time == pytest.approx(0.5)
     assert 0.0 < outcome.late.squared_position < outcome.totals.squared_position
 
@@ -74,24 +74,24 @@ def test_errors_are_true_ones_whatever_the_noise():
     quiet, noisy = ({'noise.pose': [sigma, sigma, 0.0]} for sigma in (0.0, 0.1))
     gains = {'backstepping.p': 1e-3, 'backstepping.f': 1e-3, 'backstepping.q': 1.0, 'backstepping.g': 1e-3}
     (still,), (shaken,) = (
-        batch.run([prepare(configuration(plant=plant, position_controller=gains), 1.0)], False)
+        batch.run_trials([make_trial(configuration(plant=plant, position_controller=gains), 1.0)], False)
         for plant in (quiet, noisy))
     assert shaken.totals != still.totals
     assert shaken.totals.max_position < 0.1
 
 
 def test_trials_with_the_same_curve_share_their_references():
-    one, other = (prepare(configuration(plant={'initial_pose': [x, 0.0, 0.0]}), 1.0) for x in (0.5, 1.0))
-    assert references(drive_of(one)) is references(drive_of(other))
-    assert len(references(drive_of(one))) == 100
+    one, other = (make_trial(configuration(plant={'initial_pose': [x, 0.0, 0.0]}), 1.0) for x in (0.5, 1.0))
+    assert references(cart_drive(one)) is references(cart_drive(other))
+    assert len(references(cart_drive(one))) == 100
 
 
 @pytest.mark.parametrize('workers', [1, 2])
 def test_a_pool_keeps_the_order(workers):
-    trials = [prepare(configuration(plant={'initial_pose': [x / 10.0, 0.0, 0.0]}), 0.2) for x in range(9)]
+    trials = [make_trial(configuration(plant={'initial_pose': [x / 10.0, 0.0, 0.0]}), 0.2) for x in range(9)]
     pool = batch.Pool(workers)
     try:
-        assert pool(trials) == batch.run(trials)
+        assert pool(trials) == batch.run_trials(trials)
         assert pool([]) == []
     finally:
         pool.close()
@@ -100,13 +100,13 @@ def test_a_pool_keeps_the_order(workers):
 def test_without_numba_it_works_and_says_so_once():
     code = (
         'import sys; sys.modules["numba"] = None\n'
-        'from mobile_robot_control.configuration import configure\n'
+        'from mobile_robot_control.parameters.configuration import configure\n'
         'from mobile_robot_control.simulation import batch\n'
-        'from mobile_robot_control.simulation.trial import prepare\n'
+        'from mobile_robot_control.simulation.trial import make_trial\n'
         'if __name__ == "__main__":\n'
         '    pool = batch.Pool(2); batch.Pool(1)\n'
-        '    trials = [prepare(configure({}), 0.1)] * 3\n'
-        '    print(pool(trials) == batch.run(trials, False)); pool.close()\n'
+        '    trials = [make_trial(configure({}), 0.1)] * 3\n'
+        '    print(pool(trials) == batch.run_trials(trials, False)); pool.close()\n'
     )
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout == 'True\n'

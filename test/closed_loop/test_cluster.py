@@ -8,12 +8,12 @@ import time
 
 import pytest
 
-from mobile_robot_control.configuration import configure
+from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.tuning.gains import CHROMOSOMES, bounded
 from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.scenarios import configured
-from mobile_robot_control.tuning.search import SearchSettings, search
+from mobile_robot_control.tuning.scenarios import configured_scenario
+from mobile_robot_control.tuning.search import SearchSettings, run_search
+from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded
 
 distributed = pytest.importorskip('distributed')
 
@@ -63,9 +63,9 @@ def test_a_killed_worker_costs_its_batch_and_not_the_run(cluster, monkeypatch):
     address, workers = cluster
     parameters = configure({'reference_cart': {'period': 1.0, 'scale': 0.1}})
     genes = bounded(CHROMOSOMES['backstepping'], {'k1': (0.0, 2.0), 'k2': (0.0, 2.0)})
-    goal = Goal('backstepping', genes, (configured(parameters),))
+    goal = Goal('backstepping', genes, (configured_scenario(parameters),))
     settings = SearchSettings('genetic', 8, 21, 8, 1)
-    alone = search(settings, Objective(parameters, goal, lambda trials: batch.run(trials, False)))
+    alone = run_search(settings, Objective(parameters, goal, lambda trials: batch.run_trials(trials, False)))
     remote, done = Cluster(address), []
 
     def run(trials):
@@ -76,7 +76,7 @@ def test_a_killed_worker_costs_its_batch_and_not_the_run(cluster, monkeypatch):
         return remote(trials)
 
     try:
-        together = search(settings, Objective(parameters, goal, run))
+        together = run_search(settings, Objective(parameters, goal, run))
     finally:
         remote.close()
     assert workers[0].wait() == -signal.SIGKILL

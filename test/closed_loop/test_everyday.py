@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from measuring import RunMeter
 
-from mobile_robot_control.configuration import configure
-from mobile_robot_control.parameter_files import load
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.simulation.rollout import rollout
 
 CONFIG = Path(__file__).parents[2] / 'config'
 LAP = 16.0

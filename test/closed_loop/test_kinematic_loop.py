@@ -10,7 +10,8 @@ from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains, NoState, lyapunov, lyapunov_rate
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
-from mobile_robot_control.reference.curves import CURVES, Placement, reference_at
+from mobile_robot_control.reference.cart import Placement, reference_at
+from mobile_robot_control.reference.curves import CURVES
 
 GAINS = BacksteppingGains(p=1.5, q=0.6, alpha=1.0, f=1.0, g=3.0)
 STEEP = GAINS._replace(alpha=2.0)

@@ -6,6 +6,7 @@ import pytest
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose
 
@@ -15,7 +16,7 @@ RATE = 4000.0
 
 def respond(command, gains, seconds, rate=RATE, limit=0.0):
     """Yield the body velocity after each period of a step of the command, from rest."""
-    plant, state, pi = dynamics.sample(ROBOT, 1.0 / rate), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
+    plant, state, pi = discretise(ROBOT, 1.0 / rate), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
     for _ in range(round(seconds * rate)):
         pi, torque = velocity_pi.step(pi, command, state.velocity, gains, ROBOT, limit, 1.0 / rate)
         state = dynamics.step(state, torque, plant)

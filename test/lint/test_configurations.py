@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from mobile_robot_control.configuration import NODES, Configuration, configure
-from mobile_robot_control.parameter_files import load
-from mobile_robot_control.parameters import declarations, flatten
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.declaration import declarations, flatten
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import NODES, Configuration
 
 CONFIG = Path(__file__).parents[2] / 'config'
 FILES = sorted(CONFIG.rglob('*.yaml'))
@@ -71,12 +72,12 @@ def test_every_node_takes_every_file(domain):
     """All four nodes in one process, each file in turn: what one of them refuses ends the process with exit 2."""
     code = (
         'import sys, rclpy\n'
-        'from mobile_robot_control.ros.spin import _make\n'
-        'from mobile_robot_control.configuration import NODES\n'
+        'from mobile_robot_control.ros.spin import make_node\n'
+        'from mobile_robot_control.parameters.nodes import NODES\n'
         'for path in sys.argv[1:]:\n'
         '    rclpy.init(args=["--ros-args", "--params-file", path])\n'
         '    for name in NODES:\n'
-        '        _make(name).destroy_node()\n'
+        '        make_node(name).destroy_node()\n'
         '    rclpy.shutdown()\n'
     )
     done = subprocess.run([sys.executable, '-c', code, *map(str, FILES)], capture_output=True, text=True, timeout=100,

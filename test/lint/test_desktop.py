@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from mobile_robot_control.configuration import NODES, Shared
+from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.readings import WHEEL_JOINTS
-from mobile_robot_control.ros.recorder import LOOP_TOPICS
+from mobile_robot_control.parameters.nodes import NODES, Shared
+from mobile_robot_control.topics import LOOP_TOPICS
 
 DESKTOP = Path(__file__).parents[2] / 'config' / 'desktop'
 VECTORS, NUMBERS = {'xyz': 3, 'rpy': 3, 'size': 3, 'rgba': 4}, {'radius', 'length', 'value', 'ixx', 'iyy', 'izz', 'ixy',
@@ -118,9 +118,9 @@ def test_the_urdf_is_the_robot_of_the_default_parameters(urdf):
 
 def _value(topic, path):
     """Follow a PlotJuggler series name through a message of the topic's type."""
-    package, _, kind = LOOP_TOPICS[topic].split('/')
+    package, _, kind = LOOP_TOPICS[topic].kind.split('/')
     message = getattr(importlib.import_module(f'{package}.msg'), kind)()
-    if LOOP_TOPICS[topic] == 'sensor_msgs/msg/JointState':
+    if LOOP_TOPICS[topic].kind == 'sensor_msgs/msg/JointState':
         joint, field = path
         assert joint in WHEEL_JOINTS
         return getattr(message, field)

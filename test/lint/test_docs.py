@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.configuration import NODES
-from mobile_robot_control.reporting.parameter_table import insert, tables
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
 
 DOCS = Path(__file__).parents[2] / 'docs'
 PAGES = {path.stem: path.read_text(encoding='utf-8') for path in (DOCS / 'nodes').glob('*.md')}
@@ -20,18 +20,18 @@ def test_there_is_a_page_for_each_node():
 
 @pytest.mark.parametrize('node', NODES)
 def test_its_parameters_are_present(node):
-    assert insert(PAGES[node]) == PAGES[node]
+    assert insert_parameters(PAGES[node]) == PAGES[node]
     assert tables(node) in PAGES[node]
 
 
 def test_its_topics_are_those_of_the_node(domain):
     code = (
         'import rclpy\n'
-        'from mobile_robot_control.ros.spin import _make\n'
-        'from mobile_robot_control.configuration import NODES\n'
+        'from mobile_robot_control.ros.spin import make_node\n'
+        'from mobile_robot_control.parameters.nodes import NODES\n'
         'rclpy.init()\n'
         'for name in NODES:\n'
-        '    node = _make(name)\n'
+        '    node = make_node(name)\n'
         '    for verb, found in (("publishes", node.publishers), ("subscribes", node.subscriptions)):\n'
         '        for end in found:\n'
         '            kind = end.msg_type.__module__.split(".")[0] + "/msg/" + end.msg_type.__name__\n'

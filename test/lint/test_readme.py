@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.reporting.parameter_table import insert
+from mobile_robot_control.reporting.parameter_table import insert_parameters
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -35,7 +35,7 @@ def _assert_test_exists(name):
 
 
 def test_the_parameter_table_is_present():
-    assert insert(README) == README
+    assert insert_parameters(README) == README
 
 
 def test_every_equation_of_the_chapter_is_mapped():

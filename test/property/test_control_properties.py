@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from mobile_robot_control.control import backstepping, fuzzy, handover, hybrid_backstepping, velocity_pi
+from mobile_robot_control.control import backstepping, bumpless_transfer, fuzzy, hybrid_backstepping, velocity_pi
 from mobile_robot_control.control.backstepping import BacksteppingGains, NoState, lyapunov, lyapunov_rate
 from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
 from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains, fade_step
@@ -15,7 +15,7 @@ from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.control.tracking_error import bearing, distance, tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Pose, Reference, TrackingError, WheelTorque
 
 FINITE = st.floats(-1e15, 1e15)
@@ -289,9 +289,9 @@ def test_equation_17_without_a_limit_both_channels_always_integrate(gains, v, om
     Reference, st.just(Pose(0.0, 0.0, 0.0)), st.builds(BodyVelocity, WITHIN, WITHIN))), min_size=1, max_size=4),
     st.booleans())
 def test_no_gains_ask_for_what_a_message_may_not_hold(control, inputs, under_way):
-    running = handover.begin(control, under_way=under_way)
+    running = bumpless_transfer.begin(control, under_way=under_way)
     for error, reference in inputs:
-        running, command = handover.step(running, error, reference, 0.01)
+        running, command = bumpless_transfer.step(running, error, reference, 0.01)
         # written so that NaN does not pass
         assert abs(command.linear) <= LARGEST
         assert abs(command.angular) <= LARGEST

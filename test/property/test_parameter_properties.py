@@ -6,9 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mobile_robot_control.configuration import NODES, Configuration, configure
-from mobile_robot_control.parameter_files import load, write
-from mobile_robot_control.parameters import ParameterError, build, declarations, flatten
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.declaration import declarations, flatten
+from mobile_robot_control.parameters.files import load, parameter_file_text
+from mobile_robot_control.parameters.nodes import NODES, Configuration
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 TEXTS = st.text(min_size=1, max_size=20).filter(lambda text: text.isprintable())
@@ -28,7 +30,7 @@ def path(tmp_path_factory):
        pose=st.lists(FLOATS, min_size=3, max_size=3), text=TEXTS, flag=st.booleans())
 def test_what_is_written_is_read_back_to_the_last_bit(path, values, pose, text, flag):
     given_ = {**values, 'initial_pose': pose, 'odom_frame_id': text, 'lockstep': flag}
-    path.write_text(write({'plant': given_}), encoding='utf-8')
+    path.write_text(parameter_file_text({'plant': given_}), encoding='utf-8')
     read_back = load([path])['plant']
     assert read_back == given_
     for name, value in given_.items():
@@ -43,7 +45,8 @@ def test_a_configuration_survives_its_file(path, gains, d, mass):
     values['position_controller'].update({'backstepping.p': gains[0], 'fuzzy.d': sorted(d)})
     values['velocity_controller'].update({'gains.ti1': 10.0 * gains[1], 'gains.k2': 0.1 * gains[2]})
     configuration = configure(values)
-    path.write_text(write({node: flatten(getattr(configuration, node)) for node in NODES}), encoding='utf-8')
+    text = parameter_file_text({node: flatten(getattr(configuration, node)) for node in NODES})
+    path.write_text(text, encoding='utf-8')
     assert configure(load([path])) == configuration
 
 

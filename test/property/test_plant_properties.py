@@ -9,6 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.actuators import saturate
+from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
@@ -53,8 +55,8 @@ def test_equations_2_to_4_8_and_9_give_the_energy_10_with_A_and_B_of_15(right, l
 @given(VELOCITIES, TORQUES, HEADINGS, ROBOTS, st.floats(1e-4, 0.02))
 def test_an_exact_step_equals_two_half_steps(velocity, torque, heading, robot, dt):
     start = PlantState(Pose(0.3, -0.2, heading), velocity, 1.0, -1.0)
-    whole = dynamics.step(start, torque, dynamics.sample(robot, dt))
-    half = dynamics.sample(robot, 0.5 * dt)
+    whole = dynamics.step(start, torque, discretise(robot, dt))
+    half = discretise(robot, 0.5 * dt)
     halves = dynamics.step(dynamics.step(start, torque, half), torque, half)
     largest = 1.0 + max(map(abs, (*whole.velocity, *velocity)))
     assert halves.velocity == pytest.approx(whole.velocity, abs=1e-13 * largest)
@@ -66,8 +68,8 @@ def test_an_exact_step_equals_two_half_steps(velocity, torque, heading, robot, d
 @given(VELOCITIES, TORQUES, HEADINGS, COUPLING)
 def test_a_step_of_the_chapters_robot_keeps_its_place_to_a_picometre(velocity, torque, heading, coupling):
     start = PlantState(Pose(0.3, -0.2, heading), velocity, 0.0, 0.0)
-    whole = dynamics.step(start, torque, dynamics.sample(ROBOT, 0.002, coupling))
-    half = dynamics.sample(ROBOT, 0.001, coupling)
+    whole = dynamics.step(start, torque, discretise(ROBOT, 0.002, coupling))
+    half = discretise(ROBOT, 0.001, coupling)
     halves = dynamics.step(dynamics.step(start, torque, half), torque, half)
     assert halves.pose[:2] == pytest.approx(whole.pose[:2], abs=1e-12)
     assert halves.velocity == pytest.approx(whole.velocity, abs=1e-11)
@@ -75,7 +77,7 @@ def test_a_step_of_the_chapters_robot_keeps_its_place_to_a_picometre(velocity, t
 
 @given(VELOCITIES, TORQUES, HEADINGS, st.floats(-3.0, 3.0), COUPLING)
 def test_the_plant_does_not_know_where_north_is(velocity, torque, heading, turn, coupling):
-    plant = dynamics.sample(ROBOT, 0.002, coupling)
+    plant = discretise(ROBOT, 0.002, coupling)
     here = dynamics.step(PlantState(Pose(0.0, 0.0, heading), velocity, 0.0, 0.0), torque, plant)
     there = dynamics.step(dynamics.at_rest(Pose(0.0, 0.0, heading + turn))._replace(velocity=velocity), torque, plant)
     cos, sin = math.cos(turn), math.sin(turn)
@@ -86,7 +88,7 @@ def test_the_plant_does_not_know_where_north_is(velocity, torque, heading, turn,
 
 @given(VELOCITIES, TORQUES, HEADINGS, COUPLING)
 def test_mirrored_wheels_drive_a_mirrored_path(velocity, torque, heading, coupling):
-    plant = dynamics.sample(ROBOT, 0.002, coupling)
+    plant = discretise(ROBOT, 0.002, coupling)
     one = dynamics.step(PlantState(Pose(0.0, 0.0, heading), velocity, 0.0, 0.0), torque, plant)
     mirrored = dynamics.step(
         PlantState(Pose(0.0, 0.0, -heading), BodyVelocity(velocity.linear, -velocity.angular), 0.0, 0.0),
@@ -104,13 +106,13 @@ def energy_balance(velocity, torque, friction, coupling, dt):
     """Energy of Eq. (10) gained, and work of the torques less friction, over a period."""
     robot = Robot(viscous_friction=friction)
     start = PlantState(Pose(0.0, 0.0, 0.4), velocity, 0.0, 0.0)
-    end = dynamics.step(start, torque, dynamics.sample(robot, dt, coupling))
+    end = dynamics.step(start, torque, discretise(robot, dt, coupling))
     gained = (chapter.kinetic_energy(*chapter.wheels(*end.velocity))
               - chapter.kinetic_energy(*chapter.wheels(*velocity)))
     # held torques do work over the wheels' angles; friction's power is integrated over the period
     work = torque.right * end.right_angle + torque.left * end.left_angle
     for node, weight in zip(NODES, WEIGHTS, strict=True):
-        between = dynamics.step(start, torque, dynamics.sample(robot, 0.5 * (node + 1.0) * dt, coupling))
+        between = dynamics.step(start, torque, discretise(robot, 0.5 * (node + 1.0) * dt, coupling))
         work -= 0.5 * dt * weight * friction * sum(speed**2 for speed in chapter.wheels(*between.velocity))
     return gained, work
 
@@ -131,7 +133,7 @@ def test_deviation_8_the_coupling_does_no_work(velocity, torque, friction):
 @given(VELOCITIES, HEADINGS, ROBOTS, COUPLING)
 def test_without_torques_no_robot_gains_energy(velocity, heading, robot, coupling):
     start = PlantState(Pose(0.0, 0.0, heading), velocity, 0.0, 0.0)
-    end = dynamics.step(start, WheelTorque(0.0, 0.0), dynamics.sample(robot, 0.002, coupling))
+    end = dynamics.step(start, WheelTorque(0.0, 0.0), discretise(robot, 0.002, coupling))
 
     def energy(body):
         a, b = linear_inertia(robot), angular_inertia(robot)
@@ -143,8 +145,8 @@ def test_without_torques_no_robot_gains_energy(velocity, heading, robot, couplin
 
 @given(TORQUES, st.floats(0.01, 5.0))
 def test_limited_torques_stay_within_the_limit_and_keep_their_sign(torque, limit):
-    limited = dynamics.saturate(torque, limit)
+    limited = saturate(torque, limit)
     for asked, given_ in zip(torque, limited, strict=True):
         assert abs(given_) == min(abs(asked), limit)
         assert given_ * asked >= 0.0
-    assert dynamics.saturate(limited, limit) == limited
+    assert saturate(limited, limit) == limited

@@ -7,8 +7,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from harness import CONFIG
 
-from mobile_robot_control.configuration import NODES
-from mobile_robot_control.ros.qos import LOOP
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.ros.qos import PUBLISHED
 
 WALL_CLOCK = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'peer_timeout:=1.0']
 
@@ -68,9 +68,9 @@ def test_nodes_say_how_many_listen_to_them(robot):
     robot.start('plant', 'position_controller', 'velocity_controller', arguments=WALL_CLOCK, composed=True)
     robot.spin_until(lambda: reports.values('plant').get('listeners of /odom') == '2')
     robot.spin_until(lambda: reports.values('position_controller').get('listeners of /cmd_vel') == '2')
-    assert not robot.recorder.all_hear_each_other()
+    assert not robot.recorder.all_discovered()
     robot.start('reference_cart', arguments=WALL_CLOCK)
-    robot.spin_until(robot.recorder.all_hear_each_other)
+    robot.spin_until(robot.recorder.all_discovered)
     robot.spin_until(lambda: reports.values('plant')['listeners of /odom'] == '3')
 
 
@@ -123,7 +123,7 @@ def test_what_is_refused_on_the_wall_clock_is_counted_and_keeps_no_robot_going(r
     reports = Reports(robot)
     robot.start('plant', 'velocity_controller', arguments=WALL_CLOCK)
     node = robot.recorder
-    publisher = node.create_publisher(TwistStamped, 'cmd_vel', LOOP)
+    publisher = node.create_publisher(TwistStamped, 'cmd_vel', PUBLISHED)
     message = TwistStamped()
     message.twist.linear.x = 0.2
 

@@ -10,7 +10,7 @@ from harness import CONFIG, Robot, experiment, node_pid, run_command, start_expe
 from mcap_ros2.reader import read_ros2_messages
 
 from mobile_robot_control.cli import simulate
-from mobile_robot_control.recording import bag
+from mobile_robot_control.recording import bag_reader
 
 
 def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
@@ -43,7 +43,7 @@ def test_a_namespace_of_its_own(domain, tmp_path):
     done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1', '--no-report',
                        '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml')
     assert done.returncode == 0, done.stderr
-    recording = bag.read(output / 'bag', '/robot1')
+    recording = bag_reader.read_bag(output / 'bag', '/robot1')
     assert len(recording.samples) == 501
     assert not recording.problems
 
@@ -58,7 +58,7 @@ def test_a_recorder_that_is_held_up_misses_nothing(domain, tmp_path):
     os.kill(run.pid, signal.SIGCONT)
     _, errors = run.communicate(timeout=60)
     assert run.returncode == 0, errors
-    recording = bag.read(output / 'bag')
+    recording = bag_reader.read_bag(output / 'bag')
     assert not recording.problems
     assert len(recording.samples) == 6001
 
@@ -76,7 +76,7 @@ def test_a_node_that_dies_is_named(domain, tmp_path, name):
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'node_died'
     assert 0.0 < metrics['duration'] < 30.0
-    assert bag.read(output / 'bag').samples[-1].time == metrics['duration']
+    assert bag_reader.read_bag(output / 'bag').samples[-1].time == metrics['duration']
     assert node_pid(output, 'velocity_controller') is None
 
 
@@ -89,7 +89,7 @@ def test_a_node_that_hangs_is_named(domain, tmp_path):
     assert run.returncode == 1
     assert 'reference_cart gave no answer for 2.0 s' in errors
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'node_died'
-    assert bag.read(output / 'bag').samples
+    assert bag_reader.read_bag(output / 'bag').samples
 
 
 def test_divergence_ends_with_exit_code_1(domain, tmp_path):
@@ -114,7 +114,7 @@ def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
     assert 'Traceback' not in errors
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'interrupted'
-    assert bag.read(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
+    assert bag_reader.read_bag(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
     assert not [name for name in ('plant', 'reference_cart') if node_pid(output, name)]
     assert (output / 'report.html').exists() == report
 
@@ -125,7 +125,7 @@ def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):
     robot.spin_until(lambda: 'odom' in robot.recorder.newest)
     done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run')
     assert done.returncode == 2
-    assert 'somebody else publishes on' in done.stderr
+    assert 'another node publishes on' in done.stderr
 
 
 def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from harness import CONFIG, node_pid, run_command, start_experiment, wait_until_it_moves
 
-from mobile_robot_control.recording import bag
+from mobile_robot_control.recording import bag_reader
 
 WALL_CLOCK = ['--params-file', CONFIG / 'wall_clock.yaml']
 
@@ -45,7 +45,7 @@ def test_a_recorder_that_is_killed_leaves_a_bag_and_no_process(domain, tmp_path,
     killed = time.time_ns()
     run.communicate(timeout=10)
     _wait_until_gone(output)
-    recording = bag.read(output / 'bag')
+    recording = bag_reader.read_bag(output / 'bag')
     assert any('the recording was cut off' in problem for problem in recording.problems)
     assert recording.samples[-1].time > 0.0
     # half a second was not written yet, and as much may have been on its way
@@ -71,7 +71,7 @@ def test_a_full_disk_ends_the_run_with_a_message(domain, tmp_path):
         # what could not be written either is named, and not there in part
         for name in ('metrics.json', 'report.html'):
             assert (disk / 'run' / name).exists() != (f'{name}: No space left on device' in done.stderr)
-        assert bag.read(disk / 'run' / 'bag').samples[-1].time > 0.1
+        assert bag_reader.read_bag(disk / 'run' / 'bag').samples[-1].time > 0.1
     finally:
         subprocess.run(['umount', disk], check=True)
 
@@ -98,7 +98,7 @@ def test_on_the_wall_clock_a_run_is_recorded_from_its_start(domain, tmp_path):
     # how long 400 steps take, and how well the robot keeps to the path, is the machine's affair
     assert metrics['duration'] > 1.7
     assert metrics['rms_position_error'] > 0.0
-    samples = bag.read(output / 'bag').samples
+    samples = bag_reader.read_bag(output / 'bag').samples
     # at rest at the start of the curve, and then the steps of the plant
     assert samples[0].tick.pose == pytest.approx((1.0, 0.0, 1.5707963), abs=0.05)
     assert samples[0].time < 0.3
@@ -114,7 +114,7 @@ def test_on_the_wall_clock_an_interrupted_run_is_whole(domain, tmp_path):
     assert run.returncode == 0, errors
     assert 'Traceback' not in errors
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'interrupted'
-    recording = bag.read(output / 'bag')
+    recording = bag_reader.read_bag(output / 'bag')
     assert not [problem for problem in recording.problems if 'cut off' in problem]
     assert recording.samples[-1].time > 0.8
     assert not _processes_of(output)

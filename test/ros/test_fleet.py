@@ -11,11 +11,11 @@ from fleet import Fleet
 from harness import CONFIG
 from nav_msgs.msg import Odometry
 
-from mobile_robot_control.configuration import NODES
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.parameter_files import write
-from mobile_robot_control.readings import serialised_stamp
-from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.messages.parsing import serialised_stamp
+from mobile_robot_control.parameters.files import parameter_file_text
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.ros.qos import SUBSCRIBED
 
 ROBOTS = {
     '/robot1': ['--params-file', CONFIG / 'hybrid_backstepping.yaml'],
@@ -29,7 +29,7 @@ def _run(folder, monkeypatch, names):
     """What robots say that run side by side, as fast as they go."""
     fleet = Fleet(folder, names, monkeypatch)
     start = folder / 'start.yaml'
-    start.write_text(write(START))
+    start.write_text(parameter_file_text(START))
     try:
         for name in names:
             fleet.start(name, [*ROBOTS[name], '--params-file', start, '-p', f'duration:={DURATION}', '-p',
@@ -82,11 +82,11 @@ def test_eight_robots_drive_on_in_flat_memory(domain, tmp_path, monkeypatch):
         def hear(message, name=name):
             stamps[name] = serialised_stamp(message) / 1e9
 
-        listener.create_subscription(Odometry, f'{name}/odom', hear, NEWEST, raw=True)
+        listener.create_subscription(Odometry, f'{name}/odom', hear, SUBSCRIBED, raw=True)
     try:
         for number, name in enumerate(names):
             law = tmp_path / f'{number}.yaml'
-            law.write_text(write({'position_controller': {'controller_type': list(LAWS)[number % 3]}}))
+            law.write_text(parameter_file_text({'position_controller': {'controller_type': list(LAWS)[number % 3]}}))
             fleet.start(name, ['--params-file', CONFIG / 'wall_clock.yaml', '--params-file', law, '-p',
                                'lockstep:=true', '-p', f'publish_clock:={str(number == 0).lower()}'],
                         composed=False)
@@ -95,7 +95,7 @@ def test_eight_robots_drive_on_in_flat_memory(domain, tmp_path, monkeypatch):
         started, begun, samples = time.monotonic(), dict(stamps), {}
         while time.monotonic() < started + SOAK:
             for key, process in fleet.processes.items():
-                assert process.exit_code() is None, process.obituary()
+                assert process.exit_code() is None, process.exit_report()
                 samples.setdefault(key, []).append((time.monotonic() - started, _memory(process.pid)))
             print(f'\r{time.monotonic() - started:5.0f} of {SOAK:.0f} s, simulated {min(stamps.values()):.0f} to '
                   f'{max(stamps.values()):.0f} s', end='', flush=True)

@@ -55,7 +55,7 @@ def _run(folder, monkeypatch, duration, vandal=None):
         fleet.start('/', ['--params-file', CONFIG / 'hybrid_backstepping.yaml', '-p', f'duration:={duration}', '-p',
                           'plant:initial_pose:=[0.8, 0.1, 0.0]', '-p', 'paused:=true', '-p', 'real_time_factor:=0.0'],
                     composed=vandal is None)
-        fleet.spin_until(recorder.hears_everything)
+        fleet.spin_until(recorder.has_every_topic)
         if vandal is not None:
             vandal, begun = vandal(), time.monotonic()
             fleet.spin_until(lambda: min(recorder.count_publishers(topic) for topic in garbage.KINDS) == 2)

@@ -5,18 +5,18 @@ import itertools
 import pytest
 from harness import CONFIG
 
-from mobile_robot_control.configuration import configure
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model.kinematics import body_velocity
-from mobile_robot_control.parameter_files import load
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
 
 ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=2.0']
 
 
 def test_another_law_takes_over_without_a_jump(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=4.0'], composed=True)
-    robot.spin_until(robot.recorder.hears_everything)
+    robot.spin_until(robot.recorder.has_every_topic)
     robot.go_on()
     robot.spin_until(lambda: robot.time() > 1.0)
     result, = robot.set('position_controller', controller_type='fuzzy')
@@ -38,7 +38,7 @@ def test_another_law_takes_over_without_a_jump(robot):
 
 def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=3.0'], composed=True)
-    robot.spin_until(robot.recorder.hears_everything)
+    robot.spin_until(robot.recorder.has_every_topic)
     robot.go_on()
     robot.spin_until(lambda: robot.time() > 0.5)
     result, = robot.set('velocity_controller', gains__k1=0.25)

@@ -12,8 +12,8 @@ from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.configuration import NODES
-from mobile_robot_control.ros.qos import LATCHED, LOOP, NEWEST
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.ros.qos import LATCHED, PUBLISHED, SUBSCRIBED
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 
 HYBRID = ('--params-file', str(CONFIG / 'hybrid_backstepping.yaml'))
@@ -80,7 +80,7 @@ def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
 
 def test_time_stands_still_while_paused(robot):
     robot.start(arguments=['-p', 'paused:=true'], composed=True)
-    robot.spin_until(robot.recorder.hears_everything)
+    robot.spin_until(robot.recorder.has_every_topic)
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {0}
     assert 'waiting for' not in robot.log('plant')
@@ -90,7 +90,7 @@ def test_time_stands_still_while_paused(robot):
 
 def test_time_runs_up_to_where_it_is_held(robot):
     robot.start(arguments=['-p', 'hold_at:=0.5', '-p', 'real_time_factor:=0.0', '-p', 'duration:=1.0'], composed=True)
-    robot.spin_until(robot.recorder.hears_everything)
+    robot.spin_until(robot.recorder.has_every_topic)
     robot.spin_until(lambda: robot.time() == 0.5)
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {500_000_000}
@@ -110,9 +110,9 @@ def test_time_runs_up_to_where_it_is_held(robot):
 def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
     robot.start('velocity_controller', arguments=['-p', 'gains.ti1:=0.05'])
     node, answers = robot.recorder, []
-    node.create_subscription(JointState, 'wheel_torques', answers.append, NEWEST)
-    wheels = node.create_publisher(JointState, 'joint_states', LOOP)
-    command = node.create_publisher(TwistStamped, 'cmd_vel', LOOP)
+    node.create_subscription(JointState, 'wheel_torques', answers.append, SUBSCRIBED)
+    wheels = node.create_publisher(JointState, 'joint_states', PUBLISHED)
+    command = node.create_publisher(TwistStamped, 'cmd_vel', PUBLISHED)
     robot.spin_until(lambda: wheels.get_subscription_count() > 1 and command.get_subscription_count() > 1)
 
     def ask(stamp):
@@ -151,8 +151,8 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
     """A velocity controller that is started again there needs the command of the last tick once more."""
     robot.start('plant')
     node, odometry, wheels = robot.recorder, [], []
-    torques = node.create_publisher(JointState, 'wheel_torques', LOOP)
-    node.create_subscription(Odometry, 'odom', odometry.append, NEWEST)
+    torques = node.create_publisher(JointState, 'wheel_torques', PUBLISHED)
+    node.create_subscription(Odometry, 'odom', odometry.append, SUBSCRIBED)
 
     def answer_the_first(message):
         wheels.append(message.header.stamp.nanosec)
@@ -160,7 +160,7 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
             still = JointState(name=message.name, effort=[0.0, 0.0])
             torques.publish(still)
 
-    node.create_subscription(JointState, 'joint_states', answer_the_first, NEWEST)
+    node.create_subscription(JointState, 'joint_states', answer_the_first, SUBSCRIBED)
     robot.spin_until(lambda: 2_000_000 in wheels)
     heard = len(odometry)
     robot.spin_until(lambda: len(odometry) > heard + 3, 5.0)
@@ -171,7 +171,7 @@ def test_path_is_latched_and_clock_follows(robot):
     paths, clocks = [], []
     robot.recorder.create_subscription(Clock, '/clock', clocks.append, 10)
     robot.start(arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true'])
-    robot.spin_until(lambda: clocks and robot.recorder.hears_everything())
+    robot.spin_until(lambda: clocks and robot.recorder.has_every_topic())
     robot.go_on()
     robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
     robot.spin_until(lambda: clocks[-1].clock.sec == 1)
@@ -185,8 +185,8 @@ def test_messages_carry_the_frames_of_the_contract(robot):
     robot.start(arguments=['-p', 'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'],
                 composed=True)
     odometry, references = [], []
-    robot.recorder.create_subscription(Odometry, 'odom', odometry.append, NEWEST)
-    robot.recorder.create_subscription(Odometry, 'reference', references.append, NEWEST)
+    robot.recorder.create_subscription(Odometry, 'odom', odometry.append, SUBSCRIBED)
+    robot.recorder.create_subscription(Odometry, 'reference', references.append, SUBSCRIBED)
     robot.spin_until(lambda: odometry and references)
     assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ('map', 'axle')
     assert (references[0].header.frame_id, references[0].child_frame_id) == ('map', 'cart')

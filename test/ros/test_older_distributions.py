@@ -48,7 +48,7 @@ def like_humble(tmp_path, monkeypatch):
 def _run(robot):
     """A run of four processes in which gains change while time stands still."""
     robot.start(arguments=ARGUMENTS)
-    robot.spin_until(robot.recorder.hears_everything)
+    robot.spin_until(robot.recorder.has_every_topic)
     robot.go_on()
     robot.spin_until(lambda: robot.time() == 1.0)
     # whole numbers are converted, and what is out of bounds is refused by name, by our own service

@@ -13,7 +13,7 @@ from geometry_msgs.msg import Twist, TwistStamped, Vector3Stamped
 from harness import CONFIG
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.ros.qos import SUBSCRIBED
 
 OURS = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'odom_frame_id:=map', '-p',
         'base_frame_id:=base_footprint']
@@ -44,7 +44,7 @@ def _stop(robot, name):
 ], ids=['stamped', 'plain'])
 def test_it_follows_the_cart_and_stops_at_the_end(robot, base, kind, topic, options, ours):
     errors, commands = [], []
-    robot.recorder.create_subscription(Vector3Stamped, 'tracking_error', errors.append, NEWEST)
+    robot.recorder.create_subscription(Vector3Stamped, 'tracking_error', errors.append, SUBSCRIBED)
     robot.recorder.create_subscription(kind, topic, lambda message: commands.append(
         message if kind is Twist else message.twist), 100)
     base(*options)

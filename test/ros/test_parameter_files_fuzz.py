@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from parameter_calls import DECLARED
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.configuration import NODES
-from mobile_robot_control.parameter_files import load
-from mobile_robot_control.parameters import ParameterError, build, flatten
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.ros import spin
 
 _STOPPED = types.SimpleNamespace(requested=True)
@@ -79,7 +80,7 @@ def _run_by_rcl(node, path):
     """What a node runs with that was started with a file."""
     rclpy.init(args=['--ros-args', '--params-file', str(path)], signal_handler_options=SignalHandlerOptions.NO)
     try:
-        made = spin._make(node)
+        made = spin.make_node(node)
         values = {name: made.get_parameter(name).value for name in DECLARED[node]}
         made.destroy_node()
     finally:

@@ -5,8 +5,8 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mobile_robot_control.parameters import ParameterError
-from mobile_robot_control.ros.arguments import check
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.ros.ros_arguments import check_ros_arguments
 
 _NAMES = st.sampled_from(['duration', 'peer_timeout'])
 _VALUES = st.sampled_from([1.0, 2.0, 3.0])
@@ -57,7 +57,7 @@ def test_the_last_value_wins_or_is_refused(domain, tmp_path):
                 arguments += ['-p', f'{node}{name}:={value}']
                 last[name] = value
         try:
-            check(['plant'], arguments)
+            check_ros_arguments(['plant'], arguments)
         except ParameterError:
             outcomes[False] += 1
             # nothing is refused that rcl would have taken as written

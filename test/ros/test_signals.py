@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from mobile_robot_control.configuration import NODES
+from mobile_robot_control.parameters.nodes import NODES
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

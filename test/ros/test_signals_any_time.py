@@ -14,8 +14,8 @@ from typing import NamedTuple
 import pytest
 from harness import CONFIG
 
-from mobile_robot_control.configuration import NODES
-from mobile_robot_control.recording import bag
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.recording import bag_reader
 
 SHARED_MEMORY = Path('/dev/shm')
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -126,7 +126,7 @@ def _signal_an_experiment(folder, moment):
     finally:
         run.kill()
     assert 'Traceback' not in log.read_text(), (moment, log.read_text())
-    bag.read(folder / 'bag')
+    bag_reader.read_bag(folder / 'bag')
     assert (folder / 'metrics.json').exists()
     _wait_for(lambda: not _family(folder))
     return segments

@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.ros.qos import NEWEST
+from mobile_robot_control.ros.qos import SUBSCRIBED
 
 ARGUMENTS = ['--params-file', str(CONFIG / 'wall_clock.yaml')]
 
@@ -26,11 +26,11 @@ class Watch:
         self.errors, self.stamp = [], 0
         self.speed = self.command = self.torque = self.asked = math.nan
         node = robot.recorder
-        node.create_subscription(Vector3Stamped, 'tracking_error', self._on_error, NEWEST)
-        node.create_subscription(Odometry, 'odom', self._on_odom, NEWEST)
-        node.create_subscription(TwistStamped, 'cmd_vel', self._on_command, NEWEST)
-        node.create_subscription(JointState, 'joint_states', self._on_wheels, NEWEST)
-        node.create_subscription(JointState, 'wheel_torques', self._on_torques, NEWEST)
+        node.create_subscription(Vector3Stamped, 'tracking_error', self._on_error, SUBSCRIBED)
+        node.create_subscription(Odometry, 'odom', self._on_odom, SUBSCRIBED)
+        node.create_subscription(TwistStamped, 'cmd_vel', self._on_command, SUBSCRIBED)
+        node.create_subscription(JointState, 'joint_states', self._on_wheels, SUBSCRIBED)
+        node.create_subscription(JointState, 'wheel_torques', self._on_torques, SUBSCRIBED)
 
     def _on_error(self, message):
         self.errors.append((time.monotonic(), math.hypot(message.vector.x, message.vector.y)))

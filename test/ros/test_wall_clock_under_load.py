@@ -12,7 +12,7 @@ from fleet import Fleet
 from harness import CONFIG
 from watching import Timeline, first_below, settled_below
 
-from mobile_robot_control.configuration import NODES
+from mobile_robot_control.parameters.nodes import NODES
 
 SOAK = float(os.environ.get('SOAK_SECONDS', '120'))
 LAP = 16.0

@@ -4,6 +4,7 @@ from mobile_robot_control import jit
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping, velocity_pi
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.actuators import saturate
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation import closed_loop
 
@@ -30,4 +31,4 @@ def test_callees_stand_before_their_callers():
     order = jit.JITABLE.index
     assert order(backstepping.step) < order(hybrid_backstepping.step)
     assert order(fuzzy.surface) < order(fuzzy.step)
-    assert order(dynamics.saturate) < order(velocity_pi.step) < order(closed_loop.velocity_tick)
+    assert order(saturate) < order(velocity_pi.step) < order(closed_loop.velocity_tick)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from mobile_robot_control.parameters import flatten
+from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, ORDINARY_TRIFOLIUM, Runs
 from mobile_robot_control.reporting.palette import GREY, GROUND, INK, TINT, style

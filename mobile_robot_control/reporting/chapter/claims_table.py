@@ -30,7 +30,7 @@ def fingerprint(config: Path) -> str:
     return hashlib.sha256(b''.join((config / file).read_bytes() for file in files)).hexdigest()[:12]
 
 
-def table(config: Path) -> str:
+def claims_markdown(config: Path) -> str:
     """
     Measure the claims.
 
@@ -69,7 +69,7 @@ def found(text: str) -> str:
     return match.group() if match else ''
 
 
-def insert(text: str, made: str) -> str:
+def insert_claims(text: str, made: str) -> str:
     """
     Put the table in the place of an older one.
 
@@ -90,7 +90,7 @@ def insert(text: str, made: str) -> str:
 
 
 if __name__ == '__main__':
-    measured = table(Path('config'))
+    measured = claims_markdown(Path('config'))
     for name in sys.argv[1:]:
         path = Path(name)
-        path.write_text(insert(path.read_text(encoding='utf-8'), measured), encoding='utf-8')
+        path.write_text(insert_claims(path.read_text(encoding='utf-8'), measured), encoding='utf-8')

@@ -7,7 +7,7 @@ import random
 import numpy as np
 
 from mobile_robot_control.control.fuzzy import FuzzyGains
-from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
 
 _SEED = 2008

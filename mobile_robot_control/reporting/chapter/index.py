@@ -28,7 +28,7 @@ def _place(figure: ChapterFigure) -> tuple[int, str]:
     return int(figure.number.rstrip('abcd')), figure.number
 
 
-FIGURES = tuple(sorted(_PARTS, key=_place))
+CHAPTER_FIGURES = tuple(sorted(_PARTS, key=_place))
 """In the chapter's order; its Fig. 1 is the graph of the nodes, which the README shows."""
 _INTRODUCTION = (
     '<h1>The figures of the chapter</h1>'
@@ -44,10 +44,10 @@ def _parts(runs: Runs, folder: Path) -> Iterator[str]:
     yield _INTRODUCTION
     yield '<h2>What the chapter claims</h2>'
     rows = [[escape(cell) for cell in row] for row in claims.rows(claims.judged(runs))]
-    yield page.table(claims.HEAD, rows, numbers=False)
+    yield page.html_table(claims.HEAD, rows, numbers=False)
     yield '<h2>Figures</h2>'
     drawn = []
-    for figure in tqdm(FIGURES, desc='draw', disable=None):
+    for figure in tqdm(CHAPTER_FIGURES, desc='draw', disable=None):
         svg = save(figure.draw(runs), folder / f'figure_{figure.number}')
         command = f'<pre><code>{escape(figure.command)}</code></pre>'
         drawn.append(page.picture(f'Figure {figure.number}. {figure.caption}', figure.see,
@@ -55,7 +55,7 @@ def _parts(runs: Runs, folder: Path) -> Iterator[str]:
     yield page.grid(drawn)
 
 
-def write(config: Path, folder: Path) -> Path:
+def write_index(config: Path, folder: Path) -> Path:
     """
     Draw every figure and write the index page.
 
@@ -84,7 +84,7 @@ def main() -> int:
     parser.add_argument('--config', type=Path, default=Path('config'), help='folder of the configurations')
     parser.add_argument('--output', type=Path, required=True, help='folder for the figures')
     options = parser.parse_args()
-    print(write(options.config, options.output).resolve())
+    print(write_index(options.config, options.output).resolve())
     return 0
 
 

@@ -56,7 +56,7 @@ def along(pose: Pose, ahead: float, aside: float = 0.0) -> tuple[float, float]:
     return pose.x + cos * ahead - sin * aside, pose.y + sin * ahead + cos * aside
 
 
-def line(axes: Axes, start: tuple[float, float], end: tuple[float, float], **options: Any) -> None:
+def draw_line(axes: Axes, start: tuple[float, float], end: tuple[float, float], **options: Any) -> None:
     """
     Draw a straight line.
 
@@ -132,4 +132,4 @@ def robot_on(axes: Axes, pose: Pose, robot: Robot) -> None:
         corners = [along(pose, ahead, side + aside) for ahead, aside in
                    ((-radius, -0.012), (radius, -0.012), (radius, 0.012), (-radius, 0.012))]
         axes.fill(*zip(*corners, strict=True), facecolor=INK, edgecolor=INK, zorder=3)
-    line(axes, along(pose, 0.0, half), along(pose, 0.0, -half), color=INK, linewidth=1.5)
+    draw_line(axes, along(pose, 0.0, half), along(pose, 0.0, -half), color=INK, linewidth=1.5)

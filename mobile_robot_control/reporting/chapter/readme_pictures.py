@@ -38,7 +38,7 @@ def _pair(ordinary: Named, other: Named) -> Figure:
     return figure
 
 
-def write(config: Path, folder: Path) -> None:
+def write_pictures(config: Path, folder: Path) -> None:
     """
     Draw the pictures anew.
 
@@ -63,4 +63,4 @@ def write(config: Path, folder: Path) -> None:
 
 
 if __name__ == '__main__':
-    write(Path('config'), Path(sys.argv[1]))
+    write_pictures(Path('config'), Path(sys.argv[1]))

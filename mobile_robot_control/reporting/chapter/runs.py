@@ -5,16 +5,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration import Configuration, configure
 from mobile_robot_control.control import hybrid_backstepping
 from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState
 from mobile_robot_control.control.velocity_pi import VelocityGains
-from mobile_robot_control.parameter_files import load
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.recording.signals import Collector
+from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.reporting.series import Series
-from mobile_robot_control.simulation.closed_loop import Sample, rollout, start, velocity_tick
+from mobile_robot_control.simulation.closed_loop import Sample, velocity_tick
 from mobile_robot_control.simulation.metrics import RunMeter, summary
+from mobile_robot_control.simulation.rollout import rollout, start
 
 LAP = 16.0
 """[s]: one lap of either curve."""
@@ -133,7 +135,8 @@ class Runs:
         shared = configuration.plant.shared
         meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
         collector = Collector()
-        for sample in meter.watch(rollout(configuration, run.duration)):
+        for sample in rollout(configuration, run.duration):
+            meter.add(sample)
             collector.add_sample(sample)
         return Measured(configuration, Series(collector.signals), summary(meter.run('completed')))
 

@@ -9,7 +9,7 @@ from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.tracking_error import bearing
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
-from mobile_robot_control.reporting.chapter.plane_drawing import along, arrow, line, name, plane, robot_on
+from mobile_robot_control.reporting.chapter.plane_drawing import along, arrow, draw_line, name, plane, robot_on
 from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, Runs
 from mobile_robot_control.reporting.palette import BLUE, GREEN, GREY, INK, ORANGE, PINK, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
@@ -32,7 +32,7 @@ def _geometry(runs: Runs) -> Figure:
         arrow(axes, a, along(start, 0.0, 1.7 * half), BLUE)
         name(axes, along(start, 2.2 * half), '$x_m$', BLUE)
         name(axes, along(start, 0.0, 1.85 * half), '$y_m$', BLUE)
-        line(axes, a, (start.x + 2.0 * half, start.y), color=GREY, linestyle=':')
+        draw_line(axes, a, (start.x + 2.0 * half, start.y), color=GREY, linestyle=':')
         turn = np.linspace(0.0, start.heading, 30)
         axes.plot(start.x + 1.6 * half * np.cos(turn), start.y + 1.6 * half * np.sin(turn), color=ORANGE)
         name(axes, (start.x + 1.75 * half * math.cos(0.5 * start.heading),
@@ -72,8 +72,8 @@ def _concept(runs: Runs) -> Figure:
         foot = along(pose, ahead)
         arrow(axes, (pose.x, pose.y), foot, ORANGE)
         arrow(axes, foot, (cart.x, cart.y), GREEN)
-        line(axes, (cart.x, cart.y), along(cart, 0.3), color=GREY, linestyle=':')
-        line(axes, (cart.x, cart.y), along(Pose(cart.x, cart.y, pose.heading), 0.3), color=BLUE, linestyle=':')
+        draw_line(axes, (cart.x, cart.y), along(cart, 0.3), color=GREY, linestyle=':')
+        draw_line(axes, (cart.x, cart.y), along(Pose(cart.x, cart.y, pose.heading), 0.3), color=BLUE, linestyle=':')
         name(axes, along(pose, 0.5 * ahead, -0.07 * math.copysign(1.0, aside)), '$e_1$', ORANGE)
         name(axes, along(pose, ahead + math.copysign(0.05, ahead), 0.5 * aside), '$e_2$', GREEN)
         turned = wrap_angle(cart.heading - pose.heading)
@@ -96,8 +96,8 @@ def _unseen(runs: Runs) -> Figure:
     with style():
         figure, axes = plane(3.6)
         robot_on(axes, pose, robot)
-        line(axes, (pose.x, pose.y), along(pose, 0.45), color=BLUE, linestyle='--', label='straight ahead')
-        line(axes, (pose.x, pose.y), (cart.x, cart.y), color=ORANGE, label='to the cart')
+        draw_line(axes, (pose.x, pose.y), along(pose, 0.45), color=BLUE, linestyle='--', label='straight ahead')
+        draw_line(axes, (pose.x, pose.y), (cart.x, cart.y), color=ORANGE, label='to the cart')
         axes.fill(*triangle(cart, 0.1).T, facecolor='none', edgecolor=INK, linewidth=1.6)
         axes.text(0.98, 0.03, f'first torques\nof the ordinary\ncontroller:\nright {first["right"]:.0f} N m\n'
                   f'left {first["left"]:.0f} N m', transform=axes.transAxes, ha='right')
@@ -144,7 +144,7 @@ def _seeking(runs: Runs) -> Figure:
         for n in np.linspace(0, seen, 6).astype(int):
             draw_pose(axes, robot[n], 0.14, BLUE)
             draw_pose(axes, cart[n], 0.07, GREY)
-            line(axes, (robot[n].x, robot[n].y), (cart[n].x, cart[n].y), color=ORANGE, linewidth=0.8,
+            draw_line(axes, (robot[n].x, robot[n].y), (cart[n].x, cart[n].y), color=ORANGE, linewidth=0.8,
                   linestyle='-' if n == seen else ':', label='_' if n != seen else 'line of sight')
         axes.set_title(f'seen at t = {told[seen][0].time:.2f} s', loc='right')
         legend(axes)

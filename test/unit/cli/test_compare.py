@@ -8,10 +8,10 @@ from bag_making import record
 from harness import CONFIG
 
 from mobile_robot_control.cli import experiment
-from mobile_robot_control.cli.conduct import Conducted
-from mobile_robot_control.reporting import report as reporting
-from mobile_robot_control.reporting.run_figures import FIGURES
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.cli.experiment_runner import ExperimentResult
+from mobile_robot_control.reporting import report_writing
+from mobile_robot_control.reporting.run_figures import RUN_FIGURES
+from mobile_robot_control.simulation.rollout import rollout
 
 
 @pytest.fixture
@@ -19,15 +19,15 @@ def ran(monkeypatch):
     """What experiments were run, in one process instead of over DDS."""
     asked = {}
 
-    def perform(options, parameters, output, stop, progress):
+    def perform(options, parameters, output, bar):
         asked[output.name] = parameters
         record(output / 'bag', rollout(parameters, options.duration))
-        stop.requested = output.name == 'stopped'
+        options.stop.requested = output.name == 'stopped'
         broken = output.name == 'broken'
-        return Conducted('node_died' if broken else 'completed', 'as it was told' if broken else ''), {}
+        return ExperimentResult('node_died' if broken else 'completed', 'as it was told' if broken else ''), {}
 
     monkeypatch.setattr(experiment, '_perform', perform)
-    monkeypatch.setattr(reporting, 'FIGURES', FIGURES[:1])
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
     return asked
 

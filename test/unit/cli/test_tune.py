@@ -10,11 +10,12 @@ import time
 
 import pytest
 
-from mobile_robot_control.cli import outputs, tune
-from mobile_robot_control.configuration import configure
-from mobile_robot_control.parameter_files import load
-from mobile_robot_control.reporting import search_picture
+from mobile_robot_control.cli import search_run, tune
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import measure
 
 # a loop so short that plain Python scores a generation in a few milliseconds
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5',
@@ -28,7 +29,7 @@ START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.
 def plain(request, monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
     if 'picture' not in request.node.name:
-        monkeypatch.setattr(search_picture, 'draw', lambda *_: None)
+        monkeypatch.setattr(search_run, 'draw_search', lambda *_: None)
 
 
 def run(*arguments):
@@ -73,12 +74,10 @@ def test_file_history_and_picture_say_what_was_found(tmp_path, capsys):
 
 
 def test_the_best_gains_rolled_out_have_the_objective_that_the_file_says(tmp_path):
-    from mobile_robot_control.cli.simulate import simulate
-    from mobile_robot_control.simulation.closed_loop import rollout
     output = tmp_path / 'found.yaml'
     assert run('--output', output, '--generations', 3) == 0
     parameters = configure(load([output]))
-    metrics = simulate(parameters, 0.5, rollout(parameters, 0.5))
+    metrics = summary(measure(parameters, 0.5))
     assert f'objective {metrics["objective"]!r}' in output.read_text()
 
 
@@ -200,19 +199,6 @@ def test_a_disk_that_is_full_on_the_way_keeps_the_best(tmp_path, capsys, monkeyp
     assert run('--output', tmp_path / 'whole.yaml', '--generations', 9) == 0
     assert values(output) == values(tmp_path / 'whole.yaml')
 
-
-def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path, monkeypatch):
-    file = tmp_path / 'file'
-    file.write_text('before')
-
-    def full(descriptor):
-        raise OSError(28, 'No space left on device')
-
-    monkeypatch.setattr(os, 'fsync', full)
-    with pytest.raises(OSError, match=r'No space left on device.*file'):
-        outputs.write(file, 'after')
-    assert [path.name for path in tmp_path.iterdir()] == ['file']
-    assert file.read_text() == 'before'
 
 
 def test_an_unfinished_search_is_not_forgotten_unasked(tmp_path, capsys):

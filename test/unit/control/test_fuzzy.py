@@ -7,7 +7,7 @@ import pytest
 from mobile_robot_control.control import fuzzy
 from mobile_robot_control.control.backstepping import NoState
 from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
-from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 # Z holds alone within 0.4, SP alone in [0.5, 1.9], GP alone from 2.0; every output has its own value

@@ -16,7 +16,7 @@ from mobile_robot_control.control.hybrid_backstepping import (
     SeekingGains,
     fade_step,
 )
-from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 BACKSTEPPING = BacksteppingGains(p=1.5, q=0.5, alpha=1.0, f=2.0, g=3.0)

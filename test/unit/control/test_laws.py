@@ -7,7 +7,7 @@ from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
 from mobile_robot_control.control.fuzzy import FuzzyGains
 from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains
 from mobile_robot_control.control.laws import LAWS, PositionControl, select
-from mobile_robot_control.parameters import ParameterError, build
+from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 PARAMETERS = PositionControl(

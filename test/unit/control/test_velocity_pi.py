@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 
@@ -93,7 +94,7 @@ def continuous_step_response(channel, time, literal):
 def test_equations_18_to_22_hold_with_the_g_of_17(channel):
     # within 0.3 ms, one time constant, at 2 MHz: the loop is as good as continuous
     dt, steps = 5e-7, 600
-    plant, state = dynamics.sample(ROBOT, dt), dynamics.at_rest(Pose(0.0, 0.0, 0.0))
+    plant, state = discretise(ROBOT, dt), dynamics.at_rest(Pose(0.0, 0.0, 0.0))
     gains, pi = VelocityGains(**chapter.EVOLVED_VELOCITY_GAINS), VelocityPiState()
     command = BodyVelocity(1.0, 0.0) if channel == 'linear' else BodyVelocity(0.0, 1.0)
     for _ in range(steps):
@@ -163,7 +164,7 @@ def test_after_seconds_of_saturation_the_torque_leaves_the_limit_at_once():
     # 0.1 N m a wheel cannot hold 2 m/s against friction: v tends to r * 0.1 / K = 0.49 m/s
     dt, limit = 0.002, 0.1
     gains = VelocityGains(k1=1.0, ti1=0.5, k2=0.3, ti2=0.5)
-    plant, state, pi = dynamics.sample(ROBOT, dt), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
+    plant, state, pi = discretise(ROBOT, dt), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
     for _ in range(2500):
         pi, torque = step(pi, (2.0, 0.0), state.velocity, gains, limit, dt)
         assert torque == (limit, limit)

@@ -9,6 +9,7 @@ from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.control.velocity_stability import instability, slowest_stable_rate, spectral_radius
 from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 
@@ -26,7 +27,7 @@ def test_the_slowest_stable_rate_of_the_evolved_gains(delay, rate):
 
 def error_after(rate, delay, steps):
     """Simulate the loop at a rate, each torque applied so many samples late; give the error it ends with."""
-    plant, state, pi = dynamics.sample(ROBOT, 1.0 / rate), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
+    plant, state, pi = discretise(ROBOT, 1.0 / rate), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
     on_their_way = [WheelTorque(0.0, 0.0)] * delay
     errors = []
     for _ in range(steps):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mobile_robot_control.model import coupled, dynamics
+from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
@@ -47,7 +48,7 @@ def accelerations_with_constraint_forces(heading, right, left, torque):
 @pytest.mark.parametrize('velocity', [(1.0, 2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
 def test_the_pair_is_what_constraint_forces_give(velocity):
     torque, dt = WheelTorque(0.3, -0.2), 1e-5
-    plant = dynamics.sample(ROBOT, dt, centripetal_coupling=True)
+    plant = discretise(ROBOT, dt, centripetal_coupling=True)
     dv, domega = accelerations_with_constraint_forces(0.4, *chapter.wheels(*velocity), torque)
     after = dynamics.step(moving(*velocity, heading=0.4), torque, plant).velocity
     back = dynamics.step(moving(-velocity[0], -velocity[1], heading=0.4), torque, plant).velocity
@@ -71,16 +72,16 @@ def test_the_reference_equations_of_these_tests_have_the_same_pair():
 def test_a_spinning_robot_is_thrown_towards_its_mass_centre():
     # (A+B) dv/dt = (r²/2) M d omega²: 0.00030625 * 16 / 0.007125 at omega = 4 rad/s
     dt = 1e-6
-    plant = dynamics.sample(Robot(viscous_friction=0.0), dt, centripetal_coupling=True)
+    plant = discretise(Robot(viscous_friction=0.0), dt, centripetal_coupling=True)
     thrown = dynamics.step(moving(0.0, 4.0), WheelTorque(0.0, 0.0), plant).velocity.linear
     assert thrown / dt == pytest.approx(0.00030625 * 16.0 / 0.007125, rel=1e-4)
-    behind = dynamics.sample(Robot(viscous_friction=0.0, com_offset=-0.05), dt, centripetal_coupling=True)
+    behind = discretise(Robot(viscous_friction=0.0, com_offset=-0.05), dt, centripetal_coupling=True)
     assert dynamics.step(moving(0.0, 4.0), WheelTorque(0.0, 0.0), behind).velocity.linear == pytest.approx(-thrown)
 
 
 def test_one_lap_of_varying_torques_against_a_solver(lap_of_torques):
     torques, dt = lap_of_torques
-    plant = dynamics.sample(ROBOT, dt, centripetal_coupling=True)
+    plant = discretise(ROBOT, dt, centripetal_coupling=True)
     state = dynamics.at_rest(Pose(1.0, -2.0, 0.5))
     worst_position = worst_heading = worst_velocity = worst_angle = fastest = 0.0
     solver = chapter.drive([1.0, -2.0, 0.5, 0, 0, 0, 0], torques, dt, coupling=True)
@@ -102,7 +103,7 @@ def test_one_lap_of_varying_torques_against_a_solver(lap_of_torques):
 
 def test_without_an_offset_there_is_no_pair():
     robot, torque, start = Robot(com_offset=0.0), WheelTorque(0.5, 0.2), moving(1.0, -2.0, heading=1.0)
-    with_, without = (dynamics.step(start, torque, dynamics.sample(robot, 0.002, pair)) for pair in (True, False))
+    with_, without = (dynamics.step(start, torque, discretise(robot, 0.002, pair)) for pair in (True, False))
     assert with_.pose == pytest.approx(without.pose, abs=1e-14)
     assert with_.velocity == pytest.approx(without.velocity, abs=1e-13)
     assert (with_.right_angle, with_.left_angle) == pytest.approx((without.right_angle, without.left_angle), abs=1e-12)
@@ -110,7 +111,7 @@ def test_without_an_offset_there_is_no_pair():
 
 def test_with_an_offset_the_pair_matters():
     torque, start = WheelTorque(0.0, 0.0), moving(1.0, 2.0)
-    with_, without = (dynamics.step(start, torque, dynamics.sample(ROBOT, 0.1, pair)) for pair in (True, False))
+    with_, without = (dynamics.step(start, torque, discretise(ROBOT, 0.1, pair)) for pair in (True, False))
     # (r²/2) M d omega² / (A+B) = 0.17 m/s² pushes, (r²/2R²) M d v omega / (A-B) = 0.93 rad/s² brakes
     assert with_.velocity.linear - without.velocity.linear == pytest.approx(0.017, rel=0.2)
     assert with_.velocity.angular - without.velocity.angular == pytest.approx(-0.093, rel=0.2)
@@ -121,7 +122,7 @@ def test_long_periods_are_divided(dt):
     # the same 10 ms in one period or in many, to the accuracy that the method keeps
     torque, pose, velocity = WheelTorque(2.0, -1.0), Pose(0.0, 0.0, 0.3), BodyVelocity(2.0, 4.0)
     whole = coupled.advance(pose, velocity, torque, ROBOT, 0.01)
-    state, plant = moving(2.0, 4.0, heading=0.3), dynamics.sample(ROBOT, dt, centripetal_coupling=True)
+    state, plant = moving(2.0, 4.0, heading=0.3), discretise(ROBOT, dt, centripetal_coupling=True)
     for _ in range(round(0.01 / dt)):
         state = dynamics.step(state, torque, plant)
     assert (state.pose.x, state.pose.y) == pytest.approx((whole.x, whole.y), abs=1e-12)

@@ -9,6 +9,8 @@ import pytest
 from scipy.linalg import expm
 
 from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.actuators import saturate
+from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.robot import Robot
@@ -33,7 +35,7 @@ def exact_wheels(right, left, torque, dt):
 @pytest.mark.parametrize('dt', [5e-5, 0.002, 0.1, 1.0, 7.0])
 def test_equations_13_and_14_exactly_over_one_step(dt):
     torque = WheelTorque(0.7, -0.3)
-    end = dynamics.step(moving(0.4, -1.2), torque, dynamics.sample(ROBOT, dt))
+    end = dynamics.step(moving(0.4, -1.2), torque, discretise(ROBOT, dt))
     expected = exact_wheels(*chapter.wheels(0.4, -1.2), torque, dt)
     assert wheel_velocity(end.velocity, ROBOT) == pytest.approx(tuple(expected), rel=1e-12)
 
@@ -41,21 +43,21 @@ def test_equations_13_and_14_exactly_over_one_step(dt):
 def test_first_acceleration_by_hand():
     # (A+B) dv/dt = r/2 (1 + 3) and (A-B) domega/dt = r/(2R) (1 - 3), from rest
     dt = 1e-7
-    velocity = dynamics.step(moving(0.0, 0.0), WheelTorque(1.0, 3.0), dynamics.sample(ROBOT, dt)).velocity
+    velocity = dynamics.step(moving(0.0, 0.0), WheelTorque(1.0, 3.0), discretise(ROBOT, dt)).velocity
     assert velocity.linear / dt == pytest.approx(0.07 / 0.007125, rel=1e-6)
     assert velocity.angular / dt == pytest.approx(-0.2 / 0.0215, rel=1e-6)
 
 
 def test_friction_alone_stops_the_robot():
     # v decays with K/(A+B), omega with K/(A-B)
-    end = dynamics.step(moving(1.0, 1.0), WheelTorque(0.0, 0.0), dynamics.sample(ROBOT, 2.0)).velocity
+    end = dynamics.step(moving(1.0, 1.0), WheelTorque(0.0, 0.0), discretise(ROBOT, 2.0)).velocity
     assert end.linear == pytest.approx(math.exp(-2.0 * 0.00715625 / 0.007125), rel=1e-14)
     assert end.angular == pytest.approx(math.exp(-2.0 * 0.00715625 / 0.0215), rel=1e-14)
 
 
 def test_one_lap_of_varying_torques_against_a_solver(lap_of_torques):
     torques, dt = lap_of_torques
-    plant = dynamics.sample(ROBOT, dt)
+    plant = discretise(ROBOT, dt)
     state = dynamics.at_rest(Pose(1.0, -2.0, 0.5))
     worst_position = worst_heading = worst_velocity = worst_angle = fastest = 0.0
     for torque, expected in zip(torques, chapter.drive([1.0, -2.0, 0.5, 0, 0, 0, 0], torques, dt), strict=True):
@@ -79,14 +81,14 @@ def test_a_single_step_turning_fast_keeps_its_place():
     # a quarter turn and 4 cm within 10 ms, far more than a lap asks for
     start = moving(4.0, 15.0, heading=2.0)
     torque = WheelTorque(3.0, -2.0)
-    end = dynamics.step(start, torque, dynamics.sample(ROBOT, 0.01))
+    end = dynamics.step(start, torque, discretise(ROBOT, 0.01))
     expected, = chapter.drive([0, 0, 2.0, 0, 0, *chapter.wheels(4.0, 15.0)], [torque], 0.01)
     assert end.pose == pytest.approx(tuple(expected[:3]), abs=1e-9)
 
 
 def test_the_wheel_angles_are_the_integrals_of_the_wheel_velocities():
     # without friction and torque the wheels keep turning as they do
-    plant = dynamics.sample(Robot(viscous_friction=0.0), 0.5)
+    plant = discretise(Robot(viscous_friction=0.0), 0.5)
     end = dynamics.step(moving(0.245, 0.6), WheelTorque(0.0, 0.0), plant)
     assert (end.right_angle, end.left_angle) == pytest.approx((5.0, 2.0), rel=1e-14)
     again = dynamics.step(end, WheelTorque(0.0, 0.0), plant)
@@ -96,16 +98,16 @@ def test_the_wheel_angles_are_the_integrals_of_the_wheel_velocities():
 def test_a_straight_drive_without_friction_by_hand():
     # dv/dt = r/2 * 0.57 / 0.007125 = 1.4 m/s²; 2 s give 2.8 m/s and 2.8 m
     end = dynamics.step(dynamics.at_rest(Pose(0.0, 0.0, 0.5 * math.pi)), WheelTorque(0.285, 0.285),
-                        dynamics.sample(Robot(viscous_friction=0.0), 2.0))
+                        discretise(Robot(viscous_friction=0.0), 2.0))
     assert end.velocity == pytest.approx((2.8, 0.0), abs=1e-13)
     assert end.pose == pytest.approx((0.0, 2.8, 0.5 * math.pi), abs=1e-13)
 
 
 def test_no_friction_is_the_limit_of_little_friction():
     torque, start = WheelTorque(0.2, 0.1), moving(0.3, -0.4)
-    none = dynamics.step(start, torque, dynamics.sample(Robot(viscous_friction=0.0), 0.5))
+    none = dynamics.step(start, torque, discretise(Robot(viscous_friction=0.0), 0.5))
     for friction in (1e-300, 1e-15, 1e-12):
-        little = dynamics.step(start, torque, dynamics.sample(Robot(viscous_friction=friction), 0.5))
+        little = dynamics.step(start, torque, discretise(Robot(viscous_friction=friction), 0.5))
         assert little.pose == pytest.approx(none.pose, abs=1e-9)
         assert little.velocity == pytest.approx(none.velocity, abs=1e-9)
 
@@ -114,7 +116,7 @@ def test_no_friction_is_the_limit_of_little_friction():
 def test_the_response_is_good_to_the_last_bits_for_any_friction(exponent):
     # K = (A+B) * exponent over dt = 2 s, against sixty digits
     rate = exponent / 2.0
-    response = dynamics.sample(Robot(viscous_friction=rate * 0.007125), 2.0).linear.end
+    response = discretise(Robot(viscous_friction=rate * 0.007125), 2.0).linear.end
     with localcontext() as context:
         context.prec = 60
         a, t = Decimal(rate), Decimal(2)
@@ -125,7 +127,7 @@ def test_the_response_is_good_to_the_last_bits_for_any_friction(exponent):
 
 
 def test_the_heading_is_wrapped_over_many_turns():
-    plant, state, turned = dynamics.sample(Robot(viscous_friction=0.0), 0.1), moving(0.0, 9.0, heading=3.0), 3.0
+    plant, state, turned = discretise(Robot(viscous_friction=0.0), 0.1), moving(0.0, 9.0, heading=3.0), 3.0
     for _ in range(100):
         state = dynamics.step(state, WheelTorque(0.0, 0.0), plant)
         turned += 0.9
@@ -136,12 +138,12 @@ def test_the_heading_is_wrapped_over_many_turns():
 def test_at_rest_nothing_moves_and_the_heading_is_wrapped():
     state = dynamics.at_rest(Pose(1.0, 2.0, -math.pi))
     assert state == PlantState(Pose(1.0, 2.0, math.pi), BodyVelocity(0.0, 0.0), 0.0, 0.0)
-    assert dynamics.step(state, WheelTorque(0.0, 0.0), dynamics.sample(ROBOT, 0.002)) == state
+    assert dynamics.step(state, WheelTorque(0.0, 0.0), discretise(ROBOT, 0.002)) == state
 
 
 def test_the_mass_centres_offset_turns_the_robot_more_slowly():
     torque, start = WheelTorque(1.0, -1.0), moving(0.0, 0.0)
-    near, far = (dynamics.step(start, torque, dynamics.sample(Robot(com_offset=offset), 0.01)).velocity.angular
+    near, far = (dynamics.step(start, torque, discretise(Robot(com_offset=offset), 0.01)).velocity.angular
                  for offset in (0.0, 0.2))
     # (A-B) with d = 0 and d = 0.2: 0.021 and 0.029
     assert near / far == pytest.approx(0.029 / 0.021, rel=1e-2)
@@ -155,7 +157,7 @@ def test_the_mass_centres_offset_turns_the_robot_more_slowly():
     ((3e5, -4e5), 0.0, (3e5, -4e5)),
 ])
 def test_each_wheels_torque_is_limited_by_itself(torque, limit, limited):
-    assert dynamics.saturate(WheelTorque(*torque), limit) == limited
+    assert saturate(WheelTorque(*torque), limit) == limited
 
 
 @pytest.mark.parametrize('value', [1e6, -1e6, math.inf, -math.inf, math.nan])
@@ -176,7 +178,7 @@ def test_diverged_lets_ordinary_motion_pass():
 @pytest.mark.parametrize('coupling', [False, True])
 @pytest.mark.parametrize('torque', [(1e308, 0.0), (-1e308, 1e308), (1e300, 1e20), (1e154, 1e154)])
 def test_torques_beyond_all_motors_diverge_and_do_not_raise(coupling, torque):
-    plant = dynamics.sample(ROBOT, 0.002, coupling)
+    plant = discretise(ROBOT, 0.002, coupling)
     state = dynamics.at_rest(Pose(1.0, 0.0, 1.0))
     for _ in range(3):
         state = dynamics.step(state, WheelTorque(*torque), plant)

@@ -5,13 +5,11 @@ import statistics
 
 import pytest
 
-from mobile_robot_control.model.imperfections import (
-    Delay,
-    Disturbance,
+from mobile_robot_control.model.actuators import Delay, delayed, empty_line
+from mobile_robot_control.model.disturbance import Disturbance, disturbed
+from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.model.noise import (
     Noise,
-    delayed,
-    disturbed,
-    empty_line,
     gaussian,
     measured_pose,
     measured_twist,
@@ -19,7 +17,6 @@ from mobile_robot_control.model.imperfections import (
     pose_variances,
     twist_variances,
 )
-from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 

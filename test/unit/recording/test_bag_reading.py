@@ -13,11 +13,11 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from mobile_robot_control.recording import bag
+from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.recording.mcap_stream import BagError
-from mobile_robot_control.ros.recorder import LOOP_TOPICS
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.topics import LOOP_TOPICS
 
 
 @pytest.fixture(scope='module')
@@ -51,7 +51,7 @@ def _same(recorded, samples):
 def test_a_whole_bag_reads_back(whole, samples):
     before = _files(whole)
     told = []
-    recording = bag.read(whole, progress=lambda *how_far: told.append(how_far))
+    recording = bag_reader.read_bag(whole, progress=lambda *how_far: told.append(how_far))
     assert not recording.problems
     _same(recording.samples, samples)
     assert told[-1][0] == told[-1][1] > 0
@@ -61,8 +61,8 @@ def test_a_whole_bag_reads_back(whole, samples):
 
 def test_one_file_of_it_is_enough(whole, samples):
     (whole / 'metadata.yaml').unlink()
-    assert bag.read(whole).samples == bag.read(whole / 'bag.mcap').samples
-    _same(bag.read(whole).samples, samples)
+    assert bag_reader.read_bag(whole).samples == bag_reader.read_bag(whole / 'bag.mcap').samples
+    _same(bag_reader.read_bag(whole).samples, samples)
 
 
 @pytest.mark.parametrize('seed', range(12))
@@ -72,7 +72,7 @@ def test_a_file_cut_off_anywhere_is_read_up_to_there(whole, samples, seed):
     length = random.Random(seed).randrange(len(data) - 60_000)  # noqa: S311 (no secret)
     file.write_bytes(data[:length])
     before = _files(whole)
-    recording = bag.read(whole)
+    recording = bag_reader.read_bag(whole)
     assert [problem for problem in recording.problems if 'the recording was cut off: bag.mcap' in problem]
     found = recording.samples
     _same(found, samples[:len(found)])
@@ -83,7 +83,7 @@ def test_a_file_cut_off_anywhere_is_read_up_to_there(whole, samples, seed):
 def test_a_file_that_lacks_its_index_alone_is_whole(whole, samples):
     file = whole / 'bag.mcap'
     file.write_bytes(file.read_bytes()[:-8])
-    recording = bag.read(whole)
+    recording = bag_reader.read_bag(whole)
     assert not recording.problems
     _same(recording.samples, samples)
 
@@ -95,7 +95,7 @@ def test_a_damaged_part_is_left_out(tmp_path):
     data = bytearray(file.read_bytes())
     data[len(data) // 2 - 50_000] ^= 0xff
     file.write_bytes(data)
-    recording = bag.read(whole)
+    recording = bag_reader.read_bag(whole)
     assert any('bag.mcap is damaged' in problem for problem in recording.problems)
     assert any('missing on joint_states' in problem for problem in recording.problems)
     times = {sample.time for sample in recording.samples}
@@ -107,7 +107,7 @@ def test_a_damaged_part_is_left_out(tmp_path):
 @pytest.mark.parametrize('content', [b'', b'\x89MC', b'\x89MCAP0\r\n', b'\x89MCAP0\r\n' + bytes(1000)])
 def test_a_file_that_has_hardly_begun(tmp_path, content):
     (tmp_path / 'bag.mcap').write_bytes(content)
-    recording = bag.read(tmp_path)
+    recording = bag_reader.read_bag(tmp_path)
     assert not recording.samples
     assert any('cut off' in problem for problem in recording.problems)
     assert any('no message of the control loop' in problem for problem in recording.problems)
@@ -116,7 +116,7 @@ def test_a_file_that_has_hardly_begun(tmp_path, content):
 def test_an_empty_bag(tmp_path):
     with BagWriter(tmp_path / 'bag'):
         pass
-    recording = bag.read(tmp_path / 'bag')
+    recording = bag_reader.read_bag(tmp_path / 'bag')
     assert not recording.samples
     assert any('the bag holds nothing' in problem for problem in recording.problems)
 
@@ -132,7 +132,7 @@ def test_what_is_no_bag_is_refused_with_path_and_remedy(tmp_path):
     (tmp_path / 'gone' / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 9}')
     for name in ('text', 'liar', 'other', 'gone', 'nowhere'):
         with pytest.raises(BagError) as refused:
-            bag.read(tmp_path / name)
+            bag_reader.read_bag(tmp_path / name)
         assert str(tmp_path / name) in str(refused.value)
         assert 'name ' in str(refused.value)
 
@@ -146,7 +146,7 @@ def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
         for sample in samples:
             for topic, stamp, message in said(sample):
                 if topic not in topics:
-                    topics[topic] = writer.add_connection(prefix + topic, LOOP_TOPICS[topic], typestore=types)
+                    topics[topic] = writer.add_connection(prefix + topic, LOOP_TOPICS[topic].kind, typestore=types)
                 writer.write(topics[topic], WALL + stamp, message)
 
 
@@ -158,7 +158,7 @@ def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
 def test_bags_of_other_writers(tmp_path, samples, storage, mode):
     _by_rosbags(tmp_path / 'bag', samples, storage, mode)
     before = _files(tmp_path / 'bag')
-    recording = bag.read(tmp_path / 'bag')
+    recording = bag_reader.read_bag(tmp_path / 'bag')
     assert not recording.problems
     _same(recording.samples, samples)
     assert _files(tmp_path / 'bag') == before
@@ -171,15 +171,15 @@ def test_compressed_chunks(tmp_path, samples, compression, cut):
     with file.open('wb') as stream:
         writer = McapWriter(stream, compression=compression, chunk_size=50_000)
         writer.start('ros2')
-        channels = {topic: writer.register_channel(f'/{topic}', 'cdr', writer.register_schema(kind, 'ros2msg', b''))
-                    for topic, kind in LOOP_TOPICS.items()}
+        channels = {topic: writer.register_channel(f'/{topic}', 'cdr', writer.register_schema(row.kind, 'ros2msg', b''))
+                    for topic, row in LOOP_TOPICS.items()}
         for sample in samples:
             for topic, stamp, message in said(sample):
                 writer.add_message(channels[topic], WALL + stamp, message, WALL + stamp)
         writer.finish()
     if cut:
         file.write_bytes(file.read_bytes()[:-file.stat().st_size // 2])
-    recording = bag.read(tmp_path)
+    recording = bag_reader.read_bag(tmp_path)
     assert bool(recording.problems) == cut
     found = recording.samples
     assert len(found) > 100
@@ -191,7 +191,7 @@ def test_files_that_were_split_are_read_in_their_order(tmp_path, samples):
     for n, part in ((2, samples[:250]), (10, samples[250:])):
         record(tmp_path / f'bag_{n}', part)
         (tmp_path / f'bag_{n}' / f'bag_{n}.mcap').rename(tmp_path / 'bag' / f'bag_{n}.mcap')
-    recording = bag.read(tmp_path / 'bag')
+    recording = bag_reader.read_bag(tmp_path / 'bag')
     assert not recording.problems
     _same(recording.samples, samples)
 
@@ -199,34 +199,34 @@ def test_files_that_were_split_are_read_in_their_order(tmp_path, samples):
 def test_a_database_without_metadata_and_a_broken_one(tmp_path, samples):
     _by_rosbags(tmp_path / 'bag', samples, StoragePlugin.SQLITE3)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
-    _same(bag.read(tmp_path / 'bag').samples, samples)
+    _same(bag_reader.read_bag(tmp_path / 'bag').samples, samples)
     file = tmp_path / 'bag' / 'bag.db3'
     file.write_bytes(file.read_bytes()[:file.stat().st_size // 2])
     with pytest.raises(BagError, match=r'bag\.db3: cannot be read as a bag'):
-        bag.read(tmp_path / 'bag')
+        bag_reader.read_bag(tmp_path / 'bag')
 
 
 def test_another_robots_bag_says_what_is_in_it(tmp_path, samples):
     record(tmp_path / 'bag', samples, '/robot1/')
-    recording = bag.read(tmp_path / 'bag')
+    recording = bag_reader.read_bag(tmp_path / 'bag')
     assert not recording.samples
     text = '\n'.join(recording.problems)
     assert 'none of the topics' in text
     assert '/robot1/odom' in text
     assert '--namespace' in text
-    _same(bag.read(tmp_path / 'bag', '/robot1').samples, samples)
+    _same(bag_reader.read_bag(tmp_path / 'bag', '/robot1').samples, samples)
 
 
 def test_messages_of_another_kind_are_left_out_and_counted(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         arm = JointState(name=['elbow'], position=[0.0], velocity=[0.0], effort=[0.0])
-        writer.write('/joint_states', LOOP_TOPICS['joint_states'], WALL, serialize_message(arm))
+        writer.write('/joint_states', LOOP_TOPICS['joint_states'].kind, WALL, serialize_message(arm))
         writer.write('/odom', 'std_msgs/msg/String', WALL, serialize_message(String(data='here')))
-        writer.write('/cmd_vel', LOOP_TOPICS['cmd_vel'], WALL, b'\0\1\0\0garbage')
+        writer.write('/cmd_vel', LOOP_TOPICS['cmd_vel'].kind, WALL, b'\0\1\0\0garbage')
         for topic, stamp, message in said(samples[0]):
             if topic != 'odom':
-                writer.write(f'/{topic}', LOOP_TOPICS[topic], WALL + stamp, message)
-    text = '\n'.join(bag.read(tmp_path / 'bag').problems)
+                writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
+    text = '\n'.join(bag_reader.read_bag(tmp_path / 'bag').problems)
     assert '1 messages left out: /joint_states: a wheel is not named' in text
     assert '/odom is of type std_msgs/msg/String, not nav_msgs/msg/Odometry' in text
     assert '/cmd_vel: not readable (11 bytes hold no stamp)' in text
@@ -238,7 +238,7 @@ def test_a_silent_topic_and_a_late_start_are_named(tmp_path, samples):
         for sample in samples[100:]:
             for topic, stamp, message in said(sample):
                 if topic != 'tracking_error':
-                    writer.write(f'/{topic}', LOOP_TOPICS[topic], WALL + stamp, message)
-    recording = bag.read(tmp_path / 'bag')
+                    writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
+    recording = bag_reader.read_bag(tmp_path / 'bag')
     assert recording.problems == ('the recording starts late, at t = 0.2 s', 'no messages on tracking_error')
     assert not recording.samples

@@ -12,10 +12,10 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mobile_robot_control.recording import bag
+from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.recorder import LOOP_TOPICS
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.topics import LOOP_TOPICS
 
 
 @pytest.fixture(scope='module')
@@ -33,7 +33,7 @@ def _by_another_writer(path, messages):
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for topic, stamp, message in messages:
             if topic not in topics:
-                topics[topic] = writer.add_connection(f'/{topic}', LOOP_TOPICS[topic], typestore=types,
+                topics[topic] = writer.add_connection(f'/{topic}', LOOP_TOPICS[topic].kind, typestore=types,
                                                       offered_qos_profiles=[quality])
             writer.write(topics[topic], WALL + stamp, message)
 
@@ -51,7 +51,7 @@ def test_the_bag_and_its_metadata_are_those_of_another_writer(tmp_path, samples)
     _by_another_writer(tmp_path / 'theirs' / 'bag', messages)
     with BagWriter(tmp_path / 'ours' / 'bag') as writer:
         for topic, stamp, message in messages:
-            writer.write(f'/{topic}', LOOP_TOPICS[topic], WALL + stamp, message)
+            writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
     assert _content(tmp_path / 'ours' / 'bag') == _content(tmp_path / 'theirs' / 'bag')
     ours, theirs = (yaml.safe_load((tmp_path / who / 'bag' / 'metadata.yaml').read_text())
                     ['rosbag2_bagfile_information'] for who in ('ours', 'theirs'))
@@ -67,9 +67,9 @@ def test_what_is_older_than_half_a_second_is_in_the_file_already(tmp_path, sampl
         copy.mkdir()
         for name in ('bag.mcap', 'metadata.yaml'):
             (copy / name).write_bytes((tmp_path / 'bag' / name).read_bytes())
-    recording = bag.read(copy)
+    recording = bag_reader.read_bag(copy)
     assert 1.5 <= recording.samples[-1].time < 2.0
-    assert recording.samples == bag.read(tmp_path / 'bag').samples[:len(recording.samples)]
+    assert recording.samples == bag_reader.read_bag(tmp_path / 'bag').samples[:len(recording.samples)]
     assert [problem for problem in recording.problems if 'cut off' in problem]
     topics = yaml.safe_load((copy / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
     assert len(topics['topics_with_message_count']) == len(LOOP_TOPICS)
@@ -105,7 +105,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, samples, s
         said_first = writer.failure
         write(writer, samples)
     assert writer.failure == said_first
-    recording = bag.read(tmp_path / 'bag')
+    recording = bag_reader.read_bag(tmp_path / 'bag')
     assert any('cut off' in problem for problem in recording.problems)
     whole = [sample.time for sample in recording.samples]
     # definitions, and then 0.7 kB for each step of 2 ms
@@ -124,7 +124,7 @@ def test_a_disk_that_is_really_full(tmp_path, samples):
         with BagWriter(disk / 'bag') as writer:
             write(writer, samples)
         assert 'No space left on device' in writer.failure
-        assert 0.1 < bag.read(disk / 'bag').samples[-1].time < 2.0
+        assert 0.1 < bag_reader.read_bag(disk / 'bag').samples[-1].time < 2.0
     finally:
         subprocess.run(['umount', disk], check=True)
 
@@ -144,7 +144,7 @@ def test_a_folder_that_is_moved_is_named_at_the_end(tmp_path, samples):
         write(writer, samples)
         (tmp_path / 'bag').rename(tmp_path / 'elsewhere')
     assert 'No such file or directory; name a folder that can be written' in writer.failure
-    assert bag.read(tmp_path / 'elsewhere').samples[-1].time == 2.0
+    assert bag_reader.read_bag(tmp_path / 'elsewhere').samples[-1].time == 2.0
 
 
 def test_an_existing_folder_is_left_alone(tmp_path):

@@ -12,19 +12,19 @@ from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.recorder import LOOP_TOPICS
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.topics import LOOP_TOPICS
 
 LAP, LAPS = 16_000_000_000, 38
 
 READ = """
 import resource, sys, time
 from pathlib import Path
-from mobile_robot_control.recording import bag
-from mobile_robot_control.recording.signals import joined
+from mobile_robot_control.recording.bag_reader import read_bag
+from mobile_robot_control.recording.joining import joined
 from mobile_robot_control.simulation.metrics import RunMeter
 told = []
-recording = bag.read(Path(sys.argv[1]), progress=lambda *how_far: told.append(how_far))
+recording = read_bag(Path(sys.argv[1]), progress=lambda *how_far: told.append(how_far))
 meter = RunMeter(1 / 500, 1 / 100)
 for sample in joined(recording.signals):
     meter.add(sample)
@@ -45,7 +45,7 @@ def test_ten_minutes_take_less_than_a_minute_and_a_gigabyte(tmp_path):
             for topic, stamp, message in lap:
                 now = n * LAP + stamp
                 stamped = message[:4] + struct.pack('<iI', *divmod(now, 1_000_000_000)) + message[12:]
-                writer.write(f'/{topic}', LOOP_TOPICS[topic], WALL + now, stamped)
+                writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + now, stamped)
                 count += 1
                 if topic != 'wheel_torques':
                     # what else is recorded: clock, transforms, logs

@@ -7,8 +7,11 @@ from bag_making import WALL
 from measuring import configuration
 
 from mobile_robot_control.recording import gaps
-from mobile_robot_control.recording.signals import COLUMNS, Collector, joined, origin
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.recording.collector import Collector
+from mobile_robot_control.recording.joining import joined
+from mobile_robot_control.recording.signals import origin
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.topics import LOOP_TOPICS
 
 MS = 1_000_000
 
@@ -39,7 +42,7 @@ def _collected(messages):
 def test_samples_go_through_unchanged(samples):
     collector = _collected(_messages(samples))
     assert list(joined(collector.signals)) == samples
-    assert not list(gaps.problems(collector.signals))
+    assert not list(gaps.describe_gaps(collector.signals))
 
 
 def test_repeats_change_nothing(samples):
@@ -75,7 +78,7 @@ def test_a_new_run_takes_the_place_of_the_old(samples):
         assert list(joined(collector.signals)) == samples[:200]
 
 
-@pytest.mark.parametrize('missed', [['odom'], ['joint_states', 'wheel_torques'], list(COLUMNS)],
+@pytest.mark.parametrize('missed', [['odom'], ['joint_states', 'wheel_torques'], list(LOOP_TOPICS)],
                          ids=['odometry', 'wheels', 'all'])
 def test_a_new_run_whose_start_was_missed_is_not_mixed_with_the_old(samples, missed):
     old = [(topic, stamp, tuple(9.0 for _ in values)) for topic, stamp, values in _messages(samples)]
@@ -100,14 +103,14 @@ def test_a_topic_that_is_silent_in_the_new_run_is_silent(samples):
     again = [message for message in _messages(samples[:200]) if message[0] != 'reference']
     signals = _collected([*_messages(samples[:300]), *again]).signals
     assert not signals['reference'].stamps
-    assert 'no messages on reference' in list(gaps.problems(signals))
+    assert 'no messages on reference' in list(gaps.describe_gaps(signals))
 
 
 def test_gaps_are_counted_and_placed(samples):
     kept = [message for message in _messages(samples)
             if not (message[0] == 'joint_states' and 200 * MS < message[1] < 300 * MS)]
     signals = _collected(kept).signals
-    assert list(gaps.problems(signals)) == [
+    assert list(gaps.describe_gaps(signals)) == [
         '49 of 501 messages missing on joint_states, in 1 gap; the longest from t = 0.2 s to 0.3 s']
     assert len(list(joined(signals))) == 501 - 49
 
@@ -120,7 +123,7 @@ def _wall_clock(seconds=1.0):
         ('odom', 20 * MS, 3 * MS), ('cmd_vel', 20 * MS, 7 * MS), ('tracking_error', 20 * MS, 7 * MS + 20),
     ):
         for stamp in range(phase, int(seconds * 1e9), period):
-            collector.add(topic, WALL + stamp, (stamp / MS,) * len(COLUMNS[topic]))
+            collector.add(topic, WALL + stamp, (stamp / MS,) * len(LOOP_TOPICS[topic].columns))
     return collector.signals
 
 
@@ -138,7 +141,7 @@ def test_on_the_wall_clock_each_sample_holds_the_newest_of_all():
         assert sample.tick.pose.x <= sample.command.linear <= now
     ticks = [sample for sample in found if sample.tick.time == sample.time]
     assert len(ticks) == 50
-    assert not list(gaps.problems(signals))
+    assert not list(gaps.describe_gaps(signals))
 
 
 def test_on_the_wall_clock_a_silence_is_a_fault_and_jitter_is_none():
@@ -146,11 +149,11 @@ def test_on_the_wall_clock_a_silence_is_a_fault_and_jitter_is_none():
     del signals['cmd_vel'].stamps[20:45]
     del signals['cmd_vel'].values[40:90]
     signals['odom'].stamps[10] += 15 * MS
-    assert list(gaps.problems(signals)) == [
+    assert list(gaps.describe_gaps(signals)) == [
         '25 of 50 messages missing on cmd_vel, in 1 gap; the longest from t = 0.387 s to 0.907 s']
 
 
 def test_nothing_at_all():
     signals = Collector().signals
     assert not list(joined(signals))
-    assert list(gaps.problems(signals)) == ['no message of the control loop at all']
+    assert list(gaps.describe_gaps(signals)) == ['no message of the control loop at all']

@@ -5,8 +5,9 @@ import math
 import pytest
 
 from mobile_robot_control.angles import wrap_angle
-from mobile_robot_control.parameters import ParameterError, build
-from mobile_robot_control.reference.curves import CLOSED, CURVES, CurveParameters, Placement, reference_at
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.reference.cart import CurveParameters, Placement, reference_at
+from mobile_robot_control.reference.curves import CLOSED, CURVES
 
 # the contract's formulas, of scale 1
 FORMULAS = {

@@ -8,10 +8,10 @@ import pytest
 from browser import CHROMIUM, Browser
 from harness import CONFIG
 
-from mobile_robot_control.cli.arguments import parser, positive
-from mobile_robot_control.configuration import configure
+from mobile_robot_control.cli.options import make_parser, positive
 from mobile_robot_control.control.hybrid_backstepping import HybridState
-from mobile_robot_control.parameter_files import load
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
 from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.reporting.chapter import chromosomes, fuzzy_gains, index
 from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, Runs
@@ -21,19 +21,19 @@ RUNS = Runs(CONFIG)
 
 
 def test_every_figure_but_the_graph_of_the_nodes_is_there_in_order():
-    numbers = [figure.number for figure in index.FIGURES]
+    numbers = [figure.number for figure in index.CHAPTER_FIGURES]
     assert len(set(numbers)) == len(numbers)
     plain = [int(re.match(r'\d+', number).group()) for number in numbers]
     assert plain == sorted(plain)
     assert set(plain) == set(range(2, 34))
 
 
-@pytest.mark.parametrize('figure', index.FIGURES, ids=lambda figure: figure.number)
+@pytest.mark.parametrize('figure', index.CHAPTER_FIGURES, ids=lambda figure: figure.number)
 def test_the_command_of_a_figure_is_one_that_works(figure):
     for line in figure.command.splitlines():
         words = shlex.split(line)
         if words[0] == 'simulate':
-            made = parser('simulate', '')
+            made = make_parser('simulate', '')
             made.add_argument('--duration', type=positive)
             made.add_argument('--output')
             options = made.parse_args(words[1:])
@@ -90,14 +90,14 @@ def test_a_figure_is_drawn(figure):
 @pytest.mark.soak
 @pytest.mark.timeout(600)
 def test_all_figures_on_their_page(tmp_path):
-    page = index.write(CONFIG, tmp_path / 'figures')
-    for figure in index.FIGURES:
+    page = index.write_index(CONFIG, tmp_path / 'figures')
+    for figure in index.CHAPTER_FIGURES:
         assert (page.parent / f'figure_{figure.number}.png').stat().st_size > 3000
     if CHROMIUM is None:
         pytest.skip('no Chromium here; install the package chromium')
     with Browser(tmp_path / 'profile') as browser:
         for width in (360, 1280):
             browser.show(Path(page), width)
-            assert browser.evaluate('document.images.length') == len(index.FIGURES)
+            assert browser.evaluate('document.images.length') == len(index.CHAPTER_FIGURES)
             assert browser.evaluate('[...document.images].every(image => image.complete && image.naturalWidth > 0)')
             assert browser.evaluate('document.documentElement.scrollWidth <= innerWidth')

@@ -37,7 +37,7 @@ def test_another_configuration_makes_the_table_stale(tmp_path):
 @pytest.mark.soak
 @pytest.mark.timeout(600)
 def test_the_readmes_table_is_what_is_measured():
-    assert claims_table.found(README.read_text(encoding='utf-8')) == claims_table.table(CONFIG)
+    assert claims_table.found(README.read_text(encoding='utf-8')) == claims_table.claims_markdown(CONFIG)
 
 
 def _series(error, command=0.5, laps=3):

@@ -6,10 +6,10 @@ import pytest
 from browser import CHROMIUM, Browser
 from measuring import configuration
 
-from mobile_robot_control.reporting import page, report
+from mobile_robot_control.reporting import page, report_writing
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.series import collect
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.simulation.rollout import rollout
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason='no Chromium here; install the package chromium')
 PHONE, DESKTOP = 360, 1280
@@ -39,15 +39,15 @@ def written(tmp_path_factory):
         asked = configuration(position_controller={'controller_type': law})
         series = collect(rollout(asked, 0.5))
         runs.append(RecordedRun(name, series, ('3 of 51 messages missing on odom',), {'duration': 0.5}, asked))
-    return report.write(runs, folder, lambda _: None)
+    return report_writing.write_report(runs, folder, lambda _: None)
 
 
 def test_the_page_needs_nothing_from_anywhere(written):
     text = written.read_text(encoding='utf-8')
-    assert text.count('src="data:image/svg+xml;base64,') == len(report.FIGURES)
+    assert text.count('src="data:image/svg+xml;base64,') == len(report_writing.RUN_FIGURES)
     assert not re.search(r'(src|href)="(?!data:)', text)
     assert '@import' not in text
-    for figure in report.FIGURES:
+    for figure in report_writing.RUN_FIGURES:
         stem = written.parent / 'figures' / figure.name
         assert stem.with_suffix('.png').read_bytes().startswith(b'\x89PNG')
         assert '<svg' in stem.with_suffix('.svg').read_text(encoding='utf-8')
@@ -57,7 +57,7 @@ def test_the_page_needs_nothing_from_anywhere(written):
 def test_pictures_load_and_nothing_overflows(browser, written, width):
     browser.show(written, width)
     assert browser.evaluate('innerWidth') == width
-    assert browser.evaluate('document.images.length') == len(report.FIGURES)
+    assert browser.evaluate('document.images.length') == len(report_writing.RUN_FIGURES)
     assert browser.evaluate(_BROKEN) == 0
     assert browser.evaluate(_OVERFLOW) == 0
     assert browser.evaluate(_WIDE) == []

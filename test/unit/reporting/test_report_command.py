@@ -13,10 +13,10 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from mobile_robot_control.cli import report, simulate
-from mobile_robot_control.cli.arguments import written
-from mobile_robot_control.reporting import report as reporting
-from mobile_robot_control.reporting.run_figures import FIGURES
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.cli.options import configuration_text
+from mobile_robot_control.reporting import report_writing
+from mobile_robot_control.reporting.run_figures import RUN_FIGURES
+from mobile_robot_control.simulation.rollout import rollout
 
 LAW = {'position_controller': {'controller_type': 'hybrid_backstepping'}}
 START = '[0.8, -0.1, 0.3]'
@@ -33,15 +33,15 @@ def runs(tmp_path_factory):
     asked = configuration(plant={'initial_pose': json.loads(START), 'duration': DURATION}, **LAW)
     (folder / 'run').mkdir()
     record(folder / 'run' / 'bag', rollout(asked, DURATION))
-    (folder / 'run' / 'parameters.yaml').write_text(written(asked))
+    (folder / 'run' / 'parameters.yaml').write_text(configuration_text(asked))
     return folder
 
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
     """Draw one figure of each kind: these tests are not about the figures."""
-    monkeypatch.setattr(reporting, 'FIGURES', FIGURES[:1])
-    monkeypatch.setattr(reporting, '_TIMING', reporting._TIMING[:1])
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+    monkeypatch.setattr(report_writing, 'TIMING_FIGURES', report_writing.TIMING_FIGURES[:1])
 
 
 def fingerprint(folder):

@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from measuring import configuration, measured
 from PIL import Image
 
-from mobile_robot_control.recording.signals import Collector
+from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.reporting import animation
 from mobile_robot_control.reporting.animation import animate
 from mobile_robot_control.reporting.lines import Line, broken_at_jumps, thinned
@@ -16,8 +16,8 @@ from mobile_robot_control.reporting.panels import Named, over_time
 from mobile_robot_control.reporting.path_figure import draw_path
 from mobile_robot_control.reporting.run_figures import POSITION
 from mobile_robot_control.reporting.series import Series, collect
-from mobile_robot_control.reporting.timing import intervals, latency, spread, timed, timing_table
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.reporting.timing import intervals, latency, quantiles, timed, timing_table
+from mobile_robot_control.simulation.rollout import rollout
 
 WALL = 1_790_000_000_000_000_000
 
@@ -104,9 +104,9 @@ def _heard(origin):
 def test_timing_by_the_recorders_clock(origin):
     heard = _heard(origin)
     assert timed(heard)
-    assert spread(intervals(heard, 'odom').value).median == pytest.approx(10.0, rel=1e-3)
-    assert spread(latency(heard, 'joint_states', 'wheel_torques').value).largest == pytest.approx(1.0, rel=1e-3)
-    answers = spread(latency(heard, 'odom', 'cmd_vel').value)
+    assert quantiles(intervals(heard, 'odom').value).median == pytest.approx(10.0, rel=1e-3)
+    assert quantiles(latency(heard, 'joint_states', 'wheel_torques').value).largest == pytest.approx(1.0, rel=1e-3)
+    answers = quantiles(latency(heard, 'odom', 'cmd_vel').value)
     assert answers.median == pytest.approx(3.0, rel=1e-3)
     # in lockstep a late answer is late; on the wall clock it is an answer to what was newest by then
     assert answers.largest == pytest.approx(3.0 if origin else 53.0, rel=1e-3)

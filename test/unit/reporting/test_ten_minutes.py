@@ -9,8 +9,8 @@ import pytest
 from bag_making import record
 from measuring import configuration
 
-from mobile_robot_control.reporting.run_reading import read
-from mobile_robot_control.simulation.closed_loop import rollout
+from mobile_robot_control.reporting.run_reading import read_run
+from mobile_robot_control.simulation.rollout import rollout
 
 
 @pytest.mark.soak
@@ -30,7 +30,7 @@ def test_a_bag_of_ten_minutes(tmp_path):
 def test_reading_tells_how_far_it_is(tmp_path):
     path = record(tmp_path / 'bag', rollout(configuration(), 4.0))
     told = []
-    read(path, 'run', '/', lambda _: None, lambda done, total: told.append(done / total))
+    read_run(path, 'run', '/', lambda _: None, lambda done, total: told.append(done / total))
     assert told == sorted(told)
     assert len(told) > 2
     assert told[-1] == 1.0

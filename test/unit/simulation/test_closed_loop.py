@@ -7,16 +7,18 @@ import chapter
 import pytest
 from measuring import configuration, measured
 
-from mobile_robot_control.configuration import Configuration
 from mobile_robot_control.control import backstepping, velocity_pi
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
-from mobile_robot_control.reference.curves import CURVES, reference_at
-from mobile_robot_control.simulation.closed_loop import is_complete, rollout, start
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.rollout import is_complete, rollout, start
 
 GAINS = {'gains.k1': 1.0, 'gains.ti1': 10.0, 'gains.k2': 0.3, 'gains.ti2': 10.0}
 GENTLE = {'backstepping.p': 1.0, 'backstepping.q': 1.0, 'backstepping.f': 1.0, 'backstepping.g': 2.0}
@@ -72,7 +74,7 @@ def test_every_sample_follows_from_the_one_before():
     law = loop.position_controller.control.backstepping
     placement = loop.reference_cart.curve.placement
     gains = loop.velocity_controller.gains
-    plant, state, pi = dynamics.sample(Robot(), 0.002), dynamics.at_rest(Pose(0.9, -0.1, 1.2)), VelocityPiState()
+    plant, state, pi = discretise(Robot(), 0.002), dynamics.at_rest(Pose(0.9, -0.1, 1.2)), VelocityPiState()
     for k, sample in enumerate(rollout(loop, 0.5)):
         if k % 5 == 0:
             time = k * 0.002

@@ -7,7 +7,8 @@ from measuring import Meter
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
-from mobile_robot_control.simulation.metrics import Run, Totals, add_error, add_torque, objective, summary
+from mobile_robot_control.simulation.metrics import MeasuredRun, summary
+from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
 STILL = BodyVelocity(0.0, 0.0)
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -110,12 +111,6 @@ def test_one_error_and_one_torque_add_their_part_and_touch_nothing_else():
     assert with_torque[7:] == (20.0, 30.0, 10.0, 30.0, 20.0, 60.0, 14.0 + 30.0)
 
 
-def test_watching_passes_the_samples_on(meter):
-    watcher = Meter(0.5, 1.0)
-    assert list(watcher.watch(series())) == list(series())
-    assert watcher.totals == meter.totals
-
-
 def test_a_single_sample_has_no_period_yet():
     meter = Meter(0.5, 1.0)
     meter.add(next(series()))
@@ -134,7 +129,7 @@ def test_a_run_without_a_sample_has_no_metrics():
 
 def test_what_is_not_finite_is_none_wherever_it_stands():
     totals = Totals(1.0, math.inf, 1.0, math.nan, 0.0, 0.0, 0.0, math.inf, 2.0, 3.0, 4.0, 5.0, -math.inf, math.nan)
-    found = summary(Run('diverged', 1.0, Pose(math.nan, 1.0, math.inf), WheelTorque(math.inf, 0.5), totals))
+    found = summary(MeasuredRun('diverged', 1.0, Pose(math.nan, 1.0, math.inf), WheelTorque(math.inf, 0.5), totals))
     assert found == {
         'outcome': 'diverged', 'duration': 1.0, 'final_pose': [None, 1.0, None], 'rms_position_error': None,
         'max_position_error': None, 'rms_heading_error': 1.0, 'initial_wheel_torque': {'right': None, 'left': 0.5},

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mobile_robot_control.parameters import ParameterError
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.tuning import genetic
-from mobile_robot_control.tuning.genetic import GeneticSettings, breed, select
+from mobile_robot_control.tuning.genetic import GeneticSettings, breed, select_parents
 from mobile_robot_control.tuning.journal import Journal
-from mobile_robot_control.tuning.search import ALGORITHMS, WORST, SearchSettings, search
+from mobile_robot_control.tuning.search import ALGORITHMS, WORST, SearchSettings, run_search
 
 OPTIMUM = np.linspace(0.2, 0.8, 6)
 
@@ -26,7 +26,7 @@ def settings(algorithm='genetic', generations=60, seed=1, **other):
 @pytest.mark.parametrize(('algorithm', 'near'), [('genetic', 0.01), ('differential_evolution', 1e-5)])
 def test_the_optimum_of_a_known_function_is_found(algorithm, near):
     for seed in range(2):
-        found = search(settings(algorithm, 100, seed), bowl)
+        found = run_search(settings(algorithm, 100, seed), bowl)
         assert found.score < near
         assert found.score == bowl(found.point[None])[0]
         assert np.abs(found.point - OPTIMUM).max() < math.sqrt(near)
@@ -43,7 +43,7 @@ def test_the_best_never_worsens_and_every_generation_is_within_the_cube(algorith
         seen.append(bowl(points).min())
         return bowl(points)
 
-    found = search(settings(algorithm), score)
+    found = run_search(settings(algorithm), score)
     best = [generation.best for generation in found.history]
     assert len(best) == len(seen) == 60
     assert best == np.minimum.accumulate(seen).tolist()
@@ -56,7 +56,7 @@ def test_what_is_not_finite_is_never_good(algorithm, bad):
     def score(points):
         return np.where(points[:, 0] < 0.5, bad, bowl(points))
 
-    found = search(settings(algorithm), score)
+    found = run_search(settings(algorithm), score)
     assert found.point[0] >= 0.5
     assert math.isfinite(found.score)
     assert all(math.isfinite(generation.best) for generation in found.history)
@@ -64,7 +64,7 @@ def test_what_is_not_finite_is_never_good(algorithm, bad):
 
 
 def test_nothing_that_can_be_scored_is_said():
-    found = search(settings(generations=2), lambda points: np.full(len(points), math.nan))
+    found = run_search(settings(generations=2), lambda points: np.full(len(points), math.nan))
     assert found.score == WORST
     assert math.isnan(found.history[0].mean)
     assert found.history[0].lost == 41
@@ -72,24 +72,24 @@ def test_nothing_that_can_be_scored_is_said():
 
 @pytest.mark.parametrize('algorithm', ALGORITHMS)
 def test_a_seed_is_a_search(algorithm):
-    one, again, other = (search(settings(algorithm, 10, seed), bowl) for seed in (1, 1, 2))
+    one, again, other = (run_search(settings(algorithm, 10, seed), bowl) for seed in (1, 1, 2))
     assert (one.score, one.history) == (again.score, again.history)
     assert (one.point == again.point).all()
     assert one.history != other.history
 
 
 def test_limits_end_a_search():
-    assert len(search(settings(generations=3), bowl).history) == 3
-    assert search(settings(seconds=1e-9), bowl).history == ()
+    assert len(run_search(settings(generations=3), bowl).history) == 3
+    assert run_search(settings(seconds=1e-9), bowl).history == ()
     asked = iter([False, False, True])
-    stopped = search(settings(), bowl, stopped=lambda: next(asked))
+    stopped = run_search(settings(), bowl, stopped=lambda: next(asked))
     assert len(stopped.history) == 2
 
 
 def test_a_tournament_chooses_the_best_drawn():
     rng = np.random.default_rng(0)
     scores = np.arange(10.0)
-    chosen = select(scores, 20000, 3, rng)
+    chosen = select_parents(scores, 20000, 3, rng)
     counts = np.bincount(chosen, minlength=10) / 20000
     # the best of three draws is k with probability ((10-k)^3 - (9-k)^3) / 1000
     expected = [((10 - k) ** 3 - (9 - k) ** 3) / 1000 for k in range(10)]
@@ -146,7 +146,7 @@ class TestJournal:
 
         journal = self.begin(file, resume)
         try:
-            return search(settings(algorithm, generations), score, journal), len(scored)
+            return run_search(settings(algorithm, generations), score, journal), len(scored)
         finally:
             journal.close()
 
@@ -183,14 +183,14 @@ class TestJournal:
             self.begin(tmp_path / 'file', resume=True, purpose={**PURPOSE, 'seed': 2})
         journal = self.begin(tmp_path / 'file', resume=True)
         with pytest.raises(ParameterError, match='generation 1 is not the one'):
-            search(settings(seed=7), bowl, journal)
+            run_search(settings(seed=7), bowl, journal)
         journal.close()
 
     def test_the_same_holds_inside_of_scipy(self, tmp_path):
         self.run(tmp_path / 'file', 2, algorithm='differential_evolution')
         journal = self.begin(tmp_path / 'file', resume=True)
         with pytest.raises(ParameterError, match='generation 1 is not the one'):
-            search(settings('differential_evolution', seed=7), bowl, journal)
+            run_search(settings('differential_evolution', seed=7), bowl, journal)
         journal.close()
 
     def test_without_resuming_it_begins_anew(self, tmp_path):
@@ -215,7 +215,7 @@ class TestJournal:
 
         journal._out = Full()
         with pytest.raises(OSError, match='No space left') as full:
-            search(settings(generations=9), bowl, journal)
+            run_search(settings(generations=9), bowl, journal)
         journal.close()
         assert len(full.value.found.history) == 3
         assert full.value.found.point is not None

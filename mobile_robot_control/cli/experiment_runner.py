@@ -1,0 +1,223 @@
+"""The experiment runner: start the nodes of a run, record them, and watch them to the end."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import rclpy
+from rclpy.executors import Executor
+from rclpy.signals import SignalHandlerOptions
+from tqdm import tqdm
+
+from mobile_robot_control.cli.fastdds_profiles import use_fastdds_profiles
+from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.nodes import NODES, Configuration
+from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.topics import ANSWERS, LOOP_TOPICS
+
+_START = 30.0
+"""[s] of wall time that the nodes have to start."""
+_SETTLE = 1.0
+"""[s] of wall time in which other publishers are looked for, before a run and again and again in it."""
+
+
+class ExperimentResult(NamedTuple):
+    """
+    How an experiment ended.
+
+    Attributes
+    ----------
+    outcome : str
+        'completed', 'diverged', 'interrupted' or 'node_died'.
+    reason : str
+        What went wrong, naming the node or the file; '' where nothing did.
+
+    """
+
+    outcome: str
+    reason: str
+
+
+def _refuse_other_publishers(topics: list[str]) -> None:
+    if topics:
+        raise ParameterError([f'another node publishes on {", ".join(topics)}; '
+                              'stop the other robot, or choose another --namespace or ROS_DOMAIN_ID'])
+
+
+class _ExperimentRunner:
+    """The processes of one experiment and its progress."""
+
+    def __init__(
+        self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
+        executor: Executor, bag: BagWriter, bar: tqdm,
+    ) -> None:
+        self.processes: list[NodeProcess] = []
+        self._output, self._namespace, self._patience = output, namespace, patience
+        self._stop, self._recorder, self._executor, self._bag, self._bar = stop, recorder, executor, bag, bar
+        shared = parameters.plant.shared
+        self.lockstep = shared.lockstep
+        self._period = period_nanoseconds(shared.velocity_rate)
+        self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
+        self._position_period = period_nanoseconds(shared.position_rate)
+
+    def start(self, *names: str) -> None:
+        arguments = ['--ros-args', '--params-file', str(self._output / 'parameters.yaml'), '-p', 'paused:=true']
+        if self._namespace != '/':
+            arguments += ['-r', f'__ns:={self._namespace}']
+        self.processes.append(NodeProcess(names, arguments, self._output / 'log' / f'{"_".join(names)[:60]}.log'))
+
+    def spin_until(self, condition: Callable[[], Any], seconds: float) -> bool:
+        """Spin until a condition holds; False when time is up or the run is over."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > deadline or self._is_over():
+                return False
+            self._executor.spin_once(timeout_sec=0.05)
+        return True
+
+    def resume(self) -> None:
+        """Ask the paused plant to go on, until it has accepted."""
+        deadline = time.monotonic() + self._patience
+        while not self.spin_until(self._recorder.resume(self._period if self.lockstep else 0).done, 1.0):
+            if time.monotonic() > deadline or self._is_over():
+                return
+
+    def drain(self) -> None:
+        """Record what has arrived and is not recorded yet."""
+        ended = time.time_ns()
+        # another robot on the same topics never falls silent
+        while time.time_ns() - max(ended, self._recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def _is_over(self) -> bool:
+        """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
+        ended = any(process.exit_code() is not None for process in self.processes)
+        return ended or self._stop.requested or bool(self._bag.failure)
+
+    def watch(self) -> None:
+        """Spin and move the progress bar until the run is over, or nothing moves any more."""
+        newest, moved, end = -1, time.monotonic(), self._end / 1e9
+        start = 0 if self.lockstep else self._recorder.newest['joint_states']
+        shown = looked = 0.0
+
+        def show(least: float) -> None:
+            nonlocal shown
+            done = max(0.0, min((newest - start) / 1e9, end))
+            if done - shown >= least:
+                self._bar.update(done - shown)
+                shown = done
+
+        while not self._is_over():
+            self._executor.spin_once(timeout_sec=0.05)
+            if time.monotonic() > looked + _SETTLE:
+                looked = time.monotonic()
+                _refuse_other_publishers(self._recorder.topics_of_others(ours=1))
+            now = self._reached()
+            if now != newest:
+                newest, moved = now, time.monotonic()
+                show(least=0.05)
+            elif time.monotonic() - moved > self._patience:
+                break
+        show(least=0.0)
+        self._bar.refresh()
+
+    def _reached(self) -> int:
+        """Return the stamp up to which the run has moved: on the wall clock, of the slowest topic."""
+        newest = self._recorder.newest
+        return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in LOOP_TOPICS)
+
+    def result(self) -> ExperimentResult:
+        if self._stop.requested or self._bag.failure:
+            return ExperimentResult('interrupted', '')
+        for process in self.processes:
+            code = process.exit_code()
+            if code == 0 and 'plant' in process.name:
+                return ExperimentResult('completed', '')
+            if code == 1 and 'plant' in process.name:
+                return ExperimentResult('diverged', process.exit_report())
+        dead = [process for process in self.processes if process.exit_code() is not None]
+        if dead:
+            return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
+        return ExperimentResult('node_died',
+                                f'{self._silent_node()} gave no answer for {self._patience} s and was given up')
+
+    def _silent_node(self) -> str:
+        """Name the first node that owes an answer; on the wall clock, the one that fell silent first."""
+        newest = self._recorder.newest
+        if 'joint_states' not in newest:
+            return 'plant'
+        if not self.lockstep:
+            return min(LOOP_TOPICS.values(), key=lambda topic: newest.get(topic.name, -1)).publisher
+        present = newest['joint_states']
+        tick = present - present % self._position_period
+        if newest.get('odom', -1) != tick:
+            return 'plant'
+        return next((LOOP_TOPICS[answer].publisher for question, answer in ANSWERS
+                     if newest.get(answer, -1) != (present if question == 'joint_states' else tick)), 'plant')
+
+
+def run_experiment(
+    parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop, bar: tqdm,
+) -> ExperimentResult:
+    """
+    Run an experiment and record it.
+
+    Parameters
+    ----------
+    parameters : Configuration
+        Checked; the same as `parameters.yaml` in the folder.
+    output : Path
+        Takes the bag and the nodes' logs.
+    namespace : str
+        In which the nodes run.
+    composed : bool
+        All four nodes in one process.
+    patience : float
+        Wall time without progress after which the run is given up [s].
+    stop : Stop
+        A request to end.
+    bar : tqdm
+        Moved by the simulated time of the run [s].
+
+    Returns
+    -------
+    ExperimentResult
+        Outcome and reason; the bag is complete, or can be read up to where it could no longer be written.
+
+    Raises
+    ------
+    ParameterError
+        If another robot publishes on the same topics.
+
+    """
+    use_fastdds_profiles(output / 'log')
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with BagWriter(output / 'bag') as bag:
+            recorder = Recorder(namespace, bag.write, bag.knows)
+            executor = make_executor()
+            executor.add_node(recorder)
+            runner = _ExperimentRunner(parameters, output, namespace, patience, stop, recorder, executor, bag, bar)
+            runner.spin_until(recorder.topics_of_others, _SETTLE)
+            _refuse_other_publishers(recorder.topics_of_others())
+            try:
+                for names in [tuple(NODES)] if composed else [(name,) for name in NODES]:
+                    runner.start(*names)
+                # the paused plant repeats its first messages until they and every answer to them have been recorded
+                ready = recorder.has_every_topic if runner.lockstep else recorder.all_discovered
+                if runner.spin_until(ready, max(patience, _START)):
+                    runner.resume()
+                    runner.watch()
+                result = runner.result()
+            finally:
+                stop_processes(runner.processes)
+                runner.drain()
+        return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
+    finally:
+        rclpy.try_shutdown()

@@ -1,0 +1,94 @@
+"""Nodes as child processes."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+_GRACE = 10.0
+"""[s] that a process has to end by itself."""
+
+
+class NodeProcess:
+    """
+    One or several nodes in a process of their own.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Node names.
+    arguments : sequence of str
+        ROS arguments.
+    log : Path
+        File for what they print.
+
+    Attributes
+    ----------
+    name : str
+        The node names, joined.
+
+    """
+
+    def __init__(self, names: Sequence[str], arguments: Sequence[str], log: Path) -> None:
+        self.name = ', '.join(names)
+        self._log = log
+        with log.open('wb') as file:
+            self._process = subprocess.Popen(  # noqa: S603 (our own module)
+                [sys.executable, '-m', 'mobile_robot_control.ros.executables', *names, *arguments],
+                stdin=subprocess.PIPE, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+            )
+
+    @property
+    def pid(self) -> int:
+        """Process number."""
+        return self._process.pid
+
+    def exit_code(self) -> int | None:
+        """Return the exit code, negative for a signal's number; None while it runs."""
+        return self._process.poll()
+
+    def signal(self, number: int) -> None:
+        """Send a signal such as SIGINT; to a process that has ended it does nothing."""
+        self._process.send_signal(number)
+
+    def kill(self) -> None:
+        """Kill the process, as `kill -9` does, and wait until it has ended."""
+        self._process.kill()
+        self._process.wait()
+
+    def wait_or_kill(self, seconds: float) -> None:
+        """Wait until the process has ended; kill it after so many seconds."""
+        try:
+            self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            self.kill()
+
+    def close_input(self) -> None:
+        """Close the standard input, which ends nodes that follow their parent."""
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+
+    def exit_report(self) -> str:
+        """Return how the process ended, with the last lines that it printed."""
+        code = self.exit_code()
+        if code is None:
+            how = 'still runs'
+        elif code < 0:
+            how = f'was killed by {signal.Signals(-code).name}'
+        else:
+            how = f'ended with exit code {code}'
+        last = self._log.read_text(encoding='utf-8', errors='replace').strip().splitlines()[-8:]
+        return '\n'.join([f'{self.name} {how}', *(f'    {line}' for line in last)])
+
+
+def stop_processes(processes: Sequence[NodeProcess]) -> None:
+    """Stop processes: by SIGINT first, by SIGKILL those that do not end in time."""
+    for process in processes:
+        process.signal(signal.SIGINT)
+        process.signal(signal.SIGCONT)
+    deadline = time.monotonic() + _GRACE
+    for process in processes:
+        process.wait_or_kill(max(0.0, deadline - time.monotonic()))
+        process.close_input()

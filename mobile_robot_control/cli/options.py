@@ -1,0 +1,165 @@
+"""Options that commands share, and how every command is run."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from mobile_robot_control.files import explain, is_disk_full
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.files import load, parameter_file_text
+from mobile_robot_control.parameters.nodes import Configuration
+
+
+def make_parser(name: str, description: str) -> argparse.ArgumentParser:
+    """Make a command's parser with ``--params-file`` and ``-p``, which all commands take."""
+    made = argparse.ArgumentParser(prog=name, description=description)
+    made.add_argument('--params-file', action='append', default=[], metavar='FILE', dest='params_files',
+                      help='ROS 2 parameter file, as the nodes take it; again and again: later wins')
+    made.add_argument('-p', action='append', default=[], metavar='NODE.PARAMETER:=VALUE', dest='overrides',
+                      help="one parameter, such as plant.max_wheel_torque:=3.0 or '/**.position_rate:=50.0'")
+    return made
+
+
+def _float(text: str) -> float:
+    """Read a number; nan where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return float('nan')
+
+
+def positive(text: str) -> float:
+    """Read a positive, finite number of seconds."""
+    value = _float(text)
+    if not 0.0 < value < float('inf'):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a positive number of seconds; write one such as 16.0")
+    return value
+
+
+def non_negative(text: str) -> float:
+    """Read a finite number of at least 0."""
+    value = _float(text)
+    if not 0.0 <= value < float('inf'):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of at least 0")
+    return value
+
+
+def fraction(text: str) -> float:
+    """Read a number in [0, 1)."""
+    value = non_negative(text)
+    if not value < 1.0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not in [0, 1); write one such as 0.2")
+    return value
+
+
+def whole_number(least: int) -> Callable[[str], int]:
+    """Make a function that reads whole numbers of at least so much, for an option's ``type``."""
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if value < least:
+            raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of at least {least}")
+        return value
+
+    return read
+
+
+def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequence[str] = ()) -> Configuration:
+    """
+    Make the configuration that the shared options ask for.
+
+    Parameters
+    ----------
+    options : Namespace
+        Parsed by the parser of `make_parser`.
+    namespace : str
+        In which the nodes run.
+    extra : sequence of str
+        Further overrides, which win.
+
+    Returns
+    -------
+    Configuration
+        Checked.
+
+    Raises
+    ------
+    ParameterError
+        Naming every violation.
+
+    """
+    return configure(load(options.params_files, [*options.overrides, *extra], namespace))
+
+
+def configuration_text(parameters: Configuration) -> str:
+    """Return a configuration as the text of a parameter file that gives the same numbers to the last bit."""
+    return parameter_file_text({node: flatten(part) for node, part in parameters._asdict().items()})
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """
+    Number the names that occur more than once.
+
+    Examples
+    --------
+    >>> distinct(['fuzzy', 'hybrid', 'fuzzy'])
+    ['fuzzy_1', 'hybrid', 'fuzzy_2']
+
+    """
+    return [f'{name}_{names[:n + 1].count(name)}' if names.count(name) > 1 else name for n, name in enumerate(names)]
+
+
+def writable_file(path: str) -> Path:
+    """Return a file's path after checking that it can be written, before anything long begins; raise OSError if not."""
+    file = Path(path)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open('a'):
+        return file
+
+
+def make_main(
+    name: str, parse: Callable[[Sequence[str] | None], argparse.Namespace], run: Callable[[argparse.Namespace], int],
+) -> Callable[..., int]:
+    """
+    Make the entry point of a command.
+
+    Parameters
+    ----------
+    name : str
+        Of the command, before each error text.
+    parse : callable
+        Reads a command line; that of the process where it is None.
+    run : callable
+        Does what the options ask for; returns the exit code.
+
+    Returns
+    -------
+    callable
+        Takes a command line or nothing and returns the exit code: 0 done, 1 the run failed, 2 bad usage or parameters.
+        An error that the user can mend becomes one line for each violation.
+
+    """
+    def main(arguments: Sequence[str] | None = None) -> int:
+        options = parse(arguments)
+        try:
+            return run(options)
+        except ParameterError as error:
+            for violation in error.violations:
+                print(f'{name}: {violation}', file=sys.stderr)
+            return 2
+        except OSError as error:
+            print(f'{name}: {explain(error)}', file=sys.stderr)
+            return 1 if is_disk_full(error) else 2
+        except ModuleNotFoundError as error:
+            print(f'{name}: the Python module {error.name} is missing; install it with rosdep or pip', file=sys.stderr)
+            return 2
+        except KeyboardInterrupt:
+            print(f'{name}: interrupted', file=sys.stderr)
+            return 1
+
+    return main

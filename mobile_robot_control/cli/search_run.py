@@ -1,0 +1,189 @@
+"""One run of the command `tune`: search, compare with the file that is there already, write."""
+
+import argparse
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from mobile_robot_control import __version__
+from mobile_robot_control.cli.scenario_options import scenarios
+from mobile_robot_control.cli.worker_options import Interrupt, TrialRunner
+from mobile_robot_control.files import write_atomically
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.reporting.search_picture import draw_search
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import measure, rollout
+from mobile_robot_control.tuning import result, search_space
+from mobile_robot_control.tuning.journal import Journal
+from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.search import WORST, Found, Generation, SearchSettings, run_search
+from mobile_robot_control.tuning.search_space import Gains
+
+
+def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
+    """Return what the options search for."""
+    genes = search_space.CHROMOSOMES[options.controller]
+    if options.with_velocity and options.controller == 'fuzzy':
+        genes += search_space.VELOCITY_GENES
+    genes = search_space.bounded(genes, dict(options.bounds))
+    return Goal(options.controller, genes, tuple(scenarios(options, parameters)), options.laps,
+                options.combine, options.literal_torque)
+
+
+def _settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:
+    """Return how the options search."""
+    population = options.population or search_space.POPULATIONS[options.controller]
+    return SearchSettings(options.algorithm, len(goal.genes), population, options.generations, options.seed,
+                          options.time_limit or 0.0)
+
+
+def _purpose(parameters: Configuration, goal: Goal, settings: SearchSettings) -> dict[str, Any]:
+    """Return everything that the scores of a search depend on, by name."""
+    kept = {name: value for name, value in settings._asdict().items() if name not in ('generations', 'seconds')}
+    loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
+            for name, value in flatten(group).items()}
+    return {'version': __version__, **kept, **goal._asdict(), **loop}
+
+
+def _with_gains(parameters: Configuration, gains: Gains) -> Configuration:
+    """Return a configuration with other gains, checked as a whole."""
+    values = {node: flatten(group) for node, group in parameters._asdict().items()}
+    values['velocity_controller'] |= {f'gains.{name}': x for name, x in gains.velocity._asdict().items()}
+    values['position_controller'] |= flatten(gains.control)
+    return configure(values)
+
+
+def _standing(file: Path, objective: Objective, controller: str) -> float:
+    """Return the score of the parameter file that is there already; infinite where there is none."""
+    if not file.exists():
+        return math.inf
+    try:
+        gains = search_space.of(configure(load([file])))
+        ours = controller in ('velocity', gains.control.controller_type)
+    except ParameterError:
+        ours = False
+    if not ours:
+        raise ParameterError([f'{file}: exists and holds no {controller} controller to compare with; name another '
+                              '--output, or give --overwrite'])
+    return objective.score(gains)
+
+
+class SearchRun:
+    """One run of the command `tune`: from its options to the files that it writes."""
+
+    def __init__(self, options: argparse.Namespace, parameters: Configuration, run: TrialRunner) -> None:
+        self._options, self._parameters = options, parameters
+        self._output = Path(options.output)
+        self._goal = _goal(options, parameters)
+        self._settings = _settings(options, self._goal)
+        self._objective = Objective(parameters, self._goal, run)
+        self._journal_file = self._output.with_name(self._output.name + '.journal')
+
+    def run(self) -> int:
+        """Search and write; return the exit code."""
+        self._output.parent.mkdir(parents=True, exist_ok=True)
+        if self._output.is_dir():
+            raise IsADirectoryError(21, 'is a folder', str(self._output))
+        standing = math.inf
+        if not self._options.overwrite:
+            standing = _standing(self._output, self._objective, self._goal.controller)
+        if self._journal_file.exists() and not (self._options.resume or self._options.overwrite):
+            raise ParameterError([f'{self._journal_file}: holds a search that was not finished; --resume goes on with '
+                                  'it, --overwrite begins anew'])
+        journal = Journal(self._journal_file, _purpose(self._parameters, self._goal, self._settings),
+                          self._options.resume and not self._options.overwrite)
+        with Interrupt() as interrupt, tqdm(total=self._settings.generations, disable=None, unit='generation') as bar:
+            def progress(generation: Generation) -> None:
+                bar.set_postfix_str(f'best {generation.best:.4f}, mean {generation.mean:.4g}', refresh=False)
+                bar.update()
+
+            try:
+                found = run_search(self._settings, self._objective, journal, progress, lambda: interrupt.requested)
+            except OSError as error:
+                return self._lost(error, standing)
+            finally:
+                journal.close()
+        return self._done(found, standing, interrupt.requested)
+
+    def _lost(self, error: OSError, standing: float) -> int:
+        """Keep what can be kept when the journal or the cluster is gone."""
+        found: Found | None = getattr(error, 'found', None)
+        print(f'tune: {error.filename or self._journal_file}: {error.strerror or error}; what was '
+              'scored before is kept: mend that and go on with --resume', file=sys.stderr)
+        if found is not None and found.point is not None:
+            gains = search_space.parameters(self._goal.genes, self._objective.gains(found.point.tolist()))
+            print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: {gains}',
+                  file=sys.stderr)
+            self._write(found, standing)
+        return 1
+
+    def _done(self, found: Found, standing: float, interrupted: bool) -> int:
+        if found.point is None:
+            print('tune: interrupted before the first generation was scored' if interrupted else
+                  'tune: the time limit is too short for one generation', file=sys.stderr)
+            return 1
+        if found.score >= WORST:
+            print('tune: no individual could be scored: all are unstable or diverge; give tighter --bounds or raise '
+                  'the rates', file=sys.stderr)
+            return 1
+        better = self._write(found, standing)
+        generations = len(found.history)
+        if generations >= self._settings.generations:
+            self._journal_file.unlink(missing_ok=True)
+        elif interrupted:
+            print(f'tune: interrupted after {generations} of {self._settings.generations} generations; '
+                  '--resume goes on', file=sys.stderr)
+            return 1
+        return 0 if better else 1
+
+    def _write(self, found: Found, standing: float) -> bool:
+        """Write all files, unless a better one is there already."""
+        assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
+        gains = search_space.rounded(self._objective.gains(found.point.tolist()))
+        return self.write(gains, found._replace(score=self._objective.score(gains)), standing)
+
+    def write(self, gains: Gains, found: Found, standing: float) -> bool:
+        """Write all files for gains with their score, unless a better one is there already."""
+        if standing <= found.score:
+            print(f'tune: {self._output} has the objective {standing:.6g} and stays, {found.score:.6g} was '
+                  'found; --overwrite replaces it', file=sys.stderr)
+            return standing == found.score
+        tuned = _with_gains(self._parameters, gains)
+        metrics, after = self._drive(tuned)
+        named = {node: tuple(values) for node, values in search_space.parameters(self._goal.genes, gains).items()}
+        write_atomically(self._output, result.parameter_file(tuned, named, self._notes(found, metrics)))
+        write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
+        _, before = self._drive(self._parameters)
+        title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
+        draw_search(found.history, {'before': before, 'after': after}, title, self._output.with_suffix('.png'))
+        print(f'{self._output}: objective {found.score:.6g} after {len(found.history)} generations')
+        return True
+
+    def _drive(self, parameters: Configuration) -> tuple[dict[str, Any], list[Any]]:
+        """Run the configured loop once."""
+        duration = self._goal.laps * parameters.reference_cart.curve.placement.period
+        samples = list(rollout(parameters, duration))
+        return summary(measure(parameters, duration, samples)), samples
+
+    def _notes(self, found: Found, metrics: dict[str, Any]) -> list[str]:
+        """Return the comments at the head of the parameter file."""
+        goal, settings = self._goal, self._settings
+        torque = max(metrics['peak_wheel_torque'].values())
+        return [
+            f'{goal.controller} gains found by mobile_robot_control {__version__} with',
+            f'  {self._options.command_line}',
+            f'{settings.algorithm}, seed {settings.seed}, {len(found.history)} generations of {settings.population}, '
+            f'{len(goal.scenarios)} scenario{"s" * (len(goal.scenarios) != 1)} of {goal.laps:g} laps',
+            f'objective {found.score!r}: {goal.combine} of Eq. (29) with max '
+            f'{"tau as printed" if goal.literal else "|tau|"}',
+            f'the configured run: objective {metrics["objective"]:.4f}, RMS error '
+            f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm, '
+            f'largest |torque| {torque:.3f} N m',
+        ]

@@ -1,0 +1,98 @@
+"""Bumpless transfer: a position law is replaced, or its gains are, without a jump of the command."""
+
+import math
+from typing import Any, NamedTuple
+
+from mobile_robot_control.control.command_limits import Limits, limit_command
+from mobile_robot_control.control.laws import Law, PositionControl, select
+from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+
+_FADE_TIME = 0.2
+"""[s]: time constant with which the difference between the old and the new command decays."""
+_ZERO = BodyVelocity(0.0, 0.0)
+
+
+class RunningLaw(NamedTuple):
+    """
+    A position law in a run.
+
+    Attributes
+    ----------
+    law : Law
+        The present one.
+    gains, state : NamedTuple
+        Of the law.
+    limits : Limits
+        Of the command.
+    command : BodyVelocity
+        The newest one.
+    changed : bool
+        Whether the law or its gains are new since that command.
+    offset : BodyVelocity
+        Last command before the last change minus first one after it; it decays.
+    elapsed : float
+        Since that change [s].
+    """
+
+    law: Law
+    gains: Any
+    state: Any
+    limits: Limits
+    command: BodyVelocity = _ZERO
+    changed: bool = False
+    offset: BodyVelocity = _ZERO
+    elapsed: float = 0.0
+
+
+def begin(parameters: PositionControl, under_way: bool) -> RunningLaw:
+    """
+    Start the law that the parameters name.
+
+    A law that joins a run under way starts in its state `joining`; the hybrid law then takes the cart as seen.
+    """
+    law, gains = select(parameters)
+    return RunningLaw(law, gains, law.joining if under_way else law.start, parameters.limits)
+
+
+def change(running: RunningLaw, parameters: PositionControl) -> RunningLaw:
+    """
+    Replace the law or its gains from the next step on.
+
+    The same law keeps its state; another one joins the run under way.
+    """
+    law, gains = select(parameters)
+    state = running.state if law is running.law else law.joining
+    return running._replace(law=law, gains=gains, state=state, limits=parameters.limits, changed=True)
+
+
+def step(
+    running: RunningLaw, error: TrackingError, reference: Reference, dt: float
+) -> tuple[RunningLaw, BodyVelocity]:
+    """
+    Compute the command, to which a change adds an offset that decays.
+
+    Parameters
+    ----------
+    running : RunningLaw
+        The law in its run.
+    error : TrackingError
+        e1, e2 [m], e3 [rad].
+    reference : Reference
+        v_r and ω_r.
+    dt : float
+        Period to the next step [s].
+
+    Returns
+    -------
+    tuple of RunningLaw and BodyVelocity
+        For the next step, and the command: the law's + (last before - first after) exp(-t / 0.2 s), within the limits.
+    """
+    state, asked = running.law.step(running.state, error, reference, running.gains, dt)
+    offset, elapsed = running.offset, running.elapsed
+    if running.changed:
+        offset = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)
+        elapsed = 0.0
+    fade = math.exp(-elapsed / _FADE_TIME)
+    faded = BodyVelocity(asked.linear + fade * offset.linear, asked.angular + fade * offset.angular)
+    command = limit_command(faded, running.command, running.limits, dt)
+    return RunningLaw(running.law, running.gains, state, running.limits, command, False, offset, elapsed + dt), command

@@ -1,0 +1,65 @@
+"""Limits of the body velocity command: saturation, and a rate limiter (slew rate)."""
+
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.quantities import LARGEST, BodyVelocity
+
+
+class Limits(NamedTuple):
+    """Limits of a command; 0 means none."""
+
+    linear_velocity: Annotated[
+        float, Field('m/s', 'largest forward or backward velocity asked for; 0 means none', minimum=0.0, live=True)
+    ] = 0.0
+    angular_velocity: Annotated[
+        float, Field('rad/s', 'largest yaw rate asked for; 0 means none', minimum=0.0, live=True)
+    ] = 0.0
+    linear_acceleration: Annotated[
+        float, Field('m/s²', 'largest change of the velocity asked for; 0 means none', minimum=0.0, live=True)
+    ] = 0.0
+    angular_acceleration: Annotated[
+        float, Field('rad/s²', 'largest change of the yaw rate asked for; 0 means none', minimum=0.0, live=True)
+    ] = 0.0
+
+
+@jitable
+def _within(asked: float, before: float, largest: float, step: float) -> float:
+    """Limit the slew rate of one component, then its size."""
+    if step > 0.0:
+        asked = min(max(asked, before - step), before + step)
+    bound = largest if 0.0 < largest < LARGEST else LARGEST
+    return min(max(asked, -bound), bound)
+
+
+@jitable
+def limit_command(asked: BodyVelocity, before: BodyVelocity, limits: Limits, dt: float) -> BodyVelocity:
+    """
+    Hold a command within the limits, each component by itself.
+
+    Parameters
+    ----------
+    asked : BodyVelocity
+        From the law [m/s], [rad/s].
+    before : BodyVelocity
+        The command before it, as it was given.
+    limits : Limits
+        Velocity limits win over acceleration limits where both apply.
+    dt : float
+        Time between both [s].
+
+    Returns
+    -------
+    BodyVelocity
+        Bit for bit the one asked for where no limit applies; always within what a message may hold.
+
+    Examples
+    --------
+    >>> limit_command(BodyVelocity(1.0, 0.1), BodyVelocity(0.0, 0.0), Limits(linear_acceleration=2.0), 0.25)
+    BodyVelocity(linear=0.5, angular=0.1)
+    """
+    return BodyVelocity(
+        _within(asked.linear, before.linear, limits.linear_velocity, limits.linear_acceleration * dt),
+        _within(asked.angular, before.angular, limits.angular_velocity, limits.angular_acceleration * dt),
+    )

@@ -1,0 +1,1 @@
+"""Messages of the loop: from bytes to quantities and back."""

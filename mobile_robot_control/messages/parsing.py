@@ -1,0 +1,154 @@
+"""
+Messages to quantities, with every number checked.
+
+The functions take any object with the fields of the ROS message, from rclpy or from a bag reader; nothing of ROS is
+imported.
+"""
+
+import math
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.stamps import NANOSECONDS
+
+WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
+"""The joints' names; wheels are named in messages, never indexed."""
+
+
+class RefusedMessageError(ValueError):
+    """
+    A message that must not enter the loop.
+
+    Parameters
+    ----------
+    reason : str
+        A few words, the same for all messages of one kind, so that they can be counted.
+    detail : str
+        The values found and the remedy, for the log.
+
+    """
+
+    def __init__(self, reason: str, detail: str = '') -> None:
+        self.reason, self.detail = reason, detail
+        super().__init__(f'{reason} ({detail})' if detail else reason)
+
+
+def stamp_nanoseconds(stamp: Any) -> int:
+    """Return a message's stamp (builtin_interfaces/Time) [ns]."""
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+
+
+def serialised_stamp(message: bytes) -> int:
+    """
+    Return the stamp [ns] of a serialised message whose first field is a header.
+
+    Raises RefusedMessageError if it is too short to have one.
+    """
+    try:
+        # four bytes of encapsulation, which in the second says the byte order, then the header's stamp
+        seconds, rest = struct.unpack_from('<iI' if message[1] & 1 else '>iI', message, 4)
+    except (struct.error, IndexError):
+        raise RefusedMessageError('not readable', f'{len(message)} bytes hold no stamp') from None
+    return int(seconds) * NANOSECONDS + int(rest)
+
+
+def _check(name: str, *values: float) -> None:
+    """Raise RefusedMessageError where a value is not finite or beyond LARGEST."""
+    for value in values:
+        # written so that NaN does not pass
+        if not abs(value) <= LARGEST:
+            if math.isfinite(value):
+                raise RefusedMessageError(f'{name} too large', f'{value:g} is beyond {LARGEST:g}')
+            raise RefusedMessageError(f'{name} not finite', f'{value}')
+
+
+def _check_frame(field: str, found: str, expected: str) -> None:
+    """Raise RefusedMessageError where a frame is not the expected one."""
+    if expected not in ('', found):
+        raise RefusedMessageError(
+            f'{field} is not {expected}', f"it is '{found}'; the parameters odom_frame_id, base_frame_id and "
+            'reference_frame_id say what is expected')
+
+
+def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple[Pose, BodyVelocity]:
+    """
+    Return pose [m, rad] and body velocity [m/s, rad/s] of a nav_msgs/Odometry; components off the plane are ignored.
+
+    The pose must be in `frame` and the twist in `child_frame`; '' takes any. Raises RefusedMessageError if a number is
+    not finite or beyond LARGEST, the quaternion is not of unit length, or a frame is wrong.
+    """
+    _check_frame('frame_id', message.header.frame_id, frame)
+    _check_frame('child_frame_id', message.child_frame_id, child_frame)
+    position, q, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
+    x, y, z, w = q.x, q.y, q.z, q.w
+    _check('odometry', position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
+    length = x * x + y * y + z * z + w * w
+    if abs(length - 1.0) > 0.01:
+        raise RefusedMessageError('quaternion not of unit length', f'its length is {math.sqrt(length):g}')
+    heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return Pose(position.x, position.y, heading), BodyVelocity(twist.linear.x, twist.angular.z)
+
+
+def read_twist(message: Any, frame: str = '') -> BodyVelocity:
+    """
+    Return the body velocity [m/s, rad/s] of a geometry_msgs/TwistStamped.
+
+    `frame` is the robot's, '' takes any; a message that names no frame is in it. Raises RefusedMessageError if a number
+    is not finite or beyond LARGEST, or the frame is wrong.
+    """
+    if message.header.frame_id:
+        _check_frame('frame_id', message.header.frame_id, frame)
+    velocity = BodyVelocity(message.twist.linear.x, message.twist.angular.z)
+    _check('command', *velocity)
+    return velocity
+
+
+def read_error(message: Any) -> TrackingError:
+    """Return the tracking error [m, rad] of a geometry_msgs/Vector3Stamped on `tracking_error`."""
+    return TrackingError(message.vector.x, message.vector.y, message.vector.z)
+
+
+def _by_name(message: Any, values: Sequence[float], what: str) -> tuple[float, float]:
+    """Return the right and the left wheel's value, found by their names."""
+    names = message.name
+    if len(values) != len(names):
+        raise RefusedMessageError(f'{what} and names differ in number', f'{len(values)} and {len(names)}')
+    if names == WHEEL_JOINTS:
+        right, left = values
+    else:
+        try:
+            right, left = values[names.index(WHEEL_JOINTS[0])], values[names.index(WHEEL_JOINTS[1])]
+        except ValueError:
+            raise RefusedMessageError('a wheel is not named',
+                                      f'{WHEEL_JOINTS} are not all among {list(names)}') from None
+    _check(what, right, left)
+    return float(right), float(left)
+
+
+def read_torque(message: Any) -> WheelTorque:
+    """
+    Return the wheel torques [N m] of a sensor_msgs/JointState, whose wheels may stand in any order.
+
+    Raises RefusedMessageError if a wheel or its effort is missing, or a torque is not finite or beyond LARGEST.
+    """
+    return WheelTorque(*_by_name(message, message.effort, 'effort'))
+
+
+def read_wheel_velocity(message: Any) -> WheelVelocity:
+    """
+    Return the wheel velocities [rad/s] of a sensor_msgs/JointState, whose wheels may stand among other joints.
+
+    Raises RefusedMessageError if a wheel or its velocity is missing, or a velocity is not finite or beyond LARGEST.
+    """
+    return WheelVelocity(*_by_name(message, message.velocity, 'velocity'))
+
+
+def read_wheel_angles(message: Any) -> tuple[float, float]:
+    """
+    Return the angles of the right and the left wheel [rad] of a sensor_msgs/JointState.
+
+    Raises RefusedMessageError if a wheel or its position is missing, or an angle is not finite or beyond LARGEST.
+    """
+    return _by_name(message, message.position, 'position')

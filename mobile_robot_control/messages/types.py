@@ -1,0 +1,85 @@
+"""Messages as plain objects with the fields of the ROS messages that the loop reads, without stamp and covariances."""
+
+from typing import NamedTuple
+
+
+class Header(NamedTuple):
+    """std_msgs/Header."""
+
+    frame_id: str
+
+
+class JointState(NamedTuple):
+    """sensor_msgs/JointState."""
+
+    header: Header
+    name: list[str]
+    position: tuple[float, ...]
+    velocity: tuple[float, ...]
+    effort: tuple[float, ...]
+
+
+class Vector(NamedTuple):
+    """geometry_msgs/Point and geometry_msgs/Vector3."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Quaternion(NamedTuple):
+    """geometry_msgs/Quaternion."""
+
+    x: float
+    y: float
+    z: float
+    w: float
+
+
+class MessagePose(NamedTuple):
+    """geometry_msgs/Pose."""
+
+    position: Vector
+    orientation: Quaternion
+
+
+class Twist(NamedTuple):
+    """geometry_msgs/Twist."""
+
+    linear: Vector
+    angular: Vector
+
+
+class PoseWithCovariance(NamedTuple):
+    """geometry_msgs/PoseWithCovariance."""
+
+    pose: MessagePose
+
+
+class TwistWithCovariance(NamedTuple):
+    """geometry_msgs/TwistWithCovariance."""
+
+    twist: Twist
+
+
+class TwistStamped(NamedTuple):
+    """geometry_msgs/TwistStamped."""
+
+    header: Header
+    twist: Twist
+
+
+class Odometry(NamedTuple):
+    """nav_msgs/Odometry."""
+
+    header: Header
+    child_frame_id: str
+    pose: PoseWithCovariance
+    twist: TwistWithCovariance
+
+
+class Vector3Stamped(NamedTuple):
+    """geometry_msgs/Vector3Stamped."""
+
+    header: Header
+    vector: Vector

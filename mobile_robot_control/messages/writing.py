@@ -1,0 +1,141 @@
+"""
+Quantities to messages; `mobile_robot_control.messages.parsing` is the inverse.
+
+A node makes a writer for each of its messages once, and publishes the bytes that it returns at every step.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped
+from nav_msgs.msg import Odometry, Path
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+from mobile_robot_control.messages.parsing import WHEEL_JOINTS
+from mobile_robot_control.messages.template import Template
+from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+
+
+def planar_quaternion(heading: float) -> tuple[float, float]:
+    """Return z and w of the quaternion of a rotation [rad] about the vertical; x and y are zero."""
+    return math.sin(0.5 * heading), math.cos(0.5 * heading)
+
+
+def odometry_writer(
+    frame: str, child_frame: str, pose_variances: Sequence[float] = (0.0,) * 6,
+    twist_variances: Sequence[float] = (0.0,) * 6,
+) -> Callable[[int, Pose, BodyVelocity], bytes]:
+    """
+    Make a function that writes nav_msgs/Odometry.
+
+    Parameters
+    ----------
+    frame, child_frame : str
+        Of the pose, and of the twist.
+    pose_variances, twist_variances : sequence of float
+        Diagonals of the covariances [m², rad²], [m²/s², rad²/s²].
+
+    Returns
+    -------
+    callable
+        Takes a stamp [ns], a pose [m, rad] and a velocity in the child frame [m/s, rad/s]; returns bytes.
+
+    """
+    message = Odometry(child_frame_id=child_frame)
+    message.header.frame_id = frame
+    message.pose.covariance[::7] = pose_variances
+    message.twist.covariance[::7] = twist_variances
+
+    def put(x: float, y: float, z: float, w: float, linear: float, angular: float) -> None:
+        pose, twist = message.pose.pose, message.twist.twist
+        pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w = x, y, z, w
+        twist.linear.x, twist.angular.z = linear, angular
+
+    template = Template(message, put, 6)
+
+    def write(stamp: int, pose: Pose, velocity: BodyVelocity) -> bytes:
+        return template.fill(stamp, pose.x, pose.y, *planar_quaternion(pose.heading), *velocity)
+
+    return write
+
+
+def twist_writer(frame: str, stamped: bool = True) -> Callable[[int, BodyVelocity], bytes]:
+    """
+    Make a function that writes geometry_msgs/TwistStamped, or geometry_msgs/Twist if not stamped, for `cmd_vel`.
+
+    It takes a stamp [ns] and a body velocity in the robot's frame [m/s, rad/s].
+    """
+    message = TwistStamped()
+    message.header.frame_id = frame
+
+    def put(linear: float, angular: float) -> None:
+        message.twist.linear.x, message.twist.angular.z = linear, angular
+
+    template = Template(message if stamped else message.twist, put, 2)
+    return lambda stamp, velocity: template.fill(stamp, *velocity)
+
+
+def error_writer(frame: str) -> Callable[[int, TrackingError], bytes]:
+    """
+    Make a function that writes geometry_msgs/Vector3Stamped for `tracking_error`: x = e1 [m], y = e2 [m], z = e3 [rad].
+
+    It takes a stamp [ns] and a tracking error in the robot's frame.
+    """
+    message = Vector3Stamped()
+    message.header.frame_id = frame
+
+    def put(longitudinal: float, lateral: float, heading: float) -> None:
+        message.vector.x, message.vector.y, message.vector.z = longitudinal, lateral, heading
+
+    template = Template(message, put, 3)
+    return lambda stamp, error: template.fill(stamp, *error)
+
+
+def torque_writer() -> Callable[[int, WheelTorque], bytes]:
+    """
+    Make a function that writes sensor_msgs/JointState with the wheels' names and efforts, for `wheel_torques`.
+
+    It takes a stamp [ns] and wheel torques [N m].
+    """
+    message = JointState(name=WHEEL_JOINTS)
+
+    def put(right: float, left: float) -> None:
+        message.effort = [right, left]
+
+    template = Template(message, put, 2)
+    return lambda stamp, torque: template.fill(stamp, *torque)
+
+
+def joints_writer() -> Callable[[int, tuple[float, float], WheelVelocity, WheelTorque], bytes]:
+    """
+    Make a function that writes sensor_msgs/JointState with everything about the wheels, for `joint_states`.
+
+    It takes a stamp [ns], the angles of the right and the left wheel [rad], their velocities [rad/s], and the torques
+    applied over the step that ended at the stamp [N m].
+    """
+    message = JointState(name=WHEEL_JOINTS)
+
+    def put(*numbers: float) -> None:
+        message.position, message.velocity, message.effort = numbers[:2], numbers[2:4], numbers[4:]
+
+    template = Template(message, put, 6)
+    return lambda stamp, angles, velocity, torque: template.fill(stamp, *angles, *velocity, *torque)
+
+
+def clock_writer() -> Callable[[int], bytes]:
+    """Make a function that writes rosgraph_msgs/Clock from a stamp [ns]."""
+    return Template(Clock(), lambda: None, 0).fill
+
+
+def path_message(frame: str, poses: Sequence[Pose]) -> Path:
+    """Make a nav_msgs/Path of poses [m, rad] in a frame, with stamps zero."""
+    path = Path()
+    path.header.frame_id = frame
+    for pose in poses:
+        point = PoseStamped()
+        point.header.frame_id = frame
+        point.pose.position.x, point.pose.position.y = pose.x, pose.y
+        point.pose.orientation.z, point.pose.orientation.w = planar_quaternion(pose.heading)
+        path.poses.append(point)
+    return path

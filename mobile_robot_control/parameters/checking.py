@@ -1,0 +1,98 @@
+"""Parameters are checked as a whole, and every violation is named at once with value, unit, rule and remedy."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, TypeVar, get_type_hints
+
+from mobile_robot_control.parameters.declaration import Field, declarations, group_prefix, members
+from mobile_robot_control.parameters.values import check_value, nearest
+
+Parameters = TypeVar('Parameters')
+
+
+class ParameterError(ValueError):
+    """
+    A refused configuration.
+
+    Parameters
+    ----------
+    violations : iterable of str
+        Every violation found, each with name, value, rule and remedy.
+
+    """
+
+    def __init__(self, violations: Iterable[str]) -> None:
+        self.violations = tuple(violations)
+        super().__init__('\n'.join(self.violations))
+
+
+Rule = Callable[[Any], Iterable[str]]
+_RULES: dict[type, list[Rule]] = {}
+RuleFunction = TypeVar('RuleFunction', bound=Rule)
+
+
+def rule(function: RuleFunction) -> RuleFunction:
+    """
+    Register a rule that holds between the fields of one group; a decorator.
+
+    The function takes the group (its first annotation says which) and yields a text for each violation.
+    """
+    group = next(hint for name, hint in get_type_hints(function).items() if name != 'return')
+    _RULES.setdefault(group, []).append(function)
+    return function
+
+
+def build(group: type[Parameters], values: Mapping[str, Any]) -> Parameters:
+    """
+    Make a group from values by dotted name, checked as a whole; what is not given keeps its default.
+
+    Parameters
+    ----------
+    group : type
+        The declared NamedTuple.
+    values : mapping of str to object
+        Values by dotted name, as read from YAML, ROS or a command line. Whole numbers serve where a float belongs.
+
+    Returns
+    -------
+    group
+        The instance.
+
+    Raises
+    ------
+    ParameterError
+        Naming every violation at once: unknown names, types, bounds and, where all of these hold, the rules between
+        parameters.
+
+    """
+    declared = declarations(group)
+    violations = [f"unknown parameter '{name}'; {nearest(name, declared)}" for name in values if name not in declared]
+    taken: dict[str, Any] = {}
+    for name, declaration in declared.items():
+        taken[name], found = check_value(declaration, values.get(name, declaration.default))
+        violations += found
+    if violations:
+        raise ParameterError(violations)
+    instance = _assemble(group, taken, '')
+    violations = list(_broken_rules(instance))
+    if violations:
+        raise ParameterError(violations)
+    return instance
+
+
+def _assemble(group: type[Parameters], values: Mapping[str, Any], prefix: str) -> Parameters:
+    """Make a group and the groups within it from checked values."""
+    arguments = {
+        name: values[prefix + name] if isinstance(annotation, Field)
+        else _assemble(kind, values, group_prefix(prefix, name, annotation))
+        for name, kind, annotation in members(group)
+    }
+    return group(**arguments)
+
+
+def _broken_rules(instance: Any) -> Iterator[str]:
+    """Yield the violations of every rule, innermost groups first."""
+    for name, _, annotation in members(type(instance)):
+        if not isinstance(annotation, Field):
+            yield from _broken_rules(getattr(instance, name))
+    for check in _RULES.get(type(instance), ()):
+        yield from check(instance)

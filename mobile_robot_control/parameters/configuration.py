@@ -1,0 +1,61 @@
+"""The parameters of all four nodes of a run, checked as a whole."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.parameters.nodes import NODES, Configuration, Shared
+
+
+def _disagreements(configuration: Configuration) -> Iterator[str]:
+    """Yield the shared parameters that differ between the nodes."""
+    ours = {node: declarations(type(part.shared), defaults=part.shared) for node, part
+            in configuration._asdict().items()}
+    for name in declarations(Shared):
+        values = {node: shared[name].default for node, shared in ours.items()}
+        if len(set(values.values())) > 1:
+            told = ', '.join(f'{node} {value}' for node, value in values.items())
+            yield f"{name} differs between the nodes ({told}); write it once, under '/**'"
+
+
+def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
+    """
+    Make the configuration of a run from each node's values, checked as a whole.
+
+    Parameters
+    ----------
+    values : mapping of str to mapping
+        By node name, values by dotted parameter name; a node not named keeps its defaults.
+
+    Returns
+    -------
+    Configuration
+        The parameters of all four nodes.
+
+    Raises
+    ------
+    ParameterError
+        Naming every violation, each once, with the nodes concerned before it.
+
+    Examples
+    --------
+    >>> configure({'plant': {'duration': 3}}).plant.duration
+    3.0
+
+    """
+    parts: dict[str, Any] = {}
+    violations: dict[str, list[str]] = {}
+    for node, group in NODES.items():
+        try:
+            parts[node] = build(group, values.get(node, {}))
+        except ParameterError as error:
+            for violation in error.violations:
+                violations.setdefault(violation, []).append(node)
+    if violations:
+        raise ParameterError(f'{", ".join(nodes)}: {violation}' for violation, nodes in violations.items())
+    configuration = Configuration(**parts)
+    disagreements = tuple(_disagreements(configuration))
+    if disagreements:
+        raise ParameterError(disagreements)
+    return configuration

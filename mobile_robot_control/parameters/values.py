@@ -1,0 +1,118 @@
+"""The check of one value against its declaration, in words that name value, unit, rule and remedy."""
+
+import difflib
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from mobile_robot_control.parameters.declaration import Declaration, Field
+from mobile_robot_control.quantities import LARGEST, SMALLEST
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return 'did you mean ...?' with the known name nearest to a mistaken one, or all known names if none is near."""
+    names = sorted(known)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return f"did you mean '{close[0]}'?" if close else f'known are {", ".join(names)}'
+
+
+def describe_bounds(field: Field) -> str:
+    """Return the values that a field allows in words, such as 'above 0.0 kg'; '' where any is allowed."""
+    unit = f' {field.unit}' if field.unit else ''
+    parts = [f'{word} {limit}{unit}'
+             for word, limit in (('above', field.above), ('at least', field.minimum), ('at most', field.maximum))
+             if limit is not None]
+    if field.choices:
+        parts.append('one of ' + ', '.join(field.choices))
+    if field.length is not None:
+        parts.append(f'{field.length} elements')
+    return ', '.join(parts)
+
+
+def _number(value: Any) -> float | None:
+    """Return a number as float; None where it is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        return float(value)
+    except OverflowError:  # a whole number beyond all floats
+        return math.inf
+
+
+def _typed(declared: Declaration, value: Any) -> Any:
+    """Convert a value to its declared type; None where it has another."""
+    if declared.kind is float:
+        return _number(value)
+    if declared.kind is tuple:
+        if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+            return None
+        numbers = tuple(_number(element) for element in value)
+        return None if None in numbers else numbers
+    return value if type(value) is declared.kind else None
+
+
+_KINDS = {float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a text', tuple: 'an array of numbers'}
+
+
+def _as_yaml(value: Any) -> str:
+    """Return a value as a YAML file has it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(list(value)) if isinstance(value, tuple) else str(value)
+
+
+def _out_of_range(field: Field, numbers: Iterable[float]) -> str:
+    """Return what is wrong with the size of numbers, whatever their own bounds are; '' if nothing is."""
+    if not all(map(math.isfinite, numbers)):
+        return 'is not finite; it must be a finite number'
+    if any(abs(number) > LARGEST for number in numbers):
+        return f'is beyond {LARGEST:g}; write a smaller number'
+    if field.above == 0.0 and any(0.0 < number < SMALLEST for number in numbers):
+        return f'is below {SMALLEST:g}; write a larger number'
+    return ''
+
+
+def check_value(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
+    """
+    Convert and check one value.
+
+    Parameters
+    ----------
+    declared : Declaration
+        What it must be.
+    value : object
+        As read from YAML, ROS or a command line. Whole numbers serve where a float belongs.
+
+    Returns
+    -------
+    value : object
+        Of the declared type; None where it has another.
+    violations : list of str
+        Each with name, value, rule and remedy.
+
+    """
+    field = declared.field
+    typed = _typed(declared, value)
+    what = f'{declared.name} = {value!r}'
+    if typed is None:
+        unit = f' [{field.unit}]' if field.unit else ''
+        return None, [f'{what} is of type {type(value).__name__}; write {_KINDS[declared.kind]}{unit}, '
+                      f'such as {_as_yaml(declared.default)}']
+    numbers = typed if declared.kind is tuple else (typed,) if declared.kind in (float, int) else ()
+    allowed = describe_bounds(field)
+    unfit = _out_of_range(field, numbers)
+    if unfit:
+        return typed, [f'{what} {unfit}{", " + allowed if allowed else ""}']
+    wrong = (
+        any(field.above is not None and number <= field.above for number in numbers)
+        or any(field.minimum is not None and number < field.minimum for number in numbers)
+        or any(field.maximum is not None and number > field.maximum for number in numbers)
+        or (field.length is not None and len(numbers) != field.length)
+        or (bool(field.choices) and typed not in field.choices)
+    )
+    if wrong:
+        hint = f'; {nearest(typed, field.choices)}' if field.choices else ''
+        return typed, [f'{what} is not allowed; it must be {allowed}{hint}']
+    if typed == '':
+        return typed, [f"{what} is empty; write a text such as '{declared.default}'"]
+    return typed, []

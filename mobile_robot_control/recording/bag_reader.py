@@ -1,0 +1,170 @@
+"""Runs read from bags, whole or damaged, as signals: memory holds numbers, never messages."""
+
+import struct
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+from rosbags.rosbag2 import Reader
+
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.recording import gaps
+from mobile_robot_control.recording.collector import Collector
+from mobile_robot_control.recording.joining import joined
+from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, ProgressCallback
+from mobile_robot_control.recording.signals import READ, Signal
+from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.topics import LOOP_TOPICS
+
+
+class Recording(NamedTuple):
+    """
+    A run read from a bag.
+
+    Attributes
+    ----------
+    signals : dict of str to Signal
+        By topic, repeats removed by stamp; empty for a silent one.
+    problems : tuple of str
+        What is missing, in words; empty for a complete run.
+    """
+
+    signals: dict[str, Signal]
+    problems: tuple[str, ...]
+
+    @property
+    def samples(self) -> list[Sample]:
+        """All samples in order of time; `joined` yields the same one by one."""
+        return list(joined(self.signals))
+
+
+def _no_progress(_read: int, _all: int) -> None:
+    """Ignore progress."""
+
+
+class _Bag:
+    """A bag's messages from whatever files it is made of."""
+
+    def __init__(self, path: Path, progress: ProgressCallback) -> None:
+        self.problems: list[str] = []
+        self.topics: set[str] = set()
+        self._path, self._progress = path, progress
+
+    def messages(self, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Yield the messages of wanted topics, in the order of the files."""
+        if not self._path.exists():
+            raise BagError(f'{self._path}: does not exist; name a bag that `experiment` or `ros2 bag record` wrote')
+        metadata = self._metadata()
+        files = [self._path] if self._path.is_file() else sorted(
+            (file for ending in ('mcap', 'db3') for file in self._path.glob(f'*.{ending}')),
+            key=lambda file: (len(file.name), file.name))  # bag_10 after bag_9
+        if metadata is not None and (_is_compressed(metadata) or not files):
+            yield from self._by_rosbags(self._path, wanted)
+            return
+        if not files:
+            raise BagError(f'{self._path}: is not a bag: there is no .mcap or .db3 file in it; '
+                           'name the folder that `experiment` or `ros2 bag record` wrote')
+        for file in files:
+            if file.suffix == '.mcap':
+                stream = McapStream(file, self._progress)
+                yield from stream.messages(wanted)
+                self.problems += stream.problems
+                self.topics.update(stream.topics())
+            else:
+                yield from self._by_rosbags(file, wanted)
+
+    def _metadata(self) -> dict[str, Any] | None:
+        """Read metadata.yaml, which only compressed bags need: None where it is missing or broken."""
+        file = self._path / 'metadata.yaml'
+        try:
+            found = yaml.safe_load(file.read_text(encoding='utf-8'))['rosbag2_bagfile_information']
+        except (OSError, ValueError, TypeError, KeyError, yaml.YAMLError):
+            return None
+        return found if isinstance(found, dict) else None
+
+    def _by_rosbags(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Read sqlite3 files, and bags whose files or messages are compressed one by one."""
+        try:
+            reader = Reader(path)
+            reader.open()
+        except Exception as error:  # a broken file can raise anything
+            raise BagError(f'{path}: cannot be read as a bag ({error}); '
+                           'name one that `experiment` or `ros2 bag record` wrote') from error
+        try:
+            self.topics.update(connection.topic for connection in reader.connections)
+            connections = [connection for connection in reader.connections if wanted(connection.topic)]
+            total = reader.message_count
+            messages = reader.messages(connections=connections) if connections else ()
+            for count, (connection, received, data) in enumerate(messages):
+                if count % 1000 == 0:
+                    self._progress(count, total)
+                yield Message(connection.topic, connection.msgtype, received, data)
+            self._progress(total, total)
+        except Exception as error:
+            self.problems.append(f'the recording was cut off: {path.name} is damaged ({error}), '
+                                 'and was read up to there')
+        finally:
+            reader.close()
+
+
+def _is_compressed(metadata: dict[str, Any]) -> bool:
+    return str(metadata.get('compression_mode') or 'none').lower() != 'none'
+
+
+def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = _no_progress) -> Recording:
+    """
+    Read a run from a bag.
+
+    Parameters
+    ----------
+    path : Path
+        The bag's folder, or one file of it; nothing is changed.
+    namespace : str
+        In which the nodes ran.
+    progress : callable
+        Told how far the reading is.
+
+    Returns
+    -------
+    Recording
+        The last run that was recorded, and what is missing. A bag that breaks off is read up to there.
+
+    Raises
+    ------
+    BagError
+        If it is not a bag that can be read.
+    """
+    prefix = namespace.rstrip('/') + '/'
+    names = {prefix + name: name for name in LOOP_TOPICS}
+    bag, collector = _Bag(path, progress), Collector()
+    left_out: Counter[str] = Counter()
+    for topic, kind, received, data in bag.messages(names.__contains__):
+        name = names[topic]
+        if kind != LOOP_TOPICS[name].kind:
+            left_out[f'{topic} is of type {kind}, not {LOOP_TOPICS[name].kind}'] += 1
+            continue
+        try:
+            collector.add(name, serialised_stamp(data), READ[name](deserialise(kind, data)), received)
+        except RefusedMessageError as reason:
+            left_out[f'{topic}: {reason}'] += 1
+        except (ValueError, struct.error):
+            left_out[f'{topic}: cannot be deserialised'] += 1
+    return Recording(collector.signals, tuple(_problems(bag, collector, left_out, prefix)))
+
+
+def _problems(bag: _Bag, collector: Collector, left_out: Counter[str], prefix: str) -> Iterator[str]:
+    """Yield what is missing, in words."""
+    yield from bag.problems
+    for reason, count in left_out.items():
+        yield f'{count} messages left out: {reason}'
+    if collector.disordered:
+        yield f'{collector.disordered} messages came after a later stamp of their topic'
+    if collector.earlier_runs:
+        yield f'{collector.earlier_runs} earlier runs left out; the last one is taken'
+    if not any(prefix + name in bag.topics for name in LOOP_TOPICS):
+        yield (f'none of the topics {", ".join(prefix + name for name in LOOP_TOPICS)}; the bag holds '
+               f'{", ".join(sorted(bag.topics)) or "nothing"}: name the robot with --namespace')
+    yield from gaps.describe_gaps(collector.signals)

@@ -1,0 +1,136 @@
+"""A run as a table: one row a step of the velocity loop, columns named as the topics' fields."""
+
+import csv
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TextIO
+
+from mobile_robot_control.messages.parsing import WHEEL_JOINTS
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
+
+_ODOMETRY = (
+    'pose.pose.position.x', 'pose.pose.position.y', 'pose.pose.orientation.z', 'pose.pose.orientation.w',
+    'twist.twist.linear.x', 'twist.twist.angular.z',
+)
+
+CSV_COLUMNS = (
+    'time',
+    *(f'joint_states.{field}.{wheel}' for field in ('position', 'velocity', 'effort') for wheel in WHEEL_JOINTS),
+    *(f'wheel_torques.effort.{wheel}' for wheel in WHEEL_JOINTS),
+    'odom.header.stamp',
+    *(f'odom.{field}' for field in _ODOMETRY),
+    *(f'reference.{field}' for field in _ODOMETRY),
+    'cmd_vel.twist.linear.x', 'cmd_vel.twist.angular.z',
+    'tracking_error.vector.x', 'tracking_error.vector.y', 'tracking_error.vector.z',
+)
+"""
+Time and stamp in s, everything else in SI units as in the topics. The columns of the position loop (from
+`odom.header.stamp` on) hold the values of the newest position tick.
+"""
+
+
+def _odometry(pose: Pose, velocity: BodyVelocity) -> tuple[float, ...]:
+    """Return the columns of an odometry message."""
+    return (pose.x, pose.y, math.sin(0.5 * pose.heading), math.cos(0.5 * pose.heading), *velocity)
+
+
+def row_from_sample(sample: Sample) -> tuple[float, ...]:
+    """Return a sample as a row of CSV_COLUMNS."""
+    tick = sample.tick
+    return (
+        sample.time,
+        sample.right_angle, sample.left_angle, *sample.wheels, *sample.applied, *sample.torque,
+        tick.time,
+        *_odometry(tick.pose, tick.velocity),
+        *_odometry(tick.reference.pose, tick.reference.velocity),
+        *sample.command,
+        *tick.error,
+    )
+
+
+def write_csv(samples: Iterable[Sample], file: TextIO) -> Iterator[Sample]:
+    """Write samples as CSV, numbers to the last bit, and yield the same samples on."""
+    writer = csv.writer(file, lineterminator='\n')
+    writer.writerow(CSV_COLUMNS)
+    for sample in samples:
+        writer.writerow(map(repr, row_from_sample(sample)))
+        yield sample
+
+
+class NotATableError(ValueError):
+    """A file that is no CSV of a run; the text says why."""
+
+
+def _read_odometry(values: Sequence[float]) -> tuple[Pose, BodyVelocity]:
+    """Return pose and velocity from the columns of an odometry message."""
+    x, y, sine, cosine, linear, angular = values
+    # twice the half angle, wrapped as odometry messages are read
+    return Pose(x, y, math.atan2(2.0 * sine * cosine, cosine * cosine - sine * sine)), BodyVelocity(linear, angular)
+
+
+def sample_from_row(values: Sequence[float]) -> Sample:
+    """Return a row of CSV_COLUMNS as a sample, headings to rounding: the inverse of `row_from_sample`."""
+    v = values
+    return Sample(
+        v[0],
+        PositionTick(v[9], *_read_odometry(v[10:16]), Reference(*_read_odometry(v[16:22])), TrackingError(*v[24:27])),
+        BodyVelocity(v[22], v[23]), v[1], v[2], WheelVelocity(v[3], v[4]), WheelTorque(v[5], v[6]),
+        WheelTorque(v[7], v[8]),
+    )
+
+
+class Rows:
+    """
+    The rows of a CSV file, as samples.
+
+    Parameters
+    ----------
+    file : text file
+        Open for reading.
+
+    Attributes
+    ----------
+    left_out : Counter of str
+        Rows that could not be used, by reason; counted while the rows are read.
+
+    Raises
+    ------
+    NotATableError
+        If a column is missing.
+    """
+
+    def __init__(self, file: TextIO) -> None:
+        self.left_out: Counter[str] = Counter()
+        self._reader = csv.reader(file)
+        try:
+            names = next(self._reader, [])
+        except (csv.Error, UnicodeDecodeError) as error:
+            raise NotATableError(f'is no CSV text ({error}); name a file that `simulate --output` wrote') from error
+        missing = [name for name in CSV_COLUMNS if name not in names]
+        if missing:
+            some = ', '.join(missing[:3]) + (', ...' if len(missing) > 3 else '')
+            raise NotATableError(f'lacks {len(missing)} of {len(CSV_COLUMNS)} columns ({some}); '
+                                 'name a file that `simulate --output` wrote')
+        self._order = [names.index(name) for name in CSV_COLUMNS]
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Yield a sample for each row that is whole, finite and later than the one before."""
+        newest = -math.inf
+        try:
+            for cells in self._reader:
+                try:
+                    values = [float(cells[place]) for place in self._order]
+                except (ValueError, IndexError):
+                    self.left_out['broken off or not a number'] += 1
+                    continue
+                if not all(map(math.isfinite, values)):
+                    self.left_out['not finite'] += 1
+                elif values[0] <= newest:
+                    self.left_out['not later than the row before'] += 1
+                else:
+                    newest = values[0]
+                    yield sample_from_row(values)
+        except (csv.Error, UnicodeDecodeError):
+            self.left_out['no text from there on'] += 1

@@ -1,0 +1,92 @@
+"""The reference cart: its pose and velocity at a time."""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.parameters.checking import rule
+from mobile_robot_control.parameters.declaration import INLINE, Field
+from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, Reference
+from mobile_robot_control.reference.curves import CURVES, Curve
+
+
+class Placement(NamedTuple):
+    """Size, lap time, start and place of the curve."""
+
+    scale: Annotated[float, Field('m', "the curve's size a", above=0.0)] = 1.0
+    period: Annotated[float, Field('s', 'time for one lap', above=0.0)] = 16.0
+    phase: Annotated[float, Field('', 'where the cart starts, as a fraction of a lap')] = 0.0
+    center: Annotated[tuple[float, ...], Field('m', "where the curve's origin lies, x and y", length=2)] = (0.0, 0.0)
+    rotation: Annotated[float, Field('rad', 'by which the curve is turned about its origin')] = 0.0
+
+
+class CurveParameters(NamedTuple):
+    """Which curve the reference cart drives, and its placement."""
+
+    curve: Annotated[str, Field('', 'the curve', choices=tuple(CURVES))] = 'trifolium'
+    placement: Annotated[Placement, INLINE] = Placement()
+
+
+@jitable
+def reference_at(curve: Curve, time: float, placement: Placement) -> Reference:
+    """
+    Compute the reference cart's pose and velocity at a time.
+
+    Parameters
+    ----------
+    curve : callable
+        One of CURVES.
+    time : float
+        Since the run's start [s].
+    placement : Placement
+        Size, lap time, start and place.
+
+    Returns
+    -------
+    Reference
+        Pose in the odometry frame; v_r and ω_r from the exact derivatives.
+
+    Examples
+    --------
+    >>> from mobile_robot_control.reference.curves import circle
+    >>> reference_at(circle, 0.0, Placement()).pose.x
+    1.0
+    """
+    # s = 2π (t / period + phase)
+    rate = 2.0 * math.pi / placement.period
+    point = curve(2.0 * math.pi * (time / placement.period + placement.phase))
+    cos, sin = math.cos(placement.rotation), math.sin(placement.rotation)
+    speed_squared = point.dx * point.dx + point.dy * point.dy
+    return Reference(
+        Pose(
+            placement.center[0] + placement.scale * (cos * point.x - sin * point.y),
+            placement.center[1] + placement.scale * (sin * point.x + cos * point.y),
+            wrap_angle(math.atan2(point.dy, point.dx) + placement.rotation),
+        ),
+        BodyVelocity(
+            # v_r = |dr/dt|
+            placement.scale * math.sqrt(speed_squared) * rate,
+            # ω_r = (x' y'' - y' x'')/(x'² + y'²) ds/dt
+            (point.dx * point.ddy - point.dy * point.ddx) / speed_squared * rate,
+        ),
+    )
+
+
+_POINTS = 64
+
+
+@rule
+def _lap_fits_messages(curve: CurveParameters) -> Iterator[str]:
+    """Refuse a cart that leaves what messages may hold: nodes refuse it, and the run would wait for ever."""
+    placement = curve.placement
+    lap = [reference_at(CURVES[curve.curve], placement.period * n / _POINTS, placement) for n in range(_POINTS)]
+    far = max(abs(value) for reference in lap for value in (reference.pose.x, reference.pose.y))
+    fast = max(abs(value) for reference in lap for value in reference.velocity)
+    if far > LARGEST:
+        yield (f'scale = {placement.scale} m and center = {list(placement.center)} m take the cart to {far:g} m, '
+               f'beyond {LARGEST:g}; lower one of them')
+    if fast > LARGEST:
+        yield (f'scale = {placement.scale} m and period = {placement.period} s ask for a velocity of {fast:g} (m/s or '
+               f'rad/s), beyond {LARGEST:g}; lower the scale or raise the period')

@@ -1,0 +1,142 @@
+"""The report of one run, or of several side by side."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from html import escape
+from pathlib import Path
+
+from mobile_robot_control.files import write_atomically
+from mobile_robot_control.reporting import page
+from mobile_robot_control.reporting.animation import animate
+from mobile_robot_control.reporting.metrics_table import configuration_table, metrics_table
+from mobile_robot_control.reporting.palette import LINES, save
+from mobile_robot_control.reporting.panels import Named
+from mobile_robot_control.reporting.run_figures import RUN_FIGURES, RunFigure
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.reporting.timing import draw_intervals, draw_latency, timed, timing_table
+
+MOST = len(LINES)
+"""Runs in one report: as many as there are colours to tell them by."""
+TIMING_FIGURES = (
+    RunFigure('intervals', 'Between messages', 'Wall time from one message to the next, as the recorder heard them.',
+              draw_intervals),
+    RunFigure('latency', 'From question to answer', 'Wall time until the answer to a message was heard.',
+              draw_latency),
+)
+Step = Callable[[str], None]
+"""Told the name of each figure before it is drawn."""
+
+
+def _figures(figures: Sequence[RunFigure], runs: Sequence[Named], folder: Path, step: Step) -> Iterator[str]:
+    for figure in figures:
+        step(figure.title)
+        svg = save(figure.draw(runs), folder / figure.name)
+        yield page.picture(figure.title, figure.caption, page.source(svg.encode(), 'image/svg+xml'))
+
+
+def _title(runs: Sequence[RecordedRun]) -> str:
+    return ', '.join(run.name for run in runs)
+
+
+def _what(run: RecordedRun) -> str:
+    """Say in a sentence what ran."""
+    if run.parameters is None:
+        return f'{run.name}: not known what it ran with'
+    control, curve = run.parameters.position_controller.control, run.parameters.reference_cart.curve
+    shared = run.parameters.plant.shared
+    return (f'{run.name}: {control.controller_type.replace("_", " ")} on the {curve.curve} of '
+            f'{curve.placement.scale:g} m, {curve.placement.period:g} s a lap, at {shared.velocity_rate:g} and '
+            f'{shared.position_rate:g} Hz, {"in lockstep" if shared.lockstep else "on the wall clock"}')
+
+
+def _parts(
+    runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool, absent: Sequence[str]
+) -> Iterator[str]:
+    named = [Named(run.name, run.series) for run in runs]
+    yield f'<h1>{escape(_title(runs))}</h1>'
+    yield from (f'<p class="soft">{escape(_what(run))}.</p>' for run in runs)
+    troubles = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem
+                           for run in runs for problem in run.problems)]
+    if troubles:
+        yield page.warning('What is missing', troubles)
+    yield '<h2>Metrics</h2>'
+    yield metrics_table(runs)
+    yield '<h2>Figures</h2>'
+    yield page.grid(_figures(RUN_FIGURES, named, folder, step))
+    if animation:
+        yield '<h2>Animation</h2>'
+        yield page.grid(_animations(runs, folder, step))
+    over_dds = [run for run in named if timed(run.series)]
+    if over_dds:
+        yield '<h2>Timing</h2>'
+        for run in over_dds:
+            yield f'<h3>{escape(run.name)}</h3>' if len(runs) > 1 else ''
+            yield timing_table(run.series)
+        yield page.grid(_figures(TIMING_FIGURES, over_dds, folder, step))
+    yield '<h2>Configuration</h2>'
+    yield configuration_table(runs)
+
+
+def _animations(runs: Sequence[RecordedRun], folder: Path, step: Step) -> Iterator[str]:
+    for n, run in enumerate(runs, 1):
+        step('Animation')
+        if run.series.time('odom').size > 1:
+            file = folder / (f'animation_{n}.gif' if len(runs) > 1 else 'animation.gif')
+            animate(run.series, file)
+            yield page.picture(run.name, 'Robot blue, reference cart grey, and the largest torques of each moment.',
+                               page.source(file.read_bytes(), 'image/gif'))
+
+
+def count_steps(runs: Sequence[RecordedRun], animation: bool = False) -> int:
+    """
+    Count the figures of a report.
+
+    Parameters
+    ----------
+    runs : sequence of RecordedRun
+        To report.
+    animation : bool
+        Whether animations are asked for.
+
+    Returns
+    -------
+    int
+        How often :func:`write` will call its step.
+
+    """
+    timing = len(TIMING_FIGURES) if any(timed(run.series) for run in runs) else 0
+    return len(RUN_FIGURES) + timing + (len(runs) if animation else 0)
+
+
+def write_report(
+    runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool = False, absent: Sequence[str] = ()
+) -> Path:
+    """
+    Write a report.
+
+    Parameters
+    ----------
+    runs : sequence of RecordedRun
+        At least one, at most MOST.
+    folder : Path
+        Takes `report.html`, the same metrics in `report.json`, and the figures as PNG and SVG in `figures`.
+    step : callable
+        Told the name of each figure before it is drawn.
+    animation : bool
+        Whether to animate each run.
+    absent : sequence of str
+        Which runs could not be read, and why.
+
+    Returns
+    -------
+    Path
+        Of the page.
+
+    """
+    (folder / 'figures').mkdir(parents=True, exist_ok=True)
+    file = folder / 'report.html'
+    parts = _parts(runs, folder / 'figures', step, animation, absent)
+    write_atomically(file, page.page(_title(runs), parts))
+    metrics = {run.name: run.metrics | {'problems': list(run.problems)} for run in runs}
+    write_atomically(folder / 'report.json', json.dumps(metrics, indent=2) + '\n')
+    return file

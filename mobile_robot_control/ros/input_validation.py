@@ -1,0 +1,125 @@
+"""Input validation: a node takes messages whose stamp and content are right, and counts the others by reason."""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+
+from mobile_robot_control.messages.cdr import deserialise, is_little_endian
+from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.ros.input_monitor import InputMonitor
+from mobile_robot_control.ros.qos import message_class
+from mobile_robot_control.ros.stamp_policy import StampDecision, StampPolicy
+from mobile_robot_control.topics import LOOP_TOPICS
+
+
+def make_reader(topic: str, read: Callable[[Any], Any]) -> Callable[[bytes], Any]:
+    """
+    Make a function that reads a loop topic's message from its bytes, without the object that rclpy would make of it.
+
+    Parameters
+    ----------
+    topic : str
+        Of LOOP_TOPICS.
+    read : callable
+        Returns the content of such a message, or raises RefusedMessageError.
+
+    Returns
+    -------
+    callable
+        Takes bytes; raises RefusedMessageError as well where they are no such message.
+
+    """
+    kind = LOOP_TOPICS[topic].kind
+
+    def read_bytes(message: bytes) -> Any:
+        try:
+            # rclpy knows every encoding
+            found = (deserialise(kind, message) if is_little_endian(message)
+                     else deserialize_message(message, message_class(kind)))
+        except Exception as error:  # rclpy raises a bare RCLError
+            raise RefusedMessageError('not readable', f'{error}; it is no {kind}') from None
+        return read(found)
+
+    return read_bytes
+
+
+class ValidInput(NamedTuple):
+    """
+    A message that was taken.
+
+    Attributes
+    ----------
+    stamp : int
+        [ns].
+    decision : StampDecision
+        What the stamp means.
+    value : object
+        The message's content.
+
+    """
+
+    stamp: int
+    decision: StampDecision
+    value: Any
+
+
+class InputValidator:
+    """
+    Takes messages whose stamp and content are right, counts the others by reason and warns about them, throttled.
+
+    Parameters
+    ----------
+    node : Node
+        Whose inputs.
+    monitor : InputMonitor
+        Told of what is taken; a refused message changes nothing, no timeout either.
+
+    Attributes
+    ----------
+    refused : Counter of str
+        How many messages were refused, by 'topic: reason'.
+
+    """
+
+    def __init__(self, node: Node, monitor: InputMonitor) -> None:
+        self._node, self._monitor = node, monitor
+        self.refused: Counter[str] = Counter()
+
+    def validate(
+        self, topic: str, message: bytes, read: Callable[[bytes], Any], policy: StampPolicy
+    ) -> ValidInput | None:
+        """
+        Take a message or refuse it.
+
+        Parameters
+        ----------
+        topic : str
+            It came on.
+        message : bytes
+            Serialised, with a header.
+        read : callable
+            Of `make_reader`.
+        policy : StampPolicy
+            Decides about its stamp.
+
+        Returns
+        -------
+        ValidInput or None
+            None where it was refused.
+
+        """
+        try:
+            stamp = serialised_stamp(message)
+            decision = policy.decide(stamp)
+            if decision is StampDecision.REFUSED:
+                raise policy.refusal(stamp)
+            value = read(message)
+        except RefusedMessageError as refusal:
+            self.refused[f'{topic}: {refusal.reason}'] += 1
+            self._node.get_logger().warning(f'refused a message on {topic}: {refusal}', throttle_duration_sec=2.0)
+            return None
+        self._monitor.note_input(topic)
+        return ValidInput(stamp, decision, value)

@@ -1,0 +1,114 @@
+"""Pacing: how fast simulated time runs in lockstep, and a fixed rate on the wall clock."""
+
+import time
+from collections.abc import Callable
+
+from rclpy.node import Node
+
+from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy
+from mobile_robot_control.ros.timers import create_steady_timer
+
+_REPEAT_AFTER = 0.1
+"""[s] of wall time without an answer."""
+_LONGEST_LAG = 0.1
+"""[s]: a run or a node that falls further behind the wall clock does not catch up."""
+
+
+class LockstepPacer:
+    """
+    Holds simulated time back to a multiple of wall time, and repeats questions that are not answered.
+
+    Parameters
+    ----------
+    node : Node
+        The plant's.
+    policy : AnswerStampPolicy
+        Told of each question.
+    real_time_factor : float
+        1 is wall speed, 0 as fast as possible.
+    publish : callable
+        Publishes the plant's messages of the present time.
+    repeat : callable
+        Publishes them again; takes the wall time [s] without an answer.
+
+    Attributes
+    ----------
+    overruns : int
+        How often the run fell too far behind the wall clock to catch up.
+
+    """
+
+    def __init__(
+        self, node: Node, policy: AnswerStampPolicy, real_time_factor: float, publish: Callable[[], None],
+        repeat: Callable[[float], None],
+    ) -> None:
+        self._policy, self._publish, self._repeat = policy, publish, repeat
+        self._wall_period = policy.period / 1e9 / real_time_factor if real_time_factor > 0.0 else 0.0
+        self._due = self._asked = time.monotonic()
+        self.overruns = 0
+        create_steady_timer(_REPEAT_AFTER, self._repeat_unanswered, node)
+        if self._wall_period > 0.0:
+            create_steady_timer(max(self._wall_period, 5e-4), self._ask_when_due, node)
+
+    def ask(self, present: int) -> None:
+        """Publish the question of a simulated time [ns] now, or as soon as the wall clock allows."""
+        self._policy.present, self._policy.asking = present, False
+        self._due += self._wall_period
+        self._ask_when_due()
+
+    def remind(self) -> None:
+        """Repeat at once a question that is not answered."""
+        if self._policy.asking:
+            self._repeat(0.0)
+
+    def _ask_when_due(self) -> None:
+        now = time.monotonic()
+        if self._policy.asking or now < self._due:
+            return
+        if now - self._due > _LONGEST_LAG:
+            self._due = now - _LONGEST_LAG
+            self.overruns += self._wall_period > 0.0
+        self._policy.asking, self._asked = True, now
+        self._publish()
+
+    def _repeat_unanswered(self) -> None:
+        silence = time.monotonic() - self._asked
+        if self._policy.asking and silence >= _REPEAT_AFTER:
+            self._repeat(silence)
+
+
+class FixedRateTimer:
+    """
+    Calls a step at a fixed rate by the steady clock.
+
+    Parameters
+    ----------
+    node : Node
+        Whose timer it is.
+    rate : float
+        [Hz].
+    tick : callable
+        The step. After a delay it is called as often as was missed, up to 0.1 s worth of it.
+
+    Attributes
+    ----------
+    overruns : int
+        Ticks that came a whole period late or were left out.
+
+    """
+
+    def __init__(self, node: Node, rate: float, tick: Callable[[], None]) -> None:
+        self.overruns = 0
+        self._period, self._tick = 1.0 / rate, tick
+        self._due = time.monotonic() + self._period
+        create_steady_timer(self._period, self._run, node)
+
+    def _run(self) -> None:
+        now = time.monotonic()
+        late = int((now - self._due) / self._period) if now > self._due else 0
+        self.overruns += late
+        self._due = max(self._due, now - _LONGEST_LAG)
+        # half a period of slack: the timer and this count must not beat against each other
+        while self._due <= now + 0.5 * self._period:
+            self._due += self._period
+            self._tick()

@@ -1,0 +1,130 @@
+"""The closed loop of all four nodes in one process, yielded sample by sample, and measured."""
+
+import math
+from collections.abc import Iterable, Iterator
+
+from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.actuators import empty_line
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.model.noise import measured_wheels
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample, make_position_tick, velocity_tick
+from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
+from mobile_robot_control.stamps import period_nanoseconds
+
+
+def start(configuration: Configuration) -> tuple[Loop, LoopState]:
+    """Return the constants of the rollout that a checked configuration asks for, and the state at t = 0, at rest."""
+    shared, plant = configuration.plant.shared, configuration.plant
+    law, gains = select(configuration.position_controller.control)
+    loop = Loop(
+        discretise(shared.robot, 1.0 / shared.velocity_rate, plant.centripetal_coupling),
+        plant.imperfections,
+        plant.max_wheel_torque,
+        configuration.velocity_controller.max_wheel_torque,
+        configuration.velocity_controller.gains,
+        gains,
+        configuration.position_controller.control.limits,
+        configuration.reference_cart.curve.placement,
+        1.0 / shared.position_rate,
+    )
+    return loop, LoopState(
+        dynamics.at_rest(Pose(*plant.initial_pose)), VelocityPiState(), law.start, BodyVelocity(0.0, 0.0),
+        empty_line(plant.imperfections.delay),
+    )
+
+
+def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
+    """
+    Run the closed loop and yield what the topics carry.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked.
+    duration : float
+        [s]; the run has round(duration × velocity_rate) steps.
+
+    Yields
+    ------
+    Sample
+        One for each time of the velocity grid, the last one at the run's end; fewer when the run diverges.
+
+    Examples
+    --------
+    >>> len(list(rollout(Configuration(), 0.1)))
+    51
+
+    """
+    shared = configuration.plant.shared
+    velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
+    law, _ = select(configuration.position_controller.control)
+    position_tick = make_position_tick(law.step)
+    curve = CURVES[configuration.reference_cart.curve.curve]
+    loop, state = start(configuration)
+    noise = loop.imperfections.noise
+    applied = WheelTorque(0.0, 0.0)
+    for k in range(round(duration * shared.velocity_rate) + 1):
+        nanoseconds = k * velocity_period
+        if nanoseconds % position_period == 0:
+            time = nanoseconds / 1e9
+            state, tick, _ = position_tick(state, reference_at(curve, time, loop.placement), k, time, loop)
+        before, over_last_step = state, applied
+        state, torque, applied = velocity_tick(state, k, loop)
+        yield Sample(
+            nanoseconds / 1e9, tick, before.command, before.plant.right_angle, before.plant.left_angle,
+            measured_wheels(wheel_velocity(before.plant.velocity, shared.robot), noise, k), over_last_step, torque,
+        )
+        if dynamics.diverged(state.plant):
+            return
+
+
+def measure(
+    configuration: Configuration, duration: float, samples: Iterable[Sample] | None = None
+) -> MeasuredRun:
+    """
+    Run the closed loop to its end and measure it.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked.
+    duration : float
+        [s].
+    samples : iterable of Sample or None
+        Of the same rollout, where it is also needed for something else.
+
+    Returns
+    -------
+    MeasuredRun
+        'completed' or 'diverged'; see `summary` for the metrics by name.
+
+    """
+    shared = configuration.plant.shared
+    meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
+    for sample in rollout(configuration, duration) if samples is None else samples:
+        meter.add(sample)
+    complete = meter.last is not None and is_complete(meter.last, duration, shared.velocity_rate)
+    return meter.run('completed' if complete else 'diverged')
+
+
+def is_complete(last: Sample, duration: float, velocity_rate: float) -> bool:
+    """
+    Return whether a run reached its end.
+
+    Parameters
+    ----------
+    last : Sample
+        The last one of the run.
+    duration : float
+        Asked for [s].
+    velocity_rate : float
+        [Hz].
+    """
+    return math.isclose(last.time, round(duration * velocity_rate) / velocity_rate, abs_tol=1e-9)

@@ -1,0 +1,22 @@
+"""An experiment's DDS settings, which give way to the user's own."""
+
+import os
+from xml.etree import ElementTree
+
+from mobile_robot_control.cli import fastdds_profiles
+
+
+def test_settings_are_written_and_named(tmp_path, monkeypatch):
+    monkeypatch.delenv('FASTDDS_DEFAULT_PROFILES_FILE', raising=False)
+    fastdds_profiles.use_fastdds_profiles(tmp_path)
+    file = tmp_path / 'fastdds.xml'
+    assert os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] == str(file)
+    assert ElementTree.parse(file).getroot().tag.endswith('profiles')  # noqa: S314 (our own file)
+    monkeypatch.delenv('FASTDDS_DEFAULT_PROFILES_FILE')
+
+
+def test_the_users_own_settings_stay(tmp_path, monkeypatch):
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '/mine.xml')
+    fastdds_profiles.use_fastdds_profiles(tmp_path)
+    assert os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] == '/mine.xml'
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,63 @@
+"""What the user can mend becomes a message and an exit code."""
+
+import argparse
+
+import pytest
+
+from mobile_robot_control.cli.options import configuration, make_main, make_parser, positive, writable_file
+from mobile_robot_control.parameters.checking import ParameterError
+
+
+def _raising(error):
+    def run(_):
+        raise error
+
+    return run
+
+
+def _exit_code(run):
+    return make_main('name', lambda _: None, run)([])
+
+
+def test_exit_codes_pass():
+    assert [_exit_code(lambda _, code=code: code) for code in (0, 1)] == [0, 1]
+
+
+@pytest.mark.parametrize(('error', 'code', 'said'), [
+    (ParameterError(['one', 'two']), 2, ['name: one', 'name: two']),
+    (OSError(28, 'No space left on device', '/full/file'), 1, ['name: /full/file: No space left on device; make room']),
+    (OSError(13, 'Permission denied', '/a/file'), 2, ['name: /a/file: Permission denied; name a place']),
+    (ModuleNotFoundError('no', name='rosbags'), 2, ['module rosbags is missing', 'rosdep or pip']),
+    (KeyboardInterrupt(), 1, ['name: interrupted']),
+])
+def test_errors_become_messages(capsys, error, code, said):
+    assert _exit_code(_raising(error)) == code
+    shown = capsys.readouterr().err
+    for words in said:
+        assert words in shown
+
+
+def test_later_files_and_overrides_win(tmp_path):
+    for name, mass in (('first', 1.0), ('second', 2.0)):
+        (tmp_path / name).write_text(f'/**: {{ros__parameters: {{robot.mass: {mass}, robot.inertia: {mass}}}}}')
+    options = make_parser('name', 'what it does').parse_args([
+        '--params-file', str(tmp_path / 'first'), '--params-file', str(tmp_path / 'second'),
+        '-p', '/**.robot.inertia:=7', '-p', 'plant.duration:=3.0',
+    ])
+    made = configuration(options, extra=['plant.duration:=4.0'])
+    assert (made.plant.shared.robot.mass, made.plant.shared.robot.inertia, made.plant.duration) == (2.0, 7.0, 4.0)
+
+
+@pytest.mark.parametrize('text', ['0', '-1', 'nan', 'inf', 'long'])
+def test_only_positive_durations(text):
+    with pytest.raises(argparse.ArgumentTypeError, match='not a positive number'):
+        positive(text)
+    assert positive('16') == 16.0
+
+
+def test_writable_file_makes_its_folder_and_keeps_what_is_there(tmp_path):
+    assert writable_file(str(tmp_path / 'new' / 'run.csv')).parent.is_dir()
+    (tmp_path / 'old.csv').write_text('kept')
+    assert writable_file(str(tmp_path / 'old.csv')).read_text() == 'kept'
+    with pytest.raises(OSError, match=r'old\.csv'):
+        writable_file(str(tmp_path / 'old.csv' / 'run.csv'))

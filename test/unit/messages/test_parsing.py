@@ -1,0 +1,150 @@
+"""What messages say, and which must not enter the loop."""
+
+import math
+import struct
+from types import SimpleNamespace as Message
+
+import pytest
+
+from mobile_robot_control.messages import parsing
+from mobile_robot_control.messages.parsing import RefusedMessageError
+
+RIGHT, LEFT = 'wheel_right_joint', 'wheel_left_joint'
+NOT_FINITE = [math.nan, math.inf, -math.inf]
+TOO_LARGE = [1e308, -1e308, 1.1e12]
+
+
+def odometry(x=1.0, y=2.0, q=(0.0, 0.0, 0.0, 1.0), v=0.5, omega=-0.2, frames=('odom', 'base_link')):
+    orientation = Message(x=q[0], y=q[1], z=q[2], w=q[3])
+    twist = Message(linear=Message(x=v, y=9.0, z=9.0), angular=Message(x=9.0, y=9.0, z=omega))
+    pose = Message(position=Message(x=x, y=y, z=9.0), orientation=orientation)
+    return Message(header=Message(frame_id=frames[0]), child_frame_id=frames[1], pose=Message(pose=pose),
+                   twist=Message(twist=twist))
+
+
+def twist(v=0.5, omega=-0.2, frame='base_link'):
+    return Message(header=Message(frame_id=frame), twist=Message(linear=Message(x=v), angular=Message(z=omega)))
+
+
+def joints(names=(RIGHT, LEFT), position=(), velocity=(), effort=()):
+    return Message(name=list(names), position=list(position), velocity=list(velocity), effort=list(effort))
+
+
+def test_stamps():
+    assert parsing.stamp_nanoseconds(Message(sec=3, nanosec=5)) == 3_000_000_005
+    serialised = b'\x00\x01\x00\x00' + struct.pack('<iI', 7, 9) + b'rest'
+    assert parsing.serialised_stamp(serialised) == 7_000_000_009
+
+
+@pytest.mark.parametrize('heading', [-3.0, -0.5 * math.pi, 0.0, 0.3, 3.1])
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_odometry(heading, sign):
+    q = (0.0, 0.0, sign * math.sin(heading / 2.0), sign * math.cos(heading / 2.0))
+    pose, velocity = parsing.read_odometry(odometry(q=q))
+    assert pose == pytest.approx((1.0, 2.0, heading), abs=1e-14)
+    assert velocity == (0.5, -0.2)
+
+
+def test_odometry_of_a_tilted_robot_keeps_the_yaw():
+    # pitched by 0.2 after a yaw of 1: z' y" rotations
+    yaw, pitch = 0.5, 0.1
+    q = (-math.sin(yaw) * math.sin(pitch), math.cos(yaw) * math.sin(pitch),
+         math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch))
+    assert parsing.read_odometry(odometry(q=q))[0].heading == pytest.approx(1.0, abs=1e-14)
+
+
+@pytest.mark.parametrize('value', NOT_FINITE)
+@pytest.mark.parametrize('name', ['x', 'y', 'v', 'omega'])
+def test_odometry_that_is_not_finite_is_refused(name, value):
+    with pytest.raises(RefusedMessageError, match='not finite'):
+        parsing.read_odometry(odometry(**{name: value}))
+
+
+@pytest.mark.parametrize(('q', 'reason'), [
+    ((0.0, 0.0, 0.0, 0.0), 'unit length'),
+    ((0.0, 0.0, 0.0, 1.006), 'unit length'),
+    ((0.5, 0.5, 0.5, 0.6), 'unit length'),
+    ((0.0, 0.0, math.nan, 1.0), 'not finite'),
+])
+def test_odometry_without_an_orientation_is_refused(q, reason):
+    with pytest.raises(RefusedMessageError, match=reason):
+        parsing.read_odometry(odometry(q=q))
+
+
+@pytest.mark.parametrize('value', TOO_LARGE)
+def test_numbers_that_no_robot_says_are_refused(value):
+    for name in ('x', 'y', 'v', 'omega'):
+        with pytest.raises(RefusedMessageError, match='odometry too large'):
+            parsing.read_odometry(odometry(**{name: value}))
+    for name in ('v', 'omega'):
+        with pytest.raises(RefusedMessageError, match='command too large'):
+            parsing.read_twist(twist(**{name: value}))
+    for read, field in READERS:
+        with pytest.raises(RefusedMessageError, match=f'{field} too large'):
+            read(joints(**{field: (1.0, value)}))
+
+
+@pytest.mark.parametrize(('frames', 'reason'), [
+    (('map', 'base_link'), 'frame_id is not odom'),
+    (('', 'base_link'), 'frame_id is not odom'),
+    (('odom', 'camera'), 'child_frame_id is not base_link'),
+    (('odom', ''), 'child_frame_id is not base_link'),
+])
+def test_odometry_in_another_frame_is_refused(frames, reason):
+    assert parsing.read_odometry(odometry(frames=frames))
+    with pytest.raises(RefusedMessageError, match=reason) as refused:
+        parsing.read_odometry(odometry(frames=frames), 'odom', 'base_link')
+    assert refused.value.reason == reason
+    assert next(frame for frame in frames if frame not in ('odom', 'base_link')) in refused.value.detail
+
+
+def test_a_command_may_leave_its_frame_out():
+    assert parsing.read_twist(twist(frame=''), 'base_link') == (0.5, -0.2)
+    assert parsing.read_twist(twist(frame='map')) == (0.5, -0.2)
+    with pytest.raises(RefusedMessageError, match='frame_id is not base_link'):
+        parsing.read_twist(twist(frame='map'), 'base_link')
+
+
+def test_twist():
+    assert parsing.read_twist(twist()) == (0.5, -0.2)
+
+
+@pytest.mark.parametrize('value', NOT_FINITE)
+@pytest.mark.parametrize('name', ['v', 'omega'])
+def test_a_command_that_is_not_finite_is_refused(name, value):
+    with pytest.raises(RefusedMessageError, match='command not finite'):
+        parsing.read_twist(twist(**{name: value}))
+
+
+def test_error():
+    assert parsing.read_error(Message(vector=Message(x=0.1, y=-0.2, z=3.0))) == (0.1, -0.2, 3.0)
+
+
+READERS = [(parsing.read_torque, 'effort'), (parsing.read_wheel_velocity, 'velocity'),
+           (parsing.read_wheel_angles, 'position')]
+
+
+@pytest.mark.parametrize(('read', 'field'), READERS)
+def test_wheels_are_read_by_their_names(read, field):
+    assert read(joints(**{field: (1.0, 2.0)})) == (1.0, 2.0)
+    assert read(joints((LEFT, RIGHT), **{field: (1.0, 2.0)})) == (2.0, 1.0)
+    assert read(joints(('arm', LEFT, RIGHT), **{field: (9.0, 1.0, 2.0)})) == (2.0, 1.0)
+
+
+@pytest.mark.parametrize(('read', 'field'), READERS)
+def test_wheels_that_cannot_be_read_are_refused(read, field):
+    for names, values, reason in (
+        ((RIGHT, LEFT), (), 'differ in number'),
+        ((RIGHT, LEFT), (1.0,), 'differ in number'),
+        ((RIGHT, LEFT), (1.0, 2.0, 3.0), 'differ in number'),
+        ((RIGHT, 'arm'), (1.0, 2.0), 'a wheel is not named'),
+        ((), (), 'a wheel is not named'),
+        *(((RIGHT, LEFT), (1.0, value), f'{field} not finite') for value in NOT_FINITE),
+        *(((LEFT, RIGHT), (1.0, value), f'{field} not finite') for value in NOT_FINITE),
+    ):
+        with pytest.raises(RefusedMessageError, match=reason):
+            read(joints(names, **{field: values}))
+
+
+def test_another_joint_may_say_what_it_likes():
+    assert parsing.read_torque(joints(('arm', LEFT, RIGHT), effort=(math.nan, 1.0, 2.0))) == (2.0, 1.0)

@@ -1,0 +1,124 @@
+"""What is written into messages is read back."""
+
+import math
+import struct
+
+import pytest
+from geometry_msgs.msg import Twist, TwistStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message
+from rosbags.typesys import Stores, get_typestore
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+from mobile_robot_control.messages import writing
+from mobile_robot_control.messages.parsing import (
+    WHEEL_JOINTS,
+    RefusedMessageError,
+    read_error,
+    read_odometry,
+    read_torque,
+    read_twist,
+    read_wheel_angles,
+    read_wheel_velocity,
+    serialised_stamp,
+    stamp_nanoseconds,
+)
+from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.ros.input_validation import make_reader
+
+STAMP = 12_345_678_901
+TORQUE = WheelTorque(0.1, -0.2)
+TYPES = get_typestore(Stores.ROS2_KILTED)
+
+
+def _as_rosbags_writes(message, kind):
+    """The same message from another hand, which refuses what is too long or too short."""
+    return bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(message, kind), kind))
+
+
+def _odometry(pose, velocity):
+    return deserialize_message(
+        writing.odometry_writer('odom', 'base_link')(STAMP, pose, velocity), Odometry)
+
+
+@pytest.mark.parametrize('heading', [0.0, 0.5, -3.1, math.pi])
+def test_odometry_comes_back(heading):
+    pose, velocity = read_odometry(_odometry(Pose(1.0, -2.0, heading), BodyVelocity(0.3, -0.4)))
+    assert pose[:2] == (1.0, -2.0)
+    assert pose.heading == pytest.approx(heading, abs=1e-15)
+    assert velocity == BodyVelocity(0.3, -0.4)
+
+
+def test_the_others_come_back_to_the_last_bit():
+    velocity = BodyVelocity(0.1, 0.7)
+    command = writing.twist_writer('base_link')(STAMP, velocity)
+    assert read_twist(deserialize_message(command, TwistStamped)) == velocity
+    plain = deserialize_message(writing.twist_writer('', stamped=False)(STAMP, velocity), Twist)
+    assert (plain.linear.x, plain.angular.z) == velocity
+    error = writing.error_writer('base_link')(STAMP, TrackingError(0.1, 0.2, 0.3))
+    assert read_error(deserialize_message(error, Vector3Stamped)) == (0.1, 0.2, 0.3)
+    torque = writing.torque_writer()(STAMP, TORQUE)
+    assert read_torque(deserialize_message(torque, JointState)) == TORQUE
+    joints = writing.joints_writer()(STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
+    wheels = deserialize_message(joints, JointState)
+    assert read_wheel_angles(wheels) == (1.1, 2.2)
+    assert read_wheel_velocity(wheels) == (3.3, 4.4)
+    assert read_torque(wheels) == TORQUE
+    assert stamp_nanoseconds(wheels.header.stamp) == serialised_stamp(joints) == STAMP
+    for written, kind in ((command, 'geometry_msgs/msg/TwistStamped'), (error, 'geometry_msgs/msg/Vector3Stamped'),
+                          (torque, 'sensor_msgs/msg/JointState'), (joints, 'sensor_msgs/msg/JointState')):
+        assert written == _as_rosbags_writes(written, kind)
+    assert stamp_nanoseconds(deserialize_message(writing.clock_writer()(STAMP), Clock).clock) == STAMP
+
+
+@pytest.mark.parametrize('frame', ['', 'odom', 'robot1/odom', 'a' * 31])
+def test_rclpy_finds_the_very_message_that_it_would_have_written(frame):
+    """Frames of all lengths shift what comes after them."""
+    message = Odometry(child_frame_id=f'{frame}x')
+    message.header.frame_id = frame
+    message.header.stamp.sec, message.header.stamp.nanosec = 12, 345_678_901
+    message.pose.pose.position.x, message.pose.pose.position.y, message.pose.pose.orientation.w = -0.0, 5e-324, 1.0
+    message.twist.twist.linear.x, message.twist.twist.angular.z = 1e308, -0.3
+    message.pose.covariance[0], message.pose.covariance[35], message.twist.covariance[7] = 0.1, 0.2, 0.3
+    write = writing.odometry_writer(frame, f'{frame}x', [0.1, 0, 0, 0, 0, 0.2], [0, 0.3, 0, 0, 0, 0])
+    for pose in (Pose(7.0, 8.0, 9.0), Pose(-0.0, 5e-324, 0.0)):
+        written = write(STAMP, pose, BodyVelocity(1e308, -0.3))
+    assert deserialize_message(written, Odometry) == message
+    assert written == _as_rosbags_writes(written, 'nav_msgs/msg/Odometry')
+
+
+@pytest.mark.parametrize('little_endian', [True, False])
+def test_the_border_reads_bytes_of_either_order(little_endian):
+    written = writing.joints_writer()(STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
+    kind = 'sensor_msgs/msg/JointState'
+    sent = bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(written, kind), kind, little_endian=little_endian))
+    assert (sent == written) is little_endian
+    assert serialised_stamp(sent) == STAMP
+    assert make_reader('wheel_torques', read_torque)(sent) == TORQUE
+
+
+@pytest.mark.parametrize('cut', [0, 1, 5, 11, 12, 30, 139])
+@pytest.mark.parametrize('order', [0, 1])
+def test_bytes_that_are_no_message_are_refused(cut, order):
+    written = bytearray(writing.joints_writer()(STAMP, (0, 0), WheelVelocity(0, 0), TORQUE))
+    written[1] = order
+    with pytest.raises(RefusedMessageError, match='not readable'):
+        make_reader('wheel_torques', read_torque)(bytes(written[:cut]))
+    if cut < 12:
+        with pytest.raises(RefusedMessageError, match=f'{cut} bytes hold no stamp'):
+            serialised_stamp(bytes(written[:cut]))
+
+
+def test_each_filling_is_bytes_of_its_own():
+    write = writing.torque_writer()
+    first = write(0, TORQUE)
+    write(STAMP, WheelTorque(5.0, 6.0))
+    assert read_torque(deserialize_message(first, JointState)) == TORQUE
+    with pytest.raises(struct.error):
+        write(STAMP, [1.0])
+
+
+def test_wheels_are_found_by_name_in_any_order():
+    message = JointState(name=['arm', *reversed(WHEEL_JOINTS)], effort=[9.0, 2.0, 1.0])
+    assert read_torque(message) == WheelTorque(right=1.0, left=2.0)

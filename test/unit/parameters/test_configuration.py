@@ -1,0 +1,187 @@
+"""The parameters of the four nodes as a whole."""
+
+import math
+
+import chapter
+import pytest
+
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.declaration import declarations, flatten
+from mobile_robot_control.parameters.nodes import NODES, Configuration
+from mobile_robot_control.stamps import period_nanoseconds
+
+EVOLVED = {f'gains.{name}': value for name, value in chapter.EVOLVED_VELOCITY_GAINS.items()}
+
+
+def everywhere(**values):
+    return {node: dict(values) for node in NODES}
+
+
+def refused(values):
+    with pytest.raises(ParameterError) as refusal:
+        configure(values)
+    return refusal.value.violations
+
+
+def test_the_four_nodes():
+    assert list(NODES) == ['plant', 'velocity_controller', 'position_controller', 'reference_cart']
+
+
+def test_nothing_given_gives_the_defaults():
+    assert configure({}) == Configuration()
+
+
+def test_the_defaults_pass_their_own_check():
+    defaults = Configuration()
+    assert configure({node: flatten(getattr(defaults, node)) for node in NODES}) == defaults
+
+
+@pytest.mark.parametrize(('node', 'contract'), [
+    ('plant', {
+        'initial_pose': (1.0, 0.0, 1.5707963267948966), 'duration': 0.0, 'real_time_factor': 1.0,
+        'publish_clock': True, 'publish_tf': True, 'max_wheel_torque': 0.0, 'torque_timeout': 0.1,
+        'centripetal_coupling': False}),
+    ('velocity_controller', {'cmd_vel_timeout': 0.5, 'max_wheel_torque': 0.0}),
+    ('position_controller', {
+        'controller_type': 'backstepping', 'hybrid_backstepping.b0': 0.25, 'hybrid_backstepping.b1': 1.0,
+        'hybrid_backstepping.seek_acceleration': 0.5, 'hybrid_backstepping.seek_speed': 1.0, 'input_timeout': 0.5}),
+    ('reference_cart', {
+        'curve': 'trifolium', 'scale': 1.0, 'period': 16.0, 'phase': 0.0, 'center': (0.0, 0.0), 'rotation': 0.0}),
+])
+def test_names_and_defaults_of_the_contract(node, contract):
+    shared = {
+        'robot.mass': 10.0, 'robot.inertia': 1.0, 'robot.wheel_radius': 0.035, 'robot.wheel_separation': 0.35,
+        'robot.com_offset': 0.05, 'robot.wheel_inertia': 0.001, 'robot.viscous_friction': 0.00715625,
+        'velocity_rate': 500.0, 'position_rate': 100.0, 'lockstep': True, 'peer_timeout': 2.0,
+        'odom_frame_id': 'odom', 'base_frame_id': 'base_link', 'reference_frame_id': 'reference_cart'}
+    defaults = flatten(getattr(Configuration(), node))
+    assert {name: defaults[name] for name in shared} == shared
+    assert {name: defaults[name] for name in contract} == contract
+
+
+def test_the_gains_have_the_contracts_names():
+    assert {f'gains.{name}' for name in ('k1', 'ti1', 'k2', 'ti2')} < set(declarations(NODES['velocity_controller']))
+    position = declarations(NODES['position_controller'])
+    assert {f'backstepping.{name}' for name in ('p', 'q', 'alpha', 'f', 'g')} < set(position)
+    assert {name: position[f'fuzzy.{name}'].field.length for name in 'abcd'} == {'a': None, 'b': 6, 'c': 5, 'd': 3}
+
+
+def test_values_reach_their_node():
+    configuration = configure({'plant': {'duration': 3, 'robot.mass': 11.0},
+                               **{node: {'robot.mass': 11} for node in list(NODES)[1:]}})
+    assert configuration.plant.duration == 3.0
+    assert {getattr(configuration, node).shared.robot.mass for node in NODES} == {11.0}
+
+
+def test_a_violation_names_its_node():
+    assert refused({'reference_cart': {'scale': 0.0}}) == (
+        'reference_cart: scale = 0.0 is not allowed; it must be above 0.0 m',)
+
+
+def test_a_violation_of_several_nodes_is_named_once():
+    assert refused(everywhere(**{'robot.mass': 0.0})) == (
+        'plant, velocity_controller, position_controller, reference_cart: '
+        'robot.mass = 0.0 is not allowed; it must be above 0.0 kg',)
+
+
+def test_violations_of_every_node_are_named_at_once():
+    violations = refused({
+        'plant': {'duration': -1.0, 'initial_pose': [0.0]},
+        'velocity_controller': {'gains.k1': 0.0},
+        'position_controller': {'fuzzy.c': [0.0, 1.0, 0.5, 2.0, 3.0], 'controller_type': 'fuzzy'},
+        'reference_cart': {'shape': 'trifolium'},
+    })
+    assert [violation.partition(':')[0] for violation in violations] == [
+        'plant', 'plant', 'velocity_controller', 'position_controller', 'reference_cart']
+
+
+def test_nodes_that_disagree_are_refused():
+    violation, = refused({'plant': {'robot.mass': 12.0}})
+    assert violation == ("robot.mass differs between the nodes (plant 12.0, velocity_controller 10.0, "
+                         "position_controller 10.0, reference_cart 10.0); write it once, under '/**'")
+    violations = refused({'plant': {'velocity_rate': 1000.0, 'lockstep': False}})
+    assert [violation.split()[0] for violation in violations] == ['velocity_rate', 'lockstep']
+
+
+@pytest.mark.parametrize(('velocity_rate', 'position_rate'), [
+    (500.0, 500.0), (500.0, 100.0), (4000.0, 4000.0), (20000.0, 50.0), (200.0, 50.0), (500.0, 0.5), (1e5, 1.0),
+])
+def test_rates_that_divide_are_allowed(velocity_rate, position_rate):
+    shared = configure(everywhere(velocity_rate=velocity_rate, position_rate=position_rate)).plant.shared
+    assert (shared.velocity_rate, shared.position_rate) == (velocity_rate, position_rate)
+
+
+@pytest.mark.parametrize(('velocity_rate', 'position_rate', 'remedy'), [
+    (500.0, 200.0, 'take 166.66666666666666 or 250.0 Hz'),
+    (500.0, 1000.0, 'take 500.0 Hz'),
+    (1000.0, 400.0, 'take 333.3333333333333 or 500.0 Hz'),
+])
+def test_rates_that_do_not_divide_are_refused(velocity_rate, position_rate, remedy):
+    violation, = refused(everywhere(velocity_rate=velocity_rate, position_rate=position_rate))
+    assert f'position_rate = {position_rate} Hz does not divide velocity_rate = {velocity_rate} Hz' in violation
+    assert violation.endswith(remedy)
+    # the remedy is itself allowed
+    for word in remedy.removeprefix('take ').removesuffix(' Hz').split(' or '):
+        configure(everywhere(velocity_rate=velocity_rate, position_rate=float(word)))
+
+
+@pytest.mark.parametrize(('name', 'rate', 'period'), [
+    ('velocity_rate', 300.0, '3333333.333 ns'), ('position_rate', 60.0, '16666666.667 ns'),
+    ('velocity_rate', 70000.0, '14285.714 ns'),
+])
+def test_periods_must_be_whole_nanoseconds(name, rate, period):
+    violation, = (text for text in refused(everywhere(**{name: rate})) if 'whole nanoseconds' in text)
+    assert f'{name} = {rate} Hz has a period of {period}' in violation
+    nearest = float(violation.rpartition('the nearest rate is ')[2].removesuffix(' Hz'))
+    assert nearest == pytest.approx(1e9 / max(1, round(1e9 / rate)), rel=1e-15)
+
+
+def test_the_nearest_rate_with_whole_nanoseconds_is_itself_allowed():
+    violation = refused(everywhere(velocity_rate=300.0, position_rate=300.0))[0]
+    nearest = float(violation.rpartition('the nearest rate is ')[2].removesuffix(' Hz'))
+    assert configure(everywhere(velocity_rate=nearest, position_rate=nearest)).plant.shared.velocity_rate == nearest
+
+
+@pytest.mark.parametrize('rate', [1e-300, 5e-324, 1e300])
+def test_absurd_rates_are_refused_rather_than_an_overflow(rate):
+    assert refused(everywhere(velocity_rate=rate, position_rate=rate))
+
+
+def test_period_nanoseconds_by_hand():
+    assert [period_nanoseconds(rate) for rate in (1.0, 50.0, 500.0, 4000.0, 1e9)] == [10**9, 2 * 10**7, 2 * 10**6,
+                                                                                     250000, 1]
+
+
+def test_unstable_gains_are_refused_with_the_slowest_rate():
+    violation, = refused({'velocity_controller': EVOLVED})
+    assert violation.startswith('velocity_controller: gains.k1 = 128.444 N s/m')
+    assert 'are unstable at velocity_rate = 500.0 Hz' in violation
+    assert 'the slowest stable rate is 1577' in violation or 'the slowest stable rate is 1576' in violation
+
+
+def test_the_chapters_gains_pass_at_4_khz_in_lockstep_alone():
+    rates = everywhere(velocity_rate=4000.0, position_rate=4000.0)
+    rates['velocity_controller'].update(EVOLVED)
+    assert configure(rates).velocity_controller.gains == tuple(chapter.EVOLVED_VELOCITY_GAINS.values())
+    for values in rates.values():
+        values['lockstep'] = False
+    violation, = refused(rates)
+    assert 'with one and two samples of delay, as on the wall clock' in violation
+
+
+def test_the_stability_is_that_of_the_robot_at_hand():
+    # half the mass and inertia make the same gains twice as strong
+    light = Robot(mass=0.1, inertia=0.001, wheel_inertia=1e-5)
+    values = {f'robot.{name}': value for name, value in light._asdict().items()}
+    assert any('are unstable' in violation for violation in refused(everywhere(**values)))
+
+
+def test_outputs_out_of_order_are_refused_in_their_node():
+    violation, = refused({'position_controller': {'fuzzy.c': [0.3, -0.1, 0.0, 0.3, 0.8]}})
+    assert violation.startswith('position_controller: fuzzy.c = [0.3, -0.1, 0.0, 0.3, 0.8] m/s is out of order')
+
+
+def test_the_robot_starts_where_the_closed_curves_do():
+    assert Configuration().plant.initial_pose == (1.0, 0.0, 0.5 * math.pi)

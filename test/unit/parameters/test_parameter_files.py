@@ -1,0 +1,295 @@
+"""Parameter files and command-line overrides, as ROS 2 reads them."""
+
+import pytest
+
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.files import (
+    load,
+    merge_sections,
+    parameter_file_text,
+    read_override,
+    read_parameter_file,
+)
+from mobile_robot_control.parameters.nodes import NODES
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Writes a parameter file and gives its path."""
+    def make(text, name='params.yaml'):
+        path = tmp_path / name
+        path.write_text(text, encoding='utf-8')
+        return path
+    return make
+
+
+def only(call, *arguments, **options):
+    with pytest.raises(ParameterError) as refusal:
+        call(*arguments, **options)
+    violation, = refusal.value.violations
+    return violation
+
+
+def section(name, **values):
+    lines = [f'{name}:', '  ros__parameters:', *(f'    {key}: {value}' for key, value in values.items())]
+    return '\n'.join(lines) + '\n'
+
+
+def test_a_shared_section_is_for_all_nodes_and_a_nodes_own_for_itself(file):
+    values = load([file(section('/**', velocity_rate=1000.0) + section('plant', duration=5.0))])
+    assert values['plant'] == {'velocity_rate': 1000.0, 'duration': 5.0}
+    for node in list(NODES)[1:]:
+        assert values[node] == {'velocity_rate': 1000.0}
+
+
+def test_in_a_shared_section_each_node_takes_what_it_declares(file):
+    values = load([file(section('/**', duration=5.0, curve='circle', max_wheel_torque=2.0))])
+    assert values == {'plant': {'duration': 5.0, 'max_wheel_torque': 2.0}, 'reference_cart': {'curve': 'circle'},
+                      'velocity_controller': {'max_wheel_torque': 2.0}, 'position_controller': {}}
+
+
+@pytest.mark.parametrize('name', ['plant', '/plant', '/**/plant', '/**', '"/*"'])
+def test_sections_that_reach_a_node_without_a_namespace(file, name):
+    assert load([file(section(name, duration=5.0))])['plant'] == {'duration': 5.0}
+
+
+@pytest.mark.parametrize(('name', 'namespace', 'reached'), [
+    ('/**', '/fleet/one', True),
+    ('/**/plant', '/fleet/one', True),
+    ('/fleet/one/plant', '/fleet/one', True),
+    ('fleet/one/plant', '/fleet/one', True),
+    ('/fleet/*/plant', '/fleet/one', True),
+    ('/*/plant', '/fleet/one', False),
+    ('/fleet/**/plant', '/fleet/one', True),
+    ('/fleet/two/plant', '/fleet/one', False),
+    ('/fleet/one/plant', '/', False),
+    ('/*/plant', '/one', True),
+    ('/*/plant', '/', False),
+    ('/**/plant', '/', True),
+])
+def test_sections_and_namespaces(file, name, namespace, reached):
+    values = load([file(section(f'"{name}"', duration=5.0))], namespace=namespace)
+    assert values['plant'] == ({'duration': 5.0} if reached else {})
+    if name != '/**':
+        assert not any(values[node] for node in NODES if node != 'plant')
+
+
+def test_namespaces_may_be_nested(file):
+    text = 'fleet:\n  one:\n    plant:\n      ros__parameters:\n        duration: 5.0\n'
+    assert load([file(text)], namespace='/fleet/one')['plant'] == {'duration': 5.0}
+
+
+@pytest.mark.parametrize('name', ['plant', '/plant'])
+def test_a_bare_node_section_outside_the_namespace_is_refused(file, name):
+    violation = only(load, [file(section(name, duration=5.0))], namespace='/one')
+    assert f"section '{name}' is for a node outside the namespace '/one'; write '/**/plant'" in violation
+    assert 'params.yaml' in violation
+
+
+def test_other_peoples_nodes_pass(file):
+    assert not any(load([file(section('rviz2', anything='goes') + section('/camera/driver', rate=30))]).values())
+
+
+def test_groups_may_be_nested_or_dotted(file):
+    nested = '/**:\n  ros__parameters:\n    robot:\n      mass: 9.0\n      wheel_radius: 0.04\n    robot.inertia: 2.0\n'
+    assert load([file(nested)])['plant'] == {'robot.mass': 9.0, 'robot.wheel_radius': 0.04, 'robot.inertia': 2.0}
+
+
+def test_later_files_win_and_overrides_win_over_files(file):
+    first = file(section('plant', duration=1.0, real_time_factor=0.5), 'first.yaml')
+    second = file(section('/**', duration=2.0), 'second.yaml')
+    assert load([first, second])['plant'] == {'duration': 2.0, 'real_time_factor': 0.5}
+    assert load([second, first])['plant']['duration'] == 1.0
+    assert load([first, second], ['plant.duration:=3.0'])['plant']['duration'] == 3.0
+    assert load([first], ['plant.duration:=3.0', '/**.duration:=4.0'])['plant']['duration'] == 4.0
+
+
+def test_within_a_file_the_later_section_wins(file):
+    shared, own = section('/**', duration=1.0), section('plant', duration=2.0)
+    assert load([file(shared + own)])['plant']['duration'] == 2.0
+    assert load([file(own + shared)])['plant']['duration'] == 1.0
+
+
+@pytest.mark.parametrize(('text', 'number'), [
+    ('1e-3', 1e-3), ('1E3', 1e3), ('-2.5e-2', -2.5e-2), ('.5e1', 5.0), ('1.e2', 100.0), ('+1e0', 1.0), ('1.5', 1.5),
+    ('7', 7),
+])
+def test_numbers_are_read_as_rcl_reads_them(file, text, number):
+    found = load([file(section('plant', duration=text))])['plant']['duration']
+    assert found == number
+    assert type(found) is type(number)
+
+
+@pytest.mark.parametrize('text', ['e3', '1e', '1e3x', '1-e3', 'odom1e3'])
+def test_texts_that_only_resemble_numbers_stay_texts(text):
+    assert read_override(f'plant.odom_frame_id:={text}') == ('plant', {'odom_frame_id': text})
+
+
+def test_overrides():
+    assert read_override('plant.duration:=5') == ('plant', {'duration': 5})
+    assert read_override('/plant.duration:=1e1') == ('/plant', {'duration': 10.0})
+    assert read_override('/**.position_rate:=50.0') == ('/**', {'position_rate': 50.0})
+    assert read_override('velocity_controller.gains.k1:=2.5') == ('velocity_controller', {'gains.k1': 2.5})
+    assert read_override('plant.initial_pose:=[1.0, 0.0, 0.5]') == ('plant', {'initial_pose': [1.0, 0.0, 0.5]})
+    assert read_override('plant.odom_frame_id:=a:=b') == ('plant', {'odom_frame_id': 'a:=b'})
+    assert read_override('plant.publish_clock:=false') == ('plant', {'publish_clock': False})
+
+
+@pytest.mark.parametrize('text', [
+    '', 'plant', 'plant.duration', 'plant.duration=5', 'plant.duration:5', 'duration:=5', '.duration:=5', 'plant.:=5',
+    ':=5',
+])
+def test_overrides_of_another_form_are_refused(text):
+    assert only(read_override, text) == f"-p '{text}': write NODE.PARAMETER:=VALUE, such as plant.duration:=16.0"
+
+
+def test_an_override_of_an_unknown_node_is_refused_with_the_nearest():
+    assert only(read_override, 'plnt.duration:=5') == (
+        "-p 'plnt.duration:=5': there is no node 'plnt'; did you mean 'plant'?")
+
+
+def test_an_override_that_is_no_yaml_is_refused():
+    assert only(read_override, 'plant.initial_pose:=[1.0').startswith("-p 'plant.initial_pose:=[1.0', line 1: ")
+
+
+def test_an_override_names_a_node_in_whatever_namespace():
+    assert load([], ['plant.duration:=5.0'], namespace='/fleet/one')['plant'] == {'duration': 5.0}
+    assert load([], ['/plant.duration:=5.0'], namespace='/one')['plant'] == {'duration': 5.0}
+    assert load([], ['/**.velocity_rate:=50.0'], namespace='/one')['reference_cart'] == {'velocity_rate': 50.0}
+
+
+def test_an_unknown_override_is_refused_with_the_nearest_name():
+    violation = only(load, [], ['plant.durations:=5'])
+    assert violation.startswith("-p 'plant.durations:=5': unknown parameter 'durations'")
+    assert violation.endswith("did you mean 'duration'?")
+
+
+def test_an_unknown_parameter_is_refused_with_the_nearest_name(file):
+    violation = only(load, [file(section('/**', velocity_rates=5.0))])
+    assert violation.endswith("unknown parameter 'velocity_rates' of '/**'; did you mean 'velocity_rate'?")
+
+
+def test_a_parameter_of_another_node_is_refused_with_its_owner(file):
+    violation = only(load, [file(section('plant', curve='circle'))])
+    assert violation.endswith("'curve' of 'plant' belongs to reference_cart; write it there")
+    violation = only(load, [file(section('reference_cart', max_wheel_torque=1.0))])
+    assert 'belongs to plant and velocity_controller' in violation
+
+
+def test_several_violations_are_named_at_once(file):
+    with pytest.raises(ParameterError) as refusal:
+        load([file(section('plant', curve='circle', durration=1.0) + section('reference_cart', scal=1.0))],
+             ['plant.initial_pose:=[1, 0.0, 0.0]'])
+    assert len(refusal.value.violations) == 4
+
+
+@pytest.mark.parametrize('name', ['use_sim_time', 'start_type_description_service', 'qos_overrides./odom.reliability'])
+def test_what_every_ros_node_has_passes_and_is_not_ours(file, name):
+    assert load([file(section('plant', **{name: 'true'}))])['plant'] == {}
+
+
+@pytest.mark.parametrize(('array', 'remedy'), [
+    ('[1, 0.0, 0.5]', '[1.0, 0.0, 0.5]'), ('[1.5, 2, 3]', '[1.5, 2.0, 3.0]'),
+])
+def test_arrays_that_mix_whole_numbers_and_floats_are_refused_with_the_remedy(file, array, remedy):
+    violation = only(load, [file(section('plant', initial_pose=array))])
+    assert 'mixes kinds of numbers, which ROS refuses' in violation
+    assert violation.endswith(f'write a decimal point in each: {remedy}')
+    assert only(load, [], [f'plant.initial_pose:={array}']).endswith(remedy)
+
+
+@pytest.mark.parametrize('array', ['[1, 2, 3]', '[1.0, 2.0, 3.0]'])
+def test_arrays_of_one_kind_pass(file, array):
+    values = load([file(section('plant', initial_pose=array))])
+    assert configure(values).plant.initial_pose == (1.0, 2.0, 3.0)
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    violation = only(read_parameter_file, tmp_path / 'absent.yaml')
+    assert violation.startswith(str(tmp_path / 'absent.yaml'))
+    assert 'No such file' in violation
+
+
+def test_a_folder_is_refused(tmp_path):
+    assert 'cannot be read' in only(read_parameter_file, tmp_path)
+
+
+@pytest.mark.parametrize('text', ['', '\n', '# a comment\n', '---\n'])
+def test_an_empty_file_is_refused(file, text):
+    assert 'is empty' in only(read_parameter_file, file(text))
+
+
+@pytest.mark.parametrize(('text', 'kind'), [('- a\n- b\n', 'list'), ('just text\n', 'str'), ('5\n', 'int')])
+def test_a_file_that_is_no_mapping_is_refused(file, text, kind):
+    assert f'holds {kind}, not node names' in only(read_parameter_file, file(text))
+
+
+@pytest.mark.parametrize('text', [
+    'plant: [1\n', 'plant:\n\tros__parameters: 1\n', 'a: b: c\n', '"unclosed\n', '--- 1\n--- 2\n', 'a: &x [*y]\n',
+    'plant:\n  ros__parameters:\n    odom_frame_id: 2001-99-99\n', '{[1]: 2}\n', 'a: \x07\n',
+])
+def test_a_broken_file_is_refused(file, text):
+    violation = only(read_parameter_file, file(text))
+    assert 'params.yaml' in violation
+    assert violation.endswith('it must be a ROS 2 parameter file')
+
+
+def test_a_broken_file_is_refused_with_the_line(file):
+    assert 'params.yaml, line 3: ' in only(read_parameter_file, file('plant:\n  ros__parameters:\n    a: b: c\n'))
+
+
+def test_a_file_that_is_not_utf_8_is_refused(tmp_path):
+    path = tmp_path / 'latin.yaml'
+    path.write_bytes('/**: {ros__parameters: {odom_frame_id: straße}}'.encode('latin-1'))
+    assert 'not a text in UTF-8' in only(read_parameter_file, path)
+
+
+def test_a_value_outside_ros_parameters_is_refused_with_the_remedy(file):
+    violation = only(read_parameter_file, file('plant:\n  duration: 5.0\n'))
+    assert violation.endswith("'plant/duration' stands outside a node's 'ros__parameters'; "
+                              "write '/**: {ros__parameters: {duration: ...}}'")
+
+
+@pytest.mark.parametrize('value', ['', '5', '[1, 2]', '{}'])
+def test_ros_parameters_without_parameters_are_refused(file, value):
+    violation = only(read_parameter_file, file(f'plant:\n  ros__parameters: {value}\n'))
+    assert "'ros__parameters' of 'plant' is empty" in violation
+
+
+def test_ros_parameters_without_a_node_are_refused(file):
+    violation = only(read_parameter_file, file('ros__parameters:\n  duration: 5.0\n'))
+    assert "'ros__parameters'" in violation
+    assert 'node' in violation
+
+
+def test_merge_leaves_values_to_configure(file):
+    values = load([file(section('plant', duration='-1.0', real_time_factor='fast'))])
+    assert values['plant'] == {'duration': -1.0, 'real_time_factor': 'fast'}
+    with pytest.raises(ParameterError) as refusal:
+        configure(values)
+    assert len(refusal.value.violations) == 2
+
+
+def test_merge_does_not_change_its_sources():
+    given = {'duration': 1.0}
+    merge_sections([('here', 'plant', given), ('there', 'plant', {'duration': 2.0})])
+    assert given == {'duration': 1.0}
+
+
+def test_what_is_written_is_read_back(file):
+    configuration = configure({'plant': {'duration': 1.0 / 3.0, 'initial_pose': [0.1, 1e-300, -1e12 / 3.0]}})
+    given = {node: flatten(getattr(configuration, node)) for node in NODES}
+    for namespace in ('/', '/fleet/one'):
+        assert configure(load([file(parameter_file_text(given))], namespace=namespace)) == configuration
+
+
+def test_nodes_without_values_are_not_written():
+    assert parameter_file_text({'plant': {'duration': 1.0}, 'reference_cart': {}}) == (
+        '/**/plant:\n  ros__parameters: {duration: 1.0}\n')
+
+
+@pytest.mark.parametrize('text', ['1e3', '-1E-3', '5', 'true', 'null', '~', '1.5', 'on', '[a]', 'straße', 'a: b', '#x'])
+def test_texts_that_resemble_other_things_are_read_back_as_texts(file, text):
+    assert load([file(parameter_file_text({'plant': {'odom_frame_id': text}}))])['plant'] == {'odom_frame_id': text}

@@ -1,0 +1,226 @@
+"""The declaration of parameters, and what it refuses."""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, NamedTuple
+
+import pytest
+
+from mobile_robot_control.parameters.checking import ParameterError, build, rule
+from mobile_robot_control.parameters.declaration import INLINE, Field, declarations, flatten
+from mobile_robot_control.parameters.values import describe_bounds, nearest
+
+
+class Wheel(NamedTuple):
+    radius: Annotated[float, Field('m', 'of the wheel', above=0.0)] = 0.035
+    slip: Annotated[float, Field('', 'a fraction', minimum=0.0, maximum=1.0)] = 0.0
+
+
+class Frame(NamedTuple):
+    width: Annotated[float, Field('m', 'of the frame', minimum=0.1)] = 0.4
+    holes: Annotated[int, Field('', 'how many')] = 4
+
+
+class Cart(NamedTuple):
+    wheel: Wheel = Wheel()
+    frame: Annotated[Frame, INLINE] = Frame()
+    colour: Annotated[str, Field('', 'of the paint', choices=('red', 'green', 'blue'), live=True)] = 'red'
+    name: Annotated[str, Field('', 'any text')] = 'cart'
+    braked: Annotated[bool, Field('', 'whether the brake is on')] = False
+    pose: Annotated[tuple[float, ...], Field('m, m, rad', 'x, y, yaw', length=3)] = (0.0, 0.0, 0.0)
+    gaps: Annotated[tuple[float, ...], Field('m', 'any number of them', above=0.0, maximum=2.0)] = (1.0,)
+
+
+@rule
+def _wheels_fit(cart: Cart) -> Iterator[str]:
+    if cart.wheel.radius > cart.frame.width:
+        yield f'wheel.radius = {cart.wheel.radius} m exceeds width = {cart.frame.width} m'
+    if cart.braked and cart.frame.holes > 8:
+        yield f'holes = {cart.frame.holes} leave no room for the brake'
+
+
+def refused(values, group=Cart):
+    with pytest.raises(ParameterError) as refusal:
+        build(group, values)
+    return refusal.value.violations
+
+
+def only(values):
+    violation, = refused(values)
+    return violation
+
+
+def test_declarations_have_dotted_names_in_order():
+    assert list(declarations(Cart)) == [
+        'wheel.radius', 'wheel.slip', 'width', 'holes', 'colour', 'name', 'braked', 'pose', 'gaps']
+    declared = declarations(Cart)['wheel.radius']
+    assert (declared.name, declared.kind, declared.default, declared.field.unit) == ('wheel.radius', float, 0.035, 'm')
+    assert declarations(Cart)['pose'].kind is tuple
+    assert declarations(Cart)['colour'].field.live
+    assert not declared.field.live
+
+
+def test_declarations_with_a_prefix_and_other_defaults():
+    found = declarations(Cart, 'my.', Cart(wheel=Wheel(radius=0.5)))
+    assert found['my.wheel.radius'].default == 0.5
+    assert found['my.width'].default == 0.4
+
+
+def test_nothing_given_gives_the_defaults():
+    assert build(Cart, {}) == Cart()
+
+
+def test_values_find_their_place_and_the_rest_keeps_its_default():
+    cart = build(Cart, {'wheel.slip': 0.25, 'width': 0.6, 'holes': 2, 'colour': 'blue', 'braked': True,
+                        'pose': [1.0, 2.0, 3.0], 'gaps': (0.5, 2.0), 'name': 'b'})
+    assert cart == Cart(Wheel(0.035, 0.25), Frame(0.6, 2), 'blue', 'b', True, (1.0, 2.0, 3.0), (0.5, 2.0))
+
+
+def test_flatten_is_the_inverse_of_build():
+    cart = Cart(Wheel(0.05, 0.1), Frame(0.7, 5), 'green', 'x', True, (1.0, -2.0, 0.5), (0.1, 0.2))
+    flat = flatten(cart)
+    assert flat['wheel.radius'] == 0.05
+    assert flat['holes'] == 5
+    assert build(Cart, flat) == cart
+
+
+@pytest.mark.parametrize(('name', 'value', 'expected'), [
+    ('wheel.radius', 1, 1.0), ('pose', [1, 2, 3], (1.0, 2.0, 3.0)), ('pose', (0, 0.5, 1), (0.0, 0.5, 1.0)),
+])
+def test_a_whole_number_serves_where_a_float_belongs(name, value, expected):
+    found = flatten(build(Cart, {name: value, 'width': 2.0}))[name]
+    assert found == expected
+    assert all(type(part) is float for part in (found if isinstance(found, tuple) else (found,)))
+
+
+@pytest.mark.parametrize(('name', 'value', 'wanted'), [
+    ('wheel.radius', 'wide', 'write a number [m], such as 0.035'),
+    ('wheel.radius', '0.1', 'write a number [m], such as 0.035'),
+    ('wheel.radius', True, 'write a number [m], such as 0.035'),
+    ('wheel.radius', None, 'write a number [m], such as 0.035'),
+    ('wheel.radius', [0.1], 'write a number [m], such as 0.035'),
+    ('wheel.slip', False, 'write a number, such as 0.0'),
+    ('holes', 4.0, 'write a whole number, such as 4'),
+    ('holes', True, 'write a whole number, such as 4'),
+    ('colour', 7, 'write a text, such as red'),
+    ('name', None, 'write a text, such as cart'),
+    ('braked', 1, 'write true or false, such as false'),
+    ('braked', 'true', 'write true or false, such as false'),
+    ('pose', 1.0, 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
+    ('pose', '123', 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
+    ('pose', b'123', 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
+    ('pose', [1.0, True, 0.0], 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
+    ('pose', [1.0, 'a', 0.0], 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
+    ('pose', [1.0, None, 0.0], 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
+])
+def test_another_type_is_refused(name, value, wanted):
+    assert only({name: value}) == f'{name} = {value!r} is of type {type(value).__name__}; {wanted}'
+
+
+@pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize('name', ['wheel.radius', 'wheel.slip', 'pose', 'gaps'])
+def test_what_is_not_finite_is_refused(name, value):
+    given = [0.5, value, 0.5] if name in ('pose', 'gaps') else value
+    violation = only({name: given})
+    assert violation.startswith(f'{name} = {given!r} is not finite; it must be a finite number')
+    if name == 'wheel.radius':
+        assert violation.endswith('above 0.0 m')
+
+
+@pytest.mark.parametrize('value', [1e13, -1e308, 10**13])
+def test_what_no_robot_reaches_is_refused(value):
+    assert only({'wheel.radius': value}) == (
+        f'wheel.radius = {value!r} is beyond 1e+12; write a smaller number, above 0.0 m')
+
+
+@pytest.mark.parametrize('value', [9e-13, 5e-324])
+def test_what_divides_by_next_to_nothing_is_refused(value):
+    assert only({'wheel.radius': value}) == (
+        f'wheel.radius = {value!r} is below 1e-12; write a larger number, above 0.0 m')
+
+
+def test_a_whole_number_beyond_all_floats_is_refused():
+    assert 'is not finite' in only({'wheel.radius': 10**400})
+
+
+@pytest.mark.parametrize(('name', 'bad', 'good', 'allowed'), [
+    ('wheel.radius', 0.0, 1e-12, 'above 0.0 m'),
+    ('wheel.radius', -1.0, 0.1, 'above 0.0 m'),
+    ('width', 0.0999, 0.1, 'at least 0.1 m'),
+    ('wheel.slip', -1e-9, 0.0, 'at least 0.0, at most 1.0'),
+    ('wheel.slip', 1.0000001, 1.0, 'at least 0.0, at most 1.0'),
+    ('gaps', [1.0, 0.0], [1.0, 1e-9], 'above 0.0 m, at most 2.0 m'),
+    ('gaps', [2.1, 1.0], [2.0, 1.0], 'above 0.0 m, at most 2.0 m'),
+    ('pose', [1.0, 2.0], [1.0, 2.0, 3.0], '3 elements'),
+    ('pose', [1.0] * 4, [1.0] * 3, '3 elements'),
+    ('pose', [], [0.0] * 3, '3 elements'),
+])
+def test_a_value_out_of_bounds_is_refused_with_the_rule(name, bad, good, allowed):
+    assert only({name: bad}) == f'{name} = {bad!r} is not allowed; it must be {allowed}'
+    build(Cart, {name: good})
+
+
+def test_an_unknown_choice_is_refused_with_the_nearest():
+    assert only({'colour': 'gren'}) == (
+        "colour = 'gren' is not allowed; it must be one of red, green, blue; did you mean 'green'?")
+    assert 'one of red, green, blue' in only({'colour': ''})
+
+
+def test_an_empty_text_is_refused():
+    assert only({'name': ''}) == "name = '' is empty; write a text such as 'cart'"
+
+
+def test_an_unknown_name_is_refused_with_the_nearest():
+    assert only({'wheel.radios': 0.1}) == "unknown parameter 'wheel.radios'; did you mean 'wheel.radius'?"
+    assert only({'zzz': 0.1}).startswith("unknown parameter 'zzz'; known are braked, colour, gaps, ")
+
+
+def test_a_group_is_no_parameter():
+    assert only({'wheel': 0.1}).startswith("unknown parameter 'wheel'; ")
+
+
+def test_every_violation_is_named_at_once():
+    violations = refused(
+        {'wheel.radios': 1.0, 'wheel.radius': -1.0, 'holes': 'many', 'name': '', 'pose': [math.nan] * 3})
+    assert len(violations) == 5
+    for start in ("unknown parameter 'wheel.radios'", 'wheel.radius = -1.0 is not allowed', "holes = 'many' is of type",
+                  "name = '' is empty", 'pose = [nan, nan, nan] is not finite'):
+        assert sum(violation.startswith(start) for violation in violations) == 1
+
+
+def test_rules_between_parameters_are_all_checked_once_the_values_are_sound():
+    broken = {'wheel.radius': 0.5, 'braked': True, 'holes': 9}
+    assert refused(broken) == ('wheel.radius = 0.5 m exceeds width = 0.4 m', 'holes = 9 leave no room for the brake')
+    # a rule is not asked about values that are themselves wrong
+    assert refused({**broken, 'width': -1.0}) == ('width = -1.0 is not allowed; it must be at least 0.1 m',)
+
+
+def test_rules_of_inner_groups_hold_too():
+    class Train(NamedTuple):
+        first: Cart = Cart()
+        last: Cart = Cart()
+
+    assert refused({'last.wheel.radius': 0.5}, Train) == ('wheel.radius = 0.5 m exceeds width = 0.4 m',)
+
+
+def test_the_error_is_a_value_error_whose_text_has_a_line_for_each_violation():
+    error = ParameterError(['a is wrong', 'b is wrong'])
+    assert isinstance(error, ValueError)
+    assert str(error) == 'a is wrong\nb is wrong'
+    assert error.violations == ('a is wrong', 'b is wrong')
+
+
+def test_nearest_offers_one_name_or_all():
+    assert nearest('aplha', ['alpha', 'beta']) == "did you mean 'alpha'?"
+    assert nearest('xyz', ['beta', 'alpha']) == 'known are alpha, beta'
+
+
+@pytest.mark.parametrize(('field', 'text'), [
+    (Field('', 'anything'), ''),
+    (Field('kg', 'x', above=0.0), 'above 0.0 kg'),
+    (Field('', 'x', minimum=1.0, maximum=5.0), 'at least 1.0, at most 5.0'),
+    (Field('rad', 'x', minimum=0.0, length=6), 'at least 0.0 rad, 6 elements'),
+    (Field('', 'x', choices=('a', 'b')), 'one of a, b'),
+])
+def test_bounds_in_words(field, text):
+    assert describe_bounds(field) == text

@@ -1,0 +1,51 @@
+"""The node that holds a lockstep run up is looked for only when the run stalls for long."""
+
+import types
+
+from mobile_robot_control.ros.stall_detector import StallDetector
+
+
+class StandInNode:
+    """Keeps subscriptions and warnings."""
+
+    def __init__(self):
+        self.listeners, self.warnings = {}, []
+
+    def create_subscription(self, kind, topic, callback, qos, raw):
+        self.listeners[topic] = callback
+        return topic
+
+    def destroy_subscription(self, topic):
+        del self.listeners[topic]
+
+    def count_publishers(self, topic):
+        return 1
+
+    def get_logger(self):
+        return types.SimpleNamespace(warning=self.warnings.append, info=self.warnings.append)
+
+
+def test_a_short_stall_makes_no_subscriptions_and_a_long_one_is_named():
+    node = StandInNode()
+    detector = StallDetector(node, timeout=2.0)
+    for silence in (0.1, 0.2, 0.4):
+        detector.note_silence(silence, 0, 0)
+        assert not node.listeners
+    detector.note_silence(0.5, 0, 0)
+    assert set(node.listeners) == {'reference', 'cmd_vel'}
+    detector.note_silence(1.9, 0, 0)
+    assert not node.warnings
+    detector.note_silence(2.6, 0, 0)
+    assert detector.named == ['reference_cart']
+    assert 'waiting for reference_cart' in node.warnings[0]
+    detector.note_progress()
+    assert not node.listeners
+    assert 'answered' in node.warnings[1]
+
+
+def test_a_short_timeout_subscribes_before_it_names():
+    node = StandInNode()
+    detector = StallDetector(node, timeout=0.2)
+    detector.note_silence(0.1, 0, 0)
+    assert node.listeners
+    assert not detector.named

@@ -1,0 +1,101 @@
+"""Stamp policies: what a stamp means to a node, in lockstep and on the wall clock."""
+
+import pytest
+
+from mobile_robot_control.ros.pacing import LockstepPacer
+from mobile_robot_control.ros.stamp_policy import (
+    AnswerStampPolicy,
+    LockstepStampPolicy,
+    StampDecision,
+    WallClockStampPolicy,
+)
+
+PERIOD = 10
+
+
+@pytest.mark.parametrize(('accepted', 'stamp', 'decision'), [
+    (None, 0, StampDecision.START),
+    (None, 70, StampDecision.JOIN),
+    (0, 0, StampDecision.AGAIN),
+    (50, 50, StampDecision.AGAIN),
+    (50, 60, StampDecision.STEP),
+    (50, 0, StampDecision.START),
+    (50, 40, StampDecision.REFUSED),
+    (50, 70, StampDecision.REFUSED),
+    (50, 55, StampDecision.REFUSED),
+    (None, 5, StampDecision.REFUSED),
+    (None, -10, StampDecision.REFUSED),
+])
+def test_lockstep_decides_by_the_stamp_alone(accepted, stamp, decision):
+    policy = LockstepStampPolicy(PERIOD)
+    if accepted is not None:
+        policy.accept(accepted)
+    assert policy.decide(stamp) is decision
+    assert policy.accepted == accepted
+
+
+@pytest.mark.parametrize(('stamp', 'reason'), [(55, 'stamp not on the grid'), (-10, 'stamp not on the grid'),
+                                               (70, 'not the next stamp'), (40, 'not the next stamp')])
+def test_a_refusal_names_its_reason(stamp, reason):
+    policy = LockstepStampPolicy(PERIOD)
+    policy.accept(50)
+    assert policy.refusal(stamp).reason == reason
+
+
+class Still:
+    """A node without timers, and a clock that stands."""
+
+    def __init__(self, now=0):
+        self.now_is = now
+
+    def create_timer(self, *_, **__):
+        """Timers never fire."""
+
+    def get_clock(self):
+        return self
+
+    def now(self):
+        return self
+
+    @property
+    def nanoseconds(self):
+        return self.now_is
+
+
+def _asked(present, factor=0.0):
+    """A plant's policy after its pacer has been told to ask."""
+    policy = AnswerStampPolicy(PERIOD)
+    LockstepPacer(Still(), policy, factor, lambda: None, lambda _: None).ask(present)
+    return policy
+
+
+@pytest.mark.parametrize(('stamp', 'decision'), [
+    (50, StampDecision.STEP), (40, StampDecision.AGAIN), (0, StampDecision.AGAIN),
+    (60, StampDecision.REFUSED), (45, StampDecision.REFUSED), (-10, StampDecision.REFUSED),
+])
+def test_answers_to_the_plant(stamp, decision):
+    policy = _asked(50)
+    assert policy.decide(stamp) is decision
+    if decision is StampDecision.REFUSED:
+        assert policy.refusal(stamp).reason == 'not the present stamp'
+
+
+def test_an_answer_before_the_question_is_no_answer():
+    policy = _asked(50, factor=1e-9)
+    assert not policy.asking
+    assert policy.decide(50) is StampDecision.AGAIN
+
+
+@pytest.mark.parametrize(('age', 'decision', 'reason'), [
+    (0.0, StampDecision.HOLD, ''), (0.4, StampDecision.HOLD, ''), (-0.4, StampDecision.HOLD, ''),
+    (0.6, StampDecision.REFUSED, 'stamp too old'), (-0.6, StampDecision.REFUSED, 'stamp in the future'),
+    (1e9, StampDecision.REFUSED, 'too old'),
+])
+def test_stamps_on_the_wall_clock(age, decision, reason):
+    now = 1_800_000_000_000_000_000
+    policy = WallClockStampPolicy(Still(now), tolerance=0.5)
+    stamp = now - round(age * 1e9)
+    assert policy.decide(stamp) is decision
+    if reason:
+        assert reason in policy.refusal(stamp).reason
+        assert 'stamp_tolerance is 0.5 s' in policy.refusal(stamp).detail

@@ -1,0 +1,69 @@
+"""Files are complete or not there, and an error names file and remedy."""
+
+import errno
+import os
+
+import pytest
+
+from mobile_robot_control.cli.evaluation import evaluate
+from mobile_robot_control.cli.options import make_main
+from mobile_robot_control.files import explain, write_atomically
+from mobile_robot_control.recording.bag_writer import BagWriter
+
+
+def _full(*_arguments, **_options):
+    # as a full disk does, without the file's name
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_file_that_cannot_be_written_completely_is_not_there(tmp_path, monkeypatch):
+    path = tmp_path / 'metrics.json'
+    monkeypatch.setattr(os, 'fsync', _full)
+    with pytest.raises(OSError, match='No space left') as raised:
+        write_atomically(path, '{"outcome": ')
+    assert explain(raised.value) == f'{path}: No space left on device; make room there, or name a place elsewhere'
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_version_before_stays_when_a_file_cannot_be_replaced(tmp_path, monkeypatch):
+    path = tmp_path / 'metrics.json'
+    write_atomically(path, 'before')
+    monkeypatch.setattr(os, 'fsync', _full)
+    with pytest.raises(OSError, match='No space left'):
+        write_atomically(path, 'after')
+    assert path.read_text() == 'before'
+    assert [file.name for file in tmp_path.iterdir()] == ['metrics.json']
+
+
+def test_other_errors_have_another_remedy(tmp_path):
+    path = tmp_path / 'nowhere' / 'metrics.json'
+    with pytest.raises(FileNotFoundError) as raised:
+        write_atomically(path, '')
+    assert explain(raised.value) == f'{path}: No such file or directory; name a place that can be written'
+
+
+@pytest.mark.parametrize(('number', 'code'), [(errno.ENOSPC, 1), (errno.EDQUOT, 1), (errno.EACCES, 2)])
+def test_a_full_disk_is_a_failed_run_and_a_wrong_place_is_bad_usage(number, code, capsys):
+    def run(_):
+        raise OSError(number, os.strerror(number), 'run/parameters.yaml')
+
+    assert make_main('experiment', lambda _: None, run)([]) == code
+    assert f'experiment: run/parameters.yaml: {os.strerror(number)}; ' in capsys.readouterr().err
+
+
+def test_metrics_that_cannot_be_written_are_returned_all_the_same(tmp_path, monkeypatch, capsys):
+    with BagWriter(tmp_path / 'bag'):
+        pass
+    monkeypatch.setattr(os, 'fsync', _full)
+    evaluated = evaluate(tmp_path, '/', 'interrupted')
+    assert evaluated.metrics == {'outcome': 'interrupted', 'duration': 0.0}
+    assert evaluated.unwritten == (
+        f'{tmp_path}/metrics.json: No space left on device; make room there, or name a place elsewhere',)
+    assert 'the bag holds nothing' in capsys.readouterr().err
+
+
+def test_a_bag_that_is_gone_is_named(tmp_path, capsys):
+    evaluated = evaluate(tmp_path, '/', 'interrupted')
+    assert evaluated.metrics == {'outcome': 'interrupted', 'duration': 0.0}
+    assert f'{tmp_path}/bag: does not exist' in capsys.readouterr().err
+    assert (tmp_path / 'metrics.json').is_file()

@@ -1,0 +1,98 @@
+"""Chromosomes and what they stand for: always a valid controller, within its bounds."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.tuning import chromosome, search_space
+from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded, decode, shapes
+
+
+def test_twelve_bits_stand_for_4096_points():
+    numbers = np.arange(4096)
+    bits = ((numbers[:, None] >> np.arange(11, -1, -1)) & 1).astype(bool)
+    points = chromosome.points(bits)
+    assert points.shape == (4096, 1)
+    assert np.array_equal(points[:, 0], (numbers + 1) / 4096)
+
+
+def test_chromosomes_have_the_chapters_parameters():
+    assert [gene.name for gene in CHROMOSOMES['backstepping']] == ['p', 'q', 'f', 'g', 'k1', 'ti1', 'k2', 'ti2']
+    assert [gene.name for gene in CHROMOSOMES['fuzzy']] == [
+        'a', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6', 'c1', 'c2', 'c3', 'c4', 'c5', 'd1', 'd2', 'd3']
+    assert (search_space.POPULATIONS['backstepping'], search_space.POPULATIONS['fuzzy']) == (51, 101)
+
+
+@pytest.mark.parametrize('controller', CHROMOSOMES)
+@settings(max_examples=60)
+@given(data=st.data())
+def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller, data):
+    genes = CHROMOSOMES[controller]
+    numbers = data.draw(st.lists(st.integers(1, 4096), min_size=len(genes), max_size=len(genes)))
+    found = decode(genes, [number / 4096 for number in numbers], search_space.of(Configuration()))
+    # what the node would say
+    assert build(PositionControl, flatten(found.control)) == found.control
+    assert min(found.velocity) > 0.0
+    for node, values in search_space.parameters(genes, found).items():
+        for name, value in values.items():
+            for number in value if isinstance(value, tuple) else (value,):
+                ours = [gene for gene in genes if gene.name.startswith(name.rpartition('.')[2])]
+                if ours and node != 'controller_type':
+                    assert min(g.low for g in ours) <= number <= max(g.high for g in ours)
+
+
+def test_the_ends_of_the_cube_are_valid_too():
+    for genes in CHROMOSOMES.values():
+        for point in ([1.0] * len(genes), [chromosome.LOWEST_POINT] * len(genes)):
+            found = decode(genes, point, search_space.of(Configuration()))
+            assert build(PositionControl, flatten(found.control)) == found.control
+
+
+def test_shapes_in_order_stay_as_they_are_and_others_are_exchanged():
+    good = (1.2, 0.5, 0.9, 1.1, 0.1, 0.6)
+    assert shapes(good) == good
+    # b3 and b4 exchanged, b1 below b2, b5 above b6
+    assert shapes((0.5, 1.2, 1.1, 0.9, 0.6, 0.1)) == (0.9, 0.5, 1.1, 1.2, 0.1, 0.6)
+    b1, b2, b3, b4, b5, b6 = shapes([math.pi] * 6)
+    assert b2 < b3 < b4 <= math.pi
+    assert b2 < b1 <= math.pi
+    assert b5 < b4
+    assert b5 < b6 <= math.pi
+
+
+def test_velocity_keeps_the_law_and_fuzzy_the_velocity_gains():
+    start = search_space.of(Configuration())
+    velocity = decode(CHROMOSOMES['velocity'], [0.5] * 4, start)
+    assert velocity.velocity == (10.0, 30.0, 10.0, 30.0)
+    assert velocity.control == start.control
+    fuzzy = decode(CHROMOSOMES['fuzzy'], [0.5] * 15, start)
+    assert fuzzy.velocity == start.velocity
+    assert fuzzy.control.fuzzy != start.control.fuzzy
+
+
+def test_what_was_searched_is_what_the_file_says():
+    found = decode(CHROMOSOMES['backstepping'], [0.25] * 8, search_space.of(Configuration()))
+    named = search_space.parameters(CHROMOSOMES['backstepping'], found)
+    assert named['velocity_controller'] == {'gains.k1': 5.0, 'gains.ti1': 15.0, 'gains.k2': 5.0, 'gains.ti2': 15.0}
+    assert named['position_controller'] == {
+        'controller_type': 'backstepping', 'backstepping.p': 1.25, 'backstepping.q': 0.5, 'backstepping.alpha': 1.0,
+        'backstepping.f': 5.0, 'backstepping.g': 5.0}
+    assert configure({'position_controller': named['position_controller']})
+
+
+def test_bounds_can_be_given_and_are_checked():
+    genes = bounded(CHROMOSOMES['backstepping'], {'k1': (1.0, 2.0)})
+    found = decode(genes, [1.0] * 8, search_space.of(Configuration()))
+    assert found.velocity.k1 == 2.0
+    with pytest.raises(ParameterError) as refused:
+        bounded(CHROMOSOMES['fuzzy'], {'k1': (0.0, 1.0), 'a': (-1.0, 1.0), 'b2': (0.0, 4.0), 'c1': (1.0, 0.0)})
+    assert len(refused.value.violations) == 4
+    assert 'k1' in str(refused.value)
