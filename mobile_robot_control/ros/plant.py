@@ -1,7 +1,6 @@
 """The node `plant`: the simulated robot, from wheel torques to odometry."""
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.node import Node
 
 from mobile_robot_control.messages.parsing import read_torque
 from mobile_robot_control.model import dynamics
@@ -10,23 +9,20 @@ from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.plant import actuated_step
 from mobile_robot_control.parameters.nodes import PlantParameters
 from mobile_robot_control.quantities import Pose, WheelTorque
-from mobile_robot_control.ros.diagnostics import Condition, Diagnostics
-from mobile_robot_control.ros.input_monitor import InputMonitor
-from mobile_robot_control.ros.input_validation import InputValidator, make_reader
-from mobile_robot_control.ros.pacing import FixedRateTimer, LockstepPacer
-from mobile_robot_control.ros.parameter_bridge import declare
-from mobile_robot_control.ros.parameter_service import CheckedParameterService
+from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.loop_node import LoopNode
+from mobile_robot_control.ros.pacing import LockstepPacer
 from mobile_robot_control.ros.plant_publishers import PlantPublishers
 from mobile_robot_control.ros.qos import subscribe_to
 from mobile_robot_control.ros.stall_detector import StallDetector
 from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy, StampDecision, StampPolicy, WallClockStampPolicy
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import inputs_of
 
 _NO_TORQUE = WheelTorque(0.0, 0.0)
 
 
-class Plant(Node):
+class Plant(LoopNode[PlantParameters]):
     """
     Steps the robot's dynamics and, in lockstep, simulated time.
 
@@ -38,10 +34,8 @@ class Plant(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__('plant', start_parameter_services=False)
-        self._values = declare(self, PlantParameters)
-        shared = self._values.shared
-        self.exit_code: int | None = None
+        super().__init__('plant', PlantParameters)
+        shared = self._shared
         self._period, self._position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
         self._steps = round(self._values.duration * shared.velocity_rate)
         self._discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, self._values.centripetal_coupling)
@@ -51,9 +45,6 @@ class Plant(Node):
         self._k = 0  # steps so far
         self._plant_publishers = PlantPublishers(self, self._values)
         self._stall_detector = StallDetector(self, shared.peer_timeout)
-        # in lockstep the stall detector names who is missing
-        self._monitor = InputMonitor(self, {} if shared.lockstep else inputs_of('plant'), shared.peer_timeout)
-        self._validator = InputValidator(self, self._monitor)
         self._read = make_reader('wheel_torques', read_torque)
         self._pacer: LockstepPacer | None = None
         self._policy: StampPolicy
@@ -62,12 +53,14 @@ class Plant(Node):
             self._pacer = LockstepPacer(self, answers, self._values.real_time_factor, self._publish, self._repeat)
         else:
             self._policy = WallClockStampPolicy(self.get_clock(), shared.stamp_tolerance)
-        pace = self._pacer or FixedRateTimer(self, shared.velocity_rate, self._tick)
-        self._diagnostics = Diagnostics(self, self._validator, self._monitor, pace, self._condition)
         subscribe_to(self, 'wheel_torques', self._on_wheel_torques)
-        CheckedParameterService(self, PlantParameters, self._change)
+        self._start(shared.velocity_rate, self._tick, self._pacer)
         if self._pacer is not None:
             self._pacer.ask(self._now)
+
+    def _monitored(self) -> dict[str, str]:
+        # in lockstep the stall detector names the missing node
+        return {} if self._shared.lockstep else super()._monitored()
 
     @property
     def _now(self) -> int:
@@ -80,7 +73,8 @@ class Plant(Node):
         return self._values.paused or 0 < round(self._values.hold_at * 1e9) <= self._now
 
     def _change(self, values: PlantParameters) -> None:
-        held, self._values = self._held, values
+        held = self._held
+        super()._change(values)
         if held and not self._held and self._pacer is not None:
             self._pacer.remind()
 
@@ -129,15 +123,14 @@ class Plant(Node):
         """On the wall clock: step with the newest torque, or none when it is too old."""
         if self._held:
             # without odometry a cart that has not begun does not begin
-            self._plant_publishers.publish_joint_states(self.get_clock().now().nanoseconds, self._k, self._state,
-                                                  self._applied)
+            self._plant_publishers.publish_joint_states(self._clock_stamp(), self._k, self._state, self._applied)
             return
         if self._monitor.age('wheel_torques') > self._values.torque_timeout:
             self._torque = _NO_TORQUE
             self._diagnostics.note_stop('wheel_torques')
         self._diagnostics.note_step(self._step(self._torque))
         if self.exit_code is None:
-            stamp = self.get_clock().now().nanoseconds
+            stamp = self._clock_stamp()
             if self._now % self._position_period == 0:
                 self._plant_publishers.publish_odometry(stamp, self._k, self._state)
             self._plant_publishers.publish_joint_states(stamp, self._k, self._state, self._applied)
@@ -163,5 +156,5 @@ class Plant(Node):
         if self.exit_code == 1:
             self._diagnostics.end(DiagnosticStatus.ERROR, 'diverged')
         else:
-            self._diagnostics.end()
+            super().close()
         self._plant_publishers.flush()

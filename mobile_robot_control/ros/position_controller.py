@@ -3,7 +3,6 @@
 from functools import partial
 
 from geometry_msgs.msg import Twist
-from rclpy.node import Node
 
 from mobile_robot_control.control import bumpless_transfer
 from mobile_robot_control.control.tracking_error import tracking_error
@@ -11,42 +10,24 @@ from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
 from mobile_robot_control.parameters.nodes import PositionControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
-from mobile_robot_control.ros.diagnostics import Diagnostics
-from mobile_robot_control.ros.input_monitor import InputMonitor
-from mobile_robot_control.ros.input_validation import InputValidator, make_reader
-from mobile_robot_control.ros.pacing import FixedRateTimer
-from mobile_robot_control.ros.parameter_bridge import declare
-from mobile_robot_control.ros.parameter_service import CheckedParameterService
+from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.qos import PUBLISHED, flush, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
-from mobile_robot_control.topics import inputs_of
 
 
-class PositionController(Node):
-    """
-    Runs the position law that `controller_type` names.
-
-    Attributes
-    ----------
-    exit_code : None
-        The node never ends by itself.
-
-    """
+class PositionController(LoopNode[PositionControllerParameters]):
+    """Runs the position law that `controller_type` names."""
 
     def __init__(self) -> None:
-        super().__init__('position_controller', start_parameter_services=False)
-        self._values = declare(self, PositionControllerParameters)
-        shared = self._values.shared
-        self.exit_code: int | None = None
-        self._lockstep = shared.lockstep
+        super().__init__('position_controller', PositionControllerParameters)
+        shared = self._shared
         self._dt = 1.0 / shared.position_rate
         self._policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
         self._read_odom, self._read_reference = (
             make_reader(topic, partial(read_odometry, frame=shared.odom_frame_id, child_frame=child))
             for topic, child in (('odom', shared.base_frame_id), ('reference', shared.reference_frame_id))
         )
-        self._monitor = InputMonitor(self, inputs_of('position_controller'), shared.peer_timeout)
-        self._validator = InputValidator(self, self._monitor)
         self._running = bumpless_transfer.begin(self._values.control, under_way=False)
         self._odom: tuple[int, Pose] | None = None
         self._reference: tuple[int, Reference] | None = None
@@ -58,13 +39,11 @@ class PositionController(Node):
         self._tracking_error = publish_on(self, 'tracking_error')
         subscribe_to(self, 'odom', self._on_odom)
         subscribe_to(self, 'reference', self._on_reference)
-        CheckedParameterService(self, PositionControllerParameters, self._change)
         self._tracking = False
-        timer = None if shared.lockstep else FixedRateTimer(self, shared.position_rate, self._tick)
-        self._diagnostics = Diagnostics(self, self._validator, self._monitor, timer)
+        self._start(shared.position_rate, self._tick)
 
     def _change(self, values: PositionControllerParameters) -> None:
-        self._values = values
+        super()._change(values)
         self._running = bumpless_transfer.change(self._running, values.control)
 
     def _on_odom(self, message: bytes) -> None:
@@ -100,7 +79,7 @@ class PositionController(Node):
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
-        stamp = self.get_clock().now().nanoseconds
+        stamp = self._clock_stamp()
         silent = [topic for topic in self._monitor.sources if self._monitor.age(topic) > self._values.input_timeout]
         if self._odom is not None and self._reference is not None and not silent:
             if not self._tracking:
@@ -131,7 +110,7 @@ class PositionController(Node):
 
     def close(self) -> None:
         """Stop a robot that runs on the wall clock; end when the last messages have arrived."""
-        if not self._lockstep and self._answer is not None:
-            self._publish_command(self.get_clock().now().nanoseconds, BodyVelocity(0.0, 0.0))
-        self._diagnostics.end()
+        if not self._shared.lockstep and self._answer is not None:
+            self._publish_command(self._clock_stamp(), BodyVelocity(0.0, 0.0))
+        super().close()
         flush(self._cmd_vel, self._tracking_error)

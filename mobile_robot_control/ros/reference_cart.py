@@ -4,49 +4,30 @@ import time
 from functools import partial
 
 from nav_msgs.msg import Path
-from rclpy.node import Node
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
 from mobile_robot_control.parameters.nodes import ReferenceCartParameters
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.ros.diagnostics import Diagnostics
-from mobile_robot_control.ros.input_monitor import InputMonitor
-from mobile_robot_control.ros.input_validation import InputValidator, make_reader
-from mobile_robot_control.ros.pacing import FixedRateTimer
-from mobile_robot_control.ros.parameter_bridge import declare
-from mobile_robot_control.ros.parameter_service import CheckedParameterService
+from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.qos import LATCHED, flush, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
-from mobile_robot_control.topics import inputs_of
 
 _PATH_POINTS = 400
 
 
-class ReferenceCart(Node):
-    """
-    Answers each odometry with the cart's pose and velocity at that time.
-
-    Attributes
-    ----------
-    exit_code : None
-        The node never ends by itself.
-
-    """
+class ReferenceCart(LoopNode[ReferenceCartParameters]):
+    """Answers each odometry with the cart's pose and velocity at that time."""
 
     def __init__(self) -> None:
-        super().__init__('reference_cart', start_parameter_services=False)
-        parameters = declare(self, ReferenceCartParameters)
-        shared = parameters.shared
-        self.exit_code: int | None = None
-        self._curve = CURVES[parameters.curve.curve]
-        self._placement = parameters.curve.placement
+        super().__init__('reference_cart', ReferenceCartParameters)
+        shared, curve = self._shared, self._values.curve
+        self._curve, self._placement = CURVES[curve.curve], curve.placement
         self._policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
         self._read = make_reader(
             'odom', partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id))
-        self._monitor = InputMonitor(self, inputs_of('reference_cart'), shared.peer_timeout)
-        self._validator = InputValidator(self, self._monitor)
         self._write = writing.odometry_writer(shared.odom_frame_id, shared.reference_frame_id)
         self._reference = publish_on(self, 'reference')
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
@@ -55,17 +36,15 @@ class ReferenceCart(Node):
             for n in range(_PATH_POINTS + 1)
         ]))
         subscribe_to(self, 'odom', self._on_odom)
-        self._started: float | None = None
-        timer = None if shared.lockstep else FixedRateTimer(self, shared.position_rate, self._tick)
-        self._diagnostics = Diagnostics(self, self._validator, self._monitor, timer)
-        CheckedParameterService(self, ReferenceCartParameters)
+        self._began: float | None = None
+        self._start(shared.position_rate, self._tick)
 
     def _on_odom(self, message: bytes) -> None:
         valid = self._validator.validate('odom', message, self._read, self._policy)
         if valid is None:
             return
         if valid.decision is StampDecision.HOLD:
-            self._started = self._started or time.monotonic()
+            self._began = self._began or time.monotonic()
             return
         if valid.decision is StampDecision.START and self._policy.accepted is not None:
             self.get_logger().info('a new run')
@@ -76,8 +55,8 @@ class ReferenceCart(Node):
 
     def _tick(self) -> None:
         """On the wall clock, the curve's time starts at the first odometry."""
-        if self._started is not None:
-            self._publish(self.get_clock().now().nanoseconds, time.monotonic() - self._started)
+        if self._began is not None:
+            self._publish(self._clock_stamp(), time.monotonic() - self._began)
             self._diagnostics.note_step()
 
     def _publish(self, stamp: int, time: float) -> None:
@@ -86,5 +65,5 @@ class ReferenceCart(Node):
 
     def close(self) -> None:
         """End when the last messages have arrived."""
-        self._diagnostics.end()
+        super().close()
         flush(self._reference)

@@ -3,7 +3,6 @@
 from functools import partial
 
 from geometry_msgs.msg import Twist
-from rclpy.node import Node
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
@@ -12,38 +11,23 @@ from mobile_robot_control.messages.parsing import read_twist, read_wheel_velocit
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.parameters.nodes import VelocityControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
-from mobile_robot_control.ros.diagnostics import Diagnostics
-from mobile_robot_control.ros.input_monitor import InputMonitor
-from mobile_robot_control.ros.input_validation import InputValidator, make_reader
-from mobile_robot_control.ros.pacing import FixedRateTimer
-from mobile_robot_control.ros.parameter_bridge import declare
-from mobile_robot_control.ros.parameter_service import CheckedParameterService
+from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.qos import SUBSCRIBED, flush, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import inputs_of
 
 _OLDEST_WHEELS = 0.1
 """[s]: on the wall clock, no torque is asked for when the wheels' velocities are older."""
 
 
-class VelocityController(Node):
-    """
-    Runs the multivariable PI law.
-
-    Attributes
-    ----------
-    exit_code : None
-        The node never ends by itself.
-
-    """
+class VelocityController(LoopNode[VelocityControllerParameters]):
+    """Runs the multivariable PI law."""
 
     def __init__(self) -> None:
-        super().__init__('velocity_controller', start_parameter_services=False)
-        self._values = self._changed = declare(self, VelocityControllerParameters)
-        shared = self._values.shared
-        self.exit_code: int | None = None
-        self._robot, self._lockstep = shared.robot, shared.lockstep
+        super().__init__('velocity_controller', VelocityControllerParameters)
+        shared = self._shared
+        self._changed = self._values
         self._dt = 1.0 / shared.velocity_rate
         self._position_period = period_nanoseconds(shared.position_rate)
         self._policy = make_stamp_policy(self.get_clock(), shared, shared.velocity_rate)
@@ -51,8 +35,6 @@ class VelocityController(Node):
         self._read_wheels = make_reader('joint_states', read_wheel_velocity)
         self._read_twist = make_reader('cmd_vel', partial(read_twist, frame=shared.base_frame_id))
         self._stamp_twist = writing.twist_writer('')
-        self._monitor = InputMonitor(self, inputs_of('velocity_controller'), shared.peer_timeout)
-        self._validator = InputValidator(self, self._monitor)
         self._state = VelocityPiState()
         self._wheels: tuple[int, WheelVelocity] | None = None
         self._command: tuple[int, BodyVelocity] | None = None
@@ -64,12 +46,10 @@ class VelocityController(Node):
             subscribe_to(self, 'cmd_vel', self._on_cmd_vel)
         else:
             self.create_subscription(Twist, 'cmd_vel', self._on_twist, SUBSCRIBED)
-        CheckedParameterService(self, VelocityControllerParameters, self._change)
-        timer = None if shared.lockstep else FixedRateTimer(self, shared.velocity_rate, self._tick)
-        self._diagnostics = Diagnostics(self, self._validator, self._monitor, timer)
+        self._start(shared.velocity_rate, self._tick)
 
     def _change(self, values: VelocityControllerParameters) -> None:
-        self._changed = values
+        self._changed = values  # used from a position tick on
 
     def _on_joint_states(self, message: bytes) -> None:
         valid = self._validator.validate('joint_states', message, self._read_wheels, self._policy)
@@ -91,7 +71,7 @@ class VelocityController(Node):
 
     def _on_twist(self, message: Twist) -> None:
         velocity = BodyVelocity(message.linear.x, message.angular.z)
-        self._on_cmd_vel(self._stamp_twist(self.get_clock().now().nanoseconds, velocity))
+        self._on_cmd_vel(self._stamp_twist(self._clock_stamp(), velocity))
 
     def _answer_wheels(self) -> None:
         """Step and answer once new wheel velocities and the command of their position tick are there."""
@@ -117,7 +97,7 @@ class VelocityController(Node):
         """On the wall clock: step with the newest inputs; a silent command means zero, silent wheels no torque."""
         if self._wheels is None:
             return
-        stamp = self.get_clock().now().nanoseconds
+        stamp = self._clock_stamp()
         self._values = self._changed
         timeout = self._values.cmd_vel_timeout
         fresh = self._command is not None and (timeout == 0.0 or self._monitor.age('cmd_vel') <= timeout)
@@ -132,7 +112,7 @@ class VelocityController(Node):
 
     def _step(self, stamp: int, wheels: WheelVelocity, command: BodyVelocity) -> None:
         self._state, self._torque = velocity_pi.step(
-            self._state, command, body_velocity(wheels, self._robot), self._values.gains, self._robot,
+            self._state, command, body_velocity(wheels, self._shared.robot), self._values.gains, self._shared.robot,
             self._values.max_wheel_torque, self._dt,
         )
         # publish before updating diagnostics: the plant waits for the answer
@@ -145,8 +125,8 @@ class VelocityController(Node):
 
     def close(self) -> None:
         """Release a robot that runs on the wall clock; end when the last messages have arrived."""
-        if not self._lockstep and self._wheels is not None:
+        if not self._shared.lockstep and self._wheels is not None:
             self._torque = WheelTorque(0.0, 0.0)
-            self._publish(self.get_clock().now().nanoseconds)
-        self._diagnostics.end()
+            self._publish(self._clock_stamp())
+        super().close()
         flush(self._wheel_torques)

@@ -1,0 +1,81 @@
+"""What the four nodes have in common: checked parameters, validated inputs, a rate of their own, diagnostics."""
+
+from collections.abc import Callable
+from typing import Generic, Protocol, TypeVar
+
+from rclpy.node import Node
+
+from mobile_robot_control.parameters.nodes import Shared
+from mobile_robot_control.ros.diagnostics import Condition, Diagnostics, OverrunCounter
+from mobile_robot_control.ros.input_monitor import InputMonitor
+from mobile_robot_control.ros.input_validation import InputValidator
+from mobile_robot_control.ros.pacing import FixedRateTimer
+from mobile_robot_control.ros.parameter_bridge import declare
+from mobile_robot_control.ros.parameter_service import CheckedParameterService
+from mobile_robot_control.topics import inputs_of
+
+
+class _NodeParameters(Protocol):
+    @property
+    def shared(self) -> Shared:
+        """Parameters that all four nodes agree on."""
+
+
+Values = TypeVar('Values', bound=_NodeParameters)
+
+
+class LoopNode(Node, Generic[Values]):
+    """
+    One of the four nodes.
+
+    A subclass makes its publishers and subscriptions in its constructor, and calls `_start` at the end of it.
+
+    Parameters
+    ----------
+    name : str
+        Of the node.
+    group : type
+        The NamedTuple that declares its parameters.
+
+    Attributes
+    ----------
+    exit_code : int or None
+        Set when the node is done by itself; None before.
+
+    """
+
+    exit_code: int | None = None
+
+    def __init__(self, name: str, group: type[Values]) -> None:
+        super().__init__(name, start_parameter_services=False)
+        self._values = declare(self, group)
+        self._shared = self._values.shared
+        self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout)
+        self._validator = InputValidator(self, self._monitor)
+
+    def _start(self, rate: float, tick: Callable[[], None], pace: OverrunCounter | None = None) -> None:
+        """Begin to serve parameters, to publish diagnostics and, on the wall clock, to tick at a rate [Hz]."""
+        if pace is None and not self._shared.lockstep:
+            pace = FixedRateTimer(self, rate, tick)
+        self._diagnostics = Diagnostics(self, self._validator, self._monitor, pace, self._condition)
+        CheckedParameterService(self, type(self._values), self._change)
+
+    def _monitored(self) -> dict[str, str]:
+        """Return the input topics whose silence is reported, each with its publisher."""
+        return inputs_of(self.get_name())
+
+    def _condition(self) -> Condition | None:
+        """Return a condition that only the node itself can know, or None."""
+        return None
+
+    def _change(self, values: Values) -> None:
+        """Take the parameters after a live change."""
+        self._values = values
+
+    def _clock_stamp(self) -> int:
+        """Return the present stamp of the wall clock [ns]."""
+        return int(self.get_clock().now().nanoseconds)
+
+    def close(self) -> None:
+        """Publish what must be published last, and wait until it has arrived."""
+        self._diagnostics.end()
