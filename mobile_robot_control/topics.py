@@ -5,6 +5,7 @@ Everything that lists these topics reads them here: nodes, recorder, stall detec
 report. Nothing of ROS is imported.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 
@@ -67,3 +68,20 @@ the second with the same stamp.
 def inputs_of(node: str) -> dict[str, str]:
     """Return the loop topics that a node needs, each with the node that publishes it."""
     return {topic.name: topic.publisher for topic in _TABLE if node in topic.subscribers}
+
+
+def first_silent(newest: Mapping[str, int], stamp: int, tick: int) -> str | None:
+    """
+    Return the first node in the order of answers that has not answered; None if all have.
+
+    Parameters
+    ----------
+    newest : mapping of str to int
+        Newest stamp on each topic [ns], where there is one.
+    stamp, tick : int
+        Of the present velocity tick and position tick [ns].
+
+    """
+    due = {'joint_states': stamp, 'odom': tick}
+    return next((LOOP_TOPICS[answer].publisher for question, answer in ANSWERS
+                 if newest.get(answer) != due[question]), None)

@@ -19,7 +19,7 @@ from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import ANSWERS, LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, first_silent
 
 _START = 30.0
 """[s] of wall time that the nodes have to start."""
@@ -156,45 +156,18 @@ class _ExperimentRunner:
             return min(LOOP_TOPICS.values(), key=lambda topic: newest.get(topic.name, -1)).publisher
         present = newest['joint_states']
         tick = present - present % self._position_period
-        if newest.get('odom', -1) != tick:
-            return 'plant'
-        return next((LOOP_TOPICS[answer].publisher for question, answer in ANSWERS
-                     if newest.get(answer, -1) != (present if question == 'joint_states' else tick)), 'plant')
+        return (first_silent(newest, present, tick) if newest.get('odom') == tick else None) or 'plant'
 
 
 def run_experiment(
     parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop, bar: tqdm,
 ) -> ExperimentResult:
     """
-    Run an experiment and record it.
+    Run an experiment and record it into a folder, which takes the bag and the nodes' logs and has `parameters.yaml`.
 
-    Parameters
-    ----------
-    parameters : Configuration
-        Checked; the same as `parameters.yaml` in the folder.
-    output : Path
-        Takes the bag and the nodes' logs.
-    namespace : str
-        In which the nodes run.
-    composed : bool
-        All four nodes in one process.
-    patience : float
-        Wall time without progress after which the run is given up [s].
-    stop : Stop
-        A request to end.
-    bar : tqdm
-        Moved by the simulated time of the run [s].
-
-    Returns
-    -------
-    ExperimentResult
-        Outcome and reason; the bag is complete, or can be read up to where it could no longer be written.
-
-    Raises
-    ------
-    ParameterError
-        If another robot publishes on the same topics.
-
+    The run is given up after `patience` seconds of wall time without progress; the bar is moved by its simulated time.
+    The bag is complete, or can be read up to where it could no longer be written. Raises ParameterError if another robot
+    publishes on the same topics.
     """
     use_fastdds_profiles(output / 'log')
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)

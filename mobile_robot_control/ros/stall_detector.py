@@ -11,7 +11,7 @@ from rclpy.subscription import Subscription
 
 from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
 from mobile_robot_control.ros.qos import subscribe_to
-from mobile_robot_control.topics import ANSWERS, LOOP_TOPICS
+from mobile_robot_control.topics import ANSWERS, LOOP_TOPICS, first_silent
 
 _STALL = 0.5
 """[s]: a shorter silence is a busy machine's. Subscriptions that come and go cost every node on the network memory."""
@@ -77,9 +77,8 @@ class StallDetector:
     def missing(self, tick: int) -> str:
         """Name the nodes, joined with ' and ', that a run at a position tick [ns] waits for."""
         absent = [topic.publisher for topic in _CHAIN if self._node.count_publishers(topic.name) == 0]
-        silent = next((topic.publisher for topic in _CHAIN[:-1] if self._newest.get(topic.name) != tick),
-                      _CHAIN[-1].publisher)
-        return ' and '.join(absent or [silent])
+        # the plant has no answer to the present question, so that one always counts as silent
+        return ' and '.join(absent) or str(first_silent(self._newest, tick, tick))
 
     def note_progress(self) -> None:
         """Note that the question was answered."""

@@ -187,16 +187,9 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
 def outcomes(trials: Sequence[Trial], roll_of: Callable[[str], Callable[..., Outcome]],
              given: Callable[[Drive], Any]) -> list[Outcome]:
     """
-    Run trials one after the other.
+    Run trials one after the other; the outcomes are in the same order.
 
-    Parameters
-    ----------
-    trials : sequence of Trial
-        To run.
-    roll_of : callable
-        Returns the rollout of a law by its name.
-    given : callable
-        Returns the references of a drive in the form that the rollout takes.
+    `roll_of` returns the rollout of a law by its name; `given` returns a drive's references in the form that it takes.
     """
     return [roll_of(trial.law)(trial.state, trial.loop, given(cart_drive(trial)), trial.steps, trial.ratio, trial.late)
             for trial in trials]

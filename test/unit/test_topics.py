@@ -1,0 +1,49 @@
+"""The table of the loop's topics, and what follows from it."""
+
+import pytest
+
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.topics import (
+    ANSWERS,
+    LOOP_TOPICS,
+    POSITION_TOPICS,
+    VELOCITY_TOPICS,
+    first_silent,
+    inputs_of,
+)
+
+
+def test_every_topic_has_one_rate_and_belongs_to_nodes_that_exist():
+    assert {*VELOCITY_TOPICS, *POSITION_TOPICS} == set(LOOP_TOPICS)
+    assert not {*VELOCITY_TOPICS} & {*POSITION_TOPICS}
+    for topic in LOOP_TOPICS.values():
+        assert {topic.publisher, *topic.subscribers} <= set(NODES)
+        assert topic.publisher not in topic.subscribers
+
+
+@pytest.mark.parametrize(('node', 'inputs'), [
+    ('plant', {'wheel_torques': 'velocity_controller'}),
+    ('velocity_controller', {'joint_states': 'plant', 'cmd_vel': 'position_controller'}),
+    ('position_controller', {'odom': 'plant', 'reference': 'reference_cart'}),
+    ('reference_cart', {'odom': 'plant'}),
+])
+def test_inputs_of_a_node_name_their_publishers(node, inputs):
+    assert inputs_of(node) == inputs
+
+
+@pytest.mark.parametrize(('newest', 'node'), [
+    ({}, 'reference_cart'),
+    ({'reference': 10}, 'position_controller'),
+    ({'reference': 0, 'cmd_vel': 10, 'wheel_torques': 12}, 'reference_cart'),
+    ({'reference': 10, 'cmd_vel': 10}, 'velocity_controller'),
+    ({'reference': 10, 'cmd_vel': 10, 'wheel_torques': 10}, 'velocity_controller'),
+    ({'reference': 10, 'cmd_vel': 10, 'wheel_torques': 12}, None),
+])
+def test_the_first_node_without_an_answer_is_the_silent_one(newest, node):
+    assert first_silent(newest, stamp=12, tick=10) == node
+
+
+def test_a_question_comes_before_its_answer_and_at_the_same_rate():
+    for question, answer in ANSWERS:
+        assert LOOP_TOPICS[question].rate == LOOP_TOPICS[answer].rate
+        assert LOOP_TOPICS[question].publisher == 'plant'
