@@ -10,11 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli.options import configuration_text, distinct, make_main, make_parser, positive
+from mobile_robot_control.cli.options import (
+    configuration,
+    configuration_text,
+    distinct,
+    make_main,
+    make_parser,
+    positive,
+)
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.ros.stop import Stop
 
@@ -62,8 +67,7 @@ def _prepare(output: Path, overwrite: bool, parameters: Configuration) -> None:
 
 
 def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) -> Configuration:
-    parameters = configure(load([*options.params_files, *extra_files],
-                                [*options.overrides, f'plant.duration:={options.duration!r}'], options.namespace))
+    parameters = configuration(options, options.namespace, [f'plant.duration:={options.duration!r}'], extra_files)
     if not parameters.plant.shared.stamped_cmd_vel:
         raise ParameterError(["stamped_cmd_vel = false: an experiment's topics are joined by their stamps; "
                               "add -p '/**.stamped_cmd_vel:=true'"])
@@ -98,7 +102,7 @@ def _run(options: argparse.Namespace) -> int:
     if result.reason:
         print(f'experiment: {result.reason}', file=sys.stderr)
     print(f'bag, metrics and report: {output.resolve()}')
-    return 1 if result.reason else 0
+    return 0 if result.outcome == 'completed' and not result.reason else 1
 
 
 def _alike(chosen: Configuration, first: Configuration) -> Configuration:
@@ -130,6 +134,7 @@ def _compare(options: argparse.Namespace, output: Path) -> int:
             if result.reason:
                 reasons.append(f'{name}: {result.outcome}: {result.reason}')
             if options.stop.requested:
+                reasons.append(f'{name}: interrupted')
                 break
     for reason in reasons:
         print(f'experiment: {reason}', file=sys.stderr)

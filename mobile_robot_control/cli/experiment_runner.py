@@ -166,7 +166,7 @@ def run_experiment(
     Run an experiment and record it into a folder, which takes the bag and the nodes' logs and has `parameters.yaml`.
 
     The run is given up after `patience` seconds of wall time without progress; the bar is moved by its simulated time.
-    The bag is complete, or can be read up to where it could no longer be written. Raises ParameterError if another robot
+    The bag is complete, or can be read up to where it could no longer be written. Raises ParameterError if another node
     publishes on the same topics.
     """
     use_fastdds_profiles(output / 'log')

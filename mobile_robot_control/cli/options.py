@@ -7,9 +7,9 @@ from pathlib import Path
 
 from mobile_robot_control.files import explain, is_disk_full
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.configuration import at_cart_start, configure
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.parameters.files import load, parameter_file_text
+from mobile_robot_control.parameters.files import Values, load, parameter_file_text
 from mobile_robot_control.parameters.nodes import Configuration
 
 
@@ -69,7 +69,14 @@ def whole_number(least: int) -> Callable[[str], int]:
     return read
 
 
-def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequence[str] = ()) -> Configuration:
+def given_values(options: argparse.Namespace, namespace: str = '/', extra: Sequence[str] = (),
+                 extra_files: Sequence[str] = ()) -> Values:
+    """Read the parameters that the shared options name, by node; further files and overrides win."""
+    return load([*options.params_files, *extra_files], [*options.overrides, *extra], namespace)
+
+
+def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequence[str] = (),
+                  extra_files: Sequence[str] = ()) -> Configuration:
     """
     Make the configuration that the shared options ask for.
 
@@ -79,13 +86,13 @@ def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequ
         Parsed by the parser of `make_parser`.
     namespace : str
         In which the nodes run.
-    extra : sequence of str
-        Further overrides, which win.
+    extra, extra_files : sequence of str
+        Further overrides and files, which win.
 
     Returns
     -------
     Configuration
-        Checked.
+        Checked. Where `plant.initial_pose` is not given, the robot starts at the cart's start.
 
     Raises
     ------
@@ -93,7 +100,9 @@ def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequ
         Naming every violation.
 
     """
-    return configure(load(options.params_files, [*options.overrides, *extra], namespace))
+    values = given_values(options, namespace, extra, extra_files)
+    made = configure(values)
+    return made if 'initial_pose' in values['plant'] else at_cart_start(made)
 
 
 def configuration_text(parameters: Configuration) -> str:

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from mobile_robot_control.cli.options import fraction, positive, whole_number
+from mobile_robot_control.cli.options import fraction, given_values, positive, whole_number
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.curves import CURVES
@@ -47,7 +47,10 @@ def scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Sc
     curves: Sequence[str] = options.curves or [nominal.curve]
     scales: Sequence[float] = options.scales or [nominal.scale]
     delays: Sequence[int] = options.delays or [nominal.delay]
-    listed = scenario_grid(nominal, curves, scales, options.starts or [None], options.mass, options.friction, delays)
+    # where no start is given, the robot starts with the cart, whatever the curve
+    given = 'initial_pose' in given_values(options)['plant']
+    starts = options.starts or [None if given else Pose(0.0, 0.0, 0.0)]
+    listed = scenario_grid(nominal, curves, scales, starts, options.mass, options.friction, delays)
     spread = ScenarioDistribution(tuple(curves), tuple(scales), options.within, options.variation, nominal.noise, 0)
     drawn = draw_scenarios(spread, options.random, options.scenario_seed)
     return listed + [scenario._replace(delay=delays[n % len(delays)]) for n, scenario in enumerate(drawn)]

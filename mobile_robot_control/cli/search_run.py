@@ -9,8 +9,9 @@ from typing import Any
 from tqdm import tqdm
 
 from mobile_robot_control import __version__
+from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.scenario_options import scenarios
-from mobile_robot_control.cli.worker_options import Interrupt, TrialRunner
+from mobile_robot_control.cli.worker_options import TrialRunner
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure

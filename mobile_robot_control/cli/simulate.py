@@ -3,11 +3,12 @@
 import argparse
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 
 from tqdm import tqdm
 
+from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.options import (
     configuration,
     configuration_text,
@@ -32,9 +33,18 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     return made.parse_args(arguments)
 
 
+def _until(interrupt: Interrupt, samples: Iterable[Sample]) -> Iterator[Sample]:
+    """Yield samples until an interrupt is requested."""
+    for sample in samples:
+        yield sample
+        if interrupt.requested:
+            return
+
+
 def _run(options: argparse.Namespace) -> int:
     parameters = configuration(options)
     with ExitStack() as stack:
+        interrupt = stack.enter_context(Interrupt())
         samples: Iterable[Sample] = rollout(parameters, options.duration)
         if options.output:
             path = writable_file(options.output)
@@ -46,15 +56,19 @@ def _run(options: argparse.Namespace) -> int:
         steps = round(options.duration * parameters.plant.shared.velocity_rate) + 1
         # disable=None shows the bar on a terminal only
         shown = tqdm(samples, total=steps, disable=None, leave=False)
-        metrics = summary(measure(parameters, options.duration, shown))
+        run = measure(parameters, options.duration, _until(interrupt, shown))
+    if interrupt.requested and run.outcome == 'diverged':
+        run = run._replace(outcome='interrupted')
+    metrics = summary(run)
     if options.output:
         write_atomically(path.with_suffix('.metrics.json'), json.dumps(metrics, indent=2) + '\n')
     print(json.dumps(metrics) if options.json else '\n'.join(f'{name}: {value}' for name, value in metrics.items()))
-    if metrics['outcome'] != 'completed':
-        print(f'simulate: the motion diverged at t = {metrics["duration"]} s; lower the gains or raise the rates',
-              file=sys.stderr)
-        return 1
-    return 0
+    if run.outcome == 'completed':
+        return 0
+    at = f'at t = {metrics["duration"]} s'
+    print(f'simulate: interrupted {at}' if run.outcome == 'interrupted' else
+          f'simulate: the motion diverged {at}; lower the gains or raise the rates', file=sys.stderr)
+    return 1
 
 
 main = make_main('simulate', _parse, _run)

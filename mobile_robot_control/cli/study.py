@@ -11,6 +11,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.options import (
     configuration,
     fraction,
@@ -19,14 +20,13 @@ from mobile_robot_control.cli.options import (
     non_negative,
     positive,
     whole_number,
+    writable_file,
 )
-from mobile_robot_control.cli.worker_options import Interrupt, TrialRunner, add_worker_options, runner
+from mobile_robot_control.cli.worker_options import TrialRunner, add_worker_options, runner
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.model.actuators import LONGEST_DELAY
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
@@ -49,6 +49,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made.add_argument('--runs', type=whole_number(1), required=True, metavar='N', help='random runs of each controller')
     made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')
     made.add_argument('--output', required=True, metavar='DIR', help='takes study.json, runs.csv and starts.png')
+    made.add_argument('--overwrite', action='store_true', help='replace a study that DIR already holds')
     made.add_argument('--compare', nargs='+', default=[], metavar='FILE.yaml',
                       help='one controller each, on top of the other parameters')
     made.add_argument('--laps', type=positive, default=2.0, metavar='N', help='length of each run; success is judged '
@@ -95,7 +96,7 @@ def _controllers(options: argparse.Namespace) -> dict[str, Configuration]:
         name = Path(file).stem if Path(file).stem not in named else file
         if name in named:
             raise ParameterError([f'--compare {file}: is named twice; name each file once'])
-        named[name] = configure(load([*options.params_files, file], options.overrides))
+        named[name] = configuration(options, extra_files=[file])
     return named
 
 
@@ -140,9 +141,11 @@ def _map(scenarios: Sequence[Scenario], results: dict[str, list[Judged]], file: 
 def _run(options: argparse.Namespace) -> int:
     controllers = _controllers(options)
     folder = Path(options.output)
+    if (folder / 'study.json').exists() and not options.overwrite:
+        raise ParameterError([f'{folder}: holds a study already; name another folder, or add --overwrite'])
     folder.mkdir(parents=True, exist_ok=True)
     # nothing long begins before the place is known to be writable
-    write_atomically(folder / 'study.json', '{}\n')
+    writable_file(str(folder / 'runs.csv'))
     results: dict[str, list[Judged]] = {}
     total = options.runs * len(controllers)
     with runner(options) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
@@ -157,9 +160,11 @@ def _run(options: argparse.Namespace) -> int:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
     found = {name: summarise_runs(judged) for name, judged in results.items()}
-    settings = {'seed': options.seed, 'laps': options.laps, 'curves': options.curves, 'scales': options.scales,
-                'within': options.within, 'variation': options.variation,
-                'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupt.requested}
+    settings = {
+        'outcome': 'interrupted' if interrupt.requested else 'completed', 'seed': options.seed, 'laps': options.laps,
+        'curves': options.curves, 'scales': options.scales, 'within': options.within, 'variation': options.variation,
+        'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupt.requested,
+    }
     write_atomically(folder / 'study.json', json.dumps({**settings, 'controllers': found}, indent=2) + '\n')
     write_atomically(folder / 'runs.csv', _table(scenarios, results))
     _map(scenarios, results, folder / 'starts.png')

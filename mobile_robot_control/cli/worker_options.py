@@ -1,10 +1,9 @@
-"""Where trials run, and how they are interrupted: what `tune` and `study` have in common."""
+"""Where trials run: the options that `tune` and `study` have in common."""
 
 import argparse
-import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Protocol
 
 from mobile_robot_control.cli.options import whole_number
 from mobile_robot_control.simulation.batch import Pool
@@ -39,32 +38,3 @@ def runner(options: argparse.Namespace) -> Iterator[TrialRunner]:
         yield made
     finally:
         made.close()
-
-
-class Interrupt:
-    """
-    Turns the first Ctrl-C into a flag to be read between two batches; the second one ends at once.
-
-    Attributes
-    ----------
-    requested : bool
-        Whether to stop.
-
-    """
-
-    def __init__(self) -> None:
-        self.requested = False
-        self._before: dict[int, Any] = {}
-
-    def _note(self, *_: object) -> None:
-        if self.requested:
-            raise KeyboardInterrupt
-        self.requested = True
-
-    def __enter__(self) -> 'Interrupt':
-        self._before = {number: signal.signal(number, self._note) for number in (signal.SIGINT, signal.SIGTERM)}
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for number_, handler in self._before.items():
-            signal.signal(number_, handler)

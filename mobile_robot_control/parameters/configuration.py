@@ -6,6 +6,8 @@ from typing import Any
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.parameters.nodes import NODES, Configuration, Shared
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
 
 
 def _disagreements(configuration: Configuration) -> Iterator[str]:
@@ -59,3 +61,10 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
     if disagreements:
         raise ParameterError(disagreements)
     return configuration
+
+
+def at_cart_start(configuration: Configuration) -> Configuration:
+    """Return a configuration whose robot starts where the reference cart does, with the same heading."""
+    curve = configuration.reference_cart.curve
+    start = reference_at(CURVES[curve.curve], 0.0, curve.placement).pose
+    return configuration._replace(plant=configuration.plant._replace(initial_pose=tuple(start)))

@@ -48,7 +48,9 @@ class PlantParameters(NamedTuple):
 
     shared: Annotated[Shared, INLINE] = Shared()
     initial_pose: Annotated[
-        tuple[float, ...], Field('m, m, rad', 'where the robot starts: x, y, yaw', length=3)
+        tuple[float, ...],
+        Field('m, m, rad', "where the robot starts: x, y, yaw; the commands start it at the cart's start if not given",
+              length=3)
     ] = (1.0, 0.0, 0.5 * math.pi)
     duration: Annotated[
         float, Field('s', 'length of the run; 0 runs until stopped', minimum=0.0)

@@ -75,12 +75,51 @@ def reference_at(curve: Curve, time: float, placement: Placement) -> Reference:
 
 
 _POINTS = 64
+_SLOWEST = 1e-6
+"""Of the largest speed on the curve: a slower point is one where the cart stands, and has no heading."""
+
+
+def _squared_speed(curve: Curve, s: float) -> float:
+    """Return |dr/ds|² of a curve of scale 1."""
+    point = curve(s)
+    return point.dx * point.dx + point.dy * point.dy
+
+
+def _slowest_point(curve: Curve, begin: float) -> tuple[float, float]:
+    """Return the curve parameter of the slowest point of a lap [rad], and the share of the largest speed there."""
+    step = 2.0 * math.pi / (8 * _POINTS)
+    lap = [begin + step * n for n in range(8 * _POINTS + 1)]
+    squares = {s: _squared_speed(curve, s) for s in lap}
+    slowest = min(lap, key=squares.__getitem__)
+    low, high = slowest - step, slowest + step
+    for _ in range(80):  # ternary search around it
+        left, right = low + (high - low) / 3.0, high - (high - low) / 3.0
+        low, high = (low, right) if _squared_speed(curve, left) < _squared_speed(curve, right) else (left, high)
+    refined = 0.5 * (low + high)
+    least = min(squares[slowest], _squared_speed(curve, refined))
+    fastest = max(squares.values())
+    return refined, math.sqrt(least / fastest) if fastest > 0.0 else 0.0
+
+
+def _standstill(curve: CurveParameters) -> str:
+    """Return where the cart stands, in words; '' if it never does."""
+    placement = curve.placement
+    begin = 2.0 * math.pi * placement.phase
+    s, share = _slowest_point(CURVES[curve.curve], begin)
+    if share > _SLOWEST:
+        return ''
+    point, time = CURVES[curve.curve](s), max(0.0, s - begin) / (2.0 * math.pi) * placement.period
+    return (f"curve = '{curve.curve}' stands still at t = {time:g} s, at ({point.x:g}, {point.y:g}) times the scale, "
+            'where the cart has no heading; take a curve whose speed never vanishes')
 
 
 @rule
-def _lap_fits_messages(curve: CurveParameters) -> Iterator[str]:
-    """Refuse a cart that leaves what messages may hold: nodes refuse it, and the run would wait for ever."""
-    placement = curve.placement
+def _lap_can_be_followed(curve: CurveParameters) -> Iterator[str]:
+    """Refuse a cart without a heading, and one that leaves what messages may hold: the run would wait for ever."""
+    placement, standstill = curve.placement, _standstill(curve)
+    if standstill:
+        yield standstill
+        return
     lap = [reference_at(CURVES[curve.curve], placement.period * n / _POINTS, placement) for n in range(_POINTS)]
     far = max(abs(value) for reference in lap for value in (reference.pose.x, reference.pose.y))
     fast = max(abs(value) for reference in lap for value in reference.velocity)

@@ -1,5 +1,7 @@
 """Input validation: a node takes messages whose stamp and content are right, and counts the others by reason."""
 
+import math
+import time
 from collections import Counter
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -13,6 +15,9 @@ from mobile_robot_control.ros.input_monitor import InputMonitor
 from mobile_robot_control.ros.qos import message_class
 from mobile_robot_control.ros.stamp_policy import StampDecision, StampPolicy
 from mobile_robot_control.topics import LOOP_TOPICS
+
+_WARN_EVERY = 2.0
+"""[s]"""
 
 
 def make_reader(topic: str, read: Callable[[Any], Any]) -> Callable[[bytes], Any]:
@@ -68,7 +73,7 @@ class ValidInput(NamedTuple):
 
 class InputValidator:
     """
-    Takes messages whose stamp and content are right, counts the others by reason and warns about them, throttled.
+    Takes messages whose stamp and content are right; counts the others by reason, and warns about each, throttled.
 
     Parameters
     ----------
@@ -87,6 +92,7 @@ class InputValidator:
     def __init__(self, node: Node, monitor: InputMonitor) -> None:
         self._node, self._monitor = node, monitor
         self.refused: Counter[str] = Counter()
+        self._warned_at: dict[str, float] = {}
 
     def validate(
         self, topic: str, message: bytes, read: Callable[[bytes], Any], policy: StampPolicy
@@ -118,8 +124,15 @@ class InputValidator:
                 raise policy.refusal(stamp)
             value = read(message)
         except RefusedMessageError as refusal:
-            self.refused[f'{topic}: {refusal.reason}'] += 1
-            self._node.get_logger().warning(f'refused a message on {topic}: {refusal}', throttle_duration_sec=2.0)
+            self._note_refusal(f'{topic}: {refusal.reason}', f'refused a message on {topic}: {refusal}')
             return None
         self._monitor.note_input(topic)
         return ValidInput(stamp, decision, value)
+
+    def _note_refusal(self, reason: str, text: str) -> None:
+        """Count a refusal, and warn at most every two seconds for each topic and reason."""
+        self.refused[reason] += 1
+        now = time.monotonic()
+        if now - self._warned_at.get(reason, -math.inf) >= _WARN_EVERY:
+            self._warned_at[reason] = now
+            self._node.get_logger().warning(text)

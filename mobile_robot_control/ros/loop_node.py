@@ -12,6 +12,7 @@ from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.pacing import FixedRateTimer
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.parameter_service import CheckedParameterService
+from mobile_robot_control.ros.stamp_policy import StampDecision
 from mobile_robot_control.topics import inputs_of
 
 
@@ -45,6 +46,7 @@ class LoopNode(Node, Generic[Values]):
     """
 
     exit_code: int | None = None
+    _in_run = False
 
     def __init__(self, name: str, group: type[Values]) -> None:
         super().__init__(name, start_parameter_services=False)
@@ -59,6 +61,23 @@ class LoopNode(Node, Generic[Values]):
             pace = FixedRateTimer(self, rate, tick)
         self._diagnostics = Diagnostics(self, self._validator, self._monitor, pace, self._condition)
         CheckedParameterService(self, type(self._values), self._change)
+        self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
+
+    def _note_run(self, decision: StampDecision, stamp: int = 0) -> None:
+        """Log that a run begins, begins anew or is joined at a stamp [ns]."""
+        if decision is StampDecision.JOIN:
+            self.get_logger().info(f'joined a run under way at t = {stamp / 1e9:g} s')
+        else:
+            self.get_logger().info('a new run begins' if self._in_run else 'a run begins')
+        self._in_run = True
+
+    def _awaited(self) -> list[str]:
+        """Return what the node waits for before a run begins."""
+        return [f'{topic} from {source}' for topic, source in self._monitor.sources.items()]
+
+    def _reached(self) -> int | None:
+        """Return the newest simulated time [ns], where there is one."""
+        return None
 
     def _monitored(self) -> dict[str, str]:
         """Return the input topics whose silence is reported, each with its publisher."""
@@ -79,3 +98,5 @@ class LoopNode(Node, Generic[Values]):
     def close(self) -> None:
         """Publish what must be published last, and wait until it has arrived."""
         self._diagnostics.end()
+        reached = self._reached() if self._in_run else None
+        self.get_logger().info('ended' if reached is None else f'ended at t = {reached / 1e9:g} s')

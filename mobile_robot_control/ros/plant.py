@@ -7,7 +7,7 @@ from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.actuators import empty_line
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.plant import actuated_step
-from mobile_robot_control.parameters.nodes import PlantParameters
+from mobile_robot_control.parameters.nodes import NODES, PlantParameters
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.input_validation import make_reader
@@ -61,6 +61,13 @@ class Plant(LoopNode[PlantParameters]):
     def _monitored(self) -> dict[str, str]:
         # in lockstep the stall detector names the missing node
         return {} if self._shared.lockstep else super()._monitored()
+
+    def _awaited(self) -> list[str]:
+        # in lockstep the first step needs an answer of every other node
+        return ([node for node in NODES if node != self.get_name()] if self._shared.lockstep else super()._awaited())
+
+    def _reached(self) -> int:
+        return self._now
 
     @property
     def _now(self) -> int:
@@ -139,6 +146,8 @@ class Plant(LoopNode[PlantParameters]):
 
     def _step(self, torque: WheelTorque) -> bool:
         """Step the robot; return whether the motors gave less than was asked for."""
+        if not self._in_run:
+            self._note_run(StampDecision.START)
         values = self._values
         self._state, self._line, acting, self._applied = actuated_step(
             self._state, self._line, torque, self._k, self._discrete, values.imperfections, values.max_wheel_torque)

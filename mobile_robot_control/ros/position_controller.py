@@ -1,5 +1,6 @@
 """The node `position_controller`: from odometry and reference to a body velocity command."""
 
+import math
 from functools import partial
 
 from geometry_msgs.msg import Twist
@@ -14,6 +15,9 @@ from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.qos import PUBLISHED, flush, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
+
+_FAR = 0.5
+"""[m] from the cart: a start that is worth a warning."""
 
 
 class PositionController(LoopNode[PositionControllerParameters]):
@@ -71,9 +75,9 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if decision in (StampDecision.AGAIN, StampDecision.REFUSED, StampDecision.HOLD):
             return
         if decision is not StampDecision.STEP:
-            if self._policy.accepted is not None:
-                self.get_logger().info('a new run')
+            self._note_run(decision, stamp)
             self._running = bumpless_transfer.begin(self._values.control, decision is StampDecision.JOIN)
+            self._check_start(decision)
         self._policy.accept(stamp)
         self._step(stamp, self._odom[1], self._reference[1])
 
@@ -82,6 +86,9 @@ class PositionController(LoopNode[PositionControllerParameters]):
         stamp = self._clock_stamp()
         silent = [topic for topic in self._monitor.sources if self._monitor.age(topic) > self._values.input_timeout]
         if self._odom is not None and self._reference is not None and not silent:
+            if not self._in_run:
+                self._note_run(StampDecision.HOLD)
+                self._check_start(StampDecision.START)
             if not self._tracking:
                 self._running = bumpless_transfer.begin(self._values.control, under_way=self._answer is not None)
             self._tracking = True
@@ -90,6 +97,20 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._tracking = False
             self._diagnostics.note_stop(*silent)
             self._publish_command(stamp, BodyVelocity(0.0, 0.0))
+
+    def _check_start(self, decision: StampDecision) -> None:
+        """Warn where a run starts far from the cart."""
+        if decision is not StampDecision.START or self._odom is None or self._reference is None:
+            return
+        pose, cart = self._odom[1], self._reference[1].pose
+        apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
+        if apart > _FAR:
+            self.get_logger().warning(
+                f'the run starts {apart:.2f} m from the cart: the robot is at ({pose.x:.2f}, {pose.y:.2f}) m, '
+                f'the cart at ({cart.x:.2f}, {cart.y:.2f}) m; set plant.initial_pose, or place the curve elsewhere')
+
+    def _reached(self) -> int | None:
+        return self._policy.accepted
 
     def _step(self, stamp: int, pose: Pose, reference: Reference) -> None:
         error = tracking_error(reference.pose, pose)

@@ -44,14 +44,19 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         if valid is None:
             return
         if valid.decision is StampDecision.HOLD:
-            self._began = self._began or time.monotonic()
+            if self._began is None:
+                self._began = time.monotonic()
+                self._note_run(StampDecision.HOLD)
             return
-        if valid.decision is StampDecision.START and self._policy.accepted is not None:
-            self.get_logger().info('a new run')
+        if valid.decision in (StampDecision.START, StampDecision.JOIN):
+            self._note_run(valid.decision, valid.stamp)
         self._policy.accept(valid.stamp)
         self._publish(valid.stamp, valid.stamp / 1e9)
         if valid.decision is not StampDecision.AGAIN:
             self._diagnostics.note_step()
+
+    def _reached(self) -> int | None:
+        return self._policy.accepted
 
     def _tick(self) -> None:
         """On the wall clock, the curve's time starts at the first odometry."""

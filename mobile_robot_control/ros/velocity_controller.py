@@ -84,8 +84,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         if decision in (StampDecision.AGAIN, StampDecision.REFUSED, StampDecision.HOLD):
             return
         if decision is not StampDecision.STEP:
-            if self._policy.accepted is not None:
-                self.get_logger().info('a new run')
+            self._note_run(decision, stamp)
             self._state = VelocityPiState()
         self._policy.accept(stamp)
         self._command_policy.accept(self._command[0])
@@ -97,6 +96,8 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         """On the wall clock: step with the newest inputs; a silent command means zero, silent wheels no torque."""
         if self._wheels is None:
             return
+        if not self._in_run:
+            self._note_run(StampDecision.HOLD)
         stamp = self._clock_stamp()
         self._values = self._changed
         timeout = self._values.cmd_vel_timeout
@@ -109,6 +110,9 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
             self._state, self._torque = VelocityPiState(), WheelTorque(0.0, 0.0)
             self._diagnostics.note_stop('joint_states')
             self._publish(stamp)
+
+    def _reached(self) -> int | None:
+        return self._policy.accepted
 
     def _step(self, stamp: int, wheels: WheelVelocity, command: BodyVelocity) -> None:
         self._state, self._torque = velocity_pi.step(

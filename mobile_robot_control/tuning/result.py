@@ -12,7 +12,7 @@ from mobile_robot_control.parameters.nodes import Configuration, Shared
 from mobile_robot_control.tuning.search import Generation
 
 _ALWAYS = {
-    'plant': ('initial_pose',),
+    'plant': (),
     'velocity_controller': ('gains.k1', 'gains.ti1', 'gains.k2', 'gains.ti2'),
     'position_controller': ('controller_type',),
     'reference_cart': ('curve', 'scale', 'period'),

@@ -29,7 +29,7 @@ ROOMS = {
     'reference': {'quantities', 'angles', 'jit', 'parameters'},
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.nodes': {'parameters', 'stamps'} | DOMAIN,
-    'parameters.configuration': {'parameters', 'parameters.nodes'},
+    'parameters.configuration': {'parameters', 'parameters.nodes', 'reference'},
     'parameters.files': {'parameters', 'parameters.nodes'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'parameters', 'parameters.nodes'} | DOMAIN,
     'recording': {'quantities', 'stamps', 'topics', 'files', 'messages', 'simulation'},

@@ -110,7 +110,7 @@ def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
     wait_until_it_moves(run)
     run.send_signal(number)
     _, errors = run.communicate(timeout=30)
-    assert run.returncode == 0, errors
+    assert run.returncode == 1, errors
     assert 'Traceback' not in errors
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'interrupted'

@@ -111,7 +111,7 @@ def test_on_the_wall_clock_an_interrupted_run_is_whole(domain, tmp_path):
     wait_until_it_moves(run)
     run.send_signal(signal.SIGINT)
     _, errors = run.communicate(timeout=30)
-    assert run.returncode == 0, errors
+    assert run.returncode == 1, errors
     assert 'Traceback' not in errors
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'interrupted'
     recording = bag_reader.read_bag(output / 'bag')

@@ -2,6 +2,8 @@
 
 import csv
 import json
+import os
+import signal
 
 import pytest
 
@@ -78,3 +80,29 @@ def test_bad_usage_is_exit_2(tmp_path, capsys):
     assert 'noise.seed = -1' in capsys.readouterr().err
     (tmp_path / 'file').write_text('')
     assert run(tmp_path / 'file' / 'deeper', '--runs', 1) == 2
+
+
+def test_a_study_is_replaced_only_where_that_is_asked_for(tmp_path, capsys):
+    assert run(tmp_path, '--runs', 1) == 0
+    before = (tmp_path / 'study.json').read_bytes()
+    assert run(tmp_path, '--runs', 2) == 2
+    assert 'holds a study already; name another folder, or add --overwrite' in capsys.readouterr().err
+    assert (tmp_path / 'study.json').read_bytes() == before
+    assert run(tmp_path, '--runs', 2, '--overwrite') == 0
+    assert len(read(tmp_path)[1]) == 2
+
+
+def test_an_interrupted_study_holds_what_was_done(tmp_path, monkeypatch, capsys):
+    judge = study.judge
+
+    def interrupted(trial, outcome):
+        os.kill(os.getpid(), signal.SIGINT)
+        monkeypatch.setattr(study, 'judge', judge)
+        return judge(trial, outcome)
+
+    monkeypatch.setattr(study, 'judge', interrupted)
+    assert run(tmp_path, '--runs', 150) == 1
+    found, rows = read(tmp_path)
+    assert found['outcome'] == 'interrupted'
+    assert len(rows) == 100
+    assert 'study: interrupted; the files hold what was done' in capsys.readouterr().err

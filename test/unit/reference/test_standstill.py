@@ -1,0 +1,43 @@
+"""A curve on which the cart stands is refused at the start, with the place."""
+
+import math
+
+import pytest
+
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.reference.cart import CurveParameters, Placement
+from mobile_robot_control.reference.curves import CURVES, CurvePoint
+
+
+def _cusp(at):
+    """A cycloid: its speed vanishes at s = at."""
+    def curve(s):
+        s -= at
+        return CurvePoint(s - math.sin(s), 1.0 - math.cos(s), 1.0 - math.cos(s), math.sin(s), math.sin(s), math.cos(s))
+
+    return curve
+
+
+def _point(s):
+    return CurvePoint(1.0, 2.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(('curve', 'place'), [
+    (_cusp(0.0), 't = 0 s, at (0, 0)'), (_cusp(1.2345), f't = {16.0 * 1.2345 / (2.0 * math.pi):g} s, at ('),
+    (_point, 'at (1, 2) times the scale'),
+])
+def test_a_standing_cart_is_refused_with_the_place(monkeypatch, curve, place):
+    monkeypatch.setitem(CURVES, 'trifolium', curve)
+    with pytest.raises(ParameterError) as refused:
+        build(CurveParameters, {})
+    violation, = refused.value.violations
+    assert "curve = 'trifolium' stands still" in violation
+    assert place in violation
+    assert 'speed never vanishes' in violation
+
+
+@pytest.mark.parametrize('curve', CURVES)
+@pytest.mark.parametrize('placement', [Placement(), Placement(phase=0.3, scale=1e-3, period=1e3)])
+def test_the_curves_of_the_package_never_stand(curve, placement):
+    made = build(CurveParameters, {'curve': curve, **placement._asdict()})
+    assert made.curve == curve
