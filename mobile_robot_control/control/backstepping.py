@@ -14,13 +14,26 @@ _FARTHEST_SQUARED = 1e30
 class BacksteppingGains(NamedTuple):
     """Gains of Eq. (25), where f and g are constants, as in the chapter's search."""
 
-    p: Annotated[float, Field('', 'weight of the position error, p', above=0.0, live=True)] = 1.646
-    q: Annotated[float, Field('', 'weight of the heading error, q', above=0.0, live=True)] = 0.243115
+    p: Annotated[
+        float, Field('', 'weight of the position error, p: larger reacts more strongly to a gap ahead and aside',
+                     above=0.0, live=True)
+    ] = 1.646
+    q: Annotated[
+        float, Field('', 'weight of the heading error, q: larger turns harder against it, and less towards the path',
+                     above=0.0, live=True)
+    ] = 0.243115
     alpha: Annotated[
-        float, Field('', 'exponent α of the position error; 1 is the usual form', minimum=1.0, maximum=5.0, live=True)
+        float, Field('', 'exponent α of the position error, 1 in the usual form: larger raises the longitudinal '
+                     'gain and weakens the lateral feedback near the cart', minimum=1.0, maximum=5.0, live=True)
     ] = 1.0
-    f: Annotated[float, Field('1/s', 'gain f of the longitudinal feedback', above=0.0, live=True)] = 1.26767
-    g: Annotated[float, Field('1/s', 'gain g of the heading feedback', above=0.0, live=True)] = 10.1146
+    f: Annotated[
+        float, Field('1/s', 'gain f of the longitudinal feedback: larger closes the gap ahead sooner and asks for more '
+                     'torque', above=0.0, live=True)
+    ] = 1.26767
+    g: Annotated[
+        float, Field('1/s', 'gain g of the heading feedback: larger corrects the heading sooner and asks for more '
+                     'torque', above=0.0, live=True)
+    ] = 10.1146
 
 
 class NoState(NamedTuple):

@@ -11,16 +11,20 @@ class Limits(NamedTuple):
     """Limits of a command; 0 means none."""
 
     linear_velocity: Annotated[
-        float, Field('m/s', 'largest forward or backward velocity asked for; 0 means none', minimum=0.0, live=True)
+        float, Field('m/s', 'limit of the forward and backward velocity, 0 for none: larger lets the robot drive '
+                     'faster', minimum=0.0, live=True)
     ] = 0.0
     angular_velocity: Annotated[
-        float, Field('rad/s', 'largest yaw rate asked for; 0 means none', minimum=0.0, live=True)
+        float, Field('rad/s', 'limit of the yaw rate, 0 for none: larger lets the robot turn faster',
+                     minimum=0.0, live=True)
     ] = 0.0
     linear_acceleration: Annotated[
-        float, Field('m/s²', 'largest change of the velocity asked for; 0 means none', minimum=0.0, live=True)
+        float, Field('m/s²', 'limit of the change of the velocity, 0 for none: larger lets it accelerate harder',
+                     minimum=0.0, live=True)
     ] = 0.0
     angular_acceleration: Annotated[
-        float, Field('rad/s²', 'largest change of the yaw rate asked for; 0 means none', minimum=0.0, live=True)
+        float, Field('rad/s²', 'limit of the change of the yaw rate, 0 for none: larger lets it turn in sooner',
+                     minimum=0.0, live=True)
     ] = 0.0
 
 

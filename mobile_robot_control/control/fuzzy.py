@@ -19,22 +19,25 @@ class FuzzyGains(NamedTuple):
     """The membership functions of Fig. 12-15, in the order of the chromosome of Fig. 16."""
 
     a: Annotated[
-        float, Field('m', 'distance at which the cart is no longer near (S falls to 0, G rises to 1)',
-                     above=0.0, live=True)
+        float, Field('m', 'distance at which the cart is no longer near (S falls to 0, G rises to 1): larger slows '
+                     'down farther from the cart', above=0.0, live=True)
     ] = 0.211203
     b: Annotated[
         tuple[float, ...],
         Field('rad', 'bearing: Z is the triangle (-b1, 0, b1), SP (b2, b3, b4), GP rises from b5 to b6; '
-              '0 <= b2 < b3 < b4, b2 < b1, b5 < b4, b5 < b6 <= pi', minimum=0.0, maximum=math.pi, length=6, live=True)
+              '0 <= b2 < b3 < b4, b2 < b1, b5 < b4, b5 < b6 <= pi; larger drives straight ahead at larger bearings',
+              minimum=0.0, maximum=math.pi, length=6, live=True)
     ] = (1.90918, 0.0310003, 2.13282, 2.63448, 0.170903, 1.97844)
     c: Annotated[
         tuple[float, ...],
-        Field('m/s', 'linear velocities: fast backwards, backwards, stop, forward, fast forward, ascending',
+        Field('m/s', 'linear velocities: fast backwards, backwards, stop, forward, fast forward, ascending; larger '
+              'drives faster',
               length=5, live=True)
     ] = (-0.448583, -0.176376, -0.080025, 0.168104, 1.22803)
     d: Annotated[
         tuple[float, ...],
-        Field('rad/s', 'angular velocities: clockwise, straight, counter-clockwise, ascending', length=3, live=True)
+        Field('rad/s', 'angular velocities: clockwise, straight, counter-clockwise, ascending; larger turns faster',
+              length=3, live=True)
     ] = (-3.55834, 0.40578, 3.17118)
 
 
@@ -184,12 +187,10 @@ def step(
         Returned unchanged.
     error : TrackingError
         e1, e2 [m]; e3 is not used.
-    reference : Reference
-        Not used: the law has no feed-forward and cannot follow a cart faster than its largest output.
+    reference, dt : Reference, float
+        Not used: the law is static and has no feed-forward; it cannot follow a cart faster than its largest output.
     gains : FuzzyGains
         The membership functions.
-    dt : float
-        Not used: the law is static.
 
     Returns
     -------

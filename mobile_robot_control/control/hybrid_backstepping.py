@@ -18,12 +18,20 @@ _ON_THE_CART = 1e-6
 class SeekingGains(NamedTuple):
     """Gains of Eq. (32) and of the seeking generator of Fig. 8."""
 
-    b0: Annotated[float, Field('s²', 'b0 of the fade-in (32); b1² >= 4 b0', above=0.0, live=True)] = 0.25
-    b1: Annotated[float, Field('s', 'b1 of the fade-in (32)', above=0.0, live=True)] = 1.0
+    b0: Annotated[
+        float, Field('s²', 'b0 of the fade-in (32), b1² >= 4 b0: larger delays the onset of backstepping', above=0.0,
+                     live=True)
+    ] = 0.25
+    b1: Annotated[
+        float, Field('s', 'b1 of the fade-in (32): larger fades backstepping in more slowly', above=0.0, live=True)
+    ] = 1.0
     seek_acceleration: Annotated[
-        float, Field('rad/s²', 'how fast the seeking rotation grows', above=0.0, live=True)
+        float, Field('rad/s²', 'growth of the seeking rotation: larger finds the cart sooner and asks for more torque',
+                     above=0.0, live=True)
     ] = 0.5
-    seek_speed: Annotated[float, Field('rad/s', 'largest seeking rotation', above=0.0, live=True)] = 1.0
+    seek_speed: Annotated[
+        float, Field('rad/s', 'limit of the seeking rotation: larger finds the cart sooner', above=0.0, live=True)
+    ] = 1.0
 
 
 class HybridGains(NamedTuple):

@@ -12,10 +12,22 @@ from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 class VelocityGains(NamedTuple):
     """Gains of Eq. (17)."""
 
-    k1: Annotated[float, Field('N s/m', 'gain K1 of the linear channel', above=0.0, live=True)] = 0.168617
-    ti1: Annotated[float, Field('s', 'integral time Ti1 of the linear channel', above=0.0, live=True)] = 0.169356
-    k2: Annotated[float, Field('N m s/rad', 'gain K2 of the angular channel', above=0.0, live=True)] = 0.0960307
-    ti2: Annotated[float, Field('s', 'integral time Ti2 of the angular channel', above=0.0, live=True)] = 0.184226
+    k1: Annotated[
+        float, Field('N s/m', 'gain K1 of the linear channel: larger reaches the commanded velocity sooner, with '
+                     'more torque, and needs a higher velocity_rate', above=0.0, live=True)
+    ] = 0.168617
+    ti1: Annotated[
+        float, Field('s', 'integral time Ti1 of the linear channel: larger removes a lasting velocity error more '
+                     'slowly, with less overshoot', above=0.0, live=True)
+    ] = 0.169356
+    k2: Annotated[
+        float, Field('N m s/rad', 'gain K2 of the angular channel: larger reaches the commanded yaw rate sooner, '
+                     'with more torque, and needs a higher velocity_rate', above=0.0, live=True)
+    ] = 0.0960307
+    ti2: Annotated[
+        float, Field('s', 'integral time Ti2 of the angular channel: larger removes a lasting error of the yaw rate '
+                     'more slowly, with less overshoot', above=0.0, live=True)
+    ] = 0.184226
 
 
 class VelocityPiState(NamedTuple):

@@ -14,7 +14,8 @@ class Delay(NamedTuple):
     """Dead time of the motors; 0 means none."""
 
     velocity_steps: Annotated[
-        int, Field('', 'periods of the velocity loop by which the torques act late', minimum=0, maximum=LONGEST_DELAY)
+        int, Field('', 'periods of the velocity loop by which the torques act late: larger destabilises the '
+                   'velocity loop', minimum=0, maximum=LONGEST_DELAY)
     ] = 0
 
 

@@ -14,10 +14,12 @@ class Disturbance(NamedTuple):
     time: Annotated[float, Field('s', 'when impulse and step begin', minimum=0.0, maximum=1e6)] = 0.0
     impulse: Annotated[
         tuple[float, ...],
-        Field('N m s', 'impulse on the right and the left wheel, within one velocity period', length=2)
+        Field('N m s', 'impulse on the right and the left wheel, within one velocity period: larger pushes the robot '
+              'farther off', length=2)
     ] = (0.0, 0.0)
     step: Annotated[
-        tuple[float, ...], Field('N m', 'lasting torque on the right and the left wheel', length=2)
+        tuple[float, ...], Field('N m', 'lasting torque on the right and the left wheel: larger pushes harder',
+                                 length=2)
     ] = (0.0, 0.0)
 
 

@@ -19,13 +19,14 @@ class Noise(NamedTuple):
 
     pose: Annotated[
         tuple[float, ...],
-        Field('m, m, rad', 'standard deviations of the noise on the pose of odom: x, y, yaw', minimum=0.0, length=3)
+        Field('m, m, rad', 'standard deviations of the noise on the pose of odom, x, y, yaw: larger makes the commands '
+              'rougher', minimum=0.0, length=3)
     ] = (0.0, 0.0, 0.0)
     velocity: Annotated[
-        float, Field('rad/s', "standard deviation of the noise on each wheel's velocity, and so on odom's twist",
-                     minimum=0.0)
+        float, Field('rad/s', "standard deviation of the noise on each wheel's velocity, and so on odom's twist: "
+                     'larger makes the torques rougher', minimum=0.0)
     ] = 0.0
-    seed: Annotated[int, Field('', 'of the noise: the same seed, the same noise', minimum=0, maximum=_MASK)] = 0
+    seed: Annotated[int, Field('', 'of the noise: the same seed gives the same noise', minimum=0, maximum=_MASK)] = 0
 
 
 @jitable

@@ -9,20 +9,32 @@ from mobile_robot_control.parameters.declaration import Field
 class Robot(NamedTuple):
     """Physical constants of the robot; the defaults are those of section 2.1 of the chapter."""
 
-    mass: Annotated[float, Field('kg', 'mass of the entire vehicle, M', above=0.0)] = 10.0
+    mass: Annotated[
+        float, Field('kg', 'mass of the entire vehicle, M: larger accelerates less for the same torque', above=0.0)
+    ] = 10.0
     inertia: Annotated[
-        float, Field('kg m²', 'yaw inertia of the vehicle, I_A; M d² is added to it, as printed in Eq. (15)', above=0.0)
+        float, Field('kg m²', 'yaw inertia of the vehicle, I_A; M d² is added to it, as printed in Eq. (15): larger '
+                     'turns less readily', above=0.0)
     ] = 1.0
-    wheel_radius: Annotated[float, Field('m', 'radius of the driving wheels, r', above=0.0)] = 0.035
-    wheel_separation: Annotated[float, Field('m', 'distance between the wheels, 2R', above=0.0)] = 0.35
+    wheel_radius: Annotated[
+        float, Field('m', 'radius of the driving wheels, r: larger drives faster at the same wheel velocity, with less '
+                     'force for the same torque', above=0.0)
+    ] = 0.035
+    wheel_separation: Annotated[
+        float, Field('m', 'distance between the wheels, 2R: larger turns less for the same difference of wheel '
+                     'velocities', above=0.0)
+    ] = 0.35
     com_offset: Annotated[
-        float, Field('m', "distance d of the centre of mass C ahead of the axle's centre A; negative behind it")
+        float, Field('m', "distance d of the centre of mass C ahead of the axle's centre A, negative behind it: a "
+                     'larger distance adds yaw inertia')
     ] = 0.05
     wheel_inertia: Annotated[
-        float, Field('kg m²', 'inertia of one wheel with its rotor about the axle, I_0', above=0.0)
+        float, Field('kg m²', 'inertia of one wheel with its rotor about the axle, I_0: larger accelerates less',
+                     above=0.0)
     ] = 0.001
     viscous_friction: Annotated[
-        float, Field('N m s/rad', 'viscous friction of one wheel and motor, K (the chapter: 0.5 A)', minimum=0.0)
+        float, Field('N m s/rad', 'viscous friction of one wheel and motor, K (the chapter: 0.5 A): larger brakes '
+                     'sooner and costs more torque at speed', minimum=0.0)
     ] = 0.00715625
 
 

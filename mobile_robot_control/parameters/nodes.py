@@ -20,17 +20,19 @@ class Shared(NamedTuple):
 
     robot: Robot = Robot()
     velocity_rate: Annotated[
-        float, Field('Hz', 'rate of the plant and the velocity loop; its period is whole nanoseconds', minimum=0.001,
+        float, Field('Hz', 'rate of the plant and the velocity loop, with a period of whole nanoseconds: larger allows '
+                     'larger velocity gains and costs more CPU', minimum=0.001,
                      maximum=1e5)  # beyond, the stability check drowns in rounding
     ] = 500.0
     position_rate: Annotated[
-        float, Field('Hz', 'rate of the position loop; it divides velocity_rate', minimum=0.001, maximum=1e5)
+        float, Field('Hz', 'rate of the position loop, a divisor of velocity_rate: larger makes smaller steps of the '
+                     'command', minimum=0.001, maximum=1e5)
     ] = 100.0
     lockstep: Annotated[
         bool, Field('', 'true: simulated time waits for every node; false: each node runs on its own wall clock')
     ] = True
     peer_timeout: Annotated[
-        float, Field('s', 'wall time after which a node says that its input is missing', above=0.0)
+        float, Field('s', 'wall time after which a node reports that an input is missing', above=0.0)
     ] = 2.0
     stamp_tolerance: Annotated[
         float, Field('s', 'wall clock: how far the stamp of a message may lie from now before it is refused', above=0.0)
@@ -53,10 +55,11 @@ class PlantParameters(NamedTuple):
               length=3)
     ] = (1.0, 0.0, 0.5 * math.pi)
     duration: Annotated[
-        float, Field('s', 'length of the run; 0 runs until stopped', minimum=0.0)
+        float, Field('s', 'length of the run; 0 for no end', minimum=0.0)
     ] = 0.0
     real_time_factor: Annotated[
-        float, Field('', 'speed against the wall clock in lockstep; 0 runs as fast as it goes', minimum=0.0)
+        float, Field('', 'simulated time per wall time in lockstep, 0 for as fast as possible: larger runs faster',
+                     minimum=0.0)
     ] = 1.0
     paused: Annotated[
         bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock joint_states alone',
@@ -69,13 +72,14 @@ class PlantParameters(NamedTuple):
     publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
     publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True
     max_wheel_torque: Annotated[
-        float, Field('N m', 'limit of each motor; 0 means none', minimum=0.0)
+        float, Field('N m', 'limit of each motor, 0 for none: larger lets the robot accelerate harder', minimum=0.0)
     ] = 0.0
     torque_timeout: Annotated[
-        float, Field('s', 'wall clock: torque falls to zero when none came for this long', above=0.0)
+        float, Field('s', 'wall clock: time without wheel_torques after which the torque falls to zero: larger '
+                     'drives on longer', above=0.0)
     ] = 0.1
     centripetal_coupling: Annotated[
-        bool, Field('', 'put back the Coriolis pair that Eq. (13)-(14) lack')
+        bool, Field('', 'include the Coriolis pair that Eq. (13)-(14) lack')
     ] = False
     pose_covariance_diagonal: Annotated[
         tuple[float, ...], Field('m², rad²', 'diagonal of the covariance of odom.pose', minimum=0.0, length=6)
@@ -92,11 +96,13 @@ class VelocityControllerParameters(NamedTuple):
     shared: Annotated[Shared, INLINE] = Shared()
     gains: VelocityGains = VelocityGains()
     cmd_vel_timeout: Annotated[
-        float, Field('s', 'wall clock: the command falls to zero when none came for this long; 0 means never',
+        float, Field('s', 'wall clock: time without cmd_vel after which the command falls to zero, 0 for never: larger '
+                     'drives on longer',
                      minimum=0.0)
     ] = 0.5
     max_wheel_torque: Annotated[
-        float, Field('N m', 'limit of each torque asked for, with anti-windup; 0 means none', minimum=0.0, live=True)
+        float, Field('N m', 'limit of each torque asked for, with anti-windup, 0 for none: larger accelerates harder',
+                     minimum=0.0, live=True)
     ] = 0.0
 
 
@@ -106,8 +112,8 @@ class PositionControllerParameters(NamedTuple):
     shared: Annotated[Shared, INLINE] = Shared()
     control: Annotated[PositionControl, INLINE] = PositionControl()
     input_timeout: Annotated[
-        float, Field('s', 'wall clock: cmd_vel falls to zero when odom or reference did not come for this long',
-                     above=0.0)
+        float, Field('s', 'wall clock: time without odom or reference after which cmd_vel falls to zero: larger '
+                     'drives on longer', above=0.0)
     ] = 0.5
 
 

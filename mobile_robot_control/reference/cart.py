@@ -15,11 +15,11 @@ from mobile_robot_control.reference.curves import CURVES, Curve
 class Placement(NamedTuple):
     """Size, lap time, start and place of the curve."""
 
-    scale: Annotated[float, Field('m', "the curve's size a", above=0.0)] = 1.0
-    period: Annotated[float, Field('s', 'time for one lap', above=0.0)] = 16.0
-    phase: Annotated[float, Field('', 'where the cart starts, as a fraction of a lap')] = 0.0
+    scale: Annotated[float, Field('m', "the curve's size a: larger drives a longer lap, and faster", above=0.0)] = 1.0
+    period: Annotated[float, Field('s', 'time for one lap: larger drives more slowly', above=0.0)] = 16.0
+    phase: Annotated[float, Field('', 'where the cart starts, as a fraction of a lap: larger starts farther on')] = 0.0
     center: Annotated[tuple[float, ...], Field('m', "where the curve's origin lies, x and y", length=2)] = (0.0, 0.0)
-    rotation: Annotated[float, Field('rad', 'by which the curve is turned about its origin')] = 0.0
+    rotation: Annotated[float, Field('rad', 'of the curve about its origin, counter-clockwise')] = 0.0
 
 
 class CurveParameters(NamedTuple):

@@ -1,0 +1,25 @@
+"""Descriptions of parameters: each gain and each constant of the robot says what a larger value does."""
+
+import pytest
+
+from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.parameters.nodes import NODES
+
+ALL = {name: declared for group in NODES.values() for name, declared in declarations(group).items()}
+# pauses and positions in time: a larger value does nothing to the robot
+NOT_A_SIZE = {'hold_at'}
+SIZES = [name for name, declared in ALL.items()
+         if (declared.field.live or name.startswith('robot.')) and declared.kind in (float, tuple)
+         and name not in NOT_A_SIZE]
+
+
+@pytest.mark.parametrize('name', SIZES)
+def test_it_says_what_a_larger_value_does(name):
+    assert 'larger' in ALL[name].field.description
+
+
+@pytest.mark.parametrize('name', ALL)
+def test_it_has_a_description_of_more_than_its_name(name):
+    description = ALL[name].field.description
+    assert len(description) > 5
+    assert not description.endswith('.')
