@@ -111,3 +111,23 @@ class TrackingError(NamedTuple):
     longitudinal: float
     lateral: float
     heading: float
+
+
+class Observation(NamedTuple):
+    """
+    What a position law sees: no absolute pose, so that every law is invariant under motions of the plane.
+
+    Attributes
+    ----------
+    error : TrackingError
+        e1, e2 [m], e3 [rad].
+    reference : Reference
+        Of the cart: v_r [m/s] and ω_r [rad/s] are its velocity.
+    velocity : BodyVelocity
+        Twist of odometry, v [m/s] and ω [rad/s].
+
+    """
+
+    error: TrackingError
+    reference: Reference
+    velocity: BodyVelocity

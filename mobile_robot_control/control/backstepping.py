@@ -3,9 +3,10 @@
 import math
 from typing import Annotated, NamedTuple
 
+from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+from mobile_robot_control.quantities import BodyVelocity, Observation, TrackingError
 
 _FARTHEST_SQUARED = 1e30
 """[m²]: beyond this the power in Eq. (25) would overflow, which raises in Python."""
@@ -16,11 +17,11 @@ class BacksteppingGains(NamedTuple):
 
     p: Annotated[
         float, Field('', 'weight of the position error, p: larger reacts more strongly to a gap ahead and aside',
-                     above=0.0, live=True)
+                     above=0.0, live=True, search=(0.0, 5.0))
     ] = 1.646
     q: Annotated[
         float, Field('', 'weight of the heading error, q: larger turns harder against it, and less towards the path',
-                     above=0.0, live=True)
+                     above=0.0, live=True, search=(0.0, 2.0))
     ] = 0.243115
     alpha: Annotated[
         float, Field('', 'exponent α of the position error, 1 in the usual form: larger raises the longitudinal '
@@ -28,23 +29,17 @@ class BacksteppingGains(NamedTuple):
     ] = 1.0
     f: Annotated[
         float, Field('1/s', 'gain f of the longitudinal feedback: larger closes the gap ahead sooner and asks for more '
-                     'torque', above=0.0, live=True)
+                     'torque', above=0.0, live=True, search=(0.0, 20.0))
     ] = 1.26767
     g: Annotated[
         float, Field('1/s', 'gain g of the heading feedback: larger corrects the heading sooner and asks for more '
-                     'torque', above=0.0, live=True)
+                     'torque', above=0.0, live=True, search=(0.0, 20.0))
     ] = 10.1146
-
-
-class NoState(NamedTuple):
-    """State of a static law: one number, since compiled code knows no empty tuple by name."""
-
-    nothing: float = 0.0
 
 
 @jitable
 def step(
-    state: NoState, error: TrackingError, reference: Reference, gains: BacksteppingGains, dt: float
+    state: NoState, observation: Observation, gains: BacksteppingGains, dt: float
 ) -> tuple[NoState, BodyVelocity]:
     """
     Compute the body velocity for which the Lyapunov function (26) decreases.
@@ -55,10 +50,8 @@ def step(
     ----------
     state : NoState
         Returned unchanged.
-    error : TrackingError
-        e1, e2 [m], e3 [rad].
-    reference : Reference
-        v_r [m/s] and ω_r [rad/s] are used.
+    observation : Observation
+        e1, e2 [m], e3 [rad], v_r [m/s] and ω_r [rad/s] are used.
     gains : BacksteppingGains
         p, q, α, f, g.
     dt : float
@@ -74,8 +67,8 @@ def step(
     Converges only while v_r stays away from zero; e3 = π is a saddle that the error leaves, not an attractor.
 
     """
-    e1, e2, e3 = error
-    v_r, omega_r = reference.velocity
+    e1, e2, e3 = observation.error
+    v_r, omega_r = observation.reference.velocity
     p, q, alpha, f, g = gains
     sin_e3 = math.sin(e3)
     distance_squared = min(e1 * e1 + e2 * e2, _FARTHEST_SQUARED)
@@ -125,3 +118,6 @@ def lyapunov_rate(error: TrackingError, gains: BacksteppingGains) -> float:
     return float(
         -2.0 * alpha**2 * p**2 * e1**2 * (e1 * e1 + e2 * e2) ** (alpha - 1.0) * f - q**2 * math.sin(e3) ** 2 * g
     )
+
+
+LAW = Law('backstepping', step, BacksteppingGains)

@@ -4,8 +4,9 @@ import math
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.command_limits import Limits, limit_command
-from mobile_robot_control.control.laws import Law, PositionControl, select
-from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+from mobile_robot_control.control.law import Law
+from mobile_robot_control.control.laws import PositionControl, select
+from mobile_robot_control.quantities import BodyVelocity, Observation
 
 _FADE_TIME = 0.2
 """[s]: time constant with which the difference between the old and the new command decays."""
@@ -44,30 +45,32 @@ class RunningLaw(NamedTuple):
     elapsed: float = 0.0
 
 
-def begin(parameters: PositionControl, under_way: bool) -> RunningLaw:
+def begin(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw:
     """
-    Start the law that the parameters name.
+    Start the law that the parameters name, at a period [s].
 
     A law that joins a run under way starts in its state `joining`; the hybrid law then takes the cart as seen.
     """
-    law, gains = select(parameters)
-    return RunningLaw(law, gains, law.joining if under_way else law.start, parameters.limits)
+    law, gains = select(parameters, dt)
+    return RunningLaw(law, gains, _joining(law) if under_way else law.start, parameters.limits)
 
 
-def change(running: RunningLaw, parameters: PositionControl) -> RunningLaw:
+def _joining(law: Law) -> Any:
+    return law.start if law.joining is None else law.joining
+
+
+def change(running: RunningLaw, parameters: PositionControl, dt: float) -> RunningLaw:
     """
     Replace the law or its gains from the next step on.
 
     The same law keeps its state; another one joins the run under way.
     """
-    law, gains = select(parameters)
-    state = running.state if law is running.law else law.joining
+    law, gains = select(parameters, dt)
+    state = running.state if law is running.law else _joining(law)
     return running._replace(law=law, gains=gains, state=state, limits=parameters.limits, changed=True)
 
 
-def step(
-    running: RunningLaw, error: TrackingError, reference: Reference, dt: float
-) -> tuple[RunningLaw, BodyVelocity]:
+def step(running: RunningLaw, observation: Observation, dt: float) -> tuple[RunningLaw, BodyVelocity]:
     """
     Compute the command, to which a change adds an offset that decays.
 
@@ -75,10 +78,8 @@ def step(
     ----------
     running : RunningLaw
         The law in its run.
-    error : TrackingError
-        e1, e2 [m], e3 [rad].
-    reference : Reference
-        v_r and ω_r.
+    observation : Observation
+        Tracking error, reference and odometry's velocity.
     dt : float
         Period to the next step [s].
 
@@ -87,7 +88,7 @@ def step(
     tuple of RunningLaw and BodyVelocity
         For the next step, and the command: the law's + (last before - first after) exp(-t / 0.2 s), within the limits.
     """
-    state, asked = running.law.step(running.state, error, reference, running.gains, dt)
+    state, asked = running.law.step(running.state, observation, running.gains, dt)
     offset, elapsed = running.offset, running.elapsed
     if running.changed:
         offset = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)

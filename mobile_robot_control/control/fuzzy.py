@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.control.backstepping import NoState
+from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.tracking_error import bearing, distance
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+from mobile_robot_control.quantities import BodyVelocity, Observation
 
 _UNDERFLOW = 1e-300
 """Weights below this have lost precision, or are zero."""
@@ -20,24 +20,28 @@ class FuzzyGains(NamedTuple):
 
     a: Annotated[
         float, Field('m', 'distance at which the cart is no longer near (S falls to 0, G rises to 1): larger slows '
-                     'down farther from the cart', above=0.0, live=True)
+                     'down farther from the cart', above=0.0, live=True,
+              search=(0.0, 1.0))
     ] = 0.211203
     b: Annotated[
         tuple[float, ...],
         Field('rad', 'bearing: Z is the triangle (-b1, 0, b1), SP (b2, b3, b4), GP rises from b5 to b6; '
               '0 <= b2 < b3 < b4, b2 < b1, b5 < b4, b5 < b6 <= pi; larger drives straight ahead at larger bearings',
-              minimum=0.0, maximum=math.pi, length=6, live=True)
+              minimum=0.0, maximum=math.pi, length=6, live=True,
+              search=((0.0, math.pi),) * 6)
     ] = (1.90918, 0.0310003, 2.13282, 2.63448, 0.170903, 1.97844)
     c: Annotated[
         tuple[float, ...],
         Field('m/s', 'linear velocities: fast backwards, backwards, stop, forward, fast forward, ascending; larger '
               'drives faster',
-              length=5, live=True)
+              length=5, live=True,
+              search=((-1.0, 0.0), (-0.5, 0.0), (-0.2, 0.2), (0.0, 0.5), (0.0, 3.0)))
     ] = (-0.448583, -0.176376, -0.080025, 0.168104, 1.22803)
     d: Annotated[
         tuple[float, ...],
         Field('rad/s', 'angular velocities: clockwise, straight, counter-clockwise, ascending; larger turns faster',
-              length=3, live=True)
+              length=3, live=True,
+              search=((-12.0, 0.0), (-0.5, 0.5), (0.0, 12.0)))
     ] = (-3.55834, 0.40578, 3.17118)
 
 
@@ -174,7 +178,7 @@ def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) 
 
 @jitable
 def step(
-    state: NoState, error: TrackingError, reference: Reference, gains: FuzzyGains, dt: float
+    state: NoState, observation: Observation, gains: FuzzyGains, dt: float
 ) -> tuple[NoState, BodyVelocity]:
     """
     Compute the body velocity that the ten rules give for the cart's distance and bearing.
@@ -185,12 +189,12 @@ def step(
     ----------
     state : NoState
         Returned unchanged.
-    error : TrackingError
-        e1, e2 [m]; e3 is not used.
-    reference, dt : Reference, float
-        Not used: the law is static and has no feed-forward; it cannot follow a cart faster than its largest output.
+    observation : Observation
+        e1, e2 [m] are used. There is no feed-forward: the law cannot follow a cart faster than its largest output.
     gains : FuzzyGains
         The membership functions.
+    dt : float
+        Not used: the law is static.
 
     Returns
     -------
@@ -198,4 +202,33 @@ def step(
         The command [m/s], [rad/s].
 
     """
+    error = observation.error
     return state, surface(distance(error), bearing(error), gains)
+
+
+_APART = 1e-3
+"""[rad]: the least distance between the corners of a membership function."""
+
+
+def repair(drawn: FuzzyGains) -> FuzzyGains:
+    """
+    Put gains that were drawn number by number into an order that leaves no bearing without a rule.
+
+    The same angles are exchanged until b2 < b3 < b4, b2 < b1, b5 < b4 and b5 < b6, and moved apart where they coincide;
+    c and d are sorted.
+    """
+    b1, b2, b3, b4, b5, b6 = drawn.b
+    b2, b3, b4 = sorted((b2, b3, b4))
+    b2, b1 = sorted((b1, b2))
+    b5, b4 = sorted((b5, b4))
+    b5, b6 = sorted((b5, b6))
+    # upwards from the lowest, which leaves room up to π for those above it
+    b2 = min(b2, math.pi - 2.0 * _APART)
+    b3 = min(max(b3, b2 + _APART), math.pi - _APART)
+    b5 = min(b5, math.pi - _APART)
+    b4 = min(max(b4, b3 + _APART, b5 + _APART), math.pi)
+    corners = (max(b1, b2 + _APART), b2, b3, b4, b5, min(max(b6, b5 + _APART), math.pi))
+    return FuzzyGains(drawn.a, corners, tuple(sorted(drawn.c)), tuple(sorted(drawn.d)))
+
+
+LAW = Law('fuzzy', step, FuzzyGains, repair=repair, population=101, with_velocity_gains=False)

@@ -4,12 +4,13 @@ import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control import backstepping
-from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
+from mobile_robot_control.control.backstepping import BacksteppingGains
+from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.tracking_error import bearing, distance
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+from mobile_robot_control.quantities import BodyVelocity, Observation, TrackingError
 
 _ON_THE_CART = 1e-6
 """[m]: nearer than this the cart has no bearing."""
@@ -32,13 +33,6 @@ class SeekingGains(NamedTuple):
     seek_speed: Annotated[
         float, Field('rad/s', 'limit of the seeking rotation: larger finds the cart sooner', above=0.0, live=True)
     ] = 1.0
-
-
-class HybridGains(NamedTuple):
-    """Gains of the hybrid law: the backstepping law's and those of the seeking rotation."""
-
-    backstepping: BacksteppingGains
-    seeking: SeekingGains
 
 
 class HybridState(NamedTuple):
@@ -133,7 +127,7 @@ def fade_step(fade: float, fade_rate: float, target: float, gains: SeekingGains,
 
 @jitable
 def step(
-    state: HybridState, error: TrackingError, reference: Reference, gains: HybridGains, dt: float
+    state: HybridState, observation: Observation, gains: tuple[BacksteppingGains, SeekingGains], dt: float
 ) -> tuple[HybridState, BodyVelocity]:
     """
     Rotate towards the cart with increasing speed until it is in sight, then fade backstepping in.
@@ -144,11 +138,9 @@ def step(
     ----------
     state : HybridState
         The default one at a run's start.
-    error : TrackingError
-        e1, e2 [m], e3 [rad].
-    reference : Reference
-        v_r [m/s] and ω_r [rad/s] are used.
-    gains : HybridGains
+    observation : Observation
+        e1, e2 [m], e3 [rad], v_r [m/s] and ω_r [rad/s] are used.
+    gains : tuple of BacksteppingGains and SeekingGains
         Of backstepping and of the seeking rotation.
     dt : float
         Period to the next step [s].
@@ -164,8 +156,9 @@ def step(
     taken as the integral of d(t) at ``seek_acceleration`` up to ``seek_speed``.
 
     """
-    seeking = gains.seeking
-    _, asked = backstepping.step(NoState(0.0), error, reference, gains.backstepping, dt)
+    backstepping_gains, seeking = gains
+    error = observation.error
+    _, asked = backstepping.step(NoState(0.0), observation, backstepping_gains, dt)
     command = BodyVelocity(
         # Eq. (30): ū1 = α u1, ū2 = α u2 + (1 - α) ω_s
         state.fade * asked.linear,
@@ -180,3 +173,6 @@ def step(
         seek = max(-seeking.seek_speed, min(seeking.seek_speed, grown))
     fade, fade_rate = fade_step(state.fade, state.fade_rate, seen, seeking, dt)
     return HybridState(seen, fade, fade_rate, seek, bearing(error)), command
+
+
+LAW = Law('hybrid_backstepping', step, SeekingGains, HybridState(), TRACKING, ('backstepping', 'hybrid_backstepping'))

@@ -1,93 +1,123 @@
-"""Position laws: what one takes and returns, and the list of those that `controller_type` may name."""
+"""The position laws that `controller_type` may name: the built-in list, the registry, and their parameters."""
 
-from typing import Annotated, Any, NamedTuple, Protocol
+from collections.abc import Iterator
+from typing import Any
 
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping
-from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
 from mobile_robot_control.control.command_limits import Limits
-from mobile_robot_control.control.fuzzy import FuzzyGains
-from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains
-from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+from mobile_robot_control.control.law import Law
+from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
+from mobile_robot_control.registry import Registry, Source, name_violations
+
+BUILT_IN = (backstepping.LAW, hybrid_backstepping.LAW, fuzzy.LAW)
+"""In the order of their parameters."""
+RESERVED = frozenset({
+    'velocity', 'controller_type', 'limits', 'input_timeout', 'robot', 'velocity_rate', 'position_rate', 'lockstep',
+    'peer_timeout', 'stamp_tolerance', 'stamped_cmd_vel', 'odom_frame_id', 'base_frame_id', 'reference_frame_id',
+    'use_sim_time', 'qos_overrides', 'start_type_description_service',
+})
+"""A law's group of parameters has the law's name, which must not be that of another parameter or of a search."""
 
 
-class LawStep(Protocol):
+def _gains_violations(law: Law) -> Iterator[str]:
+    """Yield what is wrong with the gains that a law declares."""
+    try:
+        declared = declarations(law.gains)
+    except Exception as error:  # a class can raise anything
+        yield (f"the gains of '{law.name}' are no NamedTuple of fields annotated with Field, each with a default "
+               f'({type(error).__name__}: {error})')
+        return
+    for one in declared.values():
+        yield from (f"the gain '{law.name}.{one.name}' {wrong}" for wrong in _field_violations(one))
+
+
+def _field_violations(declared: Declaration) -> Iterator[str]:
+    field = declared.field
+    if declared.kind not in (float, tuple) or not field.live:
+        return
+    bounds = (field.above, field.minimum, field.maximum)
+    if not field.search and all(bound is None for bound in bounds):
+        yield 'has neither bounds nor a range to search; give it above, minimum, maximum or search=(low, high)'
+    if field.search:
+        pairs = field.search if declared.kind is tuple else (field.search,)
+        if declared.kind is tuple and len(pairs) != len(declared.default):
+            yield f'has {len(declared.default)} elements and {len(pairs)} ranges to search; give a pair for each'
+        elif not all(len(pair) == 2 and pair[0] < pair[1] for pair in pairs):
+            yield f'has a range to search of {field.search}; write (low, high) with low < high'
+
+
+def _violations(law: Law) -> Iterator[str]:
+    """Yield what is wrong with a law's record."""
+    if not isinstance(law, Law):
+        yield f'LAW is of type {type(law).__name__}; write LAW = Law(name, step, Gains)'
+        return
+    yield from name_violations('law', law.name, RESERVED)
+    if not callable(law.step):
+        yield f"the step of '{law.name}' is no function"
+    yield from _gains_violations(law)
+
+
+LAWS: Registry[Law] = Registry(
+    Source('law', 'LAW', 'mobile_robot_control.laws', 'MOBILE_ROBOT_CONTROL_LAWS'), BUILT_IN, _violations,
+    lambda law: law.step)
+
+
+class PositionControl:
     """
-    One step of a position law: a pure function of floats and NamedTuples that uses ``math`` only, so that it compiles.
+    Which position law runs, the gains of all laws, and the limits of the command.
 
-    State and gains are NamedTuples of the law's own.
-    """
+    As a NamedTuple whose fields are `controller_type`, one group for each registered law, by the law's name, and
+    `limits`; a field that was not given has its default.
 
-    def __call__(
-        self, state: Any, error: TrackingError, reference: Reference, gains: Any, dt: float, /
-    ) -> tuple[Any, BodyVelocity]:
-        """
-        Compute the command from the present error and reference.
-
-        Parameters
-        ----------
-        state : NamedTuple
-            Of the step before; `Law.start` at a run's start.
-        error : TrackingError
-            e1, e2 [m], e3 [rad] in the robot's frame.
-        reference : Reference
-            Pose, v_r [m/s] and ω_r [rad/s].
-        gains : NamedTuple
-            The law's parameters.
-        dt : float
-            Period to the next step [s].
-
-        Returns
-        -------
-        tuple of NamedTuple and BodyVelocity
-            The state for the next step and the command [m/s], [rad/s].
-
-        """
-
-
-class Law(NamedTuple):
-    """
-    A position law.
-
-    Attributes
+    Parameters
     ----------
-    step : LawStep
-        Computes the command.
-    start : NamedTuple
-        The state at a run's start.
-    joining : NamedTuple
-        The state of a law that joins a run under way.
+    **values : object
+        By field.
+
     """
 
-    step: LawStep
-    start: Any
-    joining: Any
+    def __init__(self, **values: Any) -> None:
+        unknown = set(values) - {name for name, _, _ in self.parameter_members()}
+        if unknown:
+            raise TypeError(f'PositionControl has no field {", ".join(sorted(unknown))}')
+        self.__dict__.update(values)
+
+    @classmethod
+    def parameter_members(cls) -> Iterator[tuple[str, type, Any]]:
+        """Yield name, type and annotation of each field."""
+        yield 'controller_type', str, Field('', 'which position law runs', choices=tuple(LAWS), live=True)
+        for law in LAWS.values():
+            yield law.name, law.gains, None
+        yield 'limits', Limits, None
+
+    def __getattr__(self, name: str) -> Any:
+        if name == 'controller_type':
+            return BUILT_IN[0].name
+        if name == 'limits':
+            return Limits()
+        if not name.startswith('_') and name in LAWS:
+            return LAWS[name].gains()
+        raise AttributeError(name)
+
+    def _replace(self, **changes: Any) -> 'PositionControl':
+        return PositionControl(**{**self.__dict__, **changes})
+
+    def _asdict(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name, _, _ in self.parameter_members()}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, PositionControl) and self._asdict() == other._asdict()
+
+    def __hash__(self) -> int:
+        return hash(tuple(self._asdict().items()))
+
+    def __repr__(self) -> str:
+        return f'PositionControl({", ".join(f"{name}={value!r}" for name, value in self._asdict().items())})'
 
 
-LAWS = {
-    'backstepping': Law(backstepping.step, NoState(), NoState()),
-    'hybrid_backstepping': Law(hybrid_backstepping.step, HybridState(), hybrid_backstepping.TRACKING),
-    'fuzzy': Law(fuzzy.step, NoState(), NoState()),
-}
-
-
-class PositionControl(NamedTuple):
-    """Which position law runs, the gains of all laws, and the limits of the command."""
-
-    controller_type: Annotated[
-        str, Field('', 'which position law runs', choices=tuple(LAWS), live=True)
-    ] = 'backstepping'
-    backstepping: BacksteppingGains = BacksteppingGains()
-    hybrid_backstepping: SeekingGains = SeekingGains()
-    fuzzy: FuzzyGains = FuzzyGains()
-    limits: Limits = Limits()
-
-
-def select(parameters: PositionControl) -> tuple[Law, Any]:
-    """Return the law that checked parameters name, and its gains."""
-    gains = {
-        'backstepping': parameters.backstepping,
-        'hybrid_backstepping': HybridGains(parameters.backstepping, parameters.hybrid_backstepping),
-        'fuzzy': parameters.fuzzy,
-    }
-    return LAWS[parameters.controller_type], gains[parameters.controller_type]
+def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
+    """Return the law that checked parameters name, and what its step takes as gains at a period [s]."""
+    law = LAWS[parameters.controller_type]
+    groups = tuple(getattr(parameters, name) for name in law.groups or (law.name,))
+    gains = groups if len(groups) > 1 else groups[0]
+    return law, gains if law.prepare is None else law.prepare(gains, dt)

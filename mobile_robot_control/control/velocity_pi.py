@@ -14,19 +14,19 @@ class VelocityGains(NamedTuple):
 
     k1: Annotated[
         float, Field('N s/m', 'gain K1 of the linear channel: larger reaches the commanded velocity sooner, with '
-                     'more torque, and needs a higher velocity_rate', above=0.0, live=True)
+                     'more torque, and needs a higher velocity_rate', above=0.0, live=True, search=(0.0, 20.0))
     ] = 0.168617
     ti1: Annotated[
         float, Field('s', 'integral time Ti1 of the linear channel: larger removes a lasting velocity error more '
-                     'slowly, with less overshoot', above=0.0, live=True)
+                     'slowly, with less overshoot', above=0.0, live=True, search=(0.0, 60.0))
     ] = 0.169356
     k2: Annotated[
         float, Field('N m s/rad', 'gain K2 of the angular channel: larger reaches the commanded yaw rate sooner, '
-                     'with more torque, and needs a higher velocity_rate', above=0.0, live=True)
+                     'with more torque, and needs a higher velocity_rate', above=0.0, live=True, search=(0.0, 20.0))
     ] = 0.0960307
     ti2: Annotated[
         float, Field('s', 'integral time Ti2 of the angular channel: larger removes a lasting error of the yaw rate '
-                     'more slowly, with less overshoot', above=0.0, live=True)
+                     'more slowly, with less overshoot', above=0.0, live=True, search=(0.0, 60.0))
     ] = 0.184226
 
 

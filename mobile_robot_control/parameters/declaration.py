@@ -32,6 +32,8 @@ class Field(NamedTuple):
         The texts allowed; empty allows any text but an empty one.
     live : bool
         Whether it may change while the node runs.
+    search : tuple
+        Low and high of a search for the parameter, for an array one pair for each element; () keeps it out of searches.
 
     """
 
@@ -43,6 +45,7 @@ class Field(NamedTuple):
     length: int | None = None
     choices: tuple[str, ...] = ()
     live: bool = False
+    search: tuple[Any, ...] = ()
 
 
 class Inline(NamedTuple):
@@ -77,6 +80,9 @@ class Declaration(NamedTuple):
 
 def members(group: type) -> Iterator[tuple[str, type, Any]]:
     """Yield name, bare type and annotation (Field, Inline or None) of each field of a group."""
+    if hasattr(group, 'parameter_members'):  # a group whose fields depend on what is registered
+        yield from group.parameter_members()
+        return
     for name, hint in get_type_hints(group, include_extras=True).items():
         annotation = get_args(hint)[1] if get_origin(hint) is Annotated else None
         bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint

@@ -9,9 +9,12 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
+from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import JITABLE
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.plugins import load_plugins
+from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation import trial
 from mobile_robot_control.simulation.closed_loop import make_position_tick
 from mobile_robot_control.simulation.trial import Drive, Outcome, Trial, references
@@ -32,34 +35,52 @@ def _row(rows: Any, n: int) -> Reference:
     return Reference(Pose(rows[n, 0], rows[n, 1], rows[n, 2]), BodyVelocity(rows[n, 3], rows[n, 4]))
 
 
-@lru_cache(maxsize=1)
-def _register() -> None:
-    """Register every callee of a rollout with numba; late, since njit stops at an undecorated callee."""
-    for function in (*JITABLE, _row):
-        _register_one(function)
+_registered: set[Callable[..., Any]] = set()
 
 
-def _register_one(function: Callable[..., Any]) -> None:
-    """Register one function with numba."""
-    # forced inline: otherwise the loop's hundred constants go over the stack in every step, which costs half again
-    register_jitable(forceinline=True)(function)
+def _register(*functions: Callable[..., Any]) -> None:
+    """Register callees of a rollout with numba, once each; late, since njit stops at an undecorated callee."""
+    for function in functions:
+        if function not in _registered:
+            _registered.add(function)
+            # forced inline: otherwise the loop's hundred constants go over the stack in every step, for half again
+            register_jitable(forceinline=True)(function)
 
 
-@lru_cache
-def compiled_rollout(law: str) -> Callable[..., Outcome]:
-    """Return the compiled rollout of a law, which releases the interpreter's lock and takes references as an array."""
-    _register()
-    position_tick = make_position_tick(LAWS[law].step)
-    _register_one(position_tick)
+@lru_cache(maxsize=32)
+def compiled_rollout(step: LawStep) -> Callable[..., Outcome]:
+    """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
+    _register(*JITABLE, _row, step)
+    position_tick = make_position_tick(step)
+    _register(position_tick)
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth;
     # never cached on disk: the cache does not see a change of a callee in another file
     return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, _row))
 
 
-@lru_cache
-def plain_rollout(law: str) -> Callable[..., Outcome]:
-    """Return the rollout of a law as Python runs it, which takes references as they are."""
-    return trial.make_rollout(LAWS[law].step, operator.getitem)
+@lru_cache(maxsize=32)
+def plain_rollout(step: LawStep) -> Callable[..., Outcome]:
+    """Return the rollout of a law's step as Python runs it; references are given as they are."""
+    return trial.make_rollout(step, operator.getitem)
+
+
+_uncompilable: dict[LawStep, str] = {}
+"""Steps that numba cannot compile, and why."""
+
+
+def compiles(one: Trial) -> bool:
+    """Return whether the law of a trial compiles; where it does not, print the reason once."""
+    step = LAWS[one.law].step
+    if not COMPILES or step in _uncompilable:
+        return False
+    try:
+        compiled_rollout(step)(one.state, one.loop, _array(trial.cart_drive(one._replace(steps=0))), 0, one.ratio, 0)
+    except numba.core.errors.NumbaError as error:
+        _uncompilable[step] = next((line.strip() for line in str(error).splitlines()[::-1] if line.strip()), 'unknown')
+        print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
+              f'({_uncompilable[step]})', file=sys.stderr)
+        return False
+    return True
 
 
 @lru_cache(maxsize=32)
@@ -69,10 +90,18 @@ def _array(drive: Drive) -> Any:
 
 
 def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
-    """Run trials on one core; with numba if `compile_them`, or where it is installed if that is None."""
-    if COMPILES if compile_them is None else compile_them:
-        return trial.outcomes(trials, compiled_rollout, _array)
-    return trial.outcomes(trials, plain_rollout, references)
+    """Run trials on one core; with numba if `compile_them`, or where the law compiles if that is None."""
+    chosen = {law: compiles(first) if compile_them is None else compile_them for law, first in _first_of(trials).items()}
+    return [
+        trial.roll_trial(one, compiled_rollout(LAWS[one.law].step), _array(trial.cart_drive(one))) if chosen[one.law]
+        else trial.roll_trial(one, plain_rollout(LAWS[one.law].step), references(trial.cart_drive(one)))
+        for one in trials
+    ]
+
+
+def _first_of(trials: Sequence[Trial]) -> dict[str, Trial]:
+    """Return the first trial of each law."""
+    return {one.law: one for one in reversed(trials)}
 
 
 def cores() -> int:
@@ -98,27 +127,42 @@ class Pool:
 
     def __init__(self, workers: int = 0) -> None:
         self._workers = workers or cores()
-        self._executor: Executor | None = None
+        self._threads: Executor | None = None
+        self._processes: Executor | None = None
         if not COMPILES:
             _warn_that_it_is_slow()
-        if self._workers > 1:
-            # Ctrl-C reaches every process of a terminal: the caller decides what it means
-            self._executor = ThreadPoolExecutor(self._workers) if COMPILES else ProcessPoolExecutor(
-                self._workers, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Run trials; the outcomes are in the same order, and to the last bit the same for any number of workers."""
-        if self._executor is None or not trials:
+        if self._workers == 1 or not trials:
             return run_trials(trials)
-        if COMPILES:
-            for law in {one.law for one in trials}:
-                # compile before the threads would all do so
-                run_trials([next(one for one in trials if one.law == law)._replace(steps=0)])
+        # compile before the threads would all do so
+        all_compile = all([compiles(one) for one in _first_of(trials).values()])
+        executor = self._thread_pool() if all_compile else self._process_pool()
         size = -(-len(trials) // (_CHUNKS_A_WORKER * self._workers))
         chunks = [trials[first:first + size] for first in range(0, len(trials), size)]
-        return [outcome for part in self._executor.map(run_trials, chunks) for outcome in part]
+        return [outcome for part in executor.map(run_trials, chunks) for outcome in part]
+
+    def _thread_pool(self) -> Executor:
+        if self._threads is None:
+            self._threads = ThreadPoolExecutor(self._workers)
+        return self._threads
+
+    def _process_pool(self) -> Executor:
+        if self._processes is None:
+            # Ctrl-C reaches every process of a terminal: the caller decides what it means
+            self._processes = ProcessPoolExecutor(
+                self._workers, initializer=_begin_worker, initargs=(LAWS.files(), CURVES.files()))
+        return self._processes
 
     def close(self) -> None:
         """Release the workers."""
-        if self._executor is not None:
-            self._executor.shutdown(wait=True, cancel_futures=True)
+        for executor in (self._threads, self._processes):
+            if executor is not None:
+                executor.shutdown(wait=True, cancel_futures=True)
+
+
+def _begin_worker(law_files: Sequence[str], curve_files: Sequence[str]) -> None:
+    """Prepare a process: it ignores Ctrl-C, and has the laws and curves of the files that its parent has loaded."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    load_plugins(law_files, curve_files)

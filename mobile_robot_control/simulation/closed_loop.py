@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.command_limits import Limits, limit_command
-from mobile_robot_control.control.laws import LawStep
+from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.jit import jitable
@@ -15,7 +15,7 @@ from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.model.noise import measured_pose, measured_twist, measured_wheels
 from mobile_robot_control.model.plant import Imperfections, actuated_step
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.reference.cart import Placement
 
 
@@ -147,11 +147,13 @@ def make_position_tick(
         pose = measured_pose(state.plant.pose, noise, k)
         error = true if pose == state.plant.pose else tracking_error(reference.pose, pose)
         wheels = measured_wheels(wheel_velocity(state.plant.velocity, robot), noise, k)
-        law, asked = law_step(state.law, error, reference, loop.law_gains, loop.position_dt)
+        velocity = measured_twist(state.plant.velocity, wheels, noise, robot)
+        law, asked = law_step(
+            state.law, Observation(error, reference, velocity), loop.law_gains, loop.position_dt)
         command = limit_command(asked, state.command, loop.limits, loop.position_dt)
         return (
             LoopState(state.plant, state.pi, law, command, state.line),
-            PositionTick(time, pose, measured_twist(state.plant.velocity, wheels, noise, robot), reference, error),
+            PositionTick(time, pose, velocity, reference, error),
             true,
         )
 
@@ -185,3 +187,9 @@ def velocity_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, Whee
     )
     moved, line, _, applied = actuated_step(state.plant, state.line, torque, k, loop.plant, imperfect, loop.motor_limit)
     return LoopState(moved, pi, state.law, state.command, line), torque, applied
+
+
+@jitable
+def is_sound(command: BodyVelocity) -> bool:
+    """Return whether a law's command is made of numbers; NaN means that the law has failed."""
+    return command.linear == command.linear and command.angular == command.angular  # noqa: PLR0124 (NaN is not)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator
 
-from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.laws import LAWS, select
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.actuators import empty_line
@@ -14,15 +14,33 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample, make_position_tick, velocity_tick
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample, is_sound, make_position_tick, velocity_tick
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.stamps import period_nanoseconds
+
+
+class LawFailedError(RuntimeError):
+    """
+    A position law that raised, or whose command is not a number.
+
+    Parameters
+    ----------
+    time : float
+        Of the position tick [s].
+    reason : str
+        What went wrong.
+
+    """
+
+    def __init__(self, time: float, reason: str) -> None:
+        self.time, self.reason = time, reason
+        super().__init__(f'the position law failed at t = {time:g} s: {reason}')
 
 
 def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     """Return the constants of the rollout that a checked configuration asks for, and the state at t = 0, at rest."""
     shared, plant = configuration.plant.shared, configuration.plant
-    law, gains = select(configuration.position_controller.control)
+    law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
     loop = Loop(
         discretise(shared.robot, 1.0 / shared.velocity_rate, plant.centripetal_coupling),
         plant.imperfections,
@@ -64,8 +82,7 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     """
     shared = configuration.plant.shared
     velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
-    law, _ = select(configuration.position_controller.control)
-    position_tick = make_position_tick(law.step)
+    position_tick = make_position_tick(LAWS[configuration.position_controller.control.controller_type].step)
     curve = CURVES[configuration.reference_cart.curve.curve]
     loop, state = start(configuration)
     noise = loop.imperfections.noise
@@ -74,7 +91,13 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
         nanoseconds = k * velocity_period
         if nanoseconds % position_period == 0:
             time = nanoseconds / 1e9
-            state, tick, _ = position_tick(state, reference_at(curve, time, loop.placement), k, time, loop)
+            reference = reference_at(curve, time, loop.placement)
+            try:
+                state, tick, _ = position_tick(state, reference, k, time, loop)
+            except Exception as error:  # a law can raise anything
+                raise LawFailedError(time, f'{type(error).__name__}: {error}') from error
+            if not is_sound(state.command):
+                raise LawFailedError(time, f'its command is {tuple(state.command)}')
         before, over_last_step = state, applied
         state, torque, applied = velocity_tick(state, k, loop)
         yield Sample(
@@ -103,13 +126,16 @@ def measure(
     Returns
     -------
     MeasuredRun
-        'completed' or 'diverged'; see `summary` for the metrics by name.
+        'completed', 'diverged' or 'law_failed'; see `summary` for the metrics by name.
 
     """
     shared = configuration.plant.shared
     meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
-    for sample in rollout(configuration, duration) if samples is None else samples:
-        meter.add(sample)
+    try:
+        for sample in rollout(configuration, duration) if samples is None else samples:
+            meter.add(sample)
+    except LawFailedError:
+        return meter.run('law_failed')
     complete = meter.last is not None and is_complete(meter.last, duration, shared.velocity_rate)
     return meter.run('completed' if complete else 'diverged')
 

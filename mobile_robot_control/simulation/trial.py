@@ -1,17 +1,17 @@
 """One rollout that is only measured: its inputs, its outcome and the loop itself, plain or to be compiled."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from mobile_robot_control.control.laws import LawStep
+from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_position_tick, velocity_tick
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState, is_sound, make_position_tick, velocity_tick
 from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.rollout import start
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
@@ -153,6 +153,8 @@ def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], R
             first = n * ratio
             pose = state.plant.pose
             state, _, error = position_tick(state, reference_of(given, n), first, first * dt, loop)
+            if not is_sound(state.command):
+                return Outcome(first, pose, initial, totals, late_totals)
             for k in range(first, min(first + ratio, steps)):
                 wheels = wheel_velocity(state.plant.velocity, robot)
                 state, _, applied = velocity_tick(state, k, loop)
@@ -184,12 +186,9 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
     )
 
 
-def outcomes(trials: Sequence[Trial], roll_of: Callable[[str], Callable[..., Outcome]],
-             given: Callable[[Drive], Any]) -> list[Outcome]:
-    """
-    Run trials one after the other; the outcomes are in the same order.
-
-    `roll_of` returns the rollout of a law by its name; `given` returns a drive's references in the form that it takes.
-    """
-    return [roll_of(trial.law)(trial.state, trial.loop, given(cart_drive(trial)), trial.steps, trial.ratio, trial.late)
-            for trial in trials]
+def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcome:
+    """Run one trial with a rollout of its law and its references; a law that raises ends it before its first step."""
+    try:
+        return roll(trial.state, trial.loop, given, trial.steps, trial.ratio, trial.late)
+    except Exception:  # a law can raise anything
+        return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING)

@@ -1,0 +1,85 @@
+"""What a position law is: its step, its gains, and what the rest of the package may know of it."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
+
+from mobile_robot_control.quantities import BodyVelocity, Observation
+
+
+class NoState(NamedTuple):
+    """State of a static law: one number, since compiled code knows no empty tuple by name."""
+
+    nothing: float = 0.0
+
+
+class LawStep(Protocol):
+    """
+    One step of a position law: a pure function of floats and NamedTuples that uses ``math`` only, so that it compiles.
+
+    State and gains are NamedTuples of the law's own.
+    """
+
+    def __call__(self, state: Any, observation: Observation, gains: Any, dt: float, /) -> tuple[Any, BodyVelocity]:
+        """
+        Compute the command from the present observation.
+
+        Parameters
+        ----------
+        state : NamedTuple
+            Of the step before; `Law.start` at a run's start.
+        observation : Observation
+            Tracking error, reference and odometry's velocity. There is no absolute pose: every law is invariant under
+            motions of the plane.
+        gains : NamedTuple or tuple of NamedTuples
+            The law's parameters; of several groups, one after the other; with `Law.prepare` what that returns.
+        dt : float
+            Period to the next step [s].
+
+        Returns
+        -------
+        tuple of NamedTuple and BodyVelocity
+            The state for the next step and the command [m/s], [rad/s].
+
+        """
+
+
+class Law(NamedTuple):
+    """
+    A position law. Each module of a law has one of these, named LAW.
+
+    Attributes
+    ----------
+    name : str
+        Value of `controller_type`, and name of the law's group of parameters.
+    step : LawStep
+        Computes the command.
+    gains : type
+        NamedTuple that declares the law's group: each field annotated with Field, each with a default.
+    start : NamedTuple
+        The state at a run's start.
+    joining : NamedTuple or None
+        The state of a law that joins a run under way; None for `start`.
+    groups : tuple of str
+        Groups whose instances the step takes, in this order, where it uses another law's too; () for its own alone.
+    prepare : callable or None
+        ``prepare(gains, dt)``, plain Python, called at the start and at each live change: returns what the step takes
+        in place of the gains, such as tables or schedules.
+    repair : callable or None
+        Returns a valid instance of `gains` near one that a search has drawn field by field.
+    population : int
+        Individuals of a genetic search.
+    with_velocity_gains : bool
+        Whether a search of this law also searches the velocity gains, unless told otherwise.
+
+    """
+
+    name: str
+    step: LawStep
+    gains: type
+    start: Any = NoState()
+    joining: Any = None
+    groups: tuple[str, ...] = ()
+    prepare: Callable[[Any, float], Any] | None = None
+    repair: Callable[[Any], Any] | None = None
+    population: int = 51
+    with_velocity_gains: bool = True

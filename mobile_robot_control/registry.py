@@ -1,0 +1,177 @@
+"""
+Named records that may come from outside the package: position laws and curves.
+
+A record is built in, comes from an entry point of an installed package, from a Python file that a command or an
+environment variable names, or is registered by hand. A value of a parameter never imports code.
+"""
+
+import importlib.util
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
+
+Record = TypeVar('Record')
+_BUILT_IN = 'built in'
+
+
+class PluginError(ValueError):
+    """A record that is refused; the text names where it comes from, the reason and the remedy."""
+
+
+class Source(NamedTuple):
+    """
+    Where the records of a registry come from.
+
+    Attributes
+    ----------
+    kind : str
+        'law' or 'curve', for messages.
+    attribute : str
+        Name of the record in its module.
+    entry_points : str
+        Group of entry points.
+    variable : str
+        Environment variable that names files, separated by `os.pathsep`.
+
+    """
+
+    kind: str
+    attribute: str
+    entry_points: str
+    variable: str
+
+
+class Registry(Mapping[str, Record], Generic[Record]):
+    """
+    The records by name, the built-in ones first.
+
+    Parameters
+    ----------
+    source : Source
+        Where further ones come from; they are looked for when the names are first needed.
+    built_in : sequence of Record
+        Each has a `name`.
+    check : callable
+        Yields what is wrong with a record, in words.
+    function_of : callable
+        Returns the function of a record that says where it was defined.
+
+    Attributes
+    ----------
+    failures : dict of str to str
+        What could not be registered, by entry point or file, and why.
+    version : int
+        Grows with each change.
+
+    """
+
+    def __init__(
+        self, source: Source, built_in: tuple[Record, ...], check: Callable[[Record], Iterator[str]],
+        function_of: Callable[[Record], Any],
+    ) -> None:
+        self._source, self._check, self._function_of = source, check, function_of
+        self._records: dict[str, Record] = {}
+        self._origins: dict[str, str] = {}
+        self._loaded: set[str] = set()
+        self._discovered = False
+        self.failures: dict[str, str] = {}
+        self.version = 0
+        for record in built_in:
+            self._add(record, _BUILT_IN)
+
+    def register(self, record: Record) -> Record:
+        """Register a record, or replace the one of the same name from the same file or notebook; return it."""
+        function = self._function_of(record)
+        module, code = getattr(function, '__module__', None), getattr(function, '__code__', None)
+        # cells of a notebook have a file name each
+        origin = '__main__' if module == '__main__' or code is None else os.path.realpath(code.co_filename)
+        self._add(record, origin)
+        return record
+
+    def load_file(self, path: str | Path) -> Record:
+        """Import a Python file and register its record; raise PluginError if that fails."""
+        file = Path(path).resolve()
+        name = f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", str(file))}'
+        try:
+            spec = importlib.util.spec_from_file_location(name, file)
+            if spec is None or spec.loader is None:
+                raise ImportError('it is not a Python file')
+            module = importlib.util.module_from_spec(spec)
+            sys.modules[name] = module
+            spec.loader.exec_module(module)
+            record: Record = getattr(module, self._source.attribute)
+            self._add(record, str(file))
+            self._loaded.add(str(file))
+        except Exception as error:  # a module can raise anything
+            sys.modules.pop(name, None)
+            raise PluginError(self._refusal(str(path), error)) from error
+        return record
+
+    def _refusal(self, where: str, error: Exception) -> str:
+        if isinstance(error, PluginError):
+            return str(error)
+        if isinstance(error, AttributeError) and self._source.attribute in str(error):
+            return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
+        return f'{where}: cannot be imported ({type(error).__name__}: {error}); mend it, or leave it out'
+
+    def _add(self, record: Record, origin: str) -> None:
+        violations = list(self._check(record))
+        if violations:
+            raise PluginError('\n'.join(f'{origin}: {violation}' for violation in violations))
+        name: str = record.name  # type: ignore[attr-defined]
+        before = self._origins.get(name, origin)
+        if before != origin:
+            raise PluginError(f"{origin}: the {self._source.kind} '{name}' is defined in {before} already; "
+                              'rename one of them')
+        self._records[name], self._origins[name] = record, origin
+        self.version += 1
+
+    def _discover(self) -> None:
+        """Load what the environment and installed packages offer; what fails stops nothing."""
+        if self._discovered:
+            return
+        self._discovered = True
+        for file in filter(None, os.environ.get(self._source.variable, '').split(os.pathsep)):
+            try:
+                self.load_file(file)
+            except PluginError as error:
+                self.failures[file] = str(error)
+        for point in metadata.entry_points(group=self._source.entry_points):
+            try:
+                self._add(point.load(), point.value)
+            except Exception as error:  # a module can raise anything
+                self.failures[point.name] = self._refusal(f'entry point {point.name} = {point.value}', error)
+
+    def origin(self, name: str) -> str:
+        """Return where a record was defined: a file, an entry point, '__main__' or 'built in'."""
+        self._discover()
+        return self._origins[name]
+
+    def files(self) -> list[str]:
+        """List the files that records were loaded from, for other processes to load them too."""
+        self._discover()
+        return [origin for origin in dict.fromkeys(self._origins.values()) if origin in self._loaded]
+
+    def __getitem__(self, name: str) -> Record:
+        self._discover()
+        return self._records[name]
+
+    def __iter__(self) -> Iterator[str]:
+        self._discover()
+        return iter(self._records)
+
+    def __len__(self) -> int:
+        self._discover()
+        return len(self._records)
+
+
+def name_violations(kind: str, name: object, reserved: frozenset[str] = frozenset()) -> Iterator[str]:
+    """Yield what is wrong with the name of a record."""
+    if not isinstance(name, str) or not re.fullmatch(r'[a-z][a-z0-9_]*', name):
+        yield f'the name {name!r} of a {kind} is no ROS name; write lower-case letters, digits and underscores'
+    elif name in reserved:
+        yield f"the {kind} '{name}' has the name of a parameter; take another name"
