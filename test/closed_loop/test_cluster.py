@@ -87,10 +87,10 @@ def test_a_killed_worker_costs_its_batch_and_not_the_run(cluster, monkeypatch):
 
 @pytest.mark.soak
 def test_a_cluster_without_workers_is_given_up(cluster, monkeypatch):
-    from mobile_robot_control.tuning import cluster as module
-    monkeypatch.setattr(module, '_PATIENCE', 2.0)
+    from mobile_robot_control.tuning.cluster import Cluster
+    monkeypatch.setattr('mobile_robot_control.tuning.cluster.WORKERS_TIMEOUT', 2.0)
     address, workers = cluster
-    remote = module.Cluster(address)
+    remote = Cluster(address)
     try:
         for worker in workers:
             worker.kill()

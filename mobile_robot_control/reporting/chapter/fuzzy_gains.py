@@ -1,4 +1,4 @@
-"""The membership functions before and after the evolution."""
+"""The gains of the fuzzy law before and after the search."""
 
 import importlib
 import math
@@ -18,19 +18,9 @@ _FARTHEST, _FASTEST, _QUICKEST = 1.0, 2.5, 10.0
 
 def initial(runs: Runs) -> FuzzyGains:
     """
-    Give random gains, as a search would begin with.
+    Return random gains of a first generation, the same in every call, with which some rule always fires.
 
-    Parameters
-    ----------
-    runs : Runs
-        Of the chapter.
-
-    Returns
-    -------
-    FuzzyGains
-        The same every time, and such that some rule always fires: a random chromosome of the package's search, or,
-        where it has none, values drawn by themselves.
-
+    They are a random chromosome of the package's search or, without it, independent random values.
     """
     try:
         chromosome, gains = (importlib.import_module(_SEARCH + name) for name in ('chromosome', 'gains'))
@@ -44,6 +34,7 @@ def initial(runs: Runs) -> FuzzyGains:
 
 
 def _drawn() -> FuzzyGains:
+    """Return independent random values."""
     draw = random.Random(_SEED)  # noqa: S311 (no secret)
     while True:
         values = {
@@ -59,18 +50,5 @@ def _drawn() -> FuzzyGains:
 
 
 def evolved(runs: Runs) -> FuzzyGains:
-    """
-    Give the gains of the chapter's fuzzy run.
-
-    Parameters
-    ----------
-    runs : Runs
-        Of the chapter.
-
-    Returns
-    -------
-    FuzzyGains
-        As its parameter file has them.
-
-    """
+    """Return the gains of the chapter's fuzzy run, from its parameter file."""
     return runs.configuration(FUZZY_TRIFOLIUM).position_controller.control.fuzzy
