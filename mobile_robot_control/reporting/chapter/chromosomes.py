@@ -1,6 +1,5 @@
 """Fig. 6 and 16: the gains in a binary chromosome of the search."""
 
-import importlib
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -14,6 +13,7 @@ from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, ORDINAR
 from mobile_robot_control.reporting.palette import GREY, GROUND, INK, TINT, style
 from mobile_robot_control.reporting.panels import WIDTH
 from mobile_robot_control.tuning.chromosome import BITS
+from mobile_robot_control.tuning.search_space import CHROMOSOMES
 
 _COLUMNS = 8
 """Genes in a row of the drawing."""
@@ -34,7 +34,7 @@ class GeneValue(NamedTuple):
     unit : str
         Of the value.
     bounds : str
-        In the search of this package; '' if there are none.
+        In the search of this package.
     """
 
     symbol: str
@@ -44,12 +44,8 @@ class GeneValue(NamedTuple):
 
 
 def _bounded(genes: list[GeneValue], search: str) -> list[GeneValue]:
-    """Return the genes with the bounds that the search declares, if the package has one."""
-    try:
-        declared: Any = importlib.import_module('mobile_robot_control.tuning.gains').CHROMOSOMES[search]
-    except ModuleNotFoundError:
-        return genes
-    bounds = {gene.name: f'{gene.low:.3g} to {gene.high:.3g}' for gene in declared}
+    """Return the genes with the bounds that a search declares."""
+    bounds = {gene.name: f'{gene.low:.3g} to {gene.high:.3g}' for gene in CHROMOSOMES[search]}
     return [gene._replace(bounds=bounds[_NAMES.get(gene.symbol, gene.symbol.lower())]) for gene in genes]
 
 
@@ -93,9 +89,7 @@ def _table(axes: Axes, genes: list[GeneValue], before: int) -> None:
     """Draw a row of genes, with the number of genes before it."""
     bits = [f'{BITS * n + 1}-{BITS * (n + 1)}' for n in range(before, before + len(genes))]
     rows = {'bits': bits, 'value': [f'{gene.value:.4g}' for gene in genes],
-            'unit': [gene.unit or '-' for gene in genes]}
-    if genes[0].bounds:
-        rows['search'] = [gene.bounds for gene in genes]
+            'unit': [gene.unit or '-' for gene in genes], 'search': [gene.bounds for gene in genes]}
     drawn = axes.table(list(rows.values()), rowLabels=list(rows), colLabels=[gene.symbol for gene in genes],
                        cellLoc='center', bbox=Bbox.from_bounds(0.09, 0.0, 0.91 * len(genes) / _COLUMNS, 1.0))
     drawn.auto_set_font_size(False)

@@ -20,6 +20,7 @@ from mobile_robot_control.reporting.chapter.membership_figures import EVOLVED_FI
 from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, Runs
 from mobile_robot_control.reporting.chapter.structure_figures import STRUCTURE_FIGURES, rules
 from mobile_robot_control.reporting.palette import save
+from mobile_robot_control.tuning.search_space import CHROMOSOMES
 
 RUNS = Runs(CONFIG)
 
@@ -64,6 +65,21 @@ def test_the_chromosomes_have_the_chapters_genes_and_values():
                      'Ti2': 31.4465}
     assert [gene.symbol for gene in chromosomes.fuzzy_genes(RUNS)] == [
         'a1', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6', 'c1', 'c2', 'c3', 'c4', 'c5', 'd1', 'd2', 'd3']
+
+
+def test_the_chromosomes_show_the_bounds_of_the_search():
+    for genes, search in ((chromosomes.backstepping_genes(RUNS), 'backstepping'),
+                          (chromosomes.fuzzy_genes(RUNS), 'fuzzy')):
+        assert [gene.bounds for gene in genes] == [
+            f'{gene.low:.3g} to {gene.high:.3g}' for gene in CHROMOSOMES[search][:len(genes)]]
+
+
+def test_initial_gains_are_within_the_bounds_of_the_search():
+    found = fuzzy_gains.initial(RUNS)
+    bounds = {gene.name: (gene.low, gene.high) for gene in CHROMOSOMES['fuzzy']}
+    for name, number in [('a', found.a), *((f'c{n}', c) for n, c in enumerate(found.c, 1)),
+                         *((f'd{n}', d) for n, d in enumerate(found.d, 1))]:
+        assert bounds[name][0] <= number <= bounds[name][1]
 
 
 def test_initial_gains_are_the_same_in_every_call_and_not_the_evolved_ones():
