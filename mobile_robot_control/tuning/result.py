@@ -58,7 +58,8 @@ def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str
     for node, group in configuration._asdict().items():
         kept = (*_ALWAYS[node], *keep.get(node, ()))
         own = {name: value for name, value in _differing(group, kept).items() if name not in declarations(Shared)}
-        tree[f'/**/{node}'] = {'ros__parameters': _nested(own)}
+        if own:  # an empty section is refused
+            tree[f'/**/{node}'] = {'ros__parameters': _nested(own)}
     head = ''.join(f'# {note}\n' if note else '#\n' for note in notes)
     parts = [yaml.safe_dump({key: value}, sort_keys=False, default_flow_style=None, width=1000)
              for key, value in tree.items()]
