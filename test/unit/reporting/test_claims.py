@@ -1,4 +1,4 @@
-"""The chapter's claims: the README's table is up to date, and each claim is refused where it does not hold."""
+"""The chapter's claims: the table in docs/results.md is up to date; each claim is refused where it does not hold."""
 
 import math
 from pathlib import Path
@@ -13,11 +13,11 @@ from mobile_robot_control.reporting.chapter.runs import LAP, Runs, StepTick
 from mobile_robot_control.reporting.series import collect
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
 
-README = Path(__file__).parents[3] / 'README.md'
+RESULTS = Path(__file__).parents[3] / 'docs' / 'results.md'
 
 
-def test_the_table_of_the_readme_is_of_the_present_configurations():
-    table = claims_table.found(README.read_text(encoding='utf-8'))
+def test_the_table_is_of_the_present_configurations():
+    table = claims_table.found(RESULTS.read_text(encoding='utf-8'))
     assert f'generated from {claims_table.fingerprint(CONFIG)} -->' in table
     rows = [line.split('|') for line in table.splitlines() if line.startswith('|')][2:]
     assert [(row[1].strip(), row[2].strip()) for row in rows] == [(claim.where, claim.words) for claim in claims.CLAIMS]
@@ -36,8 +36,8 @@ def test_another_configuration_changes_the_fingerprint_of_the_table(tmp_path):
 
 @pytest.mark.soak
 @pytest.mark.timeout(600)
-def test_the_table_of_the_readme_equals_the_measurement():
-    assert claims_table.found(README.read_text(encoding='utf-8')) == claims_table.claims_markdown(CONFIG)
+def test_the_table_equals_the_measurement():
+    assert claims_table.found(RESULTS.read_text(encoding='utf-8')) == claims_table.claims_markdown(CONFIG)
 
 
 def _series(error, command=0.5, laps=3):
