@@ -12,6 +12,7 @@ from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
+from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
 from mobile_robot_control.simulation.totals import Totals
 from mobile_robot_control.topics import LOOP_TOPICS
@@ -77,6 +78,10 @@ def test_the_topics_of_the_loop_are_those_of_the_table():
             if line.startswith('| `')]
     assert [(row[0], row[1], row[3], row[4].replace(' ', '_')) for row in rows] == [
         (topic.name, topic.kind, topic.publisher, topic.rate) for topic in LOOP_TOPICS.values()]
+
+
+def test_the_diagnostics_have_the_key_of_the_page():
+    assert f'{SUBSCRIBERS_KEY}TOPIC' in _code(_page('topics'))
 
 
 def test_parameters_named_in_a_page_exist():
