@@ -18,7 +18,7 @@ WORDS = {
 }
 """What is not written, by kind."""
 TERMS = {
-    'set-up': r'(?<!make )(?<!def )(?<!`)setup(?!\.py|\.cfg|\(|:| file|`)',
+    'set-up': r'(?:(?<=the )|(?<=its )|(?<=all )|(?<= a ))setup(?! file)',
     'timeout': r'time-outs?',
     'parameter file': r'parameters[ -]files?|params? files?',
     'start-up': r'start ?up(?= )|startup',
