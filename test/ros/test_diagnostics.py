@@ -48,7 +48,7 @@ def test_nodes_at_work_are_well_and_one_that_is_gone_is_named(robot):
     # it does its part: somebody else is missing
     robot.spin_until(lambda: reports.newest('velocity_controller').message.startswith('waiting'))
     for name in ('plant', 'velocity_controller'):
-        robot.processes[name].signal(signal.SIGINT)
+        robot.stop(name)
         robot.spin_until(lambda: reports.newest(name).message == 'ended')  # noqa: B023
 
 
@@ -76,7 +76,7 @@ def test_nodes_say_how_many_listen_to_them(robot):
 
 def test_a_paused_plant_is_well(robot):
     reports = Reports(robot)
-    robot.start('plant', arguments=['-p', 'paused:=true', '-r', '__ns:=/robot1'])
+    robot.start('plant', namespace='/robot1', arguments=['-p', 'paused:=true'])
     robot.spin_until(lambda: reports.newest('robot1/plant').message == 'paused')
     assert reports.newest('robot1/plant').level == DiagnosticStatus.OK
 
@@ -106,8 +106,7 @@ def test_divergence_is_an_error(robot):
     reports = Reports(robot)
     robot.start(arguments=['-p', 'backstepping.q:=1e12', '-p', 'initial_pose:=[1.0, 0.5, 1.0]', '-p', 'paused:=true'],
                 composed=True)
-    robot.spin_until(lambda: reports.newest('plant').message == 'paused')
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: reports.newest('plant').message == 'diverged', 60.0)
     assert reports.newest('plant').level == DiagnosticStatus.ERROR
     robot.spin_until(lambda: robot.processes['plant'].exit_code() == 1)

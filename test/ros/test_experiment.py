@@ -6,8 +6,9 @@ import signal
 import time
 
 import pytest
-from harness import CONFIG, Robot, experiment, node_pid, run_command, start_experiment, wait_until_it_moves
+from harness import CONFIG, experiment, run_command, start_experiment
 from mcap_ros2.reader import read_ros2_messages
+from processes import processes_of
 
 from mobile_robot_control.cli import simulate
 from mobile_robot_control.recording import bag_reader
@@ -52,7 +53,6 @@ def test_a_recorder_that_is_held_up_misses_nothing(domain, tmp_path):
     """The run waits for it: while it stands still, three times as much would pass as publishers keep."""
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 12, '-p', 'plant.real_time_factor:=0.0', '--composed')
-    wait_until_it_moves(run)
     os.kill(run.pid, signal.SIGSTOP)
     time.sleep(1.5)
     os.kill(run.pid, signal.SIGCONT)
@@ -67,8 +67,7 @@ def test_a_recorder_that_is_held_up_misses_nothing(domain, tmp_path):
 def test_a_node_that_dies_is_named(domain, tmp_path, name):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 30)
-    wait_until_it_moves(run)
-    os.kill(node_pid(output, name), signal.SIGKILL)
+    os.kill(*processes_of(output, name), signal.SIGKILL)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 1
     assert f'{name} was killed by SIGKILL' in errors
@@ -77,14 +76,13 @@ def test_a_node_that_dies_is_named(domain, tmp_path, name):
     assert metrics['outcome'] == 'node_died'
     assert 0.0 < metrics['duration'] < 30.0
     assert bag_reader.read_bag(output / 'bag').samples[-1].time == metrics['duration']
-    assert node_pid(output, 'velocity_controller') is None
+    assert not processes_of(output)
 
 
 def test_a_node_that_hangs_is_named(domain, tmp_path):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 30, '--patience', 2)
-    wait_until_it_moves(run)
-    os.kill(node_pid(output, 'reference_cart'), signal.SIGSTOP)
+    os.kill(*processes_of(output, 'reference_cart'), signal.SIGSTOP)
     _, errors = run.communicate(timeout=40)
     assert run.returncode == 1
     assert 'reference_cart gave no answer for 2.0 s' in errors
@@ -107,7 +105,6 @@ def test_divergence_ends_with_exit_code_1(domain, tmp_path):
 def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 60, report=report)
-    wait_until_it_moves(run)
     run.send_signal(number)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 0, errors
@@ -115,12 +112,11 @@ def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'interrupted'
     assert bag_reader.read_bag(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
-    assert not [name for name in ('plant', 'reference_cart') if node_pid(output, name)]
+    assert not processes_of(output)
     assert (output / 'report.html').exists() == report
 
 
 def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):
-    assert isinstance(robot, Robot)
     robot.start('plant')
     robot.spin_until(lambda: 'odom' in robot.recorder.newest)
     done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run')

@@ -16,12 +16,11 @@ ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_tim
 
 def test_another_law_takes_over_without_a_jump(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=4.0'], composed=True)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 1.0)
     result, = robot.set('position_controller', controller_type='fuzzy')
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     ticks = [sample for sample in recording.samples if sample.tick.time == sample.time]
@@ -38,12 +37,11 @@ def test_another_law_takes_over_without_a_jump(robot):
 
 def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=3.0'], composed=True)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 0.5)
     result, = robot.set('velocity_controller', gains__k1=0.25)
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     parameters = configure(load([CONFIG / 'backstepping.yaml'])).velocity_controller

@@ -48,8 +48,7 @@ def like_humble(tmp_path, monkeypatch):
 def _run(robot):
     """A run of four processes in which gains change while time stands still."""
     robot.start(arguments=ARGUMENTS)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() == 1.0)
     # whole numbers are converted, and what is out of bounds is refused by name, by our own service
     result, = robot.set('position_controller', backstepping__f=2)
@@ -58,7 +57,7 @@ def _run(robot):
     assert 'backstepping.f = -1.0' in result.reason
     result, = robot.set('plant', hold_at=0.0)
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() == 0)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     assert recording.samples[-1].time == 2.0

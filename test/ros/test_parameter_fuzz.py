@@ -1,7 +1,6 @@
 """Whatever is asked of the parameter services: each value is taken whole or refused by name, and the run goes on."""
 
 import itertools
-import time
 
 import pytest
 from harness import CONFIG
@@ -30,16 +29,7 @@ class Services:
         self.values = {node: self.get(node) for node in nodes}
 
     def _call(self, node, name, request):
-        asked = []
-
-        def answered():
-            # a call can be lost before both sides have found each other
-            if not asked or time.monotonic() > asked[-1][0] + 2.0:
-                asked.append((time.monotonic(), self._clients[node, name].call_async(request)))
-            return any(future.done() for _, future in asked)
-
-        self._robot.spin_until(answered)
-        return next(future.result() for _, future in asked if future.done())
+        return self._robot.call(lambda: self._clients[node, name].call_async(request))
 
     def get(self, node):
         """All parameters of a node as it gives them."""

@@ -14,10 +14,7 @@ from mobile_robot_control.parameters.nodes import NODES
 def test_running_nodes_end_clean(robot, number):
     robot.start(arguments=['-p', 'peer_timeout:=60.0'])
     robot.spin_until(lambda: robot.time() > 0.5)
-    for process in robot.processes.values():
-        process.signal(number)
-    robot.spin_until(lambda: all(process.exit_code() is not None for process in robot.processes.values()), 10.0)
-    assert [process.exit_code() for process in robot.processes.values()] == [0, 0, 0, 0]
+    robot.stop(number=number)
     for name in NODES:
         assert robot.log(name) == ''
 
@@ -37,5 +34,5 @@ def test_a_signal_during_the_start_is_heard(domain, delay):
 def test_nodes_end_with_whoever_started_them(robot):
     robot.start('plant')
     robot.listen(0.7)
-    robot.processes['plant']._process.stdin.close()
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() == 0, 5.0)
+    robot.processes['plant'].close_input()
+    robot.finish(5.0)

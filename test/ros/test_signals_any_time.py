@@ -1,7 +1,6 @@
 """SIGINT and SIGTERM at random moments of nodes and experiments: exit 0, whole bags, no traceback, nothing left."""
 
 import contextlib
-import os
 import random
 import re
 import signal
@@ -13,6 +12,7 @@ from typing import NamedTuple
 
 import pytest
 from harness import CONFIG
+from processes import processes_of, wait_until
 
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.recording import bag_reader
@@ -40,23 +40,6 @@ def _catches(pid):
         caught = re.search(r'SigCgt:\s*(\w+)', Path(f'/proc/{pid}/status').read_text())
         return bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
     return False
-
-
-def _wait_for(condition, seconds=10.0):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.002)  # the step of a wait on a condition
-
-
-def _family(output):
-    """Processes that were started with a file of this folder."""
-    found = []
-    for process in Path('/proc').glob('[0-9]*'):
-        with contextlib.suppress(OSError):
-            if str(output) in (process / 'cmdline').read_text() and int(process.name) != os.getpid():
-                found.append(int(process.name))
-    return found
 
 
 def _segments(pids):
@@ -93,7 +76,7 @@ def _signal_a_node(folder, moment):
     try:
         for name in NODES if moment.delay > 0.5 else [moment.target]:
             processes[name] = _start_node(name, folder, run)
-        _wait_for(lambda: all(_catches(process.pid) for process in processes.values()))
+        wait_until(lambda: all(_catches(process.pid) for process in processes.values()))
         time.sleep(moment.delay)  # the moment is what is tested
         segments = _segments({process.pid for process in processes.values()})
         processes[moment.target].send_signal(moment.number)
@@ -117,10 +100,9 @@ def _signal_an_experiment(folder, moment):
     run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', *map(str, arguments)],
                            stdout=log.open('wb'), stderr=subprocess.STDOUT)
     try:
-        _wait_for(lambda: _catches(run.pid))
+        wait_until(lambda: _catches(run.pid))
         time.sleep(moment.delay)  # the moment is what is tested
-        pids = {run.pid, *_family(folder)}
-        segments = _segments(pids)
+        segments = _segments({run.pid, *processes_of(folder)})
         run.send_signal(moment.number)
         assert run.wait(30.0) == 0, (moment, log.read_text())
     finally:
@@ -128,7 +110,7 @@ def _signal_an_experiment(folder, moment):
     assert 'Traceback' not in log.read_text(), (moment, log.read_text())
     bag_reader.read_bag(folder / 'bag')
     assert (folder / 'metrics.json').exists()
-    _wait_for(lambda: not _family(folder))
+    wait_until(lambda: not processes_of(folder))
     return segments
 
 

@@ -64,9 +64,7 @@ def test_the_robot_tracks(robot, controller):
     # the hybrid law first looks for the cart; within a lap each is on the path
     robot.spin_until(lambda: 0.0 < watch.rms(2.0) < BOUNDS[controller], 16.0)
     assert abs(time.time_ns() - watch.stamp) < 1e9
-    for process in robot.processes.values():
-        process.signal(signal.SIGINT)
-    robot.spin_until(lambda: all(process.exit_code() == 0 for process in robot.processes.values()), 10.0)
+    robot.stop()
 
 
 def test_a_silent_node_stops_the_robot_and_its_return_goes_on(robot):
@@ -94,6 +92,5 @@ def test_without_torques_the_plant_stands_and_ends_in_time(robot):
     watch = Watch(robot)
     robot.start('plant', arguments=[*ARGUMENTS, '-p', 'duration:=5.0'])
     robot.spin_until(lambda: watch.torque == 0.0)
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None, 10.0)
-    assert robot.processes['plant'].exit_code() == 0
+    robot.finish(10.0)
     assert watch.speed == 0.0

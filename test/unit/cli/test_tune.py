@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from processes import wait_until
 
 from mobile_robot_control.cli import search_run, tune
 from mobile_robot_control.parameters.configuration import configure
@@ -225,11 +226,8 @@ def _kill_and_resume(folder, kills, generations):
         search = start('--output', output, '--generations', generations, '--workers', '1', '--resume')
         begun = lines(journal)
         # once it scores anew
-        deadline = time.monotonic() + 60.0
-        while lines(journal) <= begun + chance.randrange(2, 6):
-            assert search.poll() is None, search.stderr.read()
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
+        wait_until(lambda: lines(journal) > begun + chance.randrange(2, 6) or search.poll() is not None, 60.0)  # noqa: B023
+        assert search.poll() is None, search.stderr.read()
         time.sleep(chance.random() * 0.05)
         search.kill()
         search.wait()
@@ -263,11 +261,8 @@ def test_killed_ten_times_it_ends_as_undisturbed(tmp_path):
 def test_ctrl_c_writes_the_best_so_far_and_says_how_to_go_on(tmp_path):
     output, journal = tmp_path / 'x.yaml', tmp_path / 'x.yaml.journal'
     search = start('--output', output, '--generations', 5000, '--workers', '2')
-    deadline = time.monotonic() + 60.0
-    while lines(journal) < 4:
-        assert search.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
+    wait_until(lambda: lines(journal) >= 4 or search.poll() is not None, 60.0)
+    assert search.poll() is None
     # to the workers too, as a terminal does
     os.killpg(search.pid, signal.SIGINT)
     _, said = search.communicate(timeout=30)
