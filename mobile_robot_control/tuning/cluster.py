@@ -10,8 +10,6 @@ from mobile_robot_control.simulation.trial import Outcome, Trial
 _CHUNKS_A_THREAD = 4
 _LOOK = 1.0
 """[s] between two looks at whether there are workers."""
-_PATIENCE = 60.0
-"""[s] without any worker, after which the cluster counts as lost."""
 
 
 class Cluster:
@@ -22,6 +20,8 @@ class Cluster:
     ----------
     address : str
         Of the scheduler, such as tcp://host:8786.
+    patience : float
+        Time without any worker after which the cluster counts as lost [s].
 
     Raises
     ------
@@ -30,12 +30,12 @@ class Cluster:
 
     """
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, patience: float = 60.0) -> None:
         # an extra, and slow to import
         import distributed  # noqa: PLC0415
 
         self._distributed = distributed
-        self._address = address
+        self._address, self._patience = address, patience
         try:
             self._client: Any = distributed.Client(address, timeout='10s', set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
@@ -63,7 +63,7 @@ class Cluster:
         Raises
         ------
         OSError
-            If the cluster has lost all its workers for a minute.
+            If the cluster has lost all its workers, and no other came in time.
 
         """
         size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
@@ -82,7 +82,7 @@ class Cluster:
             except self._distributed.TimeoutError:
                 if self._threads():
                     alive = time.monotonic()
-                elif time.monotonic() > alive + _PATIENCE:
+                elif time.monotonic() > alive + self._patience:
                     raise ConnectionError(f'the cluster at {self._address} has no workers any more; start some'
                                           ) from None
             else:

@@ -55,7 +55,7 @@ def test_what_was_measured_is_printed_whatever_comes(monkeypatch, capsys, second
 
     module.rows = rows
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setattr(command, '_modules', lambda names: ['bench_two'])
+    monkeypatch.setattr(command, 'modules', lambda names: ['bench_two'])
     assert command.main([]) == code
     assert '| first' in capsys.readouterr().out
 
@@ -80,9 +80,8 @@ def test_the_probe_notes_ages(monkeypatch, tmp_path):
     """From the moment a node gets an input to the moment it publishes."""
     now, got, said = [10.0], [], []
     monkeypatch.setattr(probe.time, 'monotonic', lambda: now[0])
-    noted = probe.Probe(str(tmp_path / 'ages'))
-    noted._subscribe = lambda node, kind, topic, callback, *others: callback
-    noted._advertise = lambda node, kind, topic, *others: SimpleNamespace(publish=said.append)
+    noted = probe.Probe(str(tmp_path / 'ages'), lambda node, kind, topic, callback, *others: callback,
+                        lambda node, kind, topic, *others: SimpleNamespace(publish=said.append))
     node = SimpleNamespace(get_name=lambda: 'position_controller')
     hear = noted.create_subscription(node, None, 'odom', got.append, 1)
     publisher = noted.create_publisher(node, None, 'cmd_vel', 1)

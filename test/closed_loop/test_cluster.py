@@ -79,11 +79,10 @@ def test_a_killed_worker_costs_its_batch_and_not_the_run(cluster, monkeypatch):
 
 
 @pytest.mark.soak
-def test_a_cluster_without_workers_is_given_up(cluster, monkeypatch):
-    from mobile_robot_control.tuning import cluster as module
-    monkeypatch.setattr(module, '_PATIENCE', 2.0)
+def test_a_cluster_without_workers_is_given_up(cluster):
+    from mobile_robot_control.tuning.cluster import Cluster
     address, workers = cluster
-    remote = module.Cluster(address)
+    remote = Cluster(address, patience=2.0)
     try:
         for worker in workers:
             worker.kill()

@@ -7,7 +7,7 @@ import pytest
 from bag_making import record
 from harness import CONFIG
 
-from mobile_robot_control.cli import experiment
+from mobile_robot_control.cli import experiment, experiment_runner
 from mobile_robot_control.cli.experiment_runner import ExperimentResult
 from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
@@ -16,24 +16,24 @@ from mobile_robot_control.simulation.rollout import rollout
 
 @pytest.fixture
 def ran(monkeypatch):
-    """What experiments were run, in one process instead of over DDS."""
-    asked = {}
+    """The parameters of the experiments that were run, by name: in one process instead of over DDS."""
+    parameters_by_name = {}
 
-    def perform(options, parameters, output, bar):
-        asked[output.name] = parameters
-        record(output / 'bag', rollout(parameters, options.duration))
-        options.stop.requested = output.name == 'stopped'
-        broken = output.name == 'broken'
-        return ExperimentResult('node_died' if broken else 'completed', 'as it was told' if broken else ''), {}
+    def run(parameters, output, namespace, composed, patience, stop, bar):
+        parameters_by_name[output.name] = parameters
+        record(output / 'bag', rollout(parameters, parameters.plant.duration))
+        stop.requested = output.name == 'stopped'
+        return ExperimentResult(*(('node_died', 'no answer') if output.name == 'broken' else ('completed', '')))
 
-    monkeypatch.setattr(experiment, '_perform', perform)
+    monkeypatch.setattr(experiment_runner, 'run_experiment', run)
     monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
-    return asked
+    return parameters_by_name
 
 
 def _compare(output, *files, extra=()):
-    return experiment.main(['--duration', '0.1', '--output', str(output), '--compare', *map(str, files), *extra])
+    return experiment.main(['--duration', '0.1', '--output', str(output), '--no-report', '--compare', *map(str, files),
+                            *extra])
 
 
 def test_all_run_on_the_curve_of_the_first_from_its_start(ran, tmp_path):
@@ -64,7 +64,7 @@ def test_a_failure_is_told_and_a_stop_ends_it(ran, tmp_path, capsys, name, code,
     assert _compare(tmp_path / 'out', file, CONFIG / 'fuzzy.yaml') == code
     assert len(ran) == runs
     assert (tmp_path / 'out' / 'report.html').is_file()
-    assert ('broken: node_died: as it was told' in capsys.readouterr().err) == (code == 1)
+    assert ('broken: node_died: no answer' in capsys.readouterr().err) == (code == 1)
 
 
 def test_nothing_runs_where_one_of_them_is_refused(ran, tmp_path, capsys):

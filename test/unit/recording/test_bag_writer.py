@@ -1,8 +1,10 @@
 """Bags as others read them, and as they are when the writing breaks off."""
 
 import errno
+import math
 import os
 import subprocess
+from pathlib import Path
 
 import pytest
 import yaml
@@ -76,19 +78,19 @@ def test_what_is_older_than_half_a_second_is_in_the_file_already(tmp_path, sampl
 
 
 class FullDisk:
-    """A file on a disk that is full after so many bytes."""
+    """A file on a disk with `room` for so many bytes more."""
 
-    def __init__(self, file, size):
-        self._file, self._left = file, size
+    def __init__(self, file):
+        self._file, self.room = file, math.inf
 
     def write(self, data):
         """Write what there is room for."""
-        self._file.write(data[:self._left])
-        if len(data) > self._left:
+        if len(data) > self.room:
+            self._file.write(data[:self.room])
             self._file.flush()
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        self._left -= len(data)
-        return len(data)
+        self.room -= len(data)
+        return self._file.write(data)
 
     def __getattr__(self, name):
         """Do the rest as the file does."""
@@ -96,9 +98,20 @@ class FullDisk:
 
 
 @pytest.mark.parametrize('size', [0, 5_000, 200_000, 450_000])
-def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, samples, size):
+def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, monkeypatch, samples, size):
+    plain, disks = Path.open, []
+
+    def on_the_disk(path, mode='r', *others, **options):
+        file = plain(path, mode, *others, **options)
+        if mode != 'xb':
+            return file
+        disks.append(FullDisk(file))
+        return disks[-1]
+
+    monkeypatch.setattr(Path, 'open', on_the_disk)
     with BagWriter(tmp_path / 'bag') as writer:
-        writer._writer._Writer__stream = writer._stream = FullDisk(writer._stream, size)
+        disk, = disks
+        disk.room = size
         write(writer, samples)
         assert str(tmp_path / 'bag' / 'bag.mcap') in writer.failure
         assert 'No space left on device; make room there' in writer.failure
