@@ -131,8 +131,9 @@ class Robots:
 
     def log(self, name=''):
         """Return what a node, or the process that it is in, has printed over all its runs; or all nodes."""
-        paths = sorted(self._folder.glob('*.log'))
-        return ''.join(path.read_text() for path in paths if name in path.name)
+        paths = [path for path in sorted(self._folder.glob('*.log')) if name in path.name]
+        assert paths or not name, f'{name} has not been started'
+        return ''.join(path.read_text() for path in paths)
 
     def time(self, namespace='/'):
         """Return the stamp of a robot's newest joint states [s]."""

@@ -147,6 +147,7 @@ def test_every_benchmark_measures_something():
     assert len(ours) == len(bare) == 2
     assert all(10.0 < rate < 1e5 for rate in ours + bare)
     measured = bench_wall_clock.measure(windows=1, seconds=1.5)
+    assert set(measured.cpu) == set(bench_wall_clock.PERIODS)
     assert all(0.0 < value[0] < 1.0 for pair in measured.cpu.values() for value in pair)
     assert {len(pair) for pair in measured.ages.values()} == {2}
     # five inputs, whose ages lie within some periods of their topics

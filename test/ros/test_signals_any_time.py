@@ -138,7 +138,9 @@ CHOSEN = [
 
 @pytest.mark.parametrize('moment', CHOSEN, ids=[f'{moment.target} {moment.delay}' for moment in CHOSEN])
 def test_signals_at_chosen_moments(domain, tmp_path, moment):
-    _signal(tmp_path / 'run', moment)
+    seen = _signal(tmp_path / 'run', moment)
+    # by then the nodes are there, and what they left is looked for in the right place
+    assert seen > 0 or moment.delay < 2.0
 
 
 @pytest.mark.soak

@@ -93,6 +93,7 @@ def test_every_sample_follows_from_the_one_before():
         pi, torque = velocity_pi.step(pi, command, state.velocity, gains, Robot(), 0.0, 0.002)
         assert sample.torque == pytest.approx(torque, abs=1e-10)
         state = dynamics.step(state, torque, plant)
+    assert k == 250
 
 
 def test_the_motors_limit_is_applied_and_the_laws_is_asked_for():
