@@ -91,7 +91,7 @@ def continuous_step_response(channel, time, literal):
 
 
 def sampled_step_response(command, steps, dt=5e-7):
-    """Body velocity after so many periods of a step from rest, with the evolved gains; 2 MHz is as good as continuous."""
+    """Body velocity after so many periods of a step from rest, with the evolved gains, at 2 MHz."""
     plant, state = discretise(ROBOT, dt), dynamics.at_rest(Pose(0.0, 0.0, 0.0))
     gains, pi = VelocityGains(**chapter.EVOLVED_VELOCITY_GAINS), VelocityPiState()
     for _ in range(steps):
