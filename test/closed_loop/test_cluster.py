@@ -50,7 +50,7 @@ def cluster(tmp_path):
 
 
 @pytest.mark.soak
-def test_a_killed_worker_costs_its_batch_and_not_the_run(cluster, monkeypatch):
+def test_a_killed_worker_does_not_change_the_result(cluster, monkeypatch):
     from mobile_robot_control.tuning.cluster import Cluster
     monkeypatch.setattr(batch, 'COMPILES', False)
     address, workers = cluster
@@ -79,7 +79,7 @@ def test_a_killed_worker_costs_its_batch_and_not_the_run(cluster, monkeypatch):
 
 
 @pytest.mark.soak
-def test_a_cluster_without_workers_is_given_up(cluster):
+def test_a_cluster_that_stays_without_workers_raises(cluster):
     from mobile_robot_control.tuning.cluster import Cluster
     address, workers = cluster
     remote = Cluster(address, patience=2.0)

@@ -91,7 +91,7 @@ def urdf():
     return (DESKTOP / 'robot.urdf').read_text(encoding='utf-8')
 
 
-def test_the_urdf_keeps_its_schema(urdf):
+def test_the_urdf_is_valid(urdf):
     robot = parse(urdf)
     assert not list(schema_faults(robot))
     assert not list(tree_faults(robot))
@@ -104,13 +104,13 @@ def test_the_urdf_keeps_its_schema(urdf):
     ('radius="0.035"', 'radius="wide"'), ('radius="0.035"', 'radius="0.035 0.035"'), ('izz="1.0"', 'izz="nan"'),
     ('<mass value="10.0"/>', '<mass value=""/>'), ('size="0.26 0.31 0.06"', 'size="0.26 0.31 low"'),
 ])
-def test_a_broken_urdf_is_seen(urdf, right, wrong):
+def test_a_broken_urdf_is_refused(urdf, right, wrong):
     assert right in urdf
     robot = parse(urdf.replace(right, wrong, 1))
     assert list(schema_faults(robot)) + list(tree_faults(robot))
 
 
-def test_the_urdf_is_the_robot_of_the_default_parameters(urdf):
+def test_the_urdf_has_the_default_robot_parameters(urdf):
     robot, parameters = parse(urdf), Robot()
     joints = {joint.get('name'): joint for joint in robot.iter('joint')}
     assert set(WHEEL_JOINTS) <= set(joints)
@@ -142,7 +142,7 @@ def _value(topic, path):
     return message
 
 
-def test_plotjuggler_shows_fields_that_there_are():
+def test_the_plotjuggler_layout_names_existing_fields():
     layout = parse((DESKTOP / 'plotjuggler.xml').read_text(encoding='utf-8'))
     names = [curve.get(key) for curve in layout.iter('curve')
              for key in (('curve_x', 'curve_y') if curve.get('curve_x') else ('name',))]
@@ -152,7 +152,7 @@ def test_plotjuggler_shows_fields_that_there_are():
         _value(topic, path)
 
 
-def test_rviz_shows_topics_and_frames_that_there_are():
+def test_the_rviz_view_names_existing_topics_and_frames():
     view = yaml.safe_load((DESKTOP / 'robot.rviz').read_text(encoding='utf-8'))['Visualization Manager']
     assert view['Global Options']['Fixed Frame'] == Shared().odom_frame_id
     topics = {display['Topic']['Value']: display for display in view['Displays'] if 'Topic' in display}

@@ -14,7 +14,7 @@ from mobile_robot_control.cli import simulate
 from mobile_robot_control.recording import bag_reader
 
 
-def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
+def test_experiment_and_simulate_give_the_same_metrics(domain, tmp_path, capsys):
     run = ['--duration', '2', '--params-file', str(CONFIG / 'fuzzy.yaml')]
     metrics, _ = experiment(tmp_path / 'run', *run, '--composed', report=True)
     assert simulate.main([*run, '--json']) == 0
@@ -27,7 +27,7 @@ def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
     assert 'data:image/svg+xml' in (tmp_path / 'run' / 'report.html').read_text()
 
 
-def test_the_bag_is_one_that_others_read(domain, tmp_path):
+def test_the_bag_is_read_by_the_mcap_library(domain, tmp_path):
     experiment(tmp_path / 'run', '--duration', 1, '--composed')
     topics = {}
     for message in read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap'):
@@ -39,7 +39,7 @@ def test_the_bag_is_one_that_others_read(domain, tmp_path):
     assert 'storage_identifier: mcap' in (tmp_path / 'run' / 'bag' / 'metadata.yaml').read_text()
 
 
-def test_a_namespace_of_its_own(domain, tmp_path):
+def test_an_experiment_in_a_namespace_is_recorded(domain, tmp_path):
     output = tmp_path / 'run'
     done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1', '--no-report',
                        '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml')
@@ -49,7 +49,7 @@ def test_a_namespace_of_its_own(domain, tmp_path):
     assert not recording.problems
 
 
-def test_a_recorder_that_is_held_up_misses_nothing(domain, tmp_path):
+def test_a_recorder_that_stalls_misses_no_message(domain, tmp_path):
     """The run waits for it: while it stands still, three times as much would pass as publishers keep."""
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 12, '-p', 'plant.real_time_factor:=0.0', '--composed')
@@ -102,7 +102,7 @@ def test_divergence_ends_with_exit_code_1(domain, tmp_path):
 
 
 @pytest.mark.parametrize(('number', 'report'), [(signal.SIGINT, True), (signal.SIGTERM, False)])
-def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
+def test_an_interrupted_run_has_a_complete_bag_and_metrics(domain, tmp_path, number, report):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 60, report=report)
     run.send_signal(number)
@@ -116,7 +116,7 @@ def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
     assert (output / 'report.html').exists() == report
 
 
-def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):
+def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
     robot.start('plant')
     robot.spin_until(lambda: 'odom' in robot.recorder.newest)
     done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run')

@@ -61,7 +61,7 @@ def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     assert round(at * 500) % 5 == 0
 
 
-def test_what_is_refused_changes_nothing(robot):
+def test_refused_parameters_change_nothing(robot):
     robot.start(arguments=ARGUMENTS, composed=True)
     robot.spin_until(lambda: robot.time() > 0.5)
     for node, values, word in (
@@ -83,7 +83,7 @@ def test_what_is_refused_changes_nothing(robot):
     ('velocity_controller', {'gains__k1': 1, 'max_wheel_torque': 3}),
     ('position_controller', {'fuzzy__c': [-1, 0, 1, 2, 3]}),
 ])
-def test_whole_numbers_serve_live_too(robot, node, values):
+def test_whole_numbers_are_accepted_as_floats_live(robot, node, values):
     robot.start(arguments=ARGUMENTS, composed=True)
     for result in robot.set(node, **values):
         assert result.successful, result.reason

@@ -27,7 +27,7 @@ def _metrics(samples):
 
 
 @pytest.mark.parametrize('order', [list(NODES), list(NODES)[::-1]], ids=['plant first', 'plant last'])
-def test_start_order_is_free(robot, order):
+def test_nodes_may_start_in_any_order(robot, order):
     for name in order:
         robot.start(name, arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0'])
         robot.listen(0.5)
@@ -104,7 +104,7 @@ def test_time_runs_up_to_where_it_is_held(robot):
     assert recording.samples[-1].time == 1.0
 
 
-def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
+def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
     robot.start('velocity_controller', arguments=['-p', 'gains.ti1:=0.05'])
     node, answers = robot.recorder, []
     node.create_subscription(JointState, 'wheel_torques', answers.append, SUBSCRIBED)
@@ -164,7 +164,7 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
     assert {message.header.stamp.nanosec for message in odometry} == {0}
 
 
-def test_path_is_latched_and_clock_follows(lossless, robot):
+def test_the_path_is_latched_and_the_clock_reaches_the_end(lossless, robot):
     paths, clocks = [], []
     robot.recorder.create_subscription(Clock, '/clock', clocks.append, 10)
     robot.start(arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true'])
@@ -178,7 +178,7 @@ def test_path_is_latched_and_clock_follows(lossless, robot):
     assert math.hypot(first.x - last.x, first.y - last.y) < 1e-12
 
 
-def test_messages_carry_the_frames_of_the_contract(robot):
+def test_messages_carry_the_configured_frames(robot):
     robot.start(arguments=['-p', 'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'],
                 composed=True)
     odometry, references = [], []
@@ -189,7 +189,7 @@ def test_messages_carry_the_frames_of_the_contract(robot):
     assert (references[0].header.frame_id, references[0].child_frame_id) == ('map', 'cart')
 
 
-def test_wall_speed_is_kept(robot):
+def test_a_run_is_not_faster_than_its_real_time_factor(robot):
     started = time.monotonic()
     robot.start(arguments=['-p', 'real_time_factor:=0.5'], composed=True)
     robot.spin_until(lambda: robot.time() > 1.0)

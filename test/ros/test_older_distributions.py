@@ -64,13 +64,13 @@ def _run(robot):
     return recording.samples
 
 
-def test_with_what_humble_has_a_run_and_a_live_change_work(robot, like_humble):
+def test_without_what_humble_lacks_a_run_and_a_live_change_work(robot, like_humble):
     samples = _run(robot)
     # it started beside the path
     assert max(abs(sample.tick.error.lateral) for sample in samples) > 0.01
 
 
-def test_the_lack_is_real(like_humble):
+def test_what_humble_lacks_is_really_absent(like_humble):
     code = ('from rclpy.node import Node\n'
             'from mobile_robot_control.ros.spin import make_executor\n'
             'import rclpy\n'

@@ -36,7 +36,7 @@ def base(robot):
     (TwistStamped, 'cmd_vel', [], []),
     (Twist, 'plain_cmd_vel', ['--plain'], ['-p', 'stamped_cmd_vel:=false', '-r', 'cmd_vel:=plain_cmd_vel']),
 ], ids=['stamped', 'plain'])
-def test_it_follows_the_cart_and_stops_at_the_end(robot, base, kind, topic, options, ours):
+def test_another_base_follows_the_cart_and_is_stopped_at_the_end(robot, base, kind, topic, options, ours):
     errors, commands = [], []
     robot.recorder.create_subscription(Vector3Stamped, 'tracking_error', errors.append, SUBSCRIBED)
     robot.recorder.create_subscription(kind, topic, lambda message: commands.append(
@@ -51,7 +51,7 @@ def test_it_follows_the_cart_and_stops_at_the_end(robot, base, kind, topic, opti
     robot.spin_until(lambda: commands[-1] == Twist())
 
 
-def test_limits_hold(robot, base):
+def test_command_limits_hold_on_another_base(robot, base):
     commands = []
     robot.recorder.create_subscription(TwistStamped, 'cmd_vel', commands.append, 100)
     base()
@@ -65,7 +65,7 @@ def test_limits_hold(robot, base):
     assert 0.01 < max(steps) <= 2.0 * 0.02 + 1e-9
 
 
-def test_the_velocity_controller_lets_go_when_it_is_stopped(robot):
+def test_the_velocity_controller_ends_with_zero_torques(robot):
     torques = []
     robot.recorder.create_subscription(JointState, 'wheel_torques', torques.append, 100)
     robot.start(arguments=['--params-file', str(CONFIG / 'wall_clock.yaml')])

@@ -11,7 +11,7 @@ from mobile_robot_control.parameters.nodes import NODES
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_running_nodes_end_clean(robot, number):
+def test_running_nodes_end_with_exit_code_0_and_print_nothing(robot, number):
     robot.start(arguments=['-p', 'peer_timeout:=60.0'])
     robot.spin_until(lambda: robot.time() > 0.5)
     robot.stop(number=number)
@@ -20,7 +20,7 @@ def test_running_nodes_end_clean(robot, number):
 
 
 @pytest.mark.parametrize('delay', [0.15, 0.25, 0.35, 0.5, 0.8])
-def test_a_signal_during_the_start_is_heard(domain, delay):
+def test_a_signal_during_the_start_ends_the_node(domain, delay):
     node = subprocess.Popen(
         [sys.executable, '-m', 'mobile_robot_control.ros.executables', 'plant'],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -31,7 +31,7 @@ def test_a_signal_during_the_start_is_heard(domain, delay):
     assert (node.returncode, output) == (0, b'')
 
 
-def test_nodes_end_with_whoever_started_them(robot):
+def test_a_node_ends_when_its_standard_input_closes(robot):
     robot.start('plant')
     robot.listen(0.7)
     robot.processes['plant'].close_input()

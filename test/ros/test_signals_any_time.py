@@ -137,7 +137,7 @@ CHOSEN = [
 
 
 @pytest.mark.parametrize('moment', CHOSEN, ids=[f'{moment.target} {moment.delay}' for moment in CHOSEN])
-def test_signals_at_chosen_moments(domain, tmp_path, moment):
+def test_signals_at_chosen_moments_leave_nothing_behind(domain, tmp_path, moment):
     seen = _signal(tmp_path / 'run', moment)
     # by then the nodes are there, and what they left is looked for in the right place
     assert seen > 0 or moment.delay < 2.0
@@ -145,7 +145,7 @@ def test_signals_at_chosen_moments(domain, tmp_path, moment):
 
 @pytest.mark.soak
 @pytest.mark.timeout(900)
-def test_signals_at_fifty_random_moments(domain, tmp_path):
+def test_signals_at_fifty_random_moments_leave_nothing_behind(domain, tmp_path):
     moments = [*_moments(list(NODES), 3.0, 25, 3), *_moments(['experiment'], 6.0, 25, 4)]
     seen = 0
     for number, moment in enumerate(moments):

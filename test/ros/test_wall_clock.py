@@ -57,7 +57,7 @@ class Watch:
 
 
 @pytest.mark.parametrize('controller', BOUNDS)
-def test_the_robot_tracks(robot, controller):
+def test_each_law_tracks_on_the_wall_clock(robot, controller):
     watch = Watch(robot)
     robot.start(arguments=[*ARGUMENTS, '-p', f'position_controller:controller_type:={controller}'])
     robot.spin_until(lambda: watch.errors)
@@ -68,7 +68,7 @@ def test_the_robot_tracks(robot, controller):
     robot.stop()
 
 
-def test_a_silent_node_stops_the_robot_and_its_return_goes_on(robot):
+def test_a_stalled_node_stops_the_robot_until_it_returns(robot):
     watch = Watch(robot)
     robot.start(arguments=ARGUMENTS)
     robot.spin_until(lambda: watch.errors)

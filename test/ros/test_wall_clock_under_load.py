@@ -73,7 +73,7 @@ def _stop_and_go_on(robot, seen, name, bound):
 @pytest.mark.soak
 @pytest.mark.timeout(SOAK + 240)
 @pytest.mark.parametrize('controller', BOUNDS)
-def test_the_robot_tracks_and_comes_back(robot, busy_core, controller):
+def test_the_robot_tracks_and_recovers_from_each_stopped_node(robot, busy_core, controller):
     robot.start(arguments=['--params-file', CONFIG / 'wall_clock.yaml', '-p',
                            f'position_controller:controller_type:={controller}'])
     listener = rclpy.create_node('listener')

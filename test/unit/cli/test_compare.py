@@ -36,7 +36,7 @@ def _compare(output, *files, extra=()):
                             *extra])
 
 
-def test_all_run_on_the_curve_of_the_first_from_its_start(ran, tmp_path):
+def test_every_run_has_the_curve_and_the_start_of_the_first(ran, tmp_path):
     other = tmp_path / 'other.yaml'
     other.write_text((CONFIG / 'fuzzy.yaml').read_text().replace('curve: trifolium', 'rotation: 1.0'))
     assert 'rotation: 1.0' in other.read_text()
@@ -52,13 +52,13 @@ def test_all_run_on_the_curve_of_the_first_from_its_start(ran, tmp_path):
     assert 'rotation: 0.0' in (tmp_path / 'out' / 'other' / 'parameters.yaml').read_text()
 
 
-def test_files_of_one_name_have_folders_of_their_own(ran, tmp_path):
+def test_files_of_the_same_name_get_numbered_folders(ran, tmp_path):
     assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'fuzzy.yaml') == 0
     assert list(ran) == ['fuzzy_1', 'fuzzy_2']
 
 
 @pytest.mark.parametrize(('name', 'code', 'runs'), [('broken', 1, 2), ('stopped', 0, 1)])
-def test_a_failure_is_told_and_a_stop_ends_it(ran, tmp_path, capsys, name, code, runs):
+def test_a_failed_run_is_reported_and_a_stop_request_ends_the_comparison(ran, tmp_path, capsys, name, code, runs):
     file = tmp_path / f'{name}.yaml'
     file.write_text((CONFIG / 'fuzzy.yaml').read_text())
     assert _compare(tmp_path / 'out', file, CONFIG / 'fuzzy.yaml') == code
@@ -67,7 +67,7 @@ def test_a_failure_is_told_and_a_stop_ends_it(ran, tmp_path, capsys, name, code,
     assert ('broken: node_died: no answer' in capsys.readouterr().err) == (code == 1)
 
 
-def test_nothing_runs_where_one_of_them_is_refused(ran, tmp_path, capsys):
+def test_no_run_starts_when_one_file_or_folder_is_refused(ran, tmp_path, capsys):
     assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', tmp_path / 'nowhere.yaml') == 2
     assert 'nowhere.yaml' in capsys.readouterr().err
     assert _compare(tmp_path / 'out', *[CONFIG / 'fuzzy.yaml'] * 7) == 2

@@ -47,7 +47,7 @@ def _content(path):
         return connections, [(connection.topic, received, data) for connection, received, data in reader.messages()]
 
 
-def test_the_bag_and_its_metadata_are_those_of_another_writer(tmp_path, samples):
+def test_bag_and_metadata_equal_those_of_rosbags(tmp_path, samples):
     # serialised once: padding bytes are random
     messages = [message for sample in samples for message in said(sample)]
     _by_another_writer(tmp_path / 'theirs' / 'bag', messages)
@@ -62,7 +62,7 @@ def test_the_bag_and_its_metadata_are_those_of_another_writer(tmp_path, samples)
     assert ours == theirs
 
 
-def test_what_is_older_than_half_a_second_is_in_the_file_already(tmp_path, samples):
+def test_messages_older_than_half_a_second_are_in_the_file(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         write(writer, samples)
         copy = tmp_path / 'copy'
@@ -127,7 +127,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, monkeypatc
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='needs the right to mount')
-def test_a_disk_that_is_really_full(tmp_path, samples):
+def test_a_full_file_system_is_reported(tmp_path, samples):
     disk = tmp_path / 'disk'
     disk.mkdir()
     if subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=256k', 'tmpfs', disk], capture_output=True,
@@ -142,7 +142,7 @@ def test_a_disk_that_is_really_full(tmp_path, samples):
         subprocess.run(['umount', disk], check=True)
 
 
-def test_a_folder_that_is_removed_is_named(tmp_path, samples):
+def test_a_removed_folder_is_reported(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         write(writer, samples[:1])
         for file in (tmp_path / 'bag').iterdir():
@@ -152,7 +152,7 @@ def test_a_folder_that_is_removed_is_named(tmp_path, samples):
         assert 'was removed while it was written' in writer.failure
 
 
-def test_a_folder_that_is_moved_is_named_at_the_end(tmp_path, samples):
+def test_a_moved_folder_is_reported_on_closing(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         write(writer, samples)
         (tmp_path / 'bag').rename(tmp_path / 'elsewhere')
@@ -160,7 +160,7 @@ def test_a_folder_that_is_moved_is_named_at_the_end(tmp_path, samples):
     assert bag_reader.read_bag(tmp_path / 'elsewhere').samples[-1].time == 2.0
 
 
-def test_an_existing_folder_is_left_alone(tmp_path):
+def test_an_existing_folder_is_refused_and_unchanged(tmp_path):
     (tmp_path / 'bag').mkdir()
     with pytest.raises(FileExistsError), BagWriter(tmp_path / 'bag'):
         pass
