@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import time
 
+from processes import wait_until
+
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
 
 
@@ -78,8 +80,6 @@ class Browser:
                   mobile=width < 600)
         self.call('Emulation.setEmulatedMedia', features=[{'name': 'prefers-color-scheme', 'value': scheme}])
         self.call('Page.navigate', url=path.as_uri())
-        deadline = time.monotonic() + 40.0
-        while self.evaluate('[location.href, document.readyState]') != [path.as_uri(), 'complete']:
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
+        wait_until(
+            lambda: self.evaluate('[location.href, document.readyState]') == [path.as_uri(), 'complete'], 40.0, 0.02)
         self.evaluate('Promise.all([...document.images].map(image => image.decode().catch(() => 0)))')

@@ -7,8 +7,6 @@ from typing import Any
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.trial import Outcome, Trial
 
-WORKERS_TIMEOUT = 60.0
-"""[s] without any worker, after which the cluster counts as lost."""
 _CHUNKS_A_THREAD = 4
 _POLL_PERIOD = 1.0
 """[s] between two checks whether there are workers."""
@@ -22,14 +20,17 @@ class Cluster:
     ----------
     address : str
         Of the scheduler, such as tcp://host:8786; OSError is raised if none answers there.
+    patience : float
+        Time without any worker after which the cluster counts as lost [s].
+
     """
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, patience: float = 60.0) -> None:
         # an extra, and slow to import
         import distributed  # noqa: PLC0415
 
         self._distributed = distributed
-        self._address = address
+        self._address, self._patience = address, patience
         try:
             self._client: Any = distributed.Client(address, timeout='10s', set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
@@ -42,7 +43,7 @@ class Cluster:
         return sum(worker['nthreads'] for worker in workers.values())
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
-        """Run trials; the outcomes are in the same order. Raises OSError after WORKERS_TIMEOUT without a worker."""
+        """Run trials; the outcomes are in the same order. Raises OSError where no worker came within the patience."""
         size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
         chunks = [list(trials[first:first + size]) for first in range(0, len(trials), size)]
         # not pure: equal trials are run again, as on one machine; retries: a worker may die more than once
@@ -60,7 +61,7 @@ class Cluster:
             except self._distributed.TimeoutError:
                 if self._threads():
                     alive = time.monotonic()
-                elif time.monotonic() > alive + WORKERS_TIMEOUT:
+                elif time.monotonic() > alive + self._patience:
                     raise ConnectionError(
                         f'the cluster at {self._address} has no workers any more; start some') from None
             else:

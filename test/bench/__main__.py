@@ -13,7 +13,8 @@ from bench.progress import say
 from bench.row import Row, table
 
 
-def _modules(names: list[str]) -> list[str]:
+def modules(names: list[str]) -> list[str]:
+    """List the modules of the named benchmarks, or of all."""
     found = sorted(path.stem for path in Path(__file__).parent.glob('bench_*.py'))
     unknown = {f'bench_{name}' for name in names} - set(found)
     if unknown:
@@ -31,7 +32,7 @@ def main(names: list[str]) -> int:
     """
     rows: list[Row] = []
     try:
-        for name in _modules(names):
+        for name in modules(names):
             say(f'{name.removeprefix("bench_")} at a load of {os.getloadavg()[0]:.1f}')
             for row in importlib.import_module(f'bench.{name}').rows():
                 rows.append(row)

@@ -11,6 +11,7 @@ import runpy
 import signal
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
@@ -26,14 +27,17 @@ class Probe:
     ----------
     path : str
         File that takes the ages.
+    subscribe, advertise : callable
+        Make a subscription and a publisher of a node, as the methods of rclpy's Node do.
 
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, subscribe: Callable[..., Any] = Node.create_subscription,
+                 advertise: Callable[..., Any] = Node.create_publisher) -> None:
         self._path = path
         self._heard: dict[str, float] = {}
         self._ages: dict[str, list[float]] = {}
-        self._subscribe, self._advertise = Node.create_subscription, Node.create_publisher
+        self._subscribe, self._advertise = subscribe, advertise
 
     def install(self) -> None:
         """Stand between all nodes made from now on and rclpy, and listen to the signals."""

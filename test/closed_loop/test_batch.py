@@ -54,7 +54,7 @@ def test_the_metrics_are_those_of_the_rollout_sample_by_sample(law):
     assert summary(measured_run(trial, outcome)) == summary(meter.run('completed'))
 
 
-def test_a_motion_that_diverges_ends_as_the_rollout_does():
+def test_a_diverging_trial_ends_at_the_step_of_the_rollout():
     wild = configuration(plant={'disturbance.step': [1e9, 1e9]})
     trial = make_trial(wild, 1.0)
     samples = list(rollout(wild, 1.0))
@@ -70,7 +70,7 @@ def test_the_late_totals_count_from_their_time_on():
     assert 0.0 < outcome.late.squared_position < outcome.totals.squared_position
 
 
-def test_errors_are_true_ones_whatever_the_noise():
+def test_metrics_use_the_true_pose_whatever_the_noise():
     quiet, noisy = ({'noise.pose': [sigma, sigma, 0.0]} for sigma in (0.0, 0.1))
     gains = {'backstepping.p': 1e-3, 'backstepping.f': 1e-3, 'backstepping.q': 1.0, 'backstepping.g': 1e-3}
     (still,), (shaken,) = (
@@ -97,7 +97,7 @@ def test_a_pool_keeps_the_order(workers):
         pool.close()
 
 
-def test_without_numba_it_works_and_says_so_once():
+def test_without_numba_trials_run_with_one_warning():
     code = (
         'import sys; sys.modules["numba"] = None\n'
         'from mobile_robot_control.parameters.configuration import configure\n'

@@ -19,7 +19,7 @@ def run(rate, duration, law='backstepping', curve='trifolium', start=ON_THE_CURV
     ), duration)
 
 
-def test_one_lap_of_the_trifolium_at_20_khz():
+def test_one_lap_of_the_trifolium_at_20_khz_matches_an_independent_solver():
     found, last = run(20000.0, 16.0)
     assert last.time == 16.0
     assert found['initial_wheel_torque']['right'] == pytest.approx(411.28, rel=1e-4)

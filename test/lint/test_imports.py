@@ -93,7 +93,7 @@ def test_imports_run_one_way(path):
     ('parameters', 'mobile_robot_control.parameters.nodes'), ('messages', 'geometry_msgs.msg.Twist'),
     ('recording', 'mobile_robot_control.messages.writing'),
 ])
-def test_a_wrong_import_is_seen(room, name):
+def test_an_import_in_the_wrong_direction_is_refused(room, name):
     assert list(_wrong_imports(room, [name])) == [name]
 
 
@@ -102,7 +102,7 @@ def test_a_wrong_import_is_seen(room, name):
     *((f'mobile_robot_control.ros.{node}', HEAVY - {'numpy'} | {'rosbags', 'tqdm'})
       for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')),
 ])
-def test_what_is_light_stays_light(module, absent):
+def test_nodes_and_simulate_import_no_heavy_module(module, absent):
     """Importing it brings none of these in, by whatever way."""
     code = f'import sys, {module}; print(sorted({absent!r} & set(sys.modules)))'
     found = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True).stdout.strip()

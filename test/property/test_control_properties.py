@@ -121,7 +121,7 @@ def test_backstepping_gives_finite_commands_for_finite_inputs(error, reference, 
 
 
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS)
-def test_backstepping_mirrors(error, reference, gains):
+def test_backstepping_is_mirror_symmetric(error, reference, gains):
     _, command = backstepping.step(NoState(), error, reference, gains, 0.01)
     _, other = backstepping.step(NoState(), *mirrored(error, reference), gains, 0.01)
     assert (other.linear, -other.angular) == command
@@ -173,7 +173,7 @@ def test_the_hybrid_law_gives_finite_commands_for_finite_inputs(error, reference
 
 
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS, SEEKING_GAINS, DIRECTIONS)
-def test_the_hybrid_law_mirrors(error, reference, inner, seeking, last):
+def test_the_hybrid_law_is_mirror_symmetric(error, reference, inner, seeking, last):
     # straight behind counts as left on both sides
     assume(abs(bearing(error)) < math.pi)
     assume(abs(last) < math.pi)
@@ -244,7 +244,7 @@ def test_fuzzy_outputs_never_leave_their_limits(error, reference, gains):
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, math.pi, exclude_max=True), FUZZY_GAINS)
-def test_the_fuzzy_law_mirrors_when_its_turns_do(i1, i2, gains):
+def test_the_fuzzy_law_is_mirror_symmetric_for_symmetric_turns(i1, i2, gains):
     turn = gains.d[2]
     symmetric = gains._replace(d=(-abs(turn), 0.0, abs(turn)))
     left, right = surface(i1, i2, symmetric), surface(i1, -i2, symmetric)
@@ -288,7 +288,7 @@ def test_equation_17_without_a_limit_both_channels_always_integrate(gains, v, om
 @given(extreme_controls(), st.lists(st.tuples(st.builds(TrackingError, WITHIN, WITHIN, DIRECTIONS), st.builds(
     Reference, st.just(Pose(0.0, 0.0, 0.0)), st.builds(BodyVelocity, WITHIN, WITHIN))), min_size=1, max_size=4),
     st.booleans())
-def test_no_gains_ask_for_what_a_message_may_not_hold(control, inputs, under_way):
+def test_no_gains_give_a_command_beyond_1e12(control, inputs, under_way):
     running = bumpless_transfer.begin(control, under_way=under_way)
     for error, reference in inputs:
         running, command = bumpless_transfer.step(running, error, reference, 0.01)

@@ -66,7 +66,7 @@ def test_an_exact_step_equals_two_half_steps(velocity, torque, heading, robot, d
 
 
 @given(VELOCITIES, TORQUES, HEADINGS, COUPLING)
-def test_a_step_of_the_chapters_robot_keeps_its_place_to_a_picometre(velocity, torque, heading, coupling):
+def test_a_step_of_the_chapters_robot_is_accurate_to_a_picometre(velocity, torque, heading, coupling):
     start = PlantState(Pose(0.3, -0.2, heading), velocity, 0.0, 0.0)
     whole = dynamics.step(start, torque, discretise(ROBOT, 0.002, coupling))
     half = discretise(ROBOT, 0.001, coupling)
@@ -76,7 +76,7 @@ def test_a_step_of_the_chapters_robot_keeps_its_place_to_a_picometre(velocity, t
 
 
 @given(VELOCITIES, TORQUES, HEADINGS, st.floats(-3.0, 3.0), COUPLING)
-def test_the_plant_does_not_know_where_north_is(velocity, torque, heading, turn, coupling):
+def test_the_motion_turns_with_the_heading(velocity, torque, heading, turn, coupling):
     plant = discretise(ROBOT, 0.002, coupling)
     here = dynamics.step(PlantState(Pose(0.0, 0.0, heading), velocity, 0.0, 0.0), torque, plant)
     there = dynamics.step(dynamics.at_rest(Pose(0.0, 0.0, heading + turn))._replace(velocity=velocity), torque, plant)

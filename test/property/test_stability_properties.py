@@ -54,7 +54,7 @@ def test_the_spectral_radius_is_that_of_the_state_matrix(gains, rate, delay):
 
 
 @given(VELOCITY_GAINS, st.floats(20.0, 20000.0), st.booleans())
-def test_instability_speaks_up_exactly_where_the_radius_reaches_1(gains, rate, lockstep):
+def test_instability_is_reported_exactly_where_the_radius_reaches_1(gains, rate, lockstep):
     delays = (0,) if lockstep else (1, 2)
     radius = max(max(abs(np.linalg.eigvals(state_matrix(gains, rate, delay)))) for delay in delays)
     if abs(radius - 1.0) > 1e-7:

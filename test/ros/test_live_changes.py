@@ -16,12 +16,11 @@ ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_tim
 
 def test_another_law_takes_over_without_a_jump(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=4.0'], composed=True)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 1.0)
     result, = robot.set('position_controller', controller_type='fuzzy')
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     ticks = [sample for sample in recording.samples if sample.tick.time == sample.time]
@@ -38,12 +37,11 @@ def test_another_law_takes_over_without_a_jump(robot):
 
 def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=3.0'], composed=True)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 0.5)
     result, = robot.set('velocity_controller', gains__k1=0.25)
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     parameters = configure(load([CONFIG / 'backstepping.yaml'])).velocity_controller
@@ -63,7 +61,7 @@ def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     assert round(at * 500) % 5 == 0
 
 
-def test_what_is_refused_changes_nothing(robot):
+def test_refused_parameters_change_nothing(robot):
     robot.start(arguments=ARGUMENTS, composed=True)
     robot.spin_until(lambda: robot.time() > 0.5)
     for node, values, word in (
@@ -85,7 +83,7 @@ def test_what_is_refused_changes_nothing(robot):
     ('velocity_controller', {'gains__k1': 1, 'max_wheel_torque': 3}),
     ('position_controller', {'fuzzy__c': [-1, 0, 1, 2, 3]}),
 ])
-def test_whole_numbers_serve_live_too(robot, node, values):
+def test_whole_numbers_are_accepted_as_floats_live(robot, node, values):
     robot.start(arguments=ARGUMENTS, composed=True)
     for result in robot.set(node, **values):
         assert result.successful, result.reason

@@ -27,12 +27,11 @@ def _metrics(samples):
 
 
 @pytest.mark.parametrize('order', [list(NODES), list(NODES)[::-1]], ids=['plant first', 'plant last'])
-def test_start_order_is_free(robot, order):
+def test_nodes_may_start_in_any_order(robot, order):
     for name in order:
         robot.start(name, arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0'])
         robot.listen(0.5)
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
-    assert robot.processes['plant'].exit_code() == 0
+    robot.finish()
 
 
 def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
@@ -49,8 +48,7 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
         assert robot.time() == stopped_at
         robot.start(name, arguments=arguments)
         robot.spin_until(lambda: re.search(f'{name}.* answered: the run goes on', robot.log('plant')))  # noqa: B023
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
-    assert robot.processes['plant'].exit_code() == 0
+    robot.finish()
     robot.spin_until(lambda: robot.time() == 4.0)
     samples = robot.recording().samples
     # the recorder finds a restarted node a moment later than the loop does; the last one comes back at 2.4 s
@@ -68,9 +66,8 @@ def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
     robot.start('plant', arguments=[*arguments, '-p', 'paused:=true'])
     # the recorder may find the new plant later than the nodes do
     robot.spin_until(lambda: set(robot.recorder.newest.values()) == {0})
-    robot.go_on()
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
-    assert robot.processes['plant'].exit_code() == 0
+    robot.resume()
+    robot.finish()
     for name in list(NODES)[1:]:
         assert robot.log(name).count('a new run') == 1
     recording = robot.recording()
@@ -84,7 +81,7 @@ def test_time_stands_still_while_paused(robot):
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {0}
     assert 'no answer for' not in robot.log('plant')
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 0.5)
 
 
@@ -102,12 +99,12 @@ def test_time_runs_up_to_where_it_is_held(robot):
     assert robot.time() == 0.5
     result, = robot.set('plant', hold_at=0.0)
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.finish()
     recording = robot.recording()
     assert recording.samples[-1].time == 1.0
 
 
-def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
+def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
     robot.start('velocity_controller', arguments=['-p', 'gains.ti1:=0.05'])
     node, answers = robot.recorder, []
     node.create_subscription(JointState, 'wheel_torques', answers.append, SUBSCRIBED)
@@ -167,13 +164,13 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
     assert {message.header.stamp.nanosec for message in odometry} == {0}
 
 
-def test_path_is_latched_and_clock_follows(robot):
+def test_the_path_is_latched_and_the_clock_reaches_the_end(lossless, robot):
     paths, clocks = [], []
     robot.recorder.create_subscription(Clock, '/clock', clocks.append, 10)
     robot.start(arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true'])
-    robot.spin_until(lambda: clocks and robot.recorder.has_every_topic())
-    robot.go_on()
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.spin_until(lambda: clocks)
+    robot.resume()
+    robot.finish()
     robot.spin_until(lambda: clocks[-1].clock.sec == 1)
     robot.recorder.create_subscription(Path, 'reference_path', paths.append, LATCHED)
     robot.spin_until(lambda: paths)
@@ -181,7 +178,7 @@ def test_path_is_latched_and_clock_follows(robot):
     assert math.hypot(first.x - last.x, first.y - last.y) < 1e-12
 
 
-def test_messages_carry_the_frames_of_the_contract(robot):
+def test_messages_carry_the_configured_frames(robot):
     robot.start(arguments=['-p', 'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'],
                 composed=True)
     odometry, references = [], []
@@ -192,7 +189,7 @@ def test_messages_carry_the_frames_of_the_contract(robot):
     assert (references[0].header.frame_id, references[0].child_frame_id) == ('map', 'cart')
 
 
-def test_wall_speed_is_kept(robot):
+def test_a_run_is_not_faster_than_its_real_time_factor(robot):
     started = time.monotonic()
     robot.start(arguments=['-p', 'real_time_factor:=0.5'], composed=True)
     robot.spin_until(lambda: robot.time() > 1.0)

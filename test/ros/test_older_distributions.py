@@ -48,8 +48,7 @@ def like_humble(tmp_path, monkeypatch):
 def _run(robot):
     """A run of four processes in which gains change while time stands still."""
     robot.start(arguments=ARGUMENTS)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() == 1.0)
     # whole numbers are converted, and what is out of bounds is refused by name, by our own service
     result, = robot.set('position_controller', backstepping__f=2)
@@ -58,20 +57,20 @@ def _run(robot):
     assert 'backstepping.f = -1.0' in result.reason
     result, = robot.set('plant', hold_at=0.0)
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() == 0)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     assert recording.samples[-1].time == 2.0
     return recording.samples
 
 
-def test_with_what_humble_has_a_run_and_a_live_change_work(robot, like_humble):
+def test_without_what_humble_lacks_a_run_and_a_live_change_work(robot, like_humble):
     samples = _run(robot)
     # it started beside the path
     assert max(abs(sample.tick.error.lateral) for sample in samples) > 0.01
 
 
-def test_the_lack_is_real(like_humble):
+def test_what_humble_lacks_is_really_absent(like_humble):
     code = ('from rclpy.node import Node\n'
             'from mobile_robot_control.ros.spin import make_executor\n'
             'import rclpy\n'

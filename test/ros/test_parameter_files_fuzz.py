@@ -89,7 +89,7 @@ def _run_by_rcl(node, path):
             for name, value in values.items()}
 
 
-def test_both_readers_take_the_same_or_refuse(domain, tmp_path, capfd):
+def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_path, capfd):
     path, outcomes = tmp_path / 'fuzzed.yaml', {}
 
     @settings(max_examples=150)

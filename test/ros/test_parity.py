@@ -42,7 +42,7 @@ IMPERFECT = ('noise.pose:=[0.01, 0.02, 0.005]', 'noise.velocity:=0.05', 'noise.s
              'disturbance.time:=1.0', 'disturbance.impulse:=[0.002, -0.001]', 'disturbance.step:=[0.05, 0.02]')
 
 
-def test_noise_delay_and_disturbance_too(domain, tmp_path):
+def test_recorded_topics_agree_with_the_rollout_under_noise_delay_and_disturbance(domain, tmp_path):
     file = CONFIG / 'hybrid_backstepping.yaml'
     said = [f'plant.{one}' for one in IMPERFECT]
     options = [word for one in said for word in ('-p', one)]

@@ -11,7 +11,8 @@ from nav_msgs.msg import Odometry
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.ros.qos import SUBSCRIBED
+from mobile_robot_control.messages.parsing import WHEEL_JOINTS
+from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
 
 ARGUMENTS = ['--params-file', str(CONFIG / 'wall_clock.yaml')]
 
@@ -56,7 +57,7 @@ class Watch:
 
 
 @pytest.mark.parametrize('controller', BOUNDS)
-def test_the_robot_tracks(robot, controller):
+def test_each_law_tracks_on_the_wall_clock(robot, controller):
     watch = Watch(robot)
     robot.start(arguments=[*ARGUMENTS, '-p', f'position_controller:controller_type:={controller}'])
     robot.spin_until(lambda: watch.errors)
@@ -64,12 +65,10 @@ def test_the_robot_tracks(robot, controller):
     # the hybrid law first looks for the cart; within a lap each is on the path
     robot.spin_until(lambda: 0.0 < watch.rms(2.0) < BOUNDS[controller], 16.0)
     assert abs(time.time_ns() - watch.stamp) < 1e9
-    for process in robot.processes.values():
-        process.signal(signal.SIGINT)
-    robot.spin_until(lambda: all(process.exit_code() == 0 for process in robot.processes.values()), 10.0)
+    robot.stop()
 
 
-def test_a_silent_node_stops_the_robot_and_its_return_goes_on(robot):
+def test_a_stalled_node_stops_the_robot_until_it_returns(robot):
     watch = Watch(robot)
     robot.start(arguments=ARGUMENTS)
     robot.spin_until(lambda: watch.errors)
@@ -90,10 +89,21 @@ def test_a_silent_node_stops_the_robot_and_its_return_goes_on(robot):
     robot.spin_until(lambda: watch.errors[-1][1] < 0.05, 16.0)
 
 
-def test_without_torques_the_plant_stands_and_ends_in_time(robot):
-    watch = Watch(robot)
-    robot.start('plant', arguments=[*ARGUMENTS, '-p', 'duration:=5.0'])
-    robot.spin_until(lambda: watch.torque == 0.0)
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None, 10.0)
-    assert robot.processes['plant'].exit_code() == 0
-    assert watch.speed == 0.0
+def test_without_new_torques_the_plant_applies_none_and_ends_in_time(robot):
+    watch, node = Watch(robot), robot.recorder
+    robot.start('plant', arguments=[*ARGUMENTS, '-p', 'duration:=6.0'])
+    publisher = node.create_publisher(JointState, 'wheel_torques', PUBLISHED)
+    message = JointState(name=list(WHEEL_JOINTS), effort=[0.1, 0.1])
+
+    def publish():
+        message.header.stamp = node.get_clock().now().to_msg()
+        publisher.publish(message)
+
+    timer = node.create_timer(0.02, publish)
+    robot.spin_until(lambda: watch.torque == 0.1 and watch.speed > 0.1)
+    timer.cancel()
+    # torque_timeout is 0.1 s
+    robot.spin_until(lambda: watch.torque == 0.0, 2.0)
+    coasting = watch.speed
+    robot.finish(10.0)
+    assert 0.0 < watch.speed < 0.5 * coasting

@@ -19,7 +19,7 @@ def _exit_code(run):
     return make_main('name', lambda _: None, run)([])
 
 
-def test_exit_codes_pass():
+def test_main_returns_the_exit_code_of_the_command():
     assert [_exit_code(lambda _, code=code: code) for code in (0, 1)] == [0, 1]
 
 
@@ -30,14 +30,14 @@ def test_exit_codes_pass():
     (ModuleNotFoundError('no', name='rosbags'), 2, ['module rosbags is missing', 'rosdep or pip']),
     (KeyboardInterrupt(), 1, ['name: interrupted']),
 ])
-def test_errors_become_messages(capsys, error, code, said):
+def test_errors_give_a_message_and_an_exit_code(capsys, error, code, said):
     assert _exit_code(_raising(error)) == code
     shown = capsys.readouterr().err
     for words in said:
         assert words in shown
 
 
-def test_later_files_and_overrides_win(tmp_path):
+def test_later_files_and_overrides_take_precedence(tmp_path):
     for name, mass in (('first', 1.0), ('second', 2.0)):
         (tmp_path / name).write_text(f'/**: {{ros__parameters: {{robot.mass: {mass}, robot.inertia: {mass}}}}}')
     options = make_parser('name', 'what it does').parse_args([
@@ -49,7 +49,7 @@ def test_later_files_and_overrides_win(tmp_path):
 
 
 @pytest.mark.parametrize('text', ['0', '-1', 'nan', 'inf', 'long'])
-def test_only_positive_durations(text):
+def test_a_duration_must_be_positive(text):
     with pytest.raises(argparse.ArgumentTypeError, match='not a positive number'):
         positive(text)
     assert positive('16') == 16.0

@@ -48,7 +48,7 @@ def _same(recorded, samples):
         assert ours.tick.pose == pytest.approx(theirs.tick.pose, abs=1e-12)
 
 
-def test_a_whole_bag_reads_back(whole, samples):
+def test_a_complete_bag_is_read_back_and_left_unchanged(whole, samples):
     before = _files(whole)
     told = []
     recording = bag_reader.read_bag(whole, progress=lambda *how_far: told.append(how_far))
@@ -59,7 +59,7 @@ def test_a_whole_bag_reads_back(whole, samples):
     assert _files(whole) == before
 
 
-def test_one_file_of_it_is_enough(whole, samples):
+def test_a_bag_without_metadata_is_read_by_its_file_alone(whole, samples):
     (whole / 'metadata.yaml').unlink()
     assert bag_reader.read_bag(whole).samples == bag_reader.read_bag(whole / 'bag.mcap').samples
     _same(bag_reader.read_bag(whole).samples, samples)
@@ -80,7 +80,7 @@ def test_a_file_cut_off_anywhere_is_read_up_to_there(whole, samples, seed):
     assert _files(whole) == before
 
 
-def test_a_file_that_lacks_its_index_alone_is_whole(whole, samples):
+def test_a_file_without_its_index_is_complete(whole, samples):
     file = whole / 'bag.mcap'
     file.write_bytes(file.read_bytes()[:-8])
     recording = bag_reader.read_bag(whole)
@@ -88,7 +88,7 @@ def test_a_file_that_lacks_its_index_alone_is_whole(whole, samples):
     _same(recording.samples, samples)
 
 
-def test_a_damaged_part_is_left_out(tmp_path):
+def test_a_damaged_chunk_is_left_out_and_reported(tmp_path):
     samples = list(rollout(configuration(), 2.0))
     whole = record(tmp_path / 'bag', samples)
     file = whole / 'bag.mcap'
@@ -105,7 +105,7 @@ def test_a_damaged_part_is_left_out(tmp_path):
 
 
 @pytest.mark.parametrize('content', [b'', b'\x89MC', b'\x89MCAP0\r\n', b'\x89MCAP0\r\n' + bytes(1000)])
-def test_a_file_that_has_hardly_begun(tmp_path, content):
+def test_a_file_without_a_message_is_reported_as_cut_off(tmp_path, content):
     (tmp_path / 'bag.mcap').write_bytes(content)
     recording = bag_reader.read_bag(tmp_path)
     assert not recording.samples
@@ -113,7 +113,7 @@ def test_a_file_that_has_hardly_begun(tmp_path, content):
     assert any('no message of the control loop' in problem for problem in recording.problems)
 
 
-def test_an_empty_bag(tmp_path):
+def test_an_empty_bag_is_reported(tmp_path):
     with BagWriter(tmp_path / 'bag'):
         pass
     recording = bag_reader.read_bag(tmp_path / 'bag')
@@ -121,7 +121,7 @@ def test_an_empty_bag(tmp_path):
     assert any('the bag holds nothing' in problem for problem in recording.problems)
 
 
-def test_what_is_no_bag_is_refused_with_path_and_remedy(tmp_path):
+def test_a_path_without_a_bag_is_refused_with_a_remedy(tmp_path):
     (tmp_path / 'text').mkdir()
     (tmp_path / 'text' / 'notes.txt').write_text('hello')
     (tmp_path / 'liar').mkdir()
@@ -155,7 +155,7 @@ def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
     (StoragePlugin.MCAP, CompressionMode.NONE), (StoragePlugin.MCAP, CompressionMode.STORAGE),
     (StoragePlugin.MCAP, CompressionMode.FILE), (StoragePlugin.MCAP, CompressionMode.MESSAGE),
 ])
-def test_bags_of_other_writers(tmp_path, samples, storage, mode):
+def test_bags_written_by_rosbags_are_read(tmp_path, samples, storage, mode):
     _by_rosbags(tmp_path / 'bag', samples, storage, mode)
     before = _files(tmp_path / 'bag')
     recording = bag_reader.read_bag(tmp_path / 'bag')
@@ -166,7 +166,7 @@ def test_bags_of_other_writers(tmp_path, samples, storage, mode):
 
 @pytest.mark.parametrize('compression', [CompressionType.LZ4, CompressionType.ZSTD])
 @pytest.mark.parametrize('cut', [False, True])
-def test_compressed_chunks(tmp_path, samples, compression, cut):
+def test_compressed_chunks_are_read_complete_or_cut_off(tmp_path, samples, compression, cut):
     file = tmp_path / 'run_0.mcap'
     with file.open('wb') as stream:
         writer = McapWriter(stream, compression=compression, chunk_size=50_000)
@@ -186,7 +186,7 @@ def test_compressed_chunks(tmp_path, samples, compression, cut):
     _same(found, samples[:len(found)] if cut else samples)
 
 
-def test_files_that_were_split_are_read_in_their_order(tmp_path, samples):
+def test_split_files_are_read_in_numerical_order(tmp_path, samples):
     (tmp_path / 'bag').mkdir()
     for n, part in ((2, samples[:250]), (10, samples[250:])):
         record(tmp_path / f'bag_{n}', part)
@@ -196,7 +196,7 @@ def test_files_that_were_split_are_read_in_their_order(tmp_path, samples):
     _same(recording.samples, samples)
 
 
-def test_a_database_without_metadata_and_a_broken_one(tmp_path, samples):
+def test_a_database_without_metadata_is_read_and_a_broken_one_refused(tmp_path, samples):
     _by_rosbags(tmp_path / 'bag', samples, StoragePlugin.SQLITE3)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
     _same(bag_reader.read_bag(tmp_path / 'bag').samples, samples)
@@ -206,7 +206,7 @@ def test_a_database_without_metadata_and_a_broken_one(tmp_path, samples):
         bag_reader.read_bag(tmp_path / 'bag')
 
 
-def test_another_robots_bag_says_what_is_in_it(tmp_path, samples):
+def test_a_bag_of_another_namespace_is_reported_with_its_topics(tmp_path, samples):
     record(tmp_path / 'bag', samples, '/robot1/')
     recording = bag_reader.read_bag(tmp_path / 'bag')
     assert not recording.samples
@@ -217,7 +217,7 @@ def test_another_robots_bag_says_what_is_in_it(tmp_path, samples):
     _same(bag_reader.read_bag(tmp_path / 'bag', '/robot1').samples, samples)
 
 
-def test_messages_of_another_kind_are_left_out_and_counted(tmp_path, samples):
+def test_unreadable_messages_are_left_out_and_counted(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         arm = JointState(name=['elbow'], position=[0.0], velocity=[0.0], effort=[0.0])
         writer.write('/joint_states', LOOP_TOPICS['joint_states'].kind, WALL, serialize_message(arm))
@@ -233,7 +233,7 @@ def test_messages_of_another_kind_are_left_out_and_counted(tmp_path, samples):
     assert 'no messages on odom' in text
 
 
-def test_a_silent_topic_and_a_late_start_are_named(tmp_path, samples):
+def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         for sample in samples[100:]:
             for topic, stamp, message in said(sample):

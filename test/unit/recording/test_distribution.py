@@ -25,7 +25,7 @@ def test_without_a_sourced_distribution_the_wheels_name_it(monkeypatch):
     assert ros_distribution() == _wheels()
 
 
-def test_nothing_installed_is_unknown(monkeypatch):
+def test_without_ros_the_distribution_is_unknown(monkeypatch):
     def missing(name):
         raise metadata.PackageNotFoundError(name)
 

@@ -36,7 +36,7 @@ print(meter.last.time, time.process_time(), resource.getrusage(resource.RUSAGE_S
 
 @pytest.mark.soak
 @pytest.mark.timeout(600)
-def test_ten_minutes_take_less_than_a_minute_and_a_gigabyte(tmp_path):
+def test_reading_ten_minutes_takes_less_than_a_minute_and_a_gigabyte(tmp_path):
     lap = [message for sample in itertools.islice(rollout(configuration(), 16.0), 8000) for message in said(sample)]
     clock = serialize_message(Clock())
     count = 0

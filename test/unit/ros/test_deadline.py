@@ -20,7 +20,7 @@ time.sleep(1.5)
 """
 
 
-def test_a_process_that_hangs_ends_with_its_code():
+def test_a_hanging_process_is_ended_with_its_exit_code():
     for code in (0, 3):
         begun = time.monotonic()
         done = subprocess.run([sys.executable, '-c', HANGS.format(code=code)], capture_output=True, text=True,
@@ -29,5 +29,5 @@ def test_a_process_that_hangs_ends_with_its_code():
         assert time.monotonic() - begun < 40.0
 
 
-def test_one_that_is_done_in_time_is_left_alone():
+def test_a_process_that_ends_in_time_keeps_its_exit_code():
     assert subprocess.run([sys.executable, '-c', IN_TIME], timeout=50, check=False).returncode == 0

@@ -25,7 +25,7 @@ class StandInNode:
         return types.SimpleNamespace(warning=self.warnings.append, info=self.warnings.append)
 
 
-def test_a_short_stall_makes_no_subscriptions_and_a_long_one_is_named():
+def test_only_a_long_stall_adds_subscriptions_and_names_its_node():
     node = StandInNode()
     detector = StallDetector(node, timeout=2.0)
     for silence in (0.1, 0.2, 0.4):

@@ -45,7 +45,7 @@ def test_the_run_starts_at_rest_at_its_initial_pose():
     assert (first.right_angle, first.left_angle) == (0.0, 0.0)
 
 
-def test_the_first_torque_answers_the_first_reference():
+def test_the_first_torque_follows_from_the_first_reference():
     # v_r = 0.5 rate, omega_r = 5 rate, from rest: R/r (K1 v_r +- K2 omega_r)
     first = next(rollout(asked(), 1.0))
     rate = 2.0 * math.pi / 16.0
@@ -63,7 +63,7 @@ def test_the_position_loop_ticks_at_its_own_rate_and_holds_its_command():
     assert len(commands) == 13
 
 
-def test_what_is_applied_is_what_was_asked_for_one_period_before():
+def test_the_applied_torque_is_that_of_the_period_before():
     samples = list(rollout(asked(), 0.1))
     assert [after.applied for after in samples[1:]] == [before.torque for before in samples[:-1]]
 
@@ -93,9 +93,10 @@ def test_every_sample_follows_from_the_one_before():
         pi, torque = velocity_pi.step(pi, command, state.velocity, gains, Robot(), 0.0, 0.002)
         assert sample.torque == pytest.approx(torque, abs=1e-10)
         state = dynamics.step(state, torque, plant)
+    assert k == 250
 
 
-def test_the_motors_limit_is_applied_and_the_laws_is_asked_for():
+def test_the_motor_limits_the_applied_torque_and_the_law_the_requested_one():
     by_motor = list(rollout(asked(plant={'max_wheel_torque': 0.3}), 0.02))
     assert by_motor[0].torque.right > 3.0
     assert by_motor[1].applied == WheelTorque(0.3, -0.3)
@@ -104,14 +105,14 @@ def test_the_motors_limit_is_applied_and_the_laws_is_asked_for():
     assert all(max(map(abs, sample.torque)) <= 0.3 for sample in by_law)
 
 
-def test_the_coupling_reaches_the_plant():
+def test_the_centripetal_coupling_changes_the_motion():
     with_, without = (list(rollout(asked(plant={'centripetal_coupling': coupling}), 0.5))[-1].tick.pose
                       for coupling in (True, False))
     assert with_ != pytest.approx(without, abs=1e-5)
     assert with_ == pytest.approx(without, abs=0.05)
 
 
-def test_start_gives_the_laws_start():
+def test_start_gives_the_initial_states_of_the_laws():
     loop, state = start(asked(position_controller={'controller_type': 'hybrid_backstepping'}))
     assert state.law == HybridState()
     assert state.pi == VelocityPiState()
@@ -141,14 +142,14 @@ def test_a_run_that_diverges_ends_early_with_finite_samples():
         assert max(map(abs, sample.tick.pose)) < 1e6
 
 
-def test_the_metrics_of_a_run_that_diverges_can_be_written():
+def test_the_metrics_of_a_diverging_run_are_finite_or_none():
     found, last = measured(diverging(), 16.0)
     assert found['duration'] == last.time
     for value in (found['rms_position_error'], found['objective']):
         assert value is None or math.isfinite(value)
 
 
-def test_unstable_gains_do_not_even_start():
+def test_unstable_gains_are_refused_before_the_start():
     with pytest.raises(ParameterError, match='unstable'):
         asked(velocity_controller={'gains.k1': 128.444})
 

@@ -98,7 +98,7 @@ def test_deviation_7_the_metrics_take_the_absolute_torque(meter):
     assert objective(run.totals, literal=True) == pytest.approx(objective(run.totals, literal=False) - 1.0)
 
 
-def test_one_error_and_one_torque_add_their_part_and_touch_nothing_else():
+def test_an_error_and_a_torque_each_change_their_own_totals_alone():
     base = Totals(*map(float, range(1, 15)))
     with_error = add_error(base, TrackingError(0.3, -0.4, -0.2), 0.5)
     assert with_error[7:] == base[7:]
@@ -111,7 +111,7 @@ def test_one_error_and_one_torque_add_their_part_and_touch_nothing_else():
     assert with_torque[7:] == (20.0, 30.0, 10.0, 30.0, 20.0, 60.0, 14.0 + 30.0)
 
 
-def test_a_single_sample_has_no_period_yet():
+def test_the_errors_of_a_single_sample_are_none():
     meter = Meter(0.5, 1.0)
     meter.add(next(series()))
     found = summary(meter.run('interrupted'))
@@ -127,7 +127,7 @@ def test_a_run_without_a_sample_has_no_metrics():
         Meter(0.5, 1.0).run('node_died')
 
 
-def test_what_is_not_finite_is_none_wherever_it_stands():
+def test_values_that_are_not_finite_become_none():
     totals = Totals(1.0, math.inf, 1.0, math.nan, 0.0, 0.0, 0.0, math.inf, 2.0, 3.0, 4.0, 5.0, -math.inf, math.nan)
     found = summary(MeasuredRun('diverged', 1.0, Pose(math.nan, 1.0, math.inf), WheelTorque(math.inf, 0.5), totals))
     assert found == {

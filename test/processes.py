@@ -1,0 +1,24 @@
+"""Processes that a test has started: found by their command lines, and waited for."""
+
+import contextlib
+import time
+from pathlib import Path
+
+
+def processes_of(folder, node=''):
+    """List the processes [pid] that were given a file of a folder, or the folder itself; of one node or of all."""
+    found = []
+    for process in Path('/proc').glob('[0-9]*'):
+        with contextlib.suppress(OSError):
+            words = (process / 'cmdline').read_text(errors='replace').split('\0')
+            if any(word.startswith(str(folder)) for word in words) and (not node or node in words):
+                found.append(int(process.name))
+    return found
+
+
+def wait_until(condition, seconds=10.0, step=0.002):
+    """Look every step [s] whether a condition holds; fail if it does not in time."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, f'the condition did not hold within {seconds} s'
+        time.sleep(step)
