@@ -17,7 +17,7 @@ def _close(a, b):
     return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
 
 
-# composed and as processes the numbers are the same, as the last test shows; composed is faster
+# composed, which is faster; the last test shows that four processes give the same numbers
 @pytest.mark.parametrize('controller', LAWS)
 def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, controller):
     file = CONFIG / f'{controller}.yaml'
@@ -44,10 +44,10 @@ IMPERFECT = ('noise.pose:=[0.01, 0.02, 0.005]', 'noise.velocity:=0.05', 'noise.s
 
 def test_recorded_topics_agree_with_the_rollout_under_noise_delay_and_disturbance(domain, tmp_path):
     file = CONFIG / 'hybrid_backstepping.yaml'
-    said = [f'plant.{one}' for one in IMPERFECT]
-    options = [word for one in said for word in ('-p', one)]
+    overrides = [f'plant.{assignment}' for assignment in IMPERFECT]
+    options = [word for override in overrides for word in ('-p', override)]
     _, recording = experiment(tmp_path / 'run', '--duration', 3, '--params-file', file, *options)
-    simulated = list(rollout(configure(load([file], said)), 3.0))
+    simulated = list(rollout(configure(load([file], overrides)), 3.0))
     assert not recording.problems
     recorded = recording.samples
     assert len(recorded) == len(simulated) == 1501
