@@ -49,7 +49,7 @@ class Browser:
 
     def _receive(self, deadline):
         while b'\0' not in self._buffer:
-            assert select.select([self._in], [], [], max(0.0, deadline - time.monotonic()))[0], 'Chromium is silent'
+            assert select.select([self._in], [], [], max(0.0, deadline - time.monotonic()))[0], 'Chromium timed out'
             piece = os.read(self._in, 1 << 16)
             assert piece, 'Chromium has ended'
             self._buffer += piece
@@ -57,7 +57,7 @@ class Browser:
         return json.loads(message)
 
     def call(self, method, **parameters):
-        """Send a command and wait for its answer."""
+        """Send a command and return its result."""
         number, deadline = next(self._numbers), time.monotonic() + 40.0
         session = {'sessionId': self._session} if self._session else {}
         command = {'id': number, 'method': method, 'params': parameters, **session}
@@ -69,7 +69,7 @@ class Browser:
                 return answer['result']
 
     def evaluate(self, expression):
-        """Value of a JavaScript expression in the page; a promise is waited for."""
+        """Return the value of a JavaScript expression in the page; a promise is awaited."""
         answer = self.call('Runtime.evaluate', expression=expression, awaitPromise=True, returnByValue=True)
         assert 'exceptionDetails' not in answer, answer
         return answer['result'].get('value')

@@ -1,4 +1,4 @@
-"""What all tests share: hypothesis draws the same examples in every run; each test has a ROS domain of its own."""
+"""Shared by all tests: hypothesis draws the same examples in every run, each test over DDS has its own ROS domain."""
 
 import fcntl
 import itertools

@@ -155,7 +155,7 @@ class Robots:
         self.spin_until(lambda: time.monotonic() > end, seconds + 5.0)
 
     def call(self, send):
-        """Call a service, again every second as a call before discovery is lost; returns the first response."""
+        """Call a service, and again every second, since a call before discovery is lost; returns the first response."""
         calls, due = [], time.monotonic()
 
         def answered():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def processes_of(folder, node=''):
-    """List the processes [pid] that were given a file of a folder, or the folder itself; of one node or of all."""
+    """List the processes [pid] with a path in a folder on their command line; those of one node, if it is named."""
     found = []
     for process in Path('/proc').glob('[0-9]*'):
         with contextlib.suppress(OSError):

@@ -9,7 +9,7 @@ import os
 import sys
 from pathlib import Path
 
-from bench.progress import say
+from bench.progress import show
 from bench.row import Row, table
 
 
@@ -33,15 +33,15 @@ def main(names: list[str]) -> int:
     rows: list[Row] = []
     try:
         for name in modules(names):
-            say(f'{name.removeprefix("bench_")} at a load of {os.getloadavg()[0]:.1f}')
+            show(f'{name.removeprefix("bench_")} at a load of {os.getloadavg()[0]:.1f}')
             for row in importlib.import_module(f'bench.{name}').rows():
                 rows.append(row)
-                say(f'{row.name}: {row.ratio:.2f}')
+                show(f'{row.name}: {row.ratio:.2f}')
     except KeyboardInterrupt:
-        say('interrupted')
+        show('interrupted')
         return 130
     finally:
-        say('')
+        show('')
         if rows:
             print(table(rows))
     return int(not all(row.holds for row in rows))

@@ -1,4 +1,4 @@
-"""The chapter's runs with its evolved gains: section 3.1 and 4.1, and what an independent solver found."""
+"""The chapter's runs with its evolved gains: section 3.1 and 4.1, and the numbers of an independent solver."""
 
 import math
 

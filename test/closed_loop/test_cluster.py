@@ -1,4 +1,4 @@
-"""The search on a real Dask cluster of two workers, one of which is killed on the way: the result is the same."""
+"""The search on a real Dask cluster of two workers, one of which is killed: the result is the same."""
 
 import os
 import signal
@@ -32,15 +32,15 @@ def start(code, *arguments):
 @pytest.fixture
 def cluster(tmp_path):
     """A scheduler and two workers as processes of their own; gives the address and the workers."""
-    told = tmp_path / 'scheduler.json'
+    scheduler_file = tmp_path / 'scheduler.json'
     local = ('--host', '127.0.0.1', '--port', '0', '--no-dashboard')
-    processes = [start(SCHEDULER, *local, '--scheduler-file', str(told))]
+    processes = [start(SCHEDULER, *local, '--scheduler-file', str(scheduler_file))]
     try:
-        wait_until(told.exists, 60.0)
+        wait_until(scheduler_file.exists, 60.0)
         # a nanny would start a killed worker again
-        processes += [start(WORKER, '--scheduler-file', str(told), '--nthreads', '1', '--no-nanny', '--no-dashboard',
-                            '--local-directory', str(tmp_path)) for _ in range(2)]
-        with distributed.Client(scheduler_file=str(told), set_as_default=False) as client:
+        processes += [start(WORKER, '--scheduler-file', str(scheduler_file), '--nthreads', '1', '--no-nanny',
+                            '--no-dashboard', '--local-directory', str(tmp_path)) for _ in range(2)]
+        with distributed.Client(scheduler_file=str(scheduler_file), set_as_default=False) as client:
             wait_until(lambda: len(client.scheduler_info(n_workers=-1)['workers']) == 2, 60.0)
             yield client.scheduler.address, processes[1:]
     finally:

@@ -4,10 +4,10 @@ import math
 from pathlib import Path
 
 import pytest
-from measuring import RunMeter
 
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
+from mobile_robot_control.simulation.metrics import RunMeter
 from mobile_robot_control.simulation.rollout import rollout
 
 CONFIG = Path(__file__).parents[2] / 'config'

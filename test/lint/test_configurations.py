@@ -69,7 +69,7 @@ def test_the_chapter_files_have_the_printed_numbers(path):
 
 
 def test_every_node_starts_with_every_shipped_file(domain):
-    """All four nodes in one process, each file in turn: what one of them refuses ends the process with exit 2."""
+    """All four nodes in one process, with each file in turn: a refused file ends the process with an error."""
     code = (
         'import sys, rclpy\n'
         'from mobile_robot_control.ros.spin import make_node\n'

@@ -1,4 +1,4 @@
-"""The files for ROS desktop tools say what the nodes say: frames, joints, topics, fields, sizes."""
+"""The files for ROS desktop tools agree with the nodes: frames, joints, topics, fields, sizes."""
 
 import importlib
 import math
@@ -50,7 +50,7 @@ def are_numbers(text, count):
 
 
 def schema_faults(element):
-    """Everything about a URDF that its schema forbids."""
+    """Yield what the URDF schema forbids in an element and its children."""
     children, needed, allowed = URDF.get(element.tag, (set(), set(), set()))
     if element.tag not in URDF:
         yield f'<{element.tag}> is unknown'
@@ -72,12 +72,12 @@ def schema_faults(element):
 
 
 def tree_faults(robot):
-    """Links that hang nowhere or twice, joints between links that are not there, materials that are not declared."""
+    """Yield links with no parent or two, joints between missing links, and materials that are not declared."""
     links = {link.get('name') for link in robot.iter('link')} - {None}
     children = [joint.find('child').get('link') for joint in robot.iter('joint')]
     parents = [joint.find('parent').get('link') for joint in robot.iter('joint')]
     yield from (f'no link {name}' for name in {*children, *parents} - links)
-    yield from (f'{name} hangs twice' for name in children if children.count(name) > 1)
+    yield from (f'{name} has two parents' for name in children if children.count(name) > 1)
     roots = links - set(children)
     if len(roots) != 1:
         yield f'roots {roots}'

@@ -31,7 +31,7 @@ def source(tmp_path):
 
 
 def _refused(path, environment):
-    """Start a node from a path with a parameter that it refuses: it lives, if it says so."""
+    """Return whether a node started from a path refuses an invalid parameter, for which it must import the package."""
     done = subprocess.run([path, '--ros-args', '-p', 'robot.mass:=-1.0'], env=environment, capture_output=True,
                           text=True, timeout=60, check=False)
     return done.returncode == 2 and 'robot.mass = -1.0' in done.stderr

@@ -1,4 +1,4 @@
-"""Ruff and strict mypy have nothing to say."""
+"""Ruff and strict mypy find nothing."""
 
 import subprocess
 import sys

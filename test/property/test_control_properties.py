@@ -1,4 +1,4 @@
-"""What holds of every error and of all gains: the control laws."""
+"""Properties of the control laws, for drawn errors and gains."""
 
 import math
 
@@ -40,7 +40,7 @@ def seeking_gains(draw):
 
 @st.composite
 def fuzzy_gains(draw):
-    """Every set of shapes and outputs that is allowed, as the whole check says."""
+    """Draw memberships and outputs that pass the check of the parameters."""
     angles = st.floats(0.0, math.pi)
     b2, b3, b4 = sorted(draw(st.lists(angles, min_size=3, max_size=3, unique=True)))
     b1, b5, b6 = draw(angles), draw(angles), draw(angles)
@@ -58,7 +58,7 @@ WITHIN = st.floats(-LARGEST, LARGEST)
 
 @st.composite
 def extreme_controls(draw):
-    """Any law with any gains that the parameters allow."""
+    """Draw any law with any gains that the parameters allow."""
     b1, size = draw(SIZES), draw(SIZES)
     b0 = max(SMALLEST, 0.25 * b1 * b1 * draw(st.floats(0.0, 0.999)))
     try:
@@ -228,7 +228,7 @@ def test_deviation_6_some_rule_always_fires_and_the_weights_sum_to_1(i1, i2, gai
     weights = [near * direction for near in m[:2] for direction in m[2:]]
     assume(sum(m[2:]) > 1e-300)
     assert sum(weight / sum(weights) for weight in weights) == pytest.approx(1.0, rel=1e-12)
-    # the weighted average of the ten rules, put together once more
+    # the weighted average of the ten rules, written out
     (fb, b, s, f, ff), (cw, straight, ccw) = gains.c, gains.d
     linear = [b, f, s, f, b, fb, ff, ff, ff, fb]
     angular = 2 * [cw, cw, straight, ccw, ccw]
@@ -263,13 +263,13 @@ def test_the_velocity_law_keeps_its_limit_and_never_winds_up_further(gains, v, o
     state = VelocityPiState(common, differential)
     after, torque = velocity_pi.step(state, BodyVelocity(v, omega), BodyVelocity(0.0, 0.0), gains, Robot(), limit, 0.01)
     assert max(map(abs, torque)) <= limit
-    for channel, error, asked, given_ in (
+    for channel, error, requested, given_ in (
         (0, v, 5.0 * gains.k1 * v + common, 0.5 * (torque.right + torque.left)),
         (1, omega, 5.0 * gains.k2 * omega + differential, 0.5 * (torque.right - torque.left)),
     ):
-        if abs(asked - given_) > 1e-9 and (asked - given_) * error > 0.0:
+        if abs(requested - given_) > 1e-9 and (requested - given_) * error > 0.0:
             assert after[channel] == state[channel]
-        elif abs(asked - given_) > 1e-9:
+        elif abs(requested - given_) > 1e-9:
             assert (after[channel] - state[channel]) * error >= 0.0
 
 

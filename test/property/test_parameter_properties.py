@@ -1,4 +1,4 @@
-"""What holds of every configuration: parameters and their files."""
+"""Properties of parameters and their files, for drawn values."""
 
 import math
 
@@ -51,7 +51,7 @@ def test_a_configuration_is_read_back_from_its_file(path, gains, d, mass):
 
 
 def attempt(node, values):
-    """Build the parameters of a node; returns them, or None and what is said against them."""
+    """Build the parameters of a node; returns them, or None and the violations."""
     try:
         return build(NODES[node], values), ()
     except ParameterError as refusal:
@@ -63,7 +63,7 @@ def test_any_single_value_is_accepted_or_refused_by_name(target, value):
     node, name = target
     built, violations = attempt(node, {name: value})
     if built is None:
-        # that a robot makes the velocity loop unstable is told by the gains and the rate
+        # a robot that makes the velocity loop unstable is refused with the gains and the rate
         assert any(name.rpartition('.')[2] in violation or 'unstable at velocity_rate' in violation
                    for violation in violations)
     else:

@@ -1,4 +1,4 @@
-"""What holds of every robot, motion and torque: kinematics and plant."""
+"""Properties of kinematics and plant, for drawn robots, motions and torques."""
 
 import math
 
@@ -146,7 +146,7 @@ def test_without_torques_no_robot_gains_energy(velocity, heading, robot, couplin
 @given(TORQUES, st.floats(0.01, 5.0))
 def test_limited_torques_stay_within_the_limit_and_keep_their_sign(torque, limit):
     limited = saturate(torque, limit)
-    for asked, given_ in zip(torque, limited, strict=True):
-        assert abs(given_) == min(abs(asked), limit)
-        assert given_ * asked >= 0.0
+    for requested, applied in zip(torque, limited, strict=True):
+        assert abs(applied) == min(abs(requested), limit)
+        assert applied * requested >= 0.0
     assert saturate(limited, limit) == limited

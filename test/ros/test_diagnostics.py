@@ -1,4 +1,4 @@
-"""What the nodes say of themselves on /diagnostics."""
+"""What the nodes report on /diagnostics."""
 
 import signal
 
@@ -18,14 +18,14 @@ class Reports:
 
     def __init__(self, robot):
         self.all = []
-        robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+        robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', self._take, 100)
 
-    def _hear(self, message):
+    def _take(self, message):
         self.all.extend(message.status)
 
     def newest(self, name):
         return next((status for status in reversed(self.all) if status.name == name),
-                    DiagnosticStatus(message='nothing said yet', level=DiagnosticStatus.STALE))
+                    DiagnosticStatus(message='nothing reported yet', level=DiagnosticStatus.STALE))
 
     def values(self, name):
         return {pair.key: pair.value for pair in self.newest(name).values}
@@ -45,7 +45,7 @@ def test_running_nodes_report_ok_and_a_missing_node_is_named(robot):
     assert reports.newest('plant').level == DiagnosticStatus.ERROR
     robot.spin_until(lambda: reports.newest('position_controller').message == 'waiting, waits for reference_cart')
     assert reports.newest('position_controller').level == DiagnosticStatus.ERROR
-    # it does its part: somebody else is missing
+    # it is not itself the missing one
     robot.spin_until(lambda: reports.newest('velocity_controller').message.startswith('waiting'))
     for name in ('plant', 'velocity_controller'):
         robot.stop(name)
@@ -63,7 +63,7 @@ def test_a_node_without_its_peers_is_stale_and_names_them(robot):
 
 
 def test_nodes_report_how_many_subscribers_they_have(robot):
-    """The recorder of an experiment on the wall clock waits for it: whoever is not there is not passed over."""
+    """By these numbers the recorder of an experiment on the wall clock waits for every node."""
     reports = Reports(robot)
     robot.start('plant', 'position_controller', 'velocity_controller', arguments=WALL_CLOCK, composed=True)
     robot.spin_until(lambda: reports.values('plant').get('listeners of /odom') == '2')
@@ -138,6 +138,6 @@ def test_refused_commands_are_counted_and_refresh_no_timeout(robot, change, reas
     timer.cancel()
     node.create_timer(0.02, lambda: publish(altered=True))
     robot.spin_until(lambda: int(reports.values('velocity_controller').get(f'refused cmd_vel: {reason}', '0')) > 10)
-    # what is refused refreshes no timeout: the command has fallen to zero
+    # a refused message refreshes no timeout: the command has fallen to zero
     robot.spin_until(lambda: reports.newest('velocity_controller').message == 'stopped, waits for position_controller')
     assert 'refused a message on cmd_vel' in robot.log('velocity_controller')

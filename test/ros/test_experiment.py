@@ -1,4 +1,4 @@
-"""The command `experiment`: what it writes, and what it says when something goes wrong."""
+"""The command `experiment`: the files that it writes, and how it ends when a run fails."""
 
 import json
 import os
@@ -50,7 +50,7 @@ def test_an_experiment_in_a_namespace_is_recorded(domain, tmp_path):
 
 
 def test_a_recorder_that_stalls_misses_no_message(domain, tmp_path):
-    """The run waits for it: while it stands still, three times as much would pass as publishers keep."""
+    """The run waits for the recorder: in the time of the stall, publishers would overrun their queues three times."""
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 12, '-p', 'plant.real_time_factor:=0.0', '--composed')
     os.kill(run.pid, signal.SIGSTOP)
@@ -127,7 +127,7 @@ def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
 def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path):
     (tmp_path / 'notes.txt').write_text('mine')
     experiment(tmp_path, '--duration', 0.2, '--composed')
-    # as if that one had drawn them
+    # as if that experiment had drawn them
     (tmp_path / 'figures').mkdir()
     for name in ('report.html', 'figures/path.png'):
         (tmp_path / name).write_text('old')

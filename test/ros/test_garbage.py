@@ -1,4 +1,4 @@
-"""Garbage on every loop topic at 1 kHz beside a run: the run goes on, and not one bit of it changes."""
+"""Garbage on every loop topic at 1 kHz beside a run: the run goes on, and no bit of it changes."""
 
 import contextlib
 import subprocess
@@ -83,7 +83,7 @@ def test_garbage_beside_a_run_changes_no_bit_of_it(domain, lossless, tmp_path, d
         assert len(stamps) == (500.0 if topic in ('joint_states', 'wheel_torques') else 100.0) * duration + 1
         for stamp, messages in stamps.items():
             assert len(messages) == 1
-            # the nodes published just that with that stamp, and nothing else
+            # with that stamp the nodes published this message alone
             found = {message for message in dirty[topic].get(stamp, ()) if not garbage.is_garbage(topic, message)}
             assert found == messages, (topic, stamp)
     assert not _missing(refused)

@@ -1,4 +1,4 @@
-"""Start order, death and return, the end of a run, repeated questions."""
+"""Lockstep: start order, nodes killed and restarted, the end of a run, repeated messages."""
 
 import math
 import re
@@ -92,7 +92,7 @@ def test_time_runs_up_to_where_it_is_held(robot):
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {500_000_000}
     assert 'no answer for' not in robot.log('plant')
-    # a time that is past holds too, and does not turn the run back
+    # a time in the past holds too, and does not set the run back
     result, = robot.set('plant', hold_at=0.25)
     assert result.successful, result.reason
     robot.listen(0.3)
@@ -136,7 +136,7 @@ def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
     wheels.publish(late)
     robot.spin_until(lambda: 'not the next stamp' in robot.log('velocity_controller'), 5.0)
     assert len(answers) == count
-    # nor to bytes that are no message, after which all goes on; warnings are two seconds apart
+    # nor to bytes that are no message, after which the run goes on; warnings are two seconds apart
     robot.listen(2.0)
     wheels.publish(b'\0\1\0\0' + bytes(12))
     robot.spin_until(lambda: 'joint_states: not readable' in robot.log('velocity_controller'), 5.0)
@@ -145,7 +145,7 @@ def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
 
 
 def test_between_position_ticks_odometry_is_repeated_too(robot):
-    """A velocity controller that is started again there needs the command of the last tick once more."""
+    """A velocity controller restarted there needs the command of the last position tick again."""
     robot.start('plant')
     node, odometry, wheels = robot.recorder, [], []
     torques = node.create_publisher(JointState, 'wheel_torques', PUBLISHED)
@@ -159,8 +159,8 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
 
     node.create_subscription(JointState, 'joint_states', answer_the_first, SUBSCRIBED)
     robot.spin_until(lambda: 2_000_000 in wheels)
-    heard = len(odometry)
-    robot.spin_until(lambda: len(odometry) > heard + 3, 5.0)
+    received = len(odometry)
+    robot.spin_until(lambda: len(odometry) > received + 3, 5.0)
     assert {message.header.stamp.nanosec for message in odometry} == {0}
 
 
@@ -193,6 +193,6 @@ def test_a_run_is_not_faster_than_its_real_time_factor(robot):
     started = time.monotonic()
     robot.start(arguments=['-p', 'real_time_factor:=0.5'], composed=True)
     robot.spin_until(lambda: robot.time() > 1.0)
-    # never faster than was asked for, counted from before the nodes were there; a slow machine may fall behind
+    # never faster than configured, counted from before the nodes were started; a slow machine may fall behind
     assert robot.time() <= 0.5 * (time.monotonic() - started) + 0.15
     assert time.monotonic() - started < 20.0

@@ -1,4 +1,4 @@
-"""The position controller and the cart drive a base that is not ours; what is said last is zero."""
+"""Position controller and reference cart drive a base that is not of this package; the last command is zero."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Bad configuration is refused by name, by nodes and commands, before anything moves: exit 2, no traceback."""
+"""Bad configuration is refused by name, by nodes and commands, before a node starts: exit code 2, no traceback."""
 
 import os
 import subprocess
@@ -58,7 +58,7 @@ def _assert_refused(done, words):
 def test_a_node_refuses_a_file(domain, tmp_path, capfd, node, text, words):
     file = tmp_path / 'parameters.yaml'
     file.write_text(text)
-    # in this process: those with an override, below, are nodes of their own
+    # in this process, which is faster; the overrides below are given to processes of their own
     stopped = types.SimpleNamespace(requested=True)
     code = spin.spin([node], ['--ros-args', '--params-file', str(file)], stopped)
     _assert_refused(subprocess.CompletedProcess(node, code, stderr=capfd.readouterr().err), words)
@@ -142,7 +142,7 @@ def test_a_folder_without_permission_is_refused(domain, tmp_path):
 
 
 def test_sections_of_our_other_nodes_are_accepted(domain):
-    """A file with sections for other nodes of ours passes."""
+    """One file is shared by all nodes of the package."""
     done = _node('plant', '--params-file', CONFIG / 'fuzzy.yaml', '-p', 'robot.mass:=-1.0')
     _assert_refused(done, ['robot.mass'])
     assert 'unknown' not in done.stderr

@@ -1,4 +1,4 @@
-"""Whatever stands last in ROS arguments wins, as rcl itself says, or is refused in words; nothing loses in silence."""
+"""The last value given in ROS arguments takes effect in rcl, or the arguments are refused: none is ignored."""
 
 import rclpy
 import yaml
@@ -62,7 +62,7 @@ def test_the_last_value_wins_or_is_refused(domain, tmp_path):
             check_ros_arguments(['plant'], arguments)
         except ParameterError:
             outcomes[False] += 1
-            # nothing is refused that rcl would have taken as written
+            # arguments that rcl would have applied as written are not refused
             if namespace == '/' or not any(isinstance(source, tuple) and source[0] for source in sources):
                 assert _rcl_takes(arguments) != last
         else:

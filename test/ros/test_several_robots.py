@@ -56,8 +56,8 @@ SOAK = float(os.environ.get('SOAK_SECONDS', '600'))
 WARM_UP = 30.0
 BYTES_A_STEP = 4.0
 """
-What a node may grow by, beyond the noise. The smallest thing that a step could leave behind is an object of Python or a
-stamp in a list: 8 bytes for the pointer alone, 32 with the number.
+How much a node may grow, beyond the noise. The least that a leak could cost a step is a Python object or a stamp in a
+list: 8 bytes for the pointer alone, 32 with the number.
 """
 NOISE = 0.5e6
 """[bytes] over a whole run: pages that an allocator takes once."""

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM at random moments of nodes and experiments: exit 0, whole bags, no traceback, nothing left."""
+"""SIGINT and SIGTERM at random moments of nodes and experiments: exit code 0, complete bags, no traceback."""
 
 import contextlib
 import json
@@ -23,7 +23,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Moment(NamedTuple):
-    """Which of the processes gets which signal, and how long after it can take one [s]."""
+    """Which process gets which signal, and how long after its handlers are installed [s]."""
 
     target: str
     delay: float
@@ -36,7 +36,7 @@ def _moments(targets, longest, count, seed):
 
 
 def _catches(pid):
-    """Say whether a process has its own handler for SIGTERM: before, the interpreter has not begun with the package."""
+    """Return whether a process has a handler for SIGTERM, which the package installs before all else."""
     with contextlib.suppress(OSError):
         caught = re.search(r'SigCgt:\s*(\w+)', Path(f'/proc/{pid}/status').read_text())
         return bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
@@ -44,7 +44,7 @@ def _catches(pid):
 
 
 def _segments(pids):
-    """Files in shared memory that these processes have locked as their own."""
+    """Return the files in shared memory that these processes have locked as their own."""
     locked = set()
     for line in Path('/proc/locks').read_text().splitlines():
         words = line.split()
@@ -67,7 +67,7 @@ def _start_node(name, folder, arguments):
 
 
 def _signal_a_node(folder, moment):
-    """Start the four nodes, or at an early moment one; it gets its signal, the others theirs afterwards."""
+    """Start the four nodes, or one for an early moment; signal the target, and the others when it has ended."""
     folder.mkdir()
     parameters = folder / 'parameters.yaml'
     parameters.write_text((CONFIG / 'fuzzy.yaml').read_text())
@@ -95,7 +95,7 @@ def _signal_a_node(folder, moment):
 
 
 def _signal_an_experiment(folder, moment):
-    """Interrupt an experiment of one simulated second; its bag is read."""
+    """Interrupt an experiment of one simulated second, and read its bag."""
     log = folder.with_suffix('.log')
     arguments = ['--duration', '1', '--output', folder, '--params-file', CONFIG / 'fuzzy.yaml']
     run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', *map(str, arguments)],
@@ -118,9 +118,9 @@ def _signal_an_experiment(folder, moment):
 
 
 def _signal(folder, moment):
-    """Run one case; what its processes had in shared memory is gone with them."""
+    """Run one case; afterwards no file of its processes is left in shared memory. Returns how many there were."""
     segments = (_signal_an_experiment if moment.target == 'experiment' else _signal_a_node)(folder, moment)
-    # the ports belong to all processes of a domain, of whom the last one cleans up
+    # the ports belong to all processes of a domain, and are removed by the last of them
     left = [path for path in segments if path.exists() and 'port' not in path.name]
     assert not left, (moment, left)
     return len(segments)
@@ -142,7 +142,7 @@ CHOSEN = [
 @pytest.mark.parametrize('moment', CHOSEN, ids=[f'{moment.target} {moment.delay}' for moment in CHOSEN])
 def test_signals_at_chosen_moments_leave_nothing_behind(domain, tmp_path, moment):
     seen = _signal(tmp_path / 'run', moment)
-    # by then the nodes are there, and what they left is looked for in the right place
+    # by then the nodes run: their files were looked for in the right place
     assert seen > 0 or moment.delay < 2.0
 
 

@@ -1,4 +1,4 @@
-"""Every node on its own clock: the robot tracks, stops when somebody is silent, and comes back."""
+"""Every node on its own clock: the robot tracks, stops when a node stalls, and recovers."""
 
 import math
 import signal
@@ -21,11 +21,11 @@ BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.1}
 
 
 class Watch:
-    """What the newest messages say, and all position errors [m] by wall time."""
+    """The values of the newest messages, and all position errors [m] by wall time."""
 
     def __init__(self, robot):
         self.errors, self.stamp = [], 0
-        self.speed = self.command = self.torque = self.asked = math.nan
+        self.speed = self.command = self.torque = self.requested = math.nan
         node = robot.recorder
         node.create_subscription(Vector3Stamped, 'tracking_error', self._on_error, SUBSCRIBED)
         node.create_subscription(Odometry, 'odom', self._on_odom, SUBSCRIBED)
@@ -47,10 +47,10 @@ class Watch:
         self.torque = max(map(abs, message.effort))
 
     def _on_torques(self, message):
-        self.asked = max(map(abs, message.effort))
+        self.requested = max(map(abs, message.effort))
 
     def rms(self, seconds):
-        """RMS error [m] over the last seconds."""
+        """Return the RMS position error [m] over the last seconds."""
         late = [error for at, error in self.errors if at > time.monotonic() - seconds]
         assert late
         return math.sqrt(sum(error**2 for error in late) / len(late))
@@ -62,7 +62,7 @@ def test_each_law_tracks_on_the_wall_clock(robot, controller):
     robot.start(arguments=[*ARGUMENTS, '-p', f'position_controller:controller_type:={controller}'])
     robot.spin_until(lambda: watch.errors)
     robot.listen(4.0)
-    # the hybrid law first looks for the cart; within a lap each is on the path
+    # the hybrid law seeks the cart first; within a lap each law is on the path
     robot.spin_until(lambda: 0.0 < watch.rms(2.0) < BOUNDS[controller], 16.0)
     assert abs(time.time_ns() - watch.stamp) < 1e9
     robot.stop()
@@ -73,18 +73,18 @@ def test_a_stalled_node_stops_the_robot_until_it_returns(robot):
     robot.start(arguments=ARGUMENTS)
     robot.spin_until(lambda: watch.errors)
     robot.listen(2.0)
-    for name, silent in (
+    for name, stopped in (
         ('position_controller', lambda: watch.speed < 0.05),
         ('reference_cart', lambda: watch.command == 0.0),
         ('velocity_controller', lambda: watch.torque == 0.0),
-        ('plant', lambda: watch.asked == 0.0 and watch.command == 0.0),
+        ('plant', lambda: watch.requested == 0.0 and watch.command == 0.0),
     ):
         robot.spin_until(lambda: watch.speed > 0.1)
         robot.processes[name].signal(signal.SIGSTOP)
         # timeouts are 0.5, 0.5 and 0.1 s; braking takes the rest
-        robot.spin_until(silent, 3.0)
+        robot.spin_until(stopped, 3.0)
         robot.processes[name].signal(signal.SIGCONT)
-        robot.spin_until(lambda: watch.speed > 0.1 and watch.command > 0.1 and watch.asked > 0.0, 5.0)
+        robot.spin_until(lambda: watch.speed > 0.1 and watch.command > 0.1 and watch.requested > 0.0, 5.0)
         robot.listen(1.0)
     robot.spin_until(lambda: watch.errors[-1][1] < 0.05, 16.0)
 

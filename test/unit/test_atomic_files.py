@@ -1,4 +1,4 @@
-"""Files are complete or not there, and an error names file and remedy."""
+"""Files are written completely or not at all, and an error names file and remedy."""
 
 import errno
 import os

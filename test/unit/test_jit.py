@@ -1,4 +1,4 @@
-"""The mark for functions that a compiler may take."""
+"""The register of functions that numba compiles."""
 
 from mobile_robot_control import jit
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping, velocity_pi

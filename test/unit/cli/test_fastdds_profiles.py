@@ -1,4 +1,4 @@
-"""An experiment's DDS settings, which give way to the user's own."""
+"""Fast DDS settings of an experiment; settings that the user has named stay in force."""
 
 import os
 from xml.etree import ElementTree

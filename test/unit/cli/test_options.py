@@ -1,4 +1,4 @@
-"""What the user can mend becomes a message and an exit code."""
+"""Options shared by the commands, and errors as messages and exit codes."""
 
 import argparse
 
@@ -23,18 +23,18 @@ def test_main_returns_the_exit_code_of_the_command():
     assert [_exit_code(lambda _, code=code: code) for code in (0, 1)] == [0, 1]
 
 
-@pytest.mark.parametrize(('error', 'code', 'said'), [
+@pytest.mark.parametrize(('error', 'code', 'messages'), [
     (ParameterError(['one', 'two']), 2, ['name: one', 'name: two']),
     (OSError(28, 'No space left on device', '/full/file'), 1, ['name: /full/file: No space left on device; make room']),
     (OSError(13, 'Permission denied', '/a/file'), 2, ['name: /a/file: Permission denied; name a place']),
     (ModuleNotFoundError('no', name='rosbags'), 2, ['module rosbags is missing', 'rosdep or pip']),
     (KeyboardInterrupt(), 1, ['name: interrupted']),
 ])
-def test_errors_give_a_message_and_an_exit_code(capsys, error, code, said):
+def test_errors_give_a_message_and_an_exit_code(capsys, error, code, messages):
     assert _exit_code(_raising(error)) == code
     shown = capsys.readouterr().err
-    for words in said:
-        assert words in shown
+    for message in messages:
+        assert message in shown
 
 
 def test_later_files_and_overrides_take_precedence(tmp_path):

@@ -1,4 +1,4 @@
-"""The command `tune`: its files, its exit codes, and that no interruption changes what it finds."""
+"""The command `tune`: its files and exit codes, and the same result after any interruption."""
 
 import json
 import os
@@ -22,7 +22,7 @@ from mobile_robot_control.simulation.rollout import measure
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5',
          '-p', 'reference_cart.scale:=0.05', '-p', 'plant.initial_pose:=[0.05, 0.0, 1.57]']
 SEARCH = ['backstepping', '--seed', '3', '--population', '9', '--bounds', 'k1=0:2', '--bounds', 'k2=0:2', *SMALL]
-# without numba, whose compilation would take longer than all else
+# without numba, whose compilation would take longer than the search
 START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.tune import main; sys.exit(main())'
 
 
@@ -66,12 +66,12 @@ def test_result_file_history_and_picture_agree(tmp_path, capsys):
     assert history[0] == 'number,best,mean,lost'
     assert len(history) == 7
     best = float(history[-1].split(',')[1])
-    # of the gains as written, which have six digits
-    (said,) = [float(line.split()[2].rstrip(':')) for line in head if line.startswith('# objective ')]
-    assert said == pytest.approx(best, rel=1e-3)
+    # of the written gains, which have six digits
+    (objective,) = [float(line.split()[2].rstrip(':')) for line in head if line.startswith('# objective ')]
+    assert objective == pytest.approx(best, rel=1e-3)
     assert output.with_suffix('.png').stat().st_size > 10000
     assert not list(output.parent.glob('*.journal'))
-    assert f'objective {said:.6g} after 6 generations' in capsys.readouterr().out
+    assert f'objective {objective:.6g} after 6 generations' in capsys.readouterr().out
 
 
 def test_a_rollout_of_the_result_file_has_the_objective_that_it_names(tmp_path):
@@ -127,7 +127,7 @@ def test_a_better_result_is_replaced_only_with_overwrite(tmp_path, capsys):
     assert run('--output', output, '--generations', 1, '--overwrite') == 0
     worse = output.read_bytes()
     assert worse != better
-    # the better one replaces the worse one unasked
+    # a better result replaces a worse one without the option
     assert run('--output', output, '--generations', 8) == 0
     assert values(output) == [line.decode() for line in better.splitlines() if not line.startswith(b'#')]
 
@@ -140,14 +140,14 @@ def test_a_file_without_a_controller_is_not_replaced(tmp_path, capsys):
     assert 'holds no backstepping controller' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(('arguments', 'said'), [
+@pytest.mark.parametrize(('arguments', 'message'), [
     (['--bounds', 'k9=0:1'], "no gene 'k9'"),
     (['--bounds', 'k1=2:1'], 'k1 = 2.0:1.0 is not allowed'),
     (['-p', '/**.velocity_rate:=-1.0'], 'velocity_rate = -1.0'),
 ])
-def test_unusable_values_end_with_exit_code_2(tmp_path, capsys, arguments, said):
+def test_unusable_values_end_with_exit_code_2(tmp_path, capsys, arguments, message):
     assert run('--output', tmp_path / 'x.yaml', *arguments) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
@@ -191,9 +191,9 @@ def test_a_full_disk_ends_the_search_and_keeps_the_best_so_far(tmp_path, capsys,
     monkeypatch.setattr(journal.Journal, 'add', full)
     output = tmp_path / 'x.yaml'
     assert run('--output', output, '--generations', 9) == 1
-    said = capsys.readouterr().err
-    assert 'No space left on device' in said
-    assert 'best of 3 generations' in said
+    printed = capsys.readouterr().err
+    assert 'No space left on device' in printed
+    assert 'best of 3 generations' in printed
     assert configure(load([output]))
     monkeypatch.setattr(journal.Journal, 'add', add)
     assert run('--output', output, '--generations', 9, '--resume') == 0
@@ -238,7 +238,7 @@ def _kill_and_resume(folder, kills, generations):
     return kept
 
 
-def _same_as_undisturbed(folder, generations):
+def _assert_same_as_uninterrupted(folder, generations):
     assert run('--output', folder / 'x.yaml', '--generations', generations, '--resume') == 0
     assert run('--output', folder / 'whole' / 'x.yaml', '--generations', generations) == 0
     assert values(folder / 'x.yaml') == values(folder / 'whole' / 'x.yaml')
@@ -248,14 +248,14 @@ def _same_as_undisturbed(folder, generations):
 def test_a_search_killed_once_and_resumed_gives_the_same_result(tmp_path):
     kept = _kill_and_resume(tmp_path, 1, 300)
     assert 0 < kept[0] < 300
-    _same_as_undisturbed(tmp_path, kept[-1] + 3)
+    _assert_same_as_uninterrupted(tmp_path, kept[-1] + 3)
 
 
 @pytest.mark.soak
 def test_a_search_killed_ten_times_and_resumed_gives_the_same_result(tmp_path):
     kept = _kill_and_resume(tmp_path, 10, 2000)
     assert kept == sorted(kept)
-    _same_as_undisturbed(tmp_path, kept[-1] + 3)
+    _assert_same_as_uninterrupted(tmp_path, kept[-1] + 3)
 
 
 def test_ctrl_c_writes_the_best_so_far_and_names_resume(tmp_path):
@@ -265,13 +265,13 @@ def test_ctrl_c_writes_the_best_so_far_and_names_resume(tmp_path):
     assert search.poll() is None
     # to the workers too, as a terminal does
     os.killpg(search.pid, signal.SIGINT)
-    _, said = search.communicate(timeout=30)
+    _, printed = search.communicate(timeout=30)
     assert search.returncode == 1
-    assert '--resume goes on' in said
-    assert 'Traceback' not in said
+    assert '--resume goes on' in printed
+    assert 'Traceback' not in printed
     assert configure(load([output]))
     generations = lines(journal) - 1
-    assert f'interrupted after {generations} of 5000' in said
+    assert f'interrupted after {generations} of 5000' in printed
     header = json.loads(journal.read_text().splitlines()[0].partition(' ')[2])
     assert header['seed'] == 3
     # two more generations on top

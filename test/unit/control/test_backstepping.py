@@ -17,9 +17,9 @@ STEEP = BacksteppingGains(p=1.5, q=0.5, alpha=2.0, f=2.0, g=3.0)
 
 def command(error, gains, v_r=2.0, omega_r=0.5):
     reference = Reference(Pose(9.0, 9.0, 9.0), BodyVelocity(v_r, omega_r))
-    state, asked = backstepping.step(NoState(), error, reference, gains, 0.01)
+    state, velocity = backstepping.step(NoState(), error, reference, gains, 0.01)
     assert state == NoState()
-    return asked
+    return velocity
 
 
 def test_equation_25_with_hand_numbers():
@@ -35,7 +35,7 @@ def test_equation_25_with_an_alpha_above_1():
     assert command(ERROR, between) == pytest.approx((math.sqrt(3.0) + 1.35, 0.5 - 2.85), rel=1e-14)
 
 
-def test_on_the_cart_the_command_is_the_references_velocity():
+def test_on_the_cart_the_velocityis_the_references_velocity():
     for gains in (GAINS, STEEP):
         assert command(TrackingError(0.0, 0.0, 0.0), gains) == (2.0, 0.5)
 

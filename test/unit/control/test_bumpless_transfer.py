@@ -1,4 +1,4 @@
-"""The running law, and its handing over without a jump."""
+"""Bumpless transfer: gains and laws change without a jump of the command."""
 
 import math
 
@@ -17,7 +17,7 @@ GENTLE = PositionControl(backstepping=BacksteppingGains(p=1.0, q=1.0, f=1.0, g=1
 BRISK = PositionControl(backstepping=BacksteppingGains(p=2.0, q=1.0, f=4.0, g=3.0))
 
 
-def asked(parameters):
+def settled(parameters):
     law = LAWS[parameters.controller_type]
     return law.step(law.start, ERROR, REFERENCE, getattr(parameters, parameters.controller_type), DT)[1]
 
@@ -26,14 +26,14 @@ def test_without_a_change_the_command_is_that_of_the_law():
     running = bumpless_transfer.begin(GENTLE, under_way=False)
     for _ in range(3):
         running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
-        assert command == asked(GENTLE)
+        assert command == settled(GENTLE)
         assert running.command == command
 
 
 def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second():
     running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, under_way=False), ERROR, REFERENCE, DT)
     running = bumpless_transfer.change(running, BRISK)
-    new = asked(BRISK)
+    new = settled(BRISK)
     assert new != pytest.approx(before, rel=1e-3)
     for k in range(40):
         running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
@@ -60,7 +60,7 @@ def test_another_law_takes_over_without_a_jump():
     assert command == pytest.approx(before, rel=1e-14)
     for _ in range(200):
         running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
-    assert command == pytest.approx(asked(fuzzy), rel=1e-12)
+    assert command == pytest.approx(settled(fuzzy), rel=1e-12)
 
 
 def test_a_hybrid_law_switched_in_live_starts_tracking():
@@ -86,7 +86,7 @@ def test_new_gains_keep_the_state_of_the_law():
 
 
 def test_a_change_before_the_first_step_starts_from_rest():
-    # nothing was asked for yet: the robot stands
+    # no command has been published yet: the robot stands
     running = bumpless_transfer.change(bumpless_transfer.begin(GENTLE, under_way=False), BRISK)
     _, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
     assert command == pytest.approx((0.0, 0.0), abs=1e-15)

@@ -47,16 +47,16 @@ def test_equation_30_before_the_cart_is_seen_the_robot_only_turns():
 
 
 def test_equation_30_while_fading_in():
-    _, asked = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
+    _, inner = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
     _, command = step(HybridState(seen=1.0, fade=0.25, fade_rate=0.5, seek=-0.4), LEFT)
     # alpha u1 and alpha u2 + (1 - alpha) omega_s
-    assert command == pytest.approx((0.25 * asked.linear, 0.25 * asked.angular - 0.75 * 0.4), rel=1e-14)
+    assert command == pytest.approx((0.25 * inner.linear, 0.25 * inner.angular - 0.75 * 0.4), rel=1e-14)
 
 
 def test_equation_30_once_faded_in_it_is_backstepping():
-    _, asked = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
+    _, inner = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
     state, command = step(TRACKING, LEFT)
-    assert command == asked
+    assert command == inner
     assert (state.seen, state.fade, state.fade_rate) == (1.0, 1.0, 0.0)
 
 

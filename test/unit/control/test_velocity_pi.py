@@ -144,7 +144,7 @@ def test_each_wheels_torque_stays_within_the_limit(command, limit, torque):
 
 def test_conditional_integration_stops_a_channel_that_asks_beyond_the_limit():
     start = VelocityPiState(1.0, 0.5)
-    # both wheels at the limit: the linear channel waits, the angular one has no error
+    # both wheels at the limit: the linear channel is held, the angular one has no error
     assert step(start, (5.0, 0.0), limit=4.0)[0] == start
     assert step(VelocityPiState(-1.0, -0.5), (-5.0, 0.0), limit=4.0)[0] == (-1.0, -0.5)
     # the right wheel alone: both channels ask for more of it
@@ -173,9 +173,9 @@ def test_after_seconds_of_saturation_the_torque_leaves_the_limit_at_once():
         assert torque == (limit, limit)
         state = dynamics.step(state, torque, plant)
     assert state.velocity.linear == pytest.approx(0.486, abs=1e-3)
-    # the integral took nothing in, where 5 s of some 1.6 m/s would have made it 8 times the proportional part
+    # the integral has not changed; 5 s of some 1.6 m/s would have made it 8 times the proportional part
     assert pi == VelocityPiState(0.0, 0.0)
-    # asked for less than it has, it brakes in the very same period
+    # commanded to a lower velocity, it brakes within the same period
     _, torque = step(pi, (0.4, 0.0), state.velocity, gains, limit, dt)
     assert torque.right == torque.left < 0.0
 

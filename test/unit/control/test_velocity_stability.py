@@ -1,4 +1,4 @@
-"""Whether velocity gains are stable at a rate."""
+"""Stability of the sampled velocity loop: spectral radius and slowest stable rate."""
 
 import re
 
@@ -26,7 +26,7 @@ def test_the_slowest_stable_rate_of_the_evolved_gains(delay, rate):
 
 
 def error_after(rate, delay, steps):
-    """Simulate the loop at a rate, each torque applied so many samples late; give the error it ends with."""
+    """Simulate the loop at a rate [Hz], each torque applied so many samples late; return its final error."""
     plant, state, pi = discretise(ROBOT, 1.0 / rate), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
     on_their_way = [WheelTorque(0.0, 0.0)] * delay
     errors = []
@@ -45,7 +45,7 @@ def test_a_simulation_diverges_below_that_rate_and_converges_above(delay, rate):
 
 
 def test_the_spectral_radius_by_hand():
-    # no friction, no integral to speak of: the poles are 1 - gain dt / inertia and 1
+    # without friction and with a negligible integral the poles are 1 - gain dt / inertia and 1
     robot = Robot(viscous_friction=0.0)
     gains = VelocityGains(k1=100.0, ti1=1e12, k2=1e-6, ti2=1e12)
     # K1 R / (A+B) = 17.5 / 0.007125

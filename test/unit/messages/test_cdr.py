@@ -1,4 +1,4 @@
-"""The fast way to read the loop's messages agrees with a general deserialiser."""
+"""The package's deserialiser of the loop's messages agrees with that of rosbags."""
 
 import numpy as np
 import pytest

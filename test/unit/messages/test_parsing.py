@@ -1,4 +1,4 @@
-"""What messages say, and which must not enter the loop."""
+"""Messages read into quantities; invalid ones are refused with a reason."""
 
 import math
 import struct

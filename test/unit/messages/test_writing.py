@@ -1,4 +1,4 @@
-"""What is written into messages is read back."""
+"""Quantities written into messages are read back."""
 
 import math
 import struct
@@ -33,7 +33,7 @@ TYPES = get_typestore(Stores.ROS2_KILTED)
 
 
 def _as_rosbags_writes(message, kind):
-    """The same message from another hand, which refuses what is too long or too short."""
+    """Return a message serialised again by rosbags, which refuses what is too long or too short."""
     return bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(message, kind), kind))
 
 
@@ -74,7 +74,7 @@ def test_other_written_messages_are_read_back_to_the_last_bit():
 
 @pytest.mark.parametrize('frame', ['', 'odom', 'robot1/odom', 'a' * 31])
 def test_rclpy_reads_the_message_that_it_would_have_written_itself(frame):
-    """Frames of all lengths shift what comes after them."""
+    """Frame names of all lengths shift the fields after them."""
     message = Odometry(child_frame_id=f'{frame}x')
     message.header.frame_id = frame
     message.header.stamp.sec, message.header.stamp.nanosec = 12, 345_678_901

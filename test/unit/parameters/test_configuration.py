@@ -172,7 +172,7 @@ def test_the_chapters_gains_pass_at_4_khz_in_lockstep_alone():
 
 
 def test_stability_is_checked_with_the_configured_robot():
-    # half the mass and inertia make the same gains twice as strong
+    # the loop gain is inversely proportional to the inertia: a lighter robot makes the same gains unstable
     light = Robot(mass=0.1, inertia=0.001, wheel_inertia=1e-5)
     values = {f'robot.{name}': value for name, value in light._asdict().items()}
     assert any('are unstable' in violation for violation in refused(everywhere(**values)))

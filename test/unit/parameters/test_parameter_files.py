@@ -17,7 +17,7 @@ from mobile_robot_control.parameters.nodes import NODES
 
 @pytest.fixture
 def file(tmp_path):
-    """Writes a parameter file and gives its path."""
+    """A function that writes a parameter file and returns its path."""
     def make(text, name='params.yaml'):
         path = tmp_path / name
         path.write_text(text, encoding='utf-8')

@@ -1,4 +1,4 @@
-"""The declaration of parameters, and what it refuses."""
+"""Parameters declared as fields, built from values, and refused by name."""
 
 import math
 from collections.abc import Iterator
@@ -191,7 +191,7 @@ def test_every_violation_is_named_at_once():
 def test_rules_between_parameters_are_all_checked_once_the_values_are_sound():
     broken = {'wheel.radius': 0.5, 'braked': True, 'holes': 9}
     assert refused(broken) == ('wheel.radius = 0.5 m exceeds width = 0.4 m', 'holes = 9 leave no room for the brake')
-    # a rule is not asked about values that are themselves wrong
+    # rules are not checked on values that are themselves invalid
     assert refused({**broken, 'width': -1.0}) == ('width = -1.0 is not allowed; it must be at least 0.1 m',)
 
 

@@ -1,9 +1,9 @@
-"""Bags of all kinds, whole and damaged: what can be read is read, the rest is named, and nothing is changed."""
+"""Bags of all kinds, complete and damaged: read as far as possible, the rest reported, their files unchanged."""
 
 import random
 
 import pytest
-from bag_making import WALL, record, said
+from bag_making import WALL, messages_of, record
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from measuring import configuration
@@ -50,11 +50,11 @@ def _same(recorded, samples):
 
 def test_a_complete_bag_is_read_back_and_left_unchanged(whole, samples):
     before = _files(whole)
-    told = []
-    recording = bag_reader.read_bag(whole, progress=lambda *how_far: told.append(how_far))
+    progress = []
+    recording = bag_reader.read_bag(whole, progress=lambda *how_far: progress.append(how_far))
     assert not recording.problems
     _same(recording.samples, samples)
-    assert told[-1][0] == told[-1][1] > 0
+    assert progress[-1][0] == progress[-1][1] > 0
     assert recording.signals['joint_states'].received[-1] == WALL + 1_000_000_000
     assert _files(whole) == before
 
@@ -124,13 +124,13 @@ def test_an_empty_bag_is_reported(tmp_path):
 def test_a_path_without_a_bag_is_refused_with_a_remedy(tmp_path):
     (tmp_path / 'text').mkdir()
     (tmp_path / 'text' / 'notes.txt').write_text('hello')
-    (tmp_path / 'liar').mkdir()
-    (tmp_path / 'liar' / 'bag.mcap').write_text('this is not an mcap file')
+    (tmp_path / 'false').mkdir()
+    (tmp_path / 'false' / 'bag.mcap').write_text('this is not an mcap file')
     (tmp_path / 'other').mkdir()
-    (tmp_path / 'other' / 'bag_0.db3').write_text('this is not a database, whatever its name may say')
+    (tmp_path / 'other' / 'bag_0.db3').write_text('this is not a database')
     (tmp_path / 'gone').mkdir()
     (tmp_path / 'gone' / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 9}')
-    for name in ('text', 'liar', 'other', 'gone', 'nowhere'):
+    for name in ('text', 'false', 'other', 'gone', 'nowhere'):
         with pytest.raises(BagError) as refused:
             bag_reader.read_bag(tmp_path / name)
         assert str(tmp_path / name) in str(refused.value)
@@ -144,7 +144,7 @@ def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         for sample in samples:
-            for topic, stamp, message in said(sample):
+            for topic, stamp, message in messages_of(sample):
                 if topic not in topics:
                     topics[topic] = writer.add_connection(prefix + topic, LOOP_TOPICS[topic].kind, typestore=types)
                 writer.write(topics[topic], WALL + stamp, message)
@@ -174,7 +174,7 @@ def test_compressed_chunks_are_read_complete_or_cut_off(tmp_path, samples, compr
         channels = {topic: writer.register_channel(f'/{topic}', 'cdr', writer.register_schema(row.kind, 'ros2msg', b''))
                     for topic, row in LOOP_TOPICS.items()}
         for sample in samples:
-            for topic, stamp, message in said(sample):
+            for topic, stamp, message in messages_of(sample):
                 writer.add_message(channels[topic], WALL + stamp, message, WALL + stamp)
         writer.finish()
     if cut:
@@ -223,7 +223,7 @@ def test_unreadable_messages_are_left_out_and_counted(tmp_path, samples):
         writer.write('/joint_states', LOOP_TOPICS['joint_states'].kind, WALL, serialize_message(arm))
         writer.write('/odom', 'std_msgs/msg/String', WALL, serialize_message(String(data='here')))
         writer.write('/cmd_vel', LOOP_TOPICS['cmd_vel'].kind, WALL, b'\0\1\0\0garbage')
-        for topic, stamp, message in said(samples[0]):
+        for topic, stamp, message in messages_of(samples[0]):
             if topic != 'odom':
                 writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
     text = '\n'.join(bag_reader.read_bag(tmp_path / 'bag').problems)
@@ -236,7 +236,7 @@ def test_unreadable_messages_are_left_out_and_counted(tmp_path, samples):
 def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         for sample in samples[100:]:
-            for topic, stamp, message in said(sample):
+            for topic, stamp, message in messages_of(sample):
                 if topic != 'tracking_error':
                     writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
     recording = bag_reader.read_bag(tmp_path / 'bag')

@@ -1,4 +1,4 @@
-"""Bags as others read them, and as they are when the writing breaks off."""
+"""Bags as other libraries read them, and as they are when the writing breaks off."""
 
 import errno
 import math
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from bag_making import WALL, said, write
+from bag_making import WALL, messages_of, write
 from measuring import configuration
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
@@ -26,7 +26,7 @@ def samples():
     return list(rollout(configuration(), 2.0))
 
 
-def _by_another_writer(path, messages):
+def _by_rosbags(path, messages):
     forever = QosTime(9223372036, 854775807)
     quality = Qos(QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.VOLATILE, forever, forever,
                   QosLiveliness.AUTOMATIC, forever, avoid_ros_namespace_conventions=False)
@@ -49,8 +49,8 @@ def _content(path):
 
 def test_bag_and_metadata_equal_those_of_rosbags(tmp_path, samples):
     # serialised once: padding bytes are random
-    messages = [message for sample in samples for message in said(sample)]
-    _by_another_writer(tmp_path / 'theirs' / 'bag', messages)
+    messages = [message for sample in samples for message in messages_of(sample)]
+    _by_rosbags(tmp_path / 'theirs' / 'bag', messages)
     with BagWriter(tmp_path / 'ours' / 'bag') as writer:
         for topic, stamp, message in messages:
             writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
@@ -115,9 +115,9 @@ def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, monkeypatc
         write(writer, samples)
         assert str(tmp_path / 'bag' / 'bag.mcap') in writer.failure
         assert 'No space left on device; make room there' in writer.failure
-        said_first = writer.failure
+        first_failure = writer.failure
         write(writer, samples)
-    assert writer.failure == said_first
+    assert writer.failure == first_failure
     recording = bag_reader.read_bag(tmp_path / 'bag')
     assert any('cut off' in problem for problem in recording.problems)
     whole = [sample.time for sample in recording.samples]

@@ -1,4 +1,4 @@
-"""Topics gathered by stamp and joined into samples, in lockstep and on the wall clock."""
+"""Topics collected by stamp and joined into samples, in lockstep and on the wall clock."""
 
 import random
 
@@ -23,13 +23,13 @@ def samples():
 
 
 def _messages(samples):
-    """Topic, stamp and values, as a collector takes them in."""
-    told = []
+    """Return topic, stamp [ns] and values of the messages that a collector takes in."""
+    messages = []
     collector = Collector()
-    collector.add = lambda *message: told.append(message)
+    collector.add = lambda *message: messages.append(message)
     for sample in samples:
         collector.add_sample(sample)
-    return told
+    return messages
 
 
 def _collected(messages):
@@ -116,7 +116,7 @@ def test_gaps_are_counted_and_placed(samples):
 
 
 def _wall_clock(seconds=1.0):
-    """Every topic on a clock of its own, the values telling their stamps [ms after the curve's start]."""
+    """Return topics on clocks of their own, whose values are their stamps [ms after the curve's start]."""
     collector = Collector()
     for topic, period, phase in (
         ('joint_states', 5 * MS, -40 * MS), ('wheel_torques', 5 * MS, -30 * MS + 1), ('reference', 20 * MS, 0),

@@ -1,4 +1,4 @@
-"""The node that holds a lockstep run up is looked for only when the run stalls for long."""
+"""The node that a stalled lockstep run waits for is determined only after a long stall."""
 
 import types
 
@@ -6,7 +6,7 @@ from mobile_robot_control.ros.stall_detector import StallDetector
 
 
 class StandInNode:
-    """Keeps subscriptions and warnings."""
+    """Records subscriptions and warnings."""
 
     def __init__(self):
         self.listeners, self.warnings = {}, []

@@ -1,4 +1,4 @@
-"""Stamp policies: what a stamp means to a node, in lockstep and on the wall clock."""
+"""Stamp policies: what a node does with a stamp, in lockstep and on the wall clock."""
 
 import pytest
 
@@ -63,7 +63,7 @@ class Still:
 
 
 def _asked(present, factor=0.0):
-    """A plant's policy after its pacer has been told to ask."""
+    """Return the policy of a plant whose pacer has asked at the present stamp."""
     policy = AnswerStampPolicy(PERIOD)
     LockstepPacer(Still(), policy, factor, lambda: None, lambda _: None).ask(present)
     return policy

@@ -3,11 +3,10 @@
 import math
 
 import pytest
-from measuring import Meter
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
-from mobile_robot_control.simulation.metrics import MeasuredRun, summary
+from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter, summary
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
 STILL = BodyVelocity(0.0, 0.0)
@@ -25,14 +24,14 @@ def series():
         time = 0.5 * k
         if time in ERRORS:
             tick = PositionTick(time, POSES[time], STILL, Reference(ORIGIN, STILL), ERRORS[time])
-        # the torque asked for never counts, the applied one does
+        # the requested torque never counts, the applied one does
         yield Sample(time, tick, STILL, 0.0, 0.0, WheelVelocity(*WHEELS[k]), WheelTorque(*APPLIED[k]),
                      WheelTorque(1e9, -1e9))
 
 
 @pytest.fixture
 def meter():
-    meter = Meter(0.5, 1.0)
+    meter = RunMeter(0.5, 1.0)
     for sample in series():
         meter.add(sample)
     return meter
@@ -112,7 +111,7 @@ def test_an_error_and_a_torque_each_change_their_own_totals_alone():
 
 
 def test_the_errors_of_a_single_sample_are_none():
-    meter = Meter(0.5, 1.0)
+    meter = RunMeter(0.5, 1.0)
     meter.add(next(series()))
     found = summary(meter.run('interrupted'))
     assert found['outcome'] == 'interrupted'
@@ -124,7 +123,7 @@ def test_the_errors_of_a_single_sample_are_none():
 
 def test_a_run_without_a_sample_has_no_metrics():
     with pytest.raises(ValueError, match='without a sample'):
-        Meter(0.5, 1.0).run('node_died')
+        RunMeter(0.5, 1.0).run('node_died')
 
 
 def test_values_that_are_not_finite_become_none():
