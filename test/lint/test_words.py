@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PLACES = ('README.md', 'CONTRIBUTING.md', 'CHANGELOG.rst', 'docs')
+PLACES = ('README.md', 'CONTRIBUTING.md', 'CHANGELOG.rst', 'Makefile', 'docs', 'config', 'mobile_robot_control', 'test')
 """Files and folders that are checked."""
 ENDINGS = ('.md', '.rst', '.py', '.yaml', '.yml', '.cff', '.cfg')
 
