@@ -42,6 +42,8 @@ def draw_starts_map(controllers: Mapping[str, Sequence[Start]], file: Path) -> N
             axes.set_xlabel("x from the cart's start [m]")
         panels[0].set_ylabel("y from the cart's start [m]")
         figure.legend(*panels[0].get_legend_handles_labels(), loc='outside lower center', ncols=2)
+        # a layout of equal axes needs a drawing before the final one, or titles lie outside
+        figure.draw_without_rendering()
         save(figure, file)
 
 

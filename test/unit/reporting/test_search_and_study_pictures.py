@@ -15,7 +15,7 @@ from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.tuning.search import Generation
 
 HISTORY = [Generation(1, 8.0, 20.0, 3), Generation(2, 6.5, math.nan, 41), Generation(3, 4.2, 9.0, 0)]
-STARTS = [Start(Pose(0.1, -0.5, 1.0), True), Start(Pose(-0.7, 0.2, -2.0), False)]
+STARTS = [Start(Pose(1.0, -1.0, 1.0), True), Start(Pose(-1.0, 1.0, -2.0), False)]
 
 
 @pytest.fixture(scope='module')
@@ -39,7 +39,10 @@ def assert_wide(file, width):
     with Image.open(file) as picture:
         assert picture.format == 'PNG'
         assert picture.width > width
-        assert np.asarray(picture.convert('L')).std() > 5.0
+        pixels = np.asarray(picture.convert('L'))
+    assert pixels.std() > 5.0
+    for border in (pixels[:2], pixels[-2:], pixels[:, :2], pixels[:, -2:]):
+        assert border.min() == border.max(), 'something is cut off'
 
 
 @pytest.mark.parametrize('name', ['gains', 'gains.of.friday'])
