@@ -12,8 +12,7 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from bench import __main__ as command
-from bench import bench_lockstep, bench_memory, bench_start, bench_wall_clock, probe
+from bench import __main__, bench_lockstep, bench_memory, bench_start, bench_wall_clock, probe
 from bench.bare_messages import MESSAGES
 from bench.graph import alternate, cpu_seconds, graphs, proportional_megabytes
 from bench.listener import Listener
@@ -55,14 +54,14 @@ def test_measured_rows_are_printed_even_after_an_interrupt(monkeypatch, capsys, 
 
     module.rows = rows
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setattr(command, 'modules', lambda names: ['bench_two'])
-    assert command.main([]) == code
+    monkeypatch.setattr(__main__, 'modules', lambda names: ['bench_two'])
+    assert __main__.main([]) == code
     assert '| first' in capsys.readouterr().out
 
 
 def test_an_unknown_benchmark_is_refused(capsys):
     with pytest.raises(SystemExit, match='2'):
-        command.main(['nothing'])
+        __main__.main(['nothing'])
     assert 'lockstep' in capsys.readouterr().err
 
 
