@@ -96,7 +96,7 @@ def test_the_probe_measures_the_age_of_inputs(monkeypatch, tmp_path):
 
 
 @pytest.mark.soak
-def test_one_graph_at_a_time_runs():
+def test_one_graph_at_a_time_runs(domain):
     with graphs(2) as both:
         for graph in both:
             graph.start('empty', 'bench.empty_node')
@@ -111,7 +111,7 @@ def test_one_graph_at_a_time_runs():
 
 
 @pytest.mark.soak
-def test_a_node_that_has_ended_is_named():
+def test_a_node_that_has_ended_is_named(domain):
     with graphs(1) as (graph,):
         graph.start('empty', 'bench.empty_node')
         time.sleep(1.0)
@@ -122,7 +122,7 @@ def test_a_node_that_has_ended_is_named():
 
 
 @pytest.mark.soak
-def test_bare_nodes_publish_messages_of_the_same_size():
+def test_bare_nodes_publish_messages_of_the_same_size(domain):
     """Same topics, same types, same bytes in a message."""
     sizes_by_graph = []
     with graphs(4) as (ours, bare, ours_on_the_wall_clock, passing_on):
@@ -142,7 +142,7 @@ def test_bare_nodes_publish_messages_of_the_same_size():
 
 @pytest.mark.soak
 @pytest.mark.timeout(300)
-def test_every_benchmark_gives_plausible_numbers():
+def test_every_benchmark_gives_plausible_numbers(domain):
     ours, bare = bench_lockstep.cycles(windows=2, seconds=0.5)
     assert len(ours) == len(bare) == 2
     assert all(10.0 < rate < 1e5 for rate in ours + bare)
