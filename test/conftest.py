@@ -12,6 +12,9 @@ from hypothesis import settings
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
 
+# no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
+os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
+
 _numbers = itertools.count(os.getpid() * 37)
 
 

@@ -1,6 +1,8 @@
 """Processes that a test has started: found by their command lines, and waited for."""
 
 import contextlib
+import re
+import signal
 import time
 from pathlib import Path
 
@@ -14,6 +16,14 @@ def processes_of(folder, node=''):
             if any(word.startswith(str(folder)) for word in words) and (not node or node in words):
                 found.append(int(process.name))
     return found
+
+
+def catches_sigterm(pid):
+    """Return whether a process has a handler for SIGTERM, which the package installs before all else."""
+    with contextlib.suppress(OSError):
+        caught = re.search(r'SigCgt:\s*(\w+)', Path(f'/proc/{pid}/status').read_text())
+        return bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
+    return False
 
 
 def wait_until(condition, seconds=10.0, step=0.002):

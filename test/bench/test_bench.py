@@ -12,8 +12,7 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from bench import __main__ as command
-from bench import bench_lockstep, bench_memory, bench_start, bench_wall_clock, probe
+from bench import __main__, bench_lockstep, bench_memory, bench_start, bench_wall_clock, probe
 from bench.bare_messages import MESSAGES
 from bench.graph import alternate, cpu_seconds, graphs, proportional_megabytes
 from bench.listener import Listener
@@ -55,14 +54,14 @@ def test_measured_rows_are_printed_even_after_an_interrupt(monkeypatch, capsys, 
 
     module.rows = rows
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setattr(command, 'modules', lambda names: ['bench_two'])
-    assert command.main([]) == code
+    monkeypatch.setattr(__main__, 'modules', lambda names: ['bench_two'])
+    assert __main__.main([]) == code
     assert '| first' in capsys.readouterr().out
 
 
 def test_an_unknown_benchmark_is_refused(capsys):
     with pytest.raises(SystemExit, match='2'):
-        command.main(['nothing'])
+        __main__.main(['nothing'])
     assert 'lockstep' in capsys.readouterr().err
 
 
@@ -97,7 +96,7 @@ def test_the_probe_measures_the_age_of_inputs(monkeypatch, tmp_path):
 
 
 @pytest.mark.soak
-def test_one_graph_at_a_time_runs():
+def test_one_graph_at_a_time_runs(domain):
     with graphs(2) as both:
         for graph in both:
             graph.start('empty', 'bench.empty_node')
@@ -112,7 +111,7 @@ def test_one_graph_at_a_time_runs():
 
 
 @pytest.mark.soak
-def test_a_node_that_has_ended_is_named():
+def test_a_node_that_has_ended_is_named(domain):
     with graphs(1) as (graph,):
         graph.start('empty', 'bench.empty_node')
         time.sleep(1.0)
@@ -123,7 +122,7 @@ def test_a_node_that_has_ended_is_named():
 
 
 @pytest.mark.soak
-def test_bare_nodes_publish_messages_of_the_same_size():
+def test_bare_nodes_publish_messages_of_the_same_size(domain):
     """Same topics, same types, same bytes in a message."""
     sizes_by_graph = []
     with graphs(4) as (ours, bare, ours_on_the_wall_clock, passing_on):
@@ -143,7 +142,7 @@ def test_bare_nodes_publish_messages_of_the_same_size():
 
 @pytest.mark.soak
 @pytest.mark.timeout(300)
-def test_every_benchmark_gives_plausible_numbers():
+def test_every_benchmark_gives_plausible_numbers(domain):
     ours, bare = bench_lockstep.cycles(windows=2, seconds=0.5)
     assert len(ours) == len(bare) == 2
     assert all(10.0 < rate < 1e5 for rate in ours + bare)

@@ -1,9 +1,10 @@
-"""The tests use public names alone: what they show holds whatever a class does inside."""
+"""The tests use public names alone, and start nodes only in a ROS domain of their own."""
 
 import ast
 from pathlib import Path
 
 import pytest
+import rclpy
 
 TEST = Path(__file__).parents[1]
 # how NamedTuples name what others may use
@@ -53,3 +54,14 @@ def test_a_private_name_is_refused(line):
 ])
 def test_public_names_and_those_of_the_test_itself_pass(line):
     assert not list(private_names(line))
+
+
+def test_without_the_fixture_domain_no_node_starts():
+    with pytest.raises(RuntimeError, match='ROS_DOMAIN_ID'):
+        rclpy.init()
+
+
+def test_a_test_with_the_fixture_domain_is_marked_as_over_dds(request, domain):
+    assert request.node.get_closest_marker('dds')
+    rclpy.init()
+    rclpy.shutdown()

@@ -70,7 +70,7 @@ def test_without_what_humble_lacks_a_run_and_a_live_change_work(robot, like_humb
     assert max(abs(sample.tick.error.lateral) for sample in samples) > 0.01
 
 
-def test_what_humble_lacks_is_really_absent(like_humble):
+def test_what_humble_lacks_is_really_absent(domain, like_humble):
     code = ('from rclpy.node import Node\n'
             'from mobile_robot_control.ros.spin import make_executor\n'
             'import rclpy\n'

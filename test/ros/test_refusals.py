@@ -71,7 +71,7 @@ def test_simulate_refuses_a_file(tmp_path, text, words):
     _assert_refused(run_command('simulate', '--duration', 1, '--params-file', file), words)
 
 
-def test_experiment_refuses_unstamped_commands(tmp_path):
+def test_experiment_refuses_unstamped_commands(domain, tmp_path):
     done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run', '--params-file',
                        CONFIG / 'wall_clock.yaml', '-p', '/**.stamped_cmd_vel:=false')
     _assert_refused(done, ['stamped_cmd_vel = false', 'stamped_cmd_vel:=true'])

@@ -6,6 +6,7 @@ import sys
 import time
 
 import pytest
+from processes import catches_sigterm, wait_until
 
 from mobile_robot_control.parameters.nodes import NODES
 
@@ -21,12 +22,13 @@ def test_running_nodes_end_with_exit_code_0_and_print_nothing(robot, number):
                 if word not in line] == []
 
 
-@pytest.mark.parametrize('delay', [0.15, 0.25, 0.35, 0.5, 0.8])
+@pytest.mark.parametrize('delay', [0.0, 0.1, 0.2, 0.35, 0.65])
 def test_a_signal_during_the_start_ends_the_node(domain, delay):
     node = subprocess.Popen(
         [sys.executable, '-m', 'mobile_robot_control.ros.executables', 'plant'],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     )
+    wait_until(lambda: catches_sigterm(node.pid))
     time.sleep(delay)  # the moment is what is tested
     node.send_signal(signal.SIGTERM)
     output, _ = node.communicate(timeout=10.0)

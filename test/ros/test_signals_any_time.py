@@ -3,7 +3,6 @@
 import contextlib
 import json
 import random
-import re
 import signal
 import subprocess
 import sys
@@ -13,7 +12,7 @@ from typing import NamedTuple
 
 import pytest
 from harness import CONFIG
-from processes import processes_of, wait_until
+from processes import catches_sigterm, processes_of, wait_until
 
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.recording import bag_reader
@@ -33,14 +32,6 @@ class Moment(NamedTuple):
 def _moments(targets, longest, count, seed):
     draw = random.Random(seed)  # noqa: S311 (moments, no secrets)
     return [Moment(targets[k % len(targets)], draw.uniform(0.0, longest), SIGNALS[k % 2]) for k in range(count)]
-
-
-def _catches(pid):
-    """Return whether a process has a handler for SIGTERM, which the package installs before all else."""
-    with contextlib.suppress(OSError):
-        caught = re.search(r'SigCgt:\s*(\w+)', Path(f'/proc/{pid}/status').read_text())
-        return bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
-    return False
 
 
 def _segments(pids):
@@ -77,7 +68,7 @@ def _signal_a_node(folder, moment):
     try:
         for name in NODES if moment.delay > 0.5 else [moment.target]:
             processes[name] = _start_node(name, folder, run)
-        wait_until(lambda: all(_catches(process.pid) for process in processes.values()))
+        wait_until(lambda: all(catches_sigterm(process.pid) for process in processes.values()))
         time.sleep(moment.delay)  # the moment is what is tested
         segments = _segments({process.pid for process in processes.values()})
         processes[moment.target].send_signal(moment.number)
@@ -101,7 +92,7 @@ def _signal_an_experiment(folder, moment):
     run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', *map(str, arguments)],
                            stdout=log.open('wb'), stderr=subprocess.STDOUT)
     try:
-        wait_until(lambda: _catches(run.pid))
+        wait_until(lambda: catches_sigterm(run.pid))
         time.sleep(moment.delay)  # the moment is what is tested
         segments = _segments({run.pid, *processes_of(folder)})
         run.send_signal(moment.number)
