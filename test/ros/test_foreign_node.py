@@ -10,7 +10,7 @@ from collections import defaultdict
 from pathlib import Path
 from types import SimpleNamespace
 
-import foreign_position_controller as foreign
+import foreign_position_controller
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
@@ -33,11 +33,11 @@ from mobile_robot_control.ros.stamp_policy import (
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
-FILE = Path(foreign.__file__)
+FILE = Path(foreign_position_controller.__file__)
 PAGE = (Path(__file__).parents[2] / 'docs' / 'lockstep.md').read_text(encoding='utf-8')
 WORDS = ' '.join(PAGE.split())
 OTHERS = ('plant', 'velocity_controller', 'reference_cart')
-STEP = foreign.LINEAR_ACCELERATION * foreign.PERIOD / 1e9
+STEP = foreign_position_controller.LINEAR_ACCELERATION * foreign_position_controller.PERIOD / 1e9
 """[m/s]: what the rate limiter lets the command grow by in one step."""
 
 FASTDDS = """<?xml version="1.0" encoding="UTF-8"?>
@@ -123,12 +123,11 @@ def test_a_run_with_it_agrees_with_the_rollout(robot, start_foreign, commands):
     robot.spin_until(robot.recorder.has_every_topic)
     # a paused plant repeats its question
     robot.spin_until(lambda: len(commands[0]) >= 3)
-    robot.go_on()
+    robot.resume()
     assert _ended(robot) == 0
     recording = robot.recording()
-    simulated = list(rollout(configure(load([file], [
-        f'plant.{pose}', f'position_controller.limits.linear_acceleration:={foreign.LINEAR_ACCELERATION}',
-    ])), 1.0))
+    limit = f'position_controller.limits.linear_acceleration:={foreign_position_controller.LINEAR_ACCELERATION}'
+    simulated = list(rollout(configure(load([file], [f'plant.{pose}', limit])), 1.0))
     assert not recording.problems
     assert len(recording.samples) == len(simulated) == 501
     for recorded, sample in zip(recording.samples, simulated, strict=True):
@@ -151,7 +150,7 @@ def test_killed_in_mid_run_it_joins_and_the_run_goes_on(robot, start_foreign):
     robot.spin_until(lambda: robot.recorder.newest['wheel_torques'] == 200_000_000)
     first.kill()
     first.wait()
-    robot.go_on()
+    robot.resume()
     # up to the next position tick the velocity controller has its command
     robot.spin_until(lambda: robot.time() == 0.21)
     start_foreign()
@@ -171,7 +170,7 @@ def test_its_decisions(robot, start_foreign, commands):
     publishers = [robot.recorder.create_publisher(Odometry, topic, PUBLISHED) for topic in ('odom', 'reference')]
     # the recorder subscribes too
     robot.spin_until(lambda: all(publisher.get_subscription_count() > 1 for publisher in publishers))
-    period = foreign.PERIOD
+    period = foreign_position_controller.PERIOD
 
     def publish(stamp, x=0.0):
         for publisher, child, at in zip(publishers, ('base_link', 'reference_cart'), (x, 1.0), strict=True):
@@ -216,7 +215,8 @@ def _decide_of_the_page():
     return names['decide']
 
 
-@pytest.mark.parametrize('decide', [_decide_of_the_page(), foreign.decide], ids=['page', 'foreign node'])
+@pytest.mark.parametrize('decide', [_decide_of_the_page(), foreign_position_controller.decide],
+                         ids=['page', 'foreign node'])
 def test_the_decisions_are_those_of_the_nodes(decide):
     found = set()
     for accepted in (None, *range(0, 100, 10)):
@@ -244,7 +244,7 @@ def test_the_page_has_the_table_of_topics():
 
 
 @pytest.mark.parametrize('sentence', [
-    f'Every {pacing._REPEAT_AFTER} s of wall time the plant checks its question',
+    f'Every {pacing.REPEAT_AFTER} s of wall time the plant checks its question',
     f'Publishers have a depth of {PUBLISHED.depth}',
     f'Subscriptions have a depth of {SUBSCRIBED.depth}',
     f'`peer_timeout` ({Shared().peer_timeout} s of wall time)',
@@ -252,8 +252,8 @@ def test_the_page_has_the_table_of_topics():
     f'| {round(1e9 / Shared().velocity_rate):_} ns ({Shared().velocity_rate:g} Hz) |'.replace('_', ' '),
     f'| {round(1e9 / Shared().position_rate):_} ns ({Shared().position_rate:g} Hz) |'.replace('_', ' '),
     f'`{"` and `".join(parsing.WHEEL_JOINTS)}`',
-    f'{recorder._AHEAD} steps after the last stamp',
-    f'fewer than {recorder._AHEAD // 2} steps',
+    f'{recorder.AHEAD} steps after the last stamp',
+    f'fewer than {recorder.AHEAD // 2} steps',
     f'beyond {LARGEST:g} in SI units'.replace('e+', 'e'),
 ])
 def test_the_page_has_the_constants_of_the_code(sentence):
