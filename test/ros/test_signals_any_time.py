@@ -41,7 +41,8 @@ def _segments(pids):
         words = line.split()
         if len(words) > 5 and words[1] == 'FLOCK' and int(words[4]) in pids:
             locked.add(int(words[5].rpartition(':')[2]))
-    return {path for path in SHARED_MEMORY.glob('fastdds_*') if _inode(path) in locked}
+    # fastdds_ with Kilted, fastrtps_ with Jazzy
+    return {path for path in SHARED_MEMORY.glob('fast*_*') if _inode(path) in locked}
 
 
 def _inode(path):
