@@ -41,7 +41,7 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
     for number, name in enumerate(('reference_cart', 'position_controller', 'velocity_controller'), start=1):
         robot.spin_until(lambda: robot.time() > 0.8 * number)  # noqa: B023
         robot.processes[name].kill()
-        robot.spin_until(lambda: f'waiting for {name}' in robot.log('plant'))  # noqa: B023
+        robot.spin_until(lambda: f'waiting for {name} at t =' in robot.log('plant'))  # noqa: B023
         robot.listen(0.5)
         stopped_at = robot.time()
         robot.listen(0.3)
