@@ -20,7 +20,7 @@ endif
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: setup demo figures test test-dds soak bench fingerprint lint readme clean
+.PHONY: setup demo figures test test-dds soak bench fingerprint lint pages docs clean
 
 setup: $(READY)
 
@@ -59,10 +59,20 @@ fingerprint: setup
 lint: setup
 	$(BIN)/python -m pytest test/lint
 
-readme: setup
-	$(BIN)/python -m mobile_robot_control.reporting.parameter_table README.md docs/nodes/*.md
-	$(BIN)/python -m mobile_robot_control.reporting.chapter.claims_table README.md
-	$(BIN)/python -m mobile_robot_control.reporting.chapter.readme_pictures docs/images
+# the generated parts of docs/: tables of parameters, the table of the chapter's claims, pictures of the results
+pages: setup
+	$(BIN)/python -m mobile_robot_control.reporting.parameter_table docs/parameters.md docs/nodes/*.md
+	$(BIN)/python -m mobile_robot_control.reporting.chapter.claims_table docs/results.md
+	$(BIN)/python -m mobile_robot_control.reporting.chapter.result_pictures docs/images
+
+# docs/ and the API as a site; a warning is an error
+docs: $(VENV)/.docs
+	$(BIN)/python -m sphinx -W --keep-going -E -q -b html docs docs/_build
+	@echo 'site: $(CURDIR)/docs/_build/index.html'
+
+$(VENV)/.docs: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS),docs]'
+	@touch $@
 
 clean:
-	rm -rf .venv .venv-jazzy build install log *.egg-info
+	rm -rf .venv .venv-jazzy build install log docs/_build *.egg-info

@@ -58,6 +58,13 @@ setup(
             'rosbags==0.11.9',
             'tqdm==4.70.1',
         ],
+        # the documentation as a site: make docs
+        'docs': [
+            'furo==2025.12.19',
+            'myst-parser==4.0.1',
+            'numpydoc==1.11.0',
+            'sphinx==8.1.3',
+        ],
         'test': [
             'colcon-core==0.21.3',
             'colcon-package-information==0.4.1',

@@ -1,4 +1,4 @@
-"""Runs in one process as the messages that the nodes would publish, for tests of bags."""
+"""Rollouts as the messages that the nodes would publish, and bags of them."""
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.recording.bag_writer import BagWriter
@@ -13,8 +13,8 @@ CMD_VEL, TRACKING_ERROR = writing.twist_writer('base_link'), writing.error_write
 JOINT_STATES, WHEEL_TORQUES = writing.joints_writer(), writing.torque_writer()
 
 
-def said(sample):
-    """The messages of a sample: relative topic, stamp [ns] and CDR."""
+def messages_of(sample):
+    """Yield the messages of a sample: relative topic, stamp [ns] and CDR."""
     stamp, tick = round(sample.time * 1e9), sample.tick
     if tick.time == sample.time:
         yield 'odom', stamp, ODOM(stamp, tick.pose, tick.velocity)
@@ -29,12 +29,12 @@ def said(sample):
 def write(writer, samples, prefix='/'):
     """Write samples as an experiment records them."""
     for sample in samples:
-        for topic, stamp, message in said(sample):
+        for topic, stamp, message in messages_of(sample):
             writer.write(prefix + topic, LOOP_TOPICS[topic].kind, WALL + stamp, message)
 
 
 def record(path, samples, prefix='/'):
-    """Make a bag of samples."""
+    """Write a bag of samples; returns its path."""
     with BagWriter(path) as writer:
         write(writer, samples, prefix)
     assert not writer.failure

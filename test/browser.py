@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import time
 
+from processes import wait_until
+
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
 
 
@@ -47,7 +49,7 @@ class Browser:
 
     def _receive(self, deadline):
         while b'\0' not in self._buffer:
-            assert select.select([self._in], [], [], max(0.0, deadline - time.monotonic()))[0], 'Chromium is silent'
+            assert select.select([self._in], [], [], max(0.0, deadline - time.monotonic()))[0], 'Chromium timed out'
             piece = os.read(self._in, 1 << 16)
             assert piece, 'Chromium has ended'
             self._buffer += piece
@@ -55,7 +57,7 @@ class Browser:
         return json.loads(message)
 
     def call(self, method, **parameters):
-        """Send a command and wait for its answer."""
+        """Send a command and return its result."""
         number, deadline = next(self._numbers), time.monotonic() + 40.0
         session = {'sessionId': self._session} if self._session else {}
         command = {'id': number, 'method': method, 'params': parameters, **session}
@@ -67,7 +69,7 @@ class Browser:
                 return answer['result']
 
     def evaluate(self, expression):
-        """Value of a JavaScript expression in the page; a promise is waited for."""
+        """Return the value of a JavaScript expression in the page; a promise is awaited."""
         answer = self.call('Runtime.evaluate', expression=expression, awaitPromise=True, returnByValue=True)
         assert 'exceptionDetails' not in answer, answer
         return answer['result'].get('value')
@@ -78,8 +80,6 @@ class Browser:
                   mobile=width < 600)
         self.call('Emulation.setEmulatedMedia', features=[{'name': 'prefers-color-scheme', 'value': scheme}])
         self.call('Page.navigate', url=path.as_uri())
-        deadline = time.monotonic() + 40.0
-        while self.evaluate('[location.href, document.readyState]') != [path.as_uri(), 'complete']:
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
+        wait_until(
+            lambda: self.evaluate('[location.href, document.readyState]') == [path.as_uri(), 'complete'], 40.0, 0.02)
         self.evaluate('Promise.all([...document.images].map(image => image.decode().catch(() => 0)))')

@@ -1,7 +1,7 @@
 """
-The chapter's numbers and equations, written straight from its text in wheel coordinates.
+The chapter's numbers and equations, taken from its text, in wheel coordinates.
 
-Tests compare the package with these; nothing here comes from the package but its NamedTuples.
+Tests compare the package with these; nothing here is imported from the package.
 """
 
 import math
@@ -58,7 +58,7 @@ def motion(time, state, torque, friction=K, coupling=False):
 
 
 def drive(start, torques, dt, friction=K, coupling=False):
-    """Integrate the motion under torques that are held for dt each; yields the state after each."""
+    """Integrate the motion under torques held for dt [s] each; yields the state after each."""
     state = np.array(start, dtype=float)
     for torque in torques:
         solver = ode(motion).set_integrator('dop853', rtol=1e-12, atol=1e-14, first_step=dt, nsteps=10000)
@@ -69,7 +69,7 @@ def drive(start, torques, dt, friction=K, coupling=False):
 
 
 def body(right, left):
-    """Eq. (5)-(7) in the robot's frame: v and omega of two wheel velocities."""
+    """Eq. (5)-(7) in the robot's frame: v [m/s] and omega [rad/s] of two wheel velocities [rad/s]."""
     return r / 2 * (right + left), r * (right - left) / (2 * R)
 
 
@@ -79,5 +79,5 @@ def wheels(linear, angular):
 
 
 def wrapped_difference(first, second):
-    """Angle between two directions, whatever turns lie between them."""
+    """Return the angle between two directions [rad], wrapped into [-pi, pi]."""
     return math.atan2(math.sin(first - second), math.cos(first - second))

@@ -1,4 +1,4 @@
-"""What all tests share: hypothesis draws the same examples in every run; each test has a ROS domain of its own."""
+"""Shared by all tests: hypothesis draws the same examples in every run, each test over DDS has its own ROS domain."""
 
 import fcntl
 import itertools
@@ -11,6 +11,9 @@ from hypothesis import settings
 
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
+
+# no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
+os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
 
 _numbers = itertools.count(os.getpid() * 37)
 

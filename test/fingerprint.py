@@ -87,11 +87,11 @@ def _bags(folder):
         _run('experiment', '--duration', 2, '--output', output, '--composed', '--no-report',
              '-p', 'plant.real_time_factor:=0.0', *arguments, folder=folder)
         with (output / 'bag' / 'bag.mcap').open('rb') as file:
-            # a message that was asked for again is the same, and counts once
-            said = {(channel.topic, message.data) for _, channel, message in make_reader(file).iter_messages()
+            # a repeated message is the same, and counts once
+            recorded = {(channel.topic, message.data) for _, channel, message in make_reader(file).iter_messages()
                     if channel.topic.strip('/') in LOOP}
         for topic in LOOP:
-            messages = sorted(data for name_, data in said if name_ == f'/{topic}')
+            messages = sorted(data for name_, data in recorded if name_ == f'/{topic}')
             if messages:
                 _report(f'bag {name}: {len(messages)} messages on {topic}', b''.join(messages))
 

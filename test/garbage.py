@@ -1,5 +1,5 @@
 """
-A publisher of garbage on every loop topic: what no node may take, at 1 kHz, with stamps of the run under way.
+A publisher of garbage on every loop topic at 1 kHz: messages that every node must refuse, with stamps of the run.
 
 A process of its own: ``python test/garbage.py``. At the end it prints how many messages it has sent.
 """
@@ -29,7 +29,7 @@ RATE = 1000.0
 WRONG_FRAME = 'elsewhere'
 NUMBERS = (math.nan, math.inf, -math.inf, 1e308, -1e308)
 MARK = 7.25
-# where garbage bears its mark: fields that the loop does not use
+# the field that marks a message as garbage: one that the loop does not use
 MARKS = {'odom': 'pose.pose.position.z', 'reference': 'pose.pose.position.z', 'cmd_vel': 'twist.linear.y',
          'tracking_error': 'vector.y', 'joint_states': 'header.frame_id', 'wheel_torques': 'header.frame_id'}
 _VELOCITY_PERIOD, _POSITION_PERIOD = 2_000_000, 10_000_000
@@ -88,46 +88,46 @@ _SPOIL = {'odom': _odometry, 'reference': _odometry, 'cmd_vel': _twist, 'trackin
           'joint_states': _joints('velocity'), 'wheel_torques': _joints('effort')}
 
 
-def _elsewhen(period):
-    """Shifts of the present stamp to where nothing is to be taken; far enough that the run does not get there."""
+def _wrong_shifts(period):
+    """Return shifts of the present stamp [ns] to invalid ones, so far that the run does not reach them."""
     return (-3 * period, 1, period // 2 + 1, 1_000_000_000, 3_600_000_000_000, -3_600_000_000_000)
 
 
 def spoilt(topic, sound):
     """
-    Give every kind of garbage that can be made of a sound message, with how its stamp differs from the present [ns].
+    Yield every kind of garbage made of a valid message, each with the shift of its stamp from the present one [ns].
 
-    A sound message with the stamp 0 or the next one is not garbage: that is how a new run begins and goes on.
+    A valid message with the stamp 0 or the next one is not garbage: so a new run begins and goes on.
     """
     period = _VELOCITY_PERIOD if topic in ('joint_states', 'wheel_torques') else _POSITION_PERIOD
     sound = _changed(sound, MARKS[topic], WRONG_FRAME if MARKS[topic].endswith('frame_id') else MARK)
     for made in _SPOIL[topic](sound):
         for shift in (0, _VELOCITY_PERIOD, _POSITION_PERIOD):
             yield made, shift
-    for shift in _elsewhen(period):
+    for shift in _wrong_shifts(period):
         yield sound, shift
 
 
 def is_garbage(topic, serialised):
-    """Say whether a recorded message is one of these, by its mark."""
+    """Return whether a recorded message is garbage, by its mark."""
     *folders, leaf = MARKS[topic].split('.')
     found = functools.reduce(getattr, [*folders, leaf], deserialize_message(serialised, KINDS[topic]))
     return found == (WRONG_FRAME if leaf == 'frame_id' else MARK)
 
 
 def _stamp(now, shift):
-    # before the first position ticks have passed, 'the past' must not be the stamp 0
+    # before the first position ticks have passed, a stamp in the past must not be 0
     stamp = now + shift if now + shift > 0 or shift >= 0 else -1_000_000_000
     return Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000)
 
 
 def main():
-    """Publish until a signal comes."""
+    """Publish garbage until SIGINT or SIGTERM."""
     stopped = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.append(True))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node, executor = rclpy.create_node('vandal'), make_executor()
+    node, executor = rclpy.create_node('garbage_publisher'), make_executor()
     executor.add_node(node)
     sound, clock = {}, [0]
     subscriptions = [node.create_subscription(kind, topic, functools.partial(sound.setdefault, topic), SUBSCRIBED)

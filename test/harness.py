@@ -1,24 +1,28 @@
-"""Real nodes in real processes: what the tests over DDS have in common."""
+"""Nodes in processes of their own, started and observed over DDS: the harness of all tests that need them."""
 
 import contextlib
 import json
 import re
+import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 import rclpy
+from mcap.reader import make_reader
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.topics import LOOP_TOPICS
 
 CONFIG = Path(__file__).parents[1] / 'config'
 PERIOD = 2_000_000
@@ -33,119 +37,177 @@ def run_command(name, *arguments, timeout=90):
     )
 
 
-def experiment(output, *arguments, timeout=90, report=False):
+def experiment(output, *arguments, report=False):
     """Run an experiment as fast as it goes; returns its metrics and its recording."""
-    drawn = [] if report else ['--no-report']
-    done = run_command('experiment', '--output', output, '-p', 'plant.real_time_factor:=0.0', *drawn, *arguments,
-                       timeout=timeout)
+    done = run_command('experiment', '--output', output, '-p', 'plant.real_time_factor:=0.0',
+                       *([] if report else ['--no-report']), *arguments)
     assert done.returncode == 0, done.stderr
     return json.loads((output / 'metrics.json').read_text()), bag_reader.read_bag(output / 'bag')
 
 
 def start_experiment(output, *arguments, report=False):
-    """Start an experiment."""
-    drawn = [] if report else ['--no-report']
-    return subprocess.Popen(
-        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), *drawn,
-         *map(str, arguments)],
+    """Start an experiment, and wait until its progress bar has passed a simulated second."""
+    run = subprocess.Popen(
+        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output),
+         *([] if report else ['--no-report']), *map(str, arguments)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )
-
-
-def node_pid(output, name):
-    """Find a node of an experiment by the parameter file that it was given."""
-    for process in Path('/proc').glob('[0-9]*'):
-        with contextlib.suppress(OSError):
-            words = (process / 'cmdline').read_text().split('\0')
-            if name in words and str(output / 'parameters.yaml') in words:
-                return int(process.name)
-    return None
-
-
-def wait_until_it_moves(run):
-    """Read an experiment's progress bar up to a simulated second."""
     shown = ''
     while not re.search(r'\| [1-9]\d*\.\d/', shown):
         read = run.stderr.read(1)
         assert read, shown
         shown += read
+    return run
 
 
-class Robot:
-    """The nodes of one run, and a recorder in this process that hears them."""
+class Robots:
+    """
+    One robot, or several in namespaces of one ROS domain: their nodes as processes, and a recorder of each robot here.
 
-    def __init__(self, folder):
+    Parameters
+    ----------
+    folder : Path
+        Takes the bags and the nodes' logs.
+    namespaces : sequence of str
+        Namespaces to record; without any, the recorders take no CPU time from the nodes.
+
+    Attributes
+    ----------
+    processes : dict of str to NodeProcess
+        By the node's name, with its namespace where it has one: 'plant', 'robot1/plant'.
+    recorders : dict of str to Recorder
+        By namespace.
+
+    """
+
+    def __init__(self, folder, namespaces=('/',)):
+        folder.mkdir(exist_ok=True)
         self._folder = folder
-        self.processes = {}
+        self.processes, self.recorders = {}, {}
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self._bag = BagWriter(folder / 'bag')
-        self._bag.__enter__()
-        self.recorder = Recorder('/', self._bag.write, self._bag.knows)
         self._executor = make_executor()
-        self._executor.add_node(self.recorder)
+        self._bags = contextlib.ExitStack()
+        for namespace in namespaces:
+            bag = self._bags.enter_context(BagWriter(self._bag(namespace)))
+            self.recorders[namespace] = Recorder(namespace, bag.write, bag.knows)
+            self.add(self.recorders[namespace])
 
-    def start(self, *names, arguments=(), composed=False):
-        """Start nodes, each in a process of its own or all in one, which takes a third of the time."""
+    def _bag(self, namespace):
+        return self._folder / f'bag{namespace.rstrip("/").replace("/", "_")}'
+
+    @property
+    def recorder(self):
+        """The recorder of the only robot."""
+        recorder, = self.recorders.values()
+        return recorder
+
+    def add(self, node):
+        """Spin another node of this process along with the recorders."""
+        self._executor.add_node(node)
+
+    def start(self, *names, namespace='/', arguments=(), composed=False):
+        """Start nodes, all four unless named, each as a process or composed in one, which takes a third of the time."""
         names = names or tuple(NODES)
         for together in [names] if composed else [(name,) for name in names]:
-            log = self._folder / f'{len(list(self._folder.glob("*.log")))}_{"_".join(together)}.log'
-            process = NodeProcess(together, ['--ros-args', *arguments], log)
-            self.processes.update(dict.fromkeys(together, process))
+            full = [f'{namespace}/{name}'.lstrip('/') for name in together]
+            log = f'{len(list(self._folder.glob("*.log"))):02}_{"_".join(full).replace("/", "_")}.log'
+            remap = [] if namespace == '/' else ['-r', f'__ns:={namespace}']
+            process = NodeProcess(together, ['--ros-args', *map(str, arguments), *remap], self._folder / log)
+            self.processes.update(dict.fromkeys(full, process))
+
+    def stop(self, *names, number=signal.SIGINT):
+        """Send a signal to nodes, to all unless named; each must end with exit code 0 within 10 s."""
+        stopped = list(dict.fromkeys(self.processes[name] for name in names or self.processes))
+        for process in stopped:
+            process.signal(number)
+        self.spin_until(lambda: all(process.exit_code() is not None for process in stopped), 10.0)
+        assert [process.exit_code() for process in stopped] == [0] * len(stopped), self.log()
+
+    def finish(self, seconds=60.0):
+        """Spin until every plant has ended, with exit code 0."""
+        plants = [process for name, process in self.processes.items() if name.endswith('plant')]
+        self.spin_until(lambda: all(plant.exit_code() is not None for plant in plants), seconds)
+        assert [plant.exit_code() for plant in plants] == [0] * len(plants), self.log()
 
     def log(self, name=''):
-        """All that a node, or the process that it is in, has printed over all its lives; or all of them."""
-        paths = sorted(self._folder.glob('*.log'))
-        return ''.join(path.read_text() for path in paths if name in path.name)
+        """Return what a node, or the process that it is in, has printed over all its runs; or all nodes."""
+        paths = [path for path in sorted(self._folder.glob('*.log')) if name in path.name]
+        assert paths or not name, f'{name} has not been started'
+        return ''.join(path.read_text() for path in paths)
 
-    def time(self):
-        """Simulated time [s]."""
-        return self.recorder.newest.get('joint_states', -1) / 1e9
+    def time(self, namespace='/'):
+        """Return the stamp of a robot's newest joint states [s]."""
+        return self.recorders[namespace].newest.get('joint_states', -1) / 1e9
 
     def spin_until(self, condition, seconds=30.0):
-        """Listen until a condition holds."""
+        """Take in messages until a condition holds; fail if it does not in time, or if a node refuses to start."""
         deadline = time.monotonic() + seconds
         while not condition():
-            assert time.monotonic() < deadline, f'waited {seconds} s in vain at t = {self.time()} s\n{self.log()}'
+            assert time.monotonic() < deadline, (
+                f'the condition did not hold within {seconds} s; t = {[*map(self.time, self.recorders)]} s', self.log())
             refused = [process.exit_report() for process in self.processes.values() if process.exit_code() == 2]
             assert not refused, refused
             self._executor.spin_once(timeout_sec=0.05)
 
     def listen(self, seconds):
-        """Listen for a while."""
+        """Take in messages for a while."""
         end = time.monotonic() + seconds
         self.spin_until(lambda: time.monotonic() > end, seconds + 5.0)
 
-    def go_on(self):
-        """Tell the paused plant to go on, until it answers."""
-        answers = []
+    def call(self, send):
+        """Call a service, and again every second, since a call before discovery is lost; returns the first response."""
+        calls, due = [], time.monotonic()
 
         def answered():
-            if not answers or time.monotonic() > asked[-1] + 1.0:
-                answers.append(self.recorder.resume(PERIOD))
-                asked.append(time.monotonic())
-            return any(answer.done() for answer in answers)
+            nonlocal due
+            if time.monotonic() >= due:
+                calls.append(send())
+                due += 1.0
+            return any(call.done() for call in calls)
 
-        asked = []
         self.spin_until(answered)
+        return next(call.result() for call in calls if call.done())
+
+    def resume(self):
+        """Let every paused plant go on, once all topics of its robot are recorded."""
+        for recorder in self.recorders.values():
+            self.spin_until(recorder.has_every_topic)
+            self.call(lambda recorder=recorder: recorder.resume(PERIOD))
 
     def set(self, node, **values):
-        """Set parameters of a node, with two underscores for the dot in a name; returns what it says to each."""
+        """Set parameters of a node, with two underscores for the dot in a name; returns the result for each."""
         client = self.recorder.create_client(SetParameters, f'{node}/set_parameters')
         self.spin_until(client.service_is_ready)
-        answer = client.call_async(SetParameters.Request(parameters=[
+        results = self.call(lambda: client.call_async(SetParameters.Request(parameters=[
             Parameter(name.replace('__', '.'), value=value).to_parameter_msg() for name, value in values.items()
-        ]))
-        self.spin_until(answer.done)
-        return answer.result().results
+        ]))).results
+        assert len(results) == len(values)
+        return results
 
-    def recording(self):
-        """Close the bag and read it."""
-        self.spin_until(lambda: time.time_ns() - self.recorder.received > 0.5e9)
-        self._bag.__exit__(None, None, None)
-        return bag_reader.read_bag(self._folder / 'bag')
+    def _closed_bag(self, namespace):
+        """Close the bags once no message of a loop topic has come for half a second."""
+        self.spin_until(lambda: time.time_ns() - max(each.received for each in self.recorders.values()) > 0.5e9)
+        self._bags.close()
+        return self._bag(namespace)
+
+    def recording(self, namespace='/'):
+        """Close the bags, and read a robot's."""
+        return bag_reader.read_bag(self._closed_bag(namespace), namespace)
+
+    def messages(self, namespace='/'):
+        """Close the bags, and read a robot's serialised messages: `[relative topic][stamp]` is the set of them."""
+        found = {topic: {} for topic in LOOP_TOPICS}
+        bag = self._closed_bag(namespace)
+        with (bag / f'{bag.name}.mcap').open('rb') as file:
+            for _, channel, message in make_reader(file).iter_messages():
+                topic = channel.topic.removeprefix(namespace.rstrip('/') + '/')
+                if topic in found:
+                    found[topic].setdefault(serialised_stamp(message.data), set()).add(message.data)
+        return found
 
     def close(self):
-        """Leave nothing behind."""
+        """End all processes and leave the domain."""
         stop_processes(list(dict.fromkeys(self.processes.values())))
         self._executor.shutdown()
+        self._bags.close()
         rclpy.try_shutdown()

@@ -1,4 +1,4 @@
-"""Calls of the parameter services, good and bad, for tests that fuzz them; what must become of each is known."""
+"""Calls of the parameter services, valid and invalid ones, each with the result that it must have."""
 
 import math
 from typing import NamedTuple
@@ -33,7 +33,7 @@ _KINDS = {
 
 
 class Setting(NamedTuple):
-    """One parameter of a call, and whether it must be taken (True), refused (False) or may be either (None)."""
+    """One parameter of a call, and whether it must be accepted (True), refused (False) or may be either (None)."""
 
     message: Parameter
     good: bool | None
@@ -60,7 +60,7 @@ def of(name, value):
 
 
 def plain(value):
-    """Read a value message as what a node must hold: whole numbers as floats, arrays as tuples."""
+    """Read a value message as a node holds it: whole numbers as floats, arrays as tuples."""
     found = getattr(value, FIELDS[value.type]) if value.type in FIELDS else None
     if isinstance(found, str | bool) or found is None:
         return found
@@ -87,12 +87,12 @@ _UNKNOWN = ['', 'nonsense', 'backstepping', 'backstepping.', '.p', 'backstepping
 
 
 def _factor(values):
-    """Ordered arrays stay ordered when they are scaled."""
+    """Draw scaled copies of an array, which stays ordered."""
     return st.floats(0.8, 1.0).map(lambda factor: tuple(factor * value for value in values))
 
 
 def _good_value(node, name):
-    """Values with which the robot drives on, whatever the others are."""
+    """Draw a value that is valid and keeps the robot driving, whatever the other values are."""
     default = DECLARED[node][name].default
     named = {
         'paused': st.booleans(),
@@ -120,7 +120,7 @@ def _good(node):
 
 
 def _wrong(node, name, kind, value):
-    """Say why a value is certainly wrong, or that it may be right."""
+    """Return whether a value is certainly invalid."""
     declared = DECLARED[node].get(name)
     if declared is None or not declared.field.live or kind not in _KINDS[declared.kind]:
         return True
@@ -140,7 +140,7 @@ def _any_value(draw_kind):
 
 
 def _bad(node):
-    """Certainly wrong settings: types, bounds, lengths, names, read-only ones."""
+    """Draw certainly invalid settings: by type, bounds, length, name, or read-only."""
     names = st.one_of(st.sampled_from(list(DECLARED[node])), st.sampled_from(_UNKNOWN), _TEXT,
                       st.sampled_from([name for other in NODES for name in DECLARED[other]]))
     kinds = st.sampled_from([*FIELDS, ParameterType.PARAMETER_NOT_SET, 10, 200, 255])
@@ -151,7 +151,7 @@ def _bad(node):
 
 
 def wild(node):
-    """Any live parameter with any value of its type, finite or not, sensible or huge."""
+    """Draw any live parameter with any value of its type, finite or not, ordinary or huge."""
     live = [name for name, declared in DECLARED[node].items() if declared.field.live]
     huge = st.tuples(st.just(ParameterType.PARAMETER_DOUBLE), st.floats(-3.0, 12.0).map(lambda power: 10.0 ** power))
 
@@ -164,7 +164,7 @@ def wild(node):
 
 
 def _repeated(settings):
-    """Give some calls their first parameter once more."""
+    """Repeat the first parameter of some calls."""
     return st.one_of(st.just(settings), st.just([*settings, settings[0]])) if settings else st.just(settings)
 
 
@@ -177,7 +177,7 @@ class Call(NamedTuple):
 
 
 def calls():
-    """Draw calls: good ones, bad ones and mixtures, some with a parameter twice."""
+    """Draw calls: valid, invalid and mixed ones, some with a parameter twice."""
     def of_node(node):
         settings = st.one_of(
             st.lists(_good(node), min_size=1, max_size=4) if any(

@@ -1,5 +1,5 @@
 """
-A kinematic base that is not of this package: takes cmd_vel, gives odometry, on its own wall clock.
+A kinematic base that is not of this package: takes cmd_vel and publishes odometry on its own wall clock.
 
 Run as a process: ``python stand_in_base.py [--plain]``; with ``--plain`` it takes a Twist
 on plain_cmd_vel instead.
@@ -19,22 +19,22 @@ PERIOD = 0.02
 
 
 class Base(Node):
-    """Moves as it is told, a third of the difference a period."""
+    """Follows the commanded velocity with a first-order lag: a third of the difference each period."""
 
     def __init__(self, plain):
         super().__init__('base')
-        self.x, self.y, self.heading, self.v, self.omega, self.told = 1.0, 0.0, 0.5 * math.pi, 0.0, 0.0, Twist()
+        self.x, self.y, self.heading, self.v, self.omega, self.command = 1.0, 0.0, 0.5 * math.pi, 0.0, 0.0, Twist()
         kind, topic = (Twist, 'plain_cmd_vel') if plain else (TwistStamped, 'cmd_vel')
         self.create_subscription(kind, topic, self.take, 1)
         self.odom = self.create_publisher(Odometry, 'odom', 1)
         self.create_timer(PERIOD, self.move)
 
     def take(self, message):
-        self.told = message if isinstance(message, Twist) else message.twist
+        self.command = message if isinstance(message, Twist) else message.twist
 
     def move(self):
-        self.v += (self.told.linear.x - self.v) / 3.0
-        self.omega += (self.told.angular.z - self.omega) / 3.0
+        self.v += (self.command.linear.x - self.v) / 3.0
+        self.omega += (self.command.angular.z - self.omega) / 3.0
         self.x += PERIOD * self.v * math.cos(self.heading)
         self.y += PERIOD * self.v * math.sin(self.heading)
         self.heading += PERIOD * self.omega

@@ -1,5 +1,5 @@
 """
-The integration test without launch: four real nodes over DDS, watched from outside.
+The integration test without launch: the four nodes as processes over DDS, observed from outside.
 
 Run by pytest with the others, or by itself: ``python test/test_integration.py``.
 """
@@ -22,6 +22,8 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
 CONFIG = Path(__file__).parents[1] / 'config'
+TOPICS = {'odom': Odometry, 'cmd_vel': TwistStamped, 'joint_states': JointState, 'tracking_error': Vector3Stamped,
+          'reference': Odometry, 'wheel_torques': JointState}
 NODES = ('reference_cart', 'position_controller', 'velocity_controller', 'plant')
 DURATION = 4.0
 BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.1}
@@ -35,40 +37,55 @@ def _start(name, parameters):
     )
 
 
-def _go_on(observer):
-    """Ask the paused plant to let time run."""
-    client = observer.create_client(SetParameters, 'plant/set_parameters')
-    assert client.wait_for_service(30.0)
-    client.call_async(SetParameters.Request(parameters=[Parameter('paused', value=False).to_parameter_msg()]))
+class Observer:
+    """A node that collects the messages of the control loop, by topic."""
+
+    def __init__(self):
+        self.node = rclpy.create_node('observer')
+        self.messages = {topic: [] for topic in TOPICS}
+        for topic, kind in TOPICS.items():
+            self.node.create_subscription(kind, topic, self.messages[topic].append, 1000)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+
+    def spin_until(self, what, condition, seconds=60.0):
+        """Take in messages until a condition holds; fail with what was waited for if it does not in time."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < deadline, f'waited {seconds} s for {what}'
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def resume(self):
+        """Let the paused plant go on."""
+        client = self.node.create_client(SetParameters, 'plant/set_parameters')
+        self.spin_until('the parameter service of the plant', client.service_is_ready)
+        answer = client.call_async(SetParameters.Request(
+            parameters=[Parameter('paused', value=False).to_parameter_msg()]))
+        self.spin_until('the answer of the plant to paused = false', answer.done)
+        assert answer.result().results[0].successful, answer.result().results[0].reason
 
 
-def track(controller, heard):
-    """Run the four nodes with a controller's parameter file and collect what they say; returns exit codes and words."""
+def track(controller):
+    """Run the four nodes with a controller's parameter file; returns messages by topic, exit codes and printed text."""
     rclpy.init()
-    observer = rclpy.create_node('observer')
-    for topic, kind in (('odom', Odometry), ('cmd_vel', TwistStamped), ('joint_states', JointState),
-                        ('tracking_error', Vector3Stamped), ('reference', Odometry), ('wheel_torques', JointState)):
-        observer.create_subscription(kind, topic, heard.setdefault(topic, []).append, 1000)
-    executor = SingleThreadedExecutor()
-    executor.add_node(observer)
-
-    def spin_until(condition):
-        deadline = time.monotonic() + 60.0
-        while not condition() and time.monotonic() < deadline:
-            executor.spin_once(timeout_sec=0.05)
-
+    observer = Observer()
     processes = {name: _start(name, CONFIG / f'{controller}.yaml') for name in NODES}
-    spin_until(lambda: all(heard.values()))
-    _go_on(observer)
-    spin_until(lambda: processes['plant'].poll() is not None)
-    spin_until(lambda: min(_time(messages[-1]) for messages in heard.values()) == DURATION)
-    for process in processes.values():
-        process.send_signal(signal.SIGINT)
-    codes = {name: process.wait(10) for name, process in processes.items()}
-    said = {name: process.stderr.read() for name, process in processes.items()}
-    observer.destroy_node()
-    rclpy.shutdown()
-    return codes, said
+    try:
+        observer.spin_until('a message on every topic', lambda: all(observer.messages.values()))
+        observer.resume()
+        observer.spin_until('the end of the plant', lambda: processes['plant'].poll() is not None)
+        observer.spin_until(f't = {DURATION} s on every topic', lambda: min(
+            _time(messages[-1]) for messages in observer.messages.values()) == DURATION)
+        for process in processes.values():
+            process.send_signal(signal.SIGINT)
+        codes = {name: process.wait(10) for name, process in processes.items()}
+    finally:
+        for process in processes.values():
+            process.kill()
+        printed = {name: process.stderr.read() for name, process in processes.items()}
+        observer.node.destroy_node()
+        rclpy.shutdown()
+    return observer.messages, codes, printed
 
 
 def _time(message):
@@ -76,18 +93,17 @@ def _time(message):
 
 
 def _check(controller):
-    heard = {}
-    codes, said = track(controller, heard)
-    assert codes == dict.fromkeys(NODES, 0), said
-    assert not [text for text in said.values() if 'Traceback' in text]
-    last = heard['odom'][-1]
+    messages, codes, printed = track(controller)
+    assert codes == dict.fromkeys(NODES, 0), printed
+    assert not [text for text in printed.values() if 'Traceback' in text]
+    last = messages['odom'][-1]
     assert _time(last) == DURATION
-    errors = {_time(message): math.hypot(message.vector.x, message.vector.y) for message in heard['tracking_error']}
+    errors = {_time(message): math.hypot(message.vector.x, message.vector.y) for message in messages['tracking_error']}
     late = [error for at, error in errors.items() if at >= DURATION / 2]
     assert late
     rms = math.sqrt(sum(error**2 for error in late) / len(late))
     moved = math.hypot(last.pose.pose.position.x - 1.0, last.pose.pose.position.y)
-    torque = max(abs(value) for message in heard['wheel_torques'] for value in message.effort)
+    torque = max(abs(value) for message in messages['wheel_torques'] for value in message.effort)
     assert moved > 0.3
     assert 0.0 < rms < BOUNDS[controller]
     assert torque < 3.0

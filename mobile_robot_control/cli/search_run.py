@@ -66,7 +66,7 @@ def _standing(file: Path, objective: Objective, controller: str) -> float:
     if not file.exists():
         return math.inf
     try:
-        gains = search_space.of(configure(load([file])))
+        gains = search_space.configured_gains(configure(load([file])))
         ours = controller in ('velocity', gains.control.controller_type)
     except ParameterError:
         ours = False

@@ -58,8 +58,7 @@ def _some_rule_always_fires(gains: FuzzyGains) -> Iterator[str]:
 def _outputs_ascend(gains: FuzzyGains) -> Iterator[str]:
     for name, values, unit in (('c', gains.c, 'm/s'), ('d', gains.d, 'rad/s')):
         if list(values) != sorted(values):
-            yield (f'fuzzy.{name} = {list(values)} {unit} is out of order; it must ascend: '
-                   f'write {sorted(values)}')
+            yield f'fuzzy.{name} = {list(values)} {unit} is out of order; it must ascend: write {sorted(values)}'
 
 
 class Memberships(NamedTuple):

@@ -1,4 +1,4 @@
-"""A run as a small animation: robot, reference cart, trail and torque bars."""
+"""A run as a small animation: robot, its trail, reference cart and torque bars."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,16 +15,14 @@ from mobile_robot_control.reporting.palette import BLUE, FAINT, GREY, INK, ORANG
 from mobile_robot_control.reporting.path_figure import triangle
 from mobile_robot_control.reporting.series import Series
 
-_FRAMES = 96
-_MOMENT = 80
+_FRAME_TIME, _LAST_FRAME_TIME = 80, 1200
 """[ms] that a frame is shown."""
-_LAST = 1200
-"""[ms] that the last frame is shown."""
 _COLORS = 32
+"""Of the palette of a GIF."""
 
 
 class _Motion(NamedTuple):
-    """What moves: poses at each frame's time, and the largest torques since the frame before."""
+    """Time [s] and poses of each frame, and the largest torque of each wheel [N m] since the frame before."""
 
     times: Floats
     robot: Floats
@@ -33,17 +31,19 @@ class _Motion(NamedTuple):
 
 
 def _held(series: Series, topic: str, columns: tuple[str, ...], times: Floats) -> Floats:
+    """Return columns of a topic at some times, each value held until the next message."""
     lines = [series.line(topic, column) for column in columns]
     place = np.clip(np.searchsorted(lines[0].time, times, side='right') - 1, 0, None)
     return np.stack([line.value[place] for line in lines], axis=1)
 
 
-def _motion(series: Series) -> _Motion:
-    end = series.time('odom')[-1]
-    times = np.linspace(series.time('odom')[0], end, _FRAMES)
+def _motion(series: Series, frames: int) -> _Motion:
+    """Return the motion in so many frames, evenly in time."""
+    recorded = series.time('odom')
+    times = np.linspace(recorded[0], recorded[-1], frames)
     pose = ('x', 'y', 'heading')
     cart = _held(series, 'reference', pose, times) if series.time('reference').size else np.zeros((0, 3))
-    torque = np.zeros((_FRAMES, 2))
+    torque = np.zeros((frames, 2))
     for n, wheel in enumerate(('right', 'left')):
         line = series.torque(wheel)
         for frame, part in enumerate(np.split(line.value, np.searchsorted(line.time, times[1:], side='right'))):
@@ -53,6 +53,7 @@ def _motion(series: Series) -> _Motion:
 
 
 def _plane(axes: Axes, series: Series) -> None:
+    """Draw the reference, on axes wide enough for the path of the robot."""
     for topic, options in (('reference', {'color': GREY, 'linewidth': 3.0}), ('odom', {'alpha': 0.0})):
         axes.plot(series.line(topic, 'x').value, series.line(topic, 'y').value, **options)
     axes.set_aspect('equal', adjustable='datalim')
@@ -62,6 +63,7 @@ def _plane(axes: Axes, series: Series) -> None:
 
 
 def _bars(axes: Axes, torque: Floats) -> Any:
+    """Draw the bars of the left and the right torque."""
     bars = axes.bar(['left', 'right'], [0.0, 0.0], color=[ORANGE, BLUE], width=0.6)
     largest = float(np.max(np.abs(torque), initial=0.1))
     axes.set_ylim(-1.1 * largest, 1.1 * largest)
@@ -72,6 +74,7 @@ def _bars(axes: Axes, torque: Floats) -> Any:
 
 
 def _painter(series: Series, motion: _Motion) -> tuple[Figure, Callable[[int], None]]:
+    """Return the figure, and a function that draws the n-th frame on it."""
     figure = Figure(figsize=(5.6, 3.5), dpi=90, layout='constrained')
     plane, wheels = figure.subplots(1, 2, width_ratios=[3.2, 1.0])
     _plane(plane, series)
@@ -88,7 +91,7 @@ def _painter(series: Series, motion: _Motion) -> tuple[Figure, Callable[[int], N
         robot.set_xy(triangle(motion.robot[frame], size))
         if motion.cart.size:
             cart.set_xy(triangle(motion.cart[frame], size))
-        # the left wheel's bar stands on the left
+        # the bar of the left wheel is the left one
         for bar, value in zip(bars, motion.torque[frame, ::-1], strict=True):
             bar.set_height(value)
         plane.set_title(f't = {motion.times[frame]:.1f} s', loc='left')
@@ -96,43 +99,39 @@ def _painter(series: Series, motion: _Motion) -> tuple[Figure, Callable[[int], N
     return figure, paint
 
 
-def animate(series: Series, file: Path) -> None:
+def animate(series: Series, file: Path, frames: int = 96) -> None:
     """
-    Write an animation.
+    Write an animation of a run.
 
     Parameters
     ----------
     series : Series
-        Of a run that has odometry and wheels.
+        With at least two `odom` messages; ValueError is raised otherwise.
     file : Path
         GIF or WebP, by its ending.
-
-    Raises
-    ------
-    ValueError
-        If the run has no odometry.
-
+    frames : int
+        Number of pictures.
     """
     if series.time('odom').size < 2:
         raise ValueError('a run without odometry cannot be animated')
     with style():
-        motion = _motion(series)
+        motion = _motion(series, frames)
         figure, paint = _painter(series, motion)
         canvas: Any = FigureCanvasAgg(figure)
         paint(0)
         canvas.draw()
-        # the axes keep their places, or the picture would tremble
+        # the axes stay in place from frame to frame
         figure.set_layout_engine('none')
-        frames = []
-        for frame in range(_FRAMES):
+        pictures = []
+        for frame in range(frames):
             paint(frame)
             canvas.draw()
-            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB'))
-    shown = [_MOMENT] * (_FRAMES - 1) + [_LAST]
+            pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB'))
+    times = [_FRAME_TIME] * (frames - 1) + [_LAST_FRAME_TIME]
     if file.suffix == '.webp':
-        frames[0].save(file, save_all=True, append_images=frames[1:], duration=shown, loop=0, quality=60, method=4)
+        pictures[0].save(file, save_all=True, append_images=pictures[1:], duration=times, loop=0, quality=60, method=4)
         return
     # one palette for all frames, from one in which everything is drawn
-    palette = frames[_FRAMES // 2].quantize(_COLORS)
-    drawn = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in frames]
-    drawn[0].save(file, save_all=True, append_images=drawn[1:], duration=shown, loop=0, optimize=True)
+    palette = pictures[frames // 2].quantize(_COLORS)
+    drawn = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    drawn[0].save(file, save_all=True, append_images=drawn[1:], duration=times, loop=0, optimize=True)

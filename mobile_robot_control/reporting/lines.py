@@ -1,4 +1,4 @@
-"""One quantity over time, as figures draw it."""
+"""Lines of a figure: one quantity over time, thinned to what a picture can show."""
 
 from typing import Any, NamedTuple
 
@@ -7,57 +7,28 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 _BUCKETS = 1200
-"""A line needs no more points than twice this: a figure is about as many pixels wide."""
+"""A line has at most about twice as many points; a figure is fewer pixels wide."""
 
 
 class Line(NamedTuple):
-    """
-    One quantity over time.
-
-    Attributes
-    ----------
-    time, value : array, shape (n,)
-        [s], and the quantity's unit.
-
-    """
+    """One quantity over time [s]: two arrays of shape (n,)."""
 
     time: Floats
     value: Floats
 
 
 def broken_at_jumps(line: Line) -> Line:
-    """
-    Break the line of a wrapped angle where it jumps.
-
-    Parameters
-    ----------
-    line : Line
-        [rad] in (-π, π].
-
-    Returns
-    -------
-    Line
-        With a nan in each jump, where nothing is drawn.
-
-    """
+    """Return the line of an angle in (-π, π] [rad] with a NaN in each jump, so that no line is drawn across it."""
     jumps = np.nonzero(np.abs(np.diff(line.value)) > np.pi)[0] + 1
     return Line(np.insert(line.time, jumps, line.time[jumps]), np.insert(line.value, jumps, np.nan))
 
 
 def thinned(line: Line) -> Line:
     """
-    Leave out points that no picture could show.
+    Return a line without the points that no picture could show.
 
-    Parameters
-    ----------
-    line : Line
-        Any number of points.
-
-    Returns
-    -------
-    Line
-        Of each bucket of points the smallest and the largest value, in order of time, so that no peak is lost; a
-        short line as it is.
+    A long line is split into buckets of equally many points, and the smallest and the largest value of each stay, in
+    order of time, so that no peak is lost. A short line stays as it is.
 
     Examples
     --------
@@ -77,6 +48,6 @@ def thinned(line: Line) -> Line:
 
 
 def _extremes(values: Floats, edges: NDArray[np.int_]) -> NDArray[np.int_]:
-    """Find the place of the smallest value of each bucket."""
+    """Return the index of the smallest value of each bucket."""
     ends = np.append(edges[1:], values.size)
     return np.array([start + np.argmin(values[start:end]) for start, end in zip(edges, ends, strict=True)])

@@ -11,26 +11,17 @@ from mobile_robot_control.reporting.run_reading import RecordedRun
 
 
 class Row(NamedTuple):
-    """
-    A metric as a table shows it.
-
-    Attributes
-    ----------
-    label, unit : str
-        Before and behind the number.
-    value : callable
-        Picks it from the metrics.
-
-    """
+    """A metric in a table: label, unit, and the function that returns its value from the metrics of a run."""
 
     label: str
     unit: str
     value: Callable[[dict[str, Any]], Any]
 
 
-def _of(name: str, *path: str) -> Callable[[dict[str, Any]], Any]:
+def _metric(*path: str) -> Callable[[dict[str, Any]], Any]:
+    """Return the function that looks up a nested metric; None if it is missing."""
     def pick(metrics: dict[str, Any]) -> Any:
-        value = metrics.get(name)
+        value: Any = metrics
         for key in path:
             value = value.get(key) if value else None
         return value
@@ -39,94 +30,57 @@ def _of(name: str, *path: str) -> Callable[[dict[str, Any]], Any]:
 
 
 def peak_torque(metrics: dict[str, Any]) -> float | None:
-    """
-    Give the largest torque of either wheel.
-
-    Parameters
-    ----------
-    metrics : dict of str to object
-        Of a run.
-
-    Returns
-    -------
-    float or None
-        [N m], absolute.
-
-    """
+    """Return the largest absolute torque of either wheel [N m]; None if it was not measured."""
     peaks = (metrics.get('peak_wheel_torque') or {}).values()
     known = [peak for peak in peaks if peak is not None]
     return max(known) if known else None
 
 
+_WHEELS = ('right', 'left')
 ROWS = (
-    Row('position error, RMS', 'm', _of('rms_position_error')),
-    Row('position error, largest', 'm', _of('max_position_error')),
-    Row('heading error, RMS', 'rad', _of('rms_heading_error')),
-    *(Row(f'peak torque, {wheel}', 'N m', _of('peak_wheel_torque', wheel)) for wheel in ('right', 'left')),
-    *(Row(f'peak power, {wheel}', 'W', _of('peak_wheel_power', wheel)) for wheel in ('right', 'left')),
-    Row('energy', 'J', _of('energy')),
-    Row('objective, Eq. (29)', '', _of('objective')),
+    Row('position error, RMS', 'm', _metric('rms_position_error')),
+    Row('position error, largest', 'm', _metric('max_position_error')),
+    Row('heading error, RMS', 'rad', _metric('rms_heading_error')),
+    *(Row(f'peak torque, {wheel}', 'N m', _metric('peak_wheel_torque', wheel)) for wheel in _WHEELS),
+    *(Row(f'peak power, {wheel}', 'W', _metric('peak_wheel_power', wheel)) for wheel in _WHEELS),
+    Row('energy', 'J', _metric('energy')),
+    Row('objective, Eq. (29)', '', _metric('objective')),
 )
-"""Metrics of which less is better."""
-_FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _of('initial_wheel_torque', wheel)) for wheel in ('right', 'left'))
+"""Metrics of which a smaller value is better."""
+_FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _metric('initial_wheel_torque', wheel)) for wheel in _WHEELS)
 
 
 def four_digits(value: float | None) -> str:
-    """
-    Write a number with four significant digits.
-
-    Parameters
-    ----------
-    value : float or None
-        None where there is none.
-
-    Returns
-    -------
-    str
-        For people.
-
-    """
+    """Return a number with four significant digits, and a dash for None."""
     return '–' if value is None else f'{value:.4g}'
 
 
 def _comparable(runs: Sequence[RecordedRun]) -> list[bool]:
-    """Say which runs went to their end over the same time: a run that died early has spent little."""
+    """Return which runs were complete and equally long: one that ended early has used less energy, for example."""
     longest = max((run.metrics.get('duration') or 0.0 for run in runs), default=0.0)
     return [run.metrics.get('outcome') in ('completed', 'not known')
             and (run.metrics.get('duration') or 0.0) >= 0.99 * longest for run in runs]
 
 
 def _marked(values: Sequence[float | None], comparable: Sequence[bool], unit: str) -> list[str]:
-    rivals = [value for value, fair in zip(values, comparable, strict=True) if fair and value is not None]
+    """Return the cells of a row, with the smallest value of the comparable runs marked if there are several."""
+    candidates = [value for value, counts in zip(values, comparable, strict=True) if counts and value is not None]
     texts = [four_digits(value) + (f' {unit}' if unit and value is not None else '') for value in values]
-    if len(rivals) < 2:
+    if len(candidates) < 2:
         return texts
-    return [f'<span class="best">★ {text}</span>' if fair and value == min(rivals) else text
-            for text, value, fair in zip(texts, values, comparable, strict=True)]
+    return [f'<span class="best">★ {text}</span>' if counts and value == min(candidates) else text
+            for text, value, counts in zip(texts, values, comparable, strict=True)]
 
 
 def metrics_table(runs: Sequence[RecordedRun]) -> str:
-    """
-    Set the metrics of runs side by side.
-
-    Parameters
-    ----------
-    runs : sequence of RecordedRun
-        One or several; of several the best is marked in each row.
-
-    Returns
-    -------
-    str
-        HTML.
-
-    """
-    fair = _comparable(runs)
+    """Return the metrics of runs side by side, as HTML; of several runs the best is marked in each row."""
+    comparable = _comparable(runs)
     rows = [['outcome', *(escape(str(run.metrics.get('outcome', 'not measured'))) for run in runs)],
             ['duration', *(f'{four_digits(run.metrics.get("duration"))} s' for run in runs)]]
     for row in ROWS:
-        rows.append([row.label, *_marked([row.value(run.metrics) for run in runs], fair, row.unit)])
+        rows.append([row.label, *_marked([row.value(run.metrics) for run in runs], comparable, row.unit)])
     if len(runs) > 1:
-        rows.append(['peak torque against the least', *_ratios(runs, fair)])
+        rows.append(['peak torque against the least', *_ratios(runs, comparable)])
     for row in _FACTS:
         rows.append([row.label, *(f'{four_digits(row.value(run.metrics))} {row.unit}' for run in runs)])
     for n, (label, unit) in enumerate((('x', 'm'), ('y', 'm'), ('heading', 'rad'))):
@@ -135,32 +89,21 @@ def metrics_table(runs: Sequence[RecordedRun]) -> str:
     return html_table(['', *(run.name for run in runs)], rows) + note
 
 
-def _part(pose: Sequence[float | None] | None, place: int, unit: str) -> str:
-    value = pose[place] if pose else None
+def _part(pose: Sequence[float | None] | None, n: int, unit: str) -> str:
+    """Return the n-th number of a pose with its unit."""
+    value = pose[n] if pose else None
     return '–' if value is None else f'{value:.3f} {unit}'
 
 
-def _ratios(runs: Sequence[RecordedRun], fair: Sequence[bool]) -> list[str]:
+def _ratios(runs: Sequence[RecordedRun], comparable: Sequence[bool]) -> list[str]:
+    """Return the peak torques as multiples of the smallest one of the comparable runs."""
     peaks = [peak_torque(run.metrics) for run in runs]
-    least = min((peak for peak, counts in zip(peaks, fair, strict=True) if counts and peak), default=None)
+    least = min((peak for peak, counts in zip(peaks, comparable, strict=True) if counts and peak), default=None)
     return ['–' if peak is None or least is None else f'{peak / least:.3g} times' for peak in peaks]
 
 
 def configuration_table(runs: Sequence[RecordedRun]) -> str:
-    """
-    Set the parameters that runs ran with side by side, those first in which they differ.
-
-    Parameters
-    ----------
-    runs : sequence of RecordedRun
-        One or several.
-
-    Returns
-    -------
-    str
-        HTML; a sentence where nothing is known.
-
-    """
+    """Return the parameters of runs side by side as HTML, those that differ first; a sentence if none are known."""
     known = {run.name: _flat(run.parameters) for run in runs if run.parameters is not None}
     if not known:
         return ('<p>Not recorded: no parameter file lies beside the run; '
@@ -176,7 +119,7 @@ def configuration_table(runs: Sequence[RecordedRun]) -> str:
 
 
 def _flat(parameters: Configuration) -> dict[str, str]:
-    """Give each parameter once: a shared one without a node's name."""
+    """Return each parameter once as text: a shared one by its name alone, others with the node's name before it."""
     shared = {name: _text(value) for name, value in flatten(parameters.plant.shared).items()}
     own = {f'{node}.{name}': _text(value) for node, part in parameters._asdict().items()
            for name, value in flatten(part).items() if name not in shared}
@@ -184,4 +127,5 @@ def _flat(parameters: Configuration) -> dict[str, str]:
 
 
 def _text(value: Any) -> str:
+    """Return a value as text, an array in brackets."""
     return '[' + ', '.join(f'{part:g}' for part in value) + ']' if isinstance(value, tuple) else str(value)

@@ -1,4 +1,4 @@
-"""Pages: one self-contained HTML file each, for light and dark ground, phone, desktop and paper."""
+"""HTML pages: one self-contained file each, light or dark, for phone, desktop and paper."""
 
 import base64
 from collections.abc import Iterable, Sequence
@@ -35,22 +35,7 @@ figure,tr,.warning{break-inside:avoid}h2{break-after:avoid}.scroll{overflow:visi
 
 
 def page(title: str, parts: Iterable[str]) -> str:
-    """
-    Make a page.
-
-    Parameters
-    ----------
-    title : str
-        Plain text.
-    parts : iterable of str
-        HTML, from top to bottom.
-
-    Returns
-    -------
-    str
-        HTML that needs nothing from anywhere else.
-
-    """
+    """Return a page that loads nothing else, with a title in plain text and parts in HTML, from top to bottom."""
     body = '\n'.join(parts)
     return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -58,84 +43,44 @@ def page(title: str, parts: Iterable[str]) -> str:
 
 
 def source(content: bytes, kind: str) -> str:
-    """
-    Give a picture as the source of an image.
-
-    Parameters
-    ----------
-    content : bytes
-        Of the picture's file.
-    kind : str
-        Such as 'image/gif'.
-
-    Returns
-    -------
-    str
-        A data URI.
-
-    """
+    """Return the content of a picture's file as a data URI of a media type such as 'image/gif'."""
     return f'data:{kind};base64,{base64.b64encode(content).decode()}'
 
 
 def picture(title: str, caption: str, image: str, below: str = '') -> str:
     """
-    Make a figure.
+    Return a figure as HTML.
 
     Parameters
     ----------
     title, caption : str
         Plain text.
     image : str
-        Its source.
+        Data URI of the picture.
     below : str
         HTML under the caption.
-
-    Returns
-    -------
-    str
-        HTML.
-
     """
     return (f'<figure><h3>{escape(title)}</h3><img src="{image}" alt="{escape(title)}: {escape(caption)}">'
             f'<figcaption>{escape(caption)}{below}</figcaption></figure>')
 
 
 def grid(figures: Iterable[str]) -> str:
-    """
-    Set figures side by side, as many as there is room for.
-
-    Parameters
-    ----------
-    figures : iterable of str
-        HTML.
-
-    Returns
-    -------
-    str
-        HTML.
-
-    """
+    """Return figures side by side, as many as the page has room for; all HTML."""
     return '<div class="grid">\n' + '\n'.join(figures) + '\n</div>'
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool = True) -> str:
     """
-    Make a table that scrolls by itself where it is wider than the page.
+    Return a table as HTML, with a scroll bar of its own if it is wider than the page.
 
     Parameters
     ----------
     head : sequence of str
         Plain text.
     rows : iterable of sequence of str
-        HTML cells.
+        Cells in HTML.
     numbers : bool
-        Whether all columns but the first hold numbers.
-
-    Returns
-    -------
-    str
-        HTML.
-
+        Whether all columns but the first contain numbers.
     """
     def cells(kind: str, row: Sequence[str]) -> str:
         return ''.join(f'<{kind}{" class=number" if numbers and n else ""}>{cell}</{kind}>'
@@ -147,21 +92,6 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool
 
 
 def warning(title: str, sentences: Iterable[str]) -> str:
-    """
-    Make a list of what a reader must know before he believes a page.
-
-    Parameters
-    ----------
-    title : str
-        Plain text.
-    sentences : iterable of str
-        Plain text.
-
-    Returns
-    -------
-    str
-        HTML.
-
-    """
+    """Return a highlighted list of sentences under a title, as HTML; all arguments are plain text."""
     items = ''.join(f'<li>{escape(sentence)}</li>' for sentence in sentences)
     return f'<div class="warning"><h2>{escape(title)}</h2><ul>{items}</ul></div>'

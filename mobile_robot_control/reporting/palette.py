@@ -1,4 +1,4 @@
-"""Colours that everybody can tell apart, on light and on dark ground, and pictures that know both."""
+"""The look of all figures: colours for every kind of colour vision, on light and on dark ground, and their files."""
 
 import io
 import re
@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours for light ground; on dark ground the same hues, lighter where they would sink
+# Okabe and Ito's colours, darker where they would be faint on white; on dark ground the same hues, lighter
 _ON_DARK = {
     '#0072b2': '#56b4e9', '#d55e00': '#ff8c42', '#009e73': '#2fd0a0', '#cc79a7': '#e5a0c6', '#8a6d00': '#f0e442',
     '#5b4a8a': '#b7a6f0',
@@ -28,33 +28,12 @@ _RULES: Any = {
 
 
 def style() -> Any:
-    """
-    Give the look that all figures share.
-
-    Returns
-    -------
-    context manager
-        In it matplotlib draws so.
-
-    """
+    """Return a context manager in which Matplotlib draws with the look that all figures share."""
     return mpl.rc_context(_RULES)
 
 
 def as_svg(figure: Figure) -> str:
-    """
-    Give a figure as SVG that turns dark where its reader's page is dark.
-
-    Parameters
-    ----------
-    figure : Figure
-        Drawn with the colours of this module.
-
-    Returns
-    -------
-    str
-        One that any viewer shows, with a style sheet for those that know dark ground.
-
-    """
+    """Return a figure in the colours of this module as SVG, with a style sheet that turns it dark on dark pages."""
     buffer = io.StringIO()
     with mpl.rc_context(_RULES):
         figure.savefig(buffer, format='svg', dpi=150, metadata={'Date': None})
@@ -63,31 +42,16 @@ def as_svg(figure: Figure) -> str:
         for light, deep in _ON_DARK.items() for part in ('fill', 'stroke')
     )
     rules = f'<style>@media screen and (prefers-color-scheme: dark){{{dark}}}</style>'
-    # the first element of the drawing; what stands before it is prolog
+    # into the first element of the drawing, which follows the prolog
     return re.sub(r'(<svg\b[^>]*>)', lambda found: found.group(1) + rules, buffer.getvalue(), count=1)
 
 
-def save(figure: Figure, stem: Path) -> str:
-    """
-    Write a figure as PNG and as SVG.
-
-    Parameters
-    ----------
-    figure : Figure
-        Drawn.
-    stem : Path
-        File without its ending.
-
-    Returns
-    -------
-    str
-        The SVG.
-
-    """
+def save(figure: Figure, file: Path) -> str:
+    """Write a figure as PNG and as SVG, with these endings in place of the file's; return the SVG."""
     svg = as_svg(figure)
-    # everything has its place now; finding it again takes as long as drawing
+    # the layout is final now; computing it again would take as long as drawing
     figure.set_layout_engine('none')
-    stem.with_suffix('.svg').write_text(svg, encoding='utf-8')
+    file.with_suffix('.svg').write_text(svg, encoding='utf-8')
     with mpl.rc_context(_RULES):
-        figure.savefig(stem.with_suffix('.png'), dpi=150, metadata={'Software': None})
+        figure.savefig(file.with_suffix('.png'), dpi=150, metadata={'Software': None})
     return svg

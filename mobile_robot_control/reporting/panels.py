@@ -1,4 +1,4 @@
-"""Figures made of panels over time: the engine of all figures of a run."""
+"""Figures of one or several runs, made of panels over time."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -13,27 +13,17 @@ from mobile_robot_control.reporting.palette import FAINT, GREY, INK, LINES, styl
 from mobile_robot_control.reporting.series import Series
 
 WIDTH = 5.6
-"""[in] of a figure: as wide as a page shows it, so that its text has the page's size."""
+"""[in]: as wide as a page shows a figure, so that its text is as large as that of the page."""
 _LONGEST = 44
-"""Letters of a name in a legend."""
+"""Characters of a name in a legend."""
 _ROOM, _HANDLE, _LETTER = 4.8, 0.62, 0.085
-"""[in]: width of the axes, of a line in the legend, and of a letter."""
+"""[in]: width of the axes, of a line in the legend, and of a character."""
 _SPIKE = 25.0
-"""A peak so many times beyond what the run asks for otherwise would flatten everything else."""
+"""A peak this many times larger than 98 % of the values would make all others look flat."""
 
 
 class Named(NamedTuple):
-    """
-    A run and its name in legends.
-
-    Attributes
-    ----------
-    name : str
-        Short.
-    series : Series
-        Its topics.
-
-    """
+    """A run and its name in legends."""
 
     name: str
     series: Series
@@ -48,14 +38,13 @@ class Panel(NamedTuple):
     label : str
         Quantity and unit.
     value : callable
-        Gives a run's line.
+        Returns the line of a run.
     reference : callable or None
-        Gives the line that is asked for, drawn grey under the others.
+        Returns the line of the reference, drawn grey under the others.
     command : callable or None
-        Gives the line that a law asks for, dotted over the others.
+        Returns the line of a law's command, drawn dotted over the others.
     logarithmic : bool
-        A few large peaks are shown on a symmetric logarithmic scale.
-
+        Whether to use a symmetric logarithmic scale where a few peaks are much larger than everything else.
     """
 
     label: str
@@ -66,15 +55,16 @@ class Panel(NamedTuple):
 
 
 def _spiky(lines: Sequence[Line]) -> float:
-    """Give the size of what is ordinary where rare peaks tower above it, else 0."""
+    """Return the 98 % quantile of the absolute values where a peak is much larger, otherwise 0."""
     values = np.abs(np.concatenate([line.value for line in lines]))
-    if values.size < 100:  # too few to say what is rare
+    if values.size < 100:  # too few for a quantile
         return 0.0
     ordinary = float(np.quantile(values, 0.98))
     return ordinary if ordinary > 0.0 and float(values.max()) > _SPIKE * ordinary else 0.0
 
 
 def _plot(axes: Axes, line: Line, **options: Any) -> bool:
+    """Draw a line; return whether it has any points."""
     shown = thinned(line)
     axes.plot(shown.time, shown.value, **options)
     return bool(shown.time.size)
@@ -89,23 +79,21 @@ def panel_on(axes: Axes, panel: Panel, runs: Sequence[Named], span: tuple[float,
     axes : Axes
         Empty.
     panel : Panel
-        What to draw.
+        Its content.
     runs : sequence of Named
         Overlaid.
     span : tuple of float or None
-        Times to show [s]; all if None.
-
+        First and last time to show [s]; all if None.
     """
-    drawn = False
-    told = {'reference': False, 'command': False}
+    drawn = reference_drawn = command_drawn = False
     for (name, series), (color, dashes) in zip(runs, LINES, strict=False):
-        if panel.reference and not told['reference']:
-            told['reference'] = _plot(axes, panel.reference(series), color=GREY, linewidth=3.5, label='reference')
+        if panel.reference and not reference_drawn:
+            reference_drawn = _plot(axes, panel.reference(series), color=GREY, linewidth=3.5, label='reference')
         label = name if len(runs) > 1 else 'measured' if panel.command else 'robot' if panel.reference else '_'
         drawn |= _plot(axes, panel.value(series), color=color, linestyle=dashes, label=label)
         if panel.command:
-            told['command'] |= _plot(axes, panel.command(series), color=INK, linewidth=1.1, linestyle=(0, (1, 2)),
-                                     label='_' if told['command'] else 'commanded')
+            command_drawn |= _plot(axes, panel.command(series), color=INK, linewidth=1.1, linestyle=(0, (1, 2)),
+                                   label='_' if command_drawn else 'commanded')
     axes.set_ylabel(panel.label)
     axes.margins(x=0.02)
     if span:
@@ -121,7 +109,7 @@ def panel_on(axes: Axes, panel: Panel, runs: Sequence[Named], span: tuple[float,
 
 
 def _stretch(axes: Axes, ordinary: float) -> None:
-    """Show decades beyond the ordinary, with a tick for every other one."""
+    """Make the scale logarithmic beyond the ordinary values, with a tick at every decade or every few."""
     decade = math.ceil(math.log10(ordinary))
     axes.set_yscale('symlog', linthresh=10.0**decade, linscale=1.0)
     lowest, highest = axes.dataLim.intervaly
@@ -137,21 +125,11 @@ def _stretch(axes: Axes, ordinary: float) -> None:
 
 
 def legend(axes: Axes, columns: int = 4) -> None:
-    """
-    Put the legend above the axes, where no line can be.
-
-    Parameters
-    ----------
-    axes : Axes
-        With labelled lines, or without any: then nothing is drawn.
-    columns : int
-        Entries in a row.
-
-    """
+    """Draw the legend above the axes, where no line can be, with at most so many columns; none without labels."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         labels = [label if len(label) <= _LONGEST else f'{label[:_LONGEST - 1]}…' for label in labels]
-        # as many in a row as fit: a legend wider than the figure would press the axes together
+        # as many in a row as fit: a legend wider than the figure would narrow the axes
         room = int(_ROOM / (_HANDLE + _LETTER * max(map(len, labels))))
         axes.legend(handles, labels, loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=max(1, min(columns, room)),
                     borderaxespad=0.2, handlelength=2.6, columnspacing=1.4, handletextpad=0.5)
@@ -161,24 +139,18 @@ def over_time(
     panels: Sequence[Panel], runs: Sequence[Named], span: tuple[float, float] | None = None, height: float = 1.75
 ) -> Figure:
     """
-    Draw panels one below the other, over the same time.
+    Draw panels one below the other over the same time, with one legend above the first.
 
     Parameters
     ----------
     panels : sequence of Panel
         From top to bottom.
     runs : sequence of Named
-        Overlaid; as many as there are LINES at the most.
+        Overlaid; at most as many as there are LINES.
     span : tuple of float or None
-        Times to show [s]; all if None.
+        First and last time to show [s]; all if None.
     height : float
         Of a panel [in].
-
-    Returns
-    -------
-    Figure
-        With one legend, above the first panel.
-
     """
     with style():
         figure = Figure(figsize=(WIDTH, 0.65 + height * len(panels)), layout='constrained')

@@ -1,4 +1,4 @@
-"""The parameters of the nodes as Markdown tables, for the README and the nodes' pages."""
+"""The parameters of the nodes as Markdown tables, for docs/parameters.md and the nodes' pages."""
 
 import re
 import sys
@@ -30,46 +30,30 @@ def _row(declared: Declaration) -> str:
 
 
 def _table(title: str, declared: dict[str, Declaration]) -> str:
-    head = f'**{title}**\n\n| parameter | default | meaning | allowed |\n|---|---|---|---|'
+    head = f'## {title}\n\n| parameter | default | meaning | allowed |\n|---|---|---|---|'
     return '\n'.join([head, *map(_row, declared.values())])
 
 
 def tables(node: str = '') -> str:
     """
-    Give the tables of parameters.
+    Return the Markdown table of a node's own parameters; where it is '', those of all nodes and the shared ones.
 
-    Parameters
-    ----------
-    node : str
-        The node whose own parameters are asked for; all of them, and the shared ones, where it is ''.
-
-    Returns
-    -------
-    str
-        Markdown; a star marks those that change live.
-
+    A star marks the parameters that change live.
     """
     shared = declarations(Shared)
-    own = {name: _table(f'`{name}`', {key: declared for key, declared in declarations(group).items()
-                                      if key not in shared}) for name, group in NODES.items()}
-    return own[node] if node else '\n\n'.join([_table('all nodes', shared), *own.values()])
+    own = {name: {key: declared for key, declared in declarations(group).items() if key not in shared}
+           for name, group in NODES.items()}
+    if node:
+        return _table('Parameters', own[node])
+    return '\n\n'.join([_table('All nodes', shared), *(_table(f'`{name}`', table) for name, table in own.items())])
 
 
 def insert_parameters(text: str) -> str:
     """
-    Put the tables into a text, between its marks.
+    Return a Markdown text with present tables between its marks.
 
-    Parameters
-    ----------
-    text : str
-        Markdown with ``<!-- parameters: generated -->`` or ``<!-- parameters of NODE: generated -->`` and
-        ``<!-- end of parameters -->``.
-
-    Returns
-    -------
-    str
-        The same with present tables.
-
+    The marks are ``<!-- parameters: generated -->`` or ``<!-- parameters of NODE: generated -->``, and
+    ``<!-- end of parameters -->``.
     """
     def table(found: re.Match[str]) -> str:
         return f'{found[1]}\n\n{tables(found[2] or "")}\n\n{_END}'

@@ -1,4 +1,4 @@
-"""The plane: paths and poses of runs, and the curve that they follow."""
+"""Figures of the plane: paths and poses of runs, and the reference."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,20 +16,9 @@ from mobile_robot_control.reporting.series import Series
 
 def triangle(pose: Sequence[float] | Floats, size: float) -> Floats:
     """
-    Give the corners of a triangle that points where the robot does.
+    Return the corners [m], shape (3, 2), of a triangle of a length [m] that points ahead.
 
-    Parameters
-    ----------
-    pose : sequence of float
-        x, y [m] and heading [rad]; the axle's centre lies within.
-    size : float
-        Length [m].
-
-    Returns
-    -------
-    array, shape (3, 2)
-        [m].
-
+    The pose is x, y [m] and heading [rad]; its point lies within the triangle.
     """
     x, y, heading = pose
     corners = np.array([[0.7, 0.0], [-0.3, 0.33], [-0.3, -0.33]]) * size
@@ -54,7 +43,6 @@ def draw_pose(axes: Axes, pose: tuple[float, float, float], size: float, color: 
         Of its edge.
     **options : object
         For the patch.
-
     """
     corners = triangle(pose, size)
     axes.fill(corners[:, 0], corners[:, 1], facecolor='none', edgecolor=color, linewidth=1.1, **options)
@@ -71,13 +59,12 @@ def path_on(axes: Axes, runs: Sequence[Named], poses: int = 14) -> None:
     runs : sequence of Named
         Overlaid.
     poses : int
-        Poses drawn along each path, evenly in time; none for several runs.
-
+        Poses along the path of a single run, evenly in time; of several runs only the first pose of each is drawn.
     """
-    told = False
+    reference_drawn = False
     for (name, series), (color, dashes) in zip(runs, LINES, strict=False):
-        if not told:
-            told = _plane(axes, series, 'reference', color=GREY, linewidth=3.5, label='reference')
+        if not reference_drawn:
+            reference_drawn = _plane(axes, series, 'reference', color=GREY, linewidth=3.5, label='reference')
         shown = _plane(axes, series, 'odom', color=color, linestyle=dashes,
                        label=name if len(runs) > 1 else 'robot')
         if shown:
@@ -91,6 +78,7 @@ def path_on(axes: Axes, runs: Sequence[Named], poses: int = 14) -> None:
 
 
 def _plane(axes: Axes, series: Series, topic: str, **options: Any) -> bool:
+    """Draw the path of a topic; return whether it has any points."""
     x, y = series.line(topic, 'x'), series.line(topic, 'y')
     if not x.value.size:
         return False
@@ -100,10 +88,12 @@ def _plane(axes: Axes, series: Series, topic: str, **options: Any) -> bool:
 
 
 def _even(count: int, most: int) -> NDArray[np.int_]:
+    """Return evenly spaced indices, first and last included."""
     return np.linspace(0, count - 1, min(count, most)).astype(np.int_)
 
 
 def _poses(axes: Axes, series: Series, color: str, count: int) -> None:
+    """Draw poses evenly in time, and a dot at the start."""
     x, y, heading = (series.line('odom', name).value for name in ('x', 'y', 'heading'))
     size = 0.075 * max(float(np.ptp(x)), float(np.ptp(y)), 0.1)
     for n in _even(x.size, count + 1)[:count]:
@@ -112,20 +102,7 @@ def _poses(axes: Axes, series: Series, color: str, count: int) -> None:
 
 
 def draw_path(runs: Sequence[Named]) -> Figure:
-    """
-    Draw the plane: paths, the reference and the robot's pose along its path.
-
-    Parameters
-    ----------
-    runs : sequence of Named
-        Overlaid.
-
-    Returns
-    -------
-    Figure
-        Both axes to the same scale.
-
-    """
+    """Draw paths, reference and poses of runs, overlaid, with both axes to the same scale."""
     with style():
         figure = Figure(figsize=(WIDTH, 4.6), layout='constrained')
         path_on(figure.subplots(), runs)

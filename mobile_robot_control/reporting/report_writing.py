@@ -1,4 +1,4 @@
-"""The report of one run, or of several side by side."""
+"""The report: a page with metrics, figures, timing and parameters of one run, or of several side by side."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -16,18 +16,20 @@ from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.timing import draw_intervals, draw_latency, timed, timing_table
 
 MOST = len(LINES)
-"""Runs in one report: as many as there are colours to tell them by."""
+"""Runs in one report: as many as there are colours to distinguish them."""
 TIMING_FIGURES = (
-    RunFigure('intervals', 'Between messages', 'Wall time from one message to the next, as the recorder heard them.',
-              draw_intervals),
+    RunFigure('intervals', 'Between messages', 'Wall time from one message to the next, as the recorder received them, '
+              'without the wait after the messages of stamp 0, in which an experiment is paused until every topic is '
+              'recorded. The table includes that wait.', draw_intervals),
     RunFigure('latency', 'From question to answer', 'Wall time until the answer to a message was heard.',
               draw_latency),
 )
 Step = Callable[[str], None]
-"""Told the name of each figure before it is drawn."""
+"""Called with the title of each figure before it is drawn."""
 
 
 def _figures(figures: Sequence[RunFigure], runs: Sequence[Named], folder: Path, step: Step) -> Iterator[str]:
+    """Write figures; yield each as HTML."""
     for figure in figures:
         step(figure.title)
         svg = save(figure.draw(runs), folder / figure.name)
@@ -38,8 +40,8 @@ def _title(runs: Sequence[RecordedRun]) -> str:
     return ', '.join(run.name for run in runs)
 
 
-def _what(run: RecordedRun) -> str:
-    """Say in a sentence what ran."""
+def _description(run: RecordedRun) -> str:
+    """Return the controller, curve and rates of a run in a sentence."""
     if run.parameters is None:
         return f'{run.name}: not known what it ran with'
     control, curve = run.parameters.position_controller.control, run.parameters.reference_cart.curve
@@ -52,13 +54,14 @@ def _what(run: RecordedRun) -> str:
 def _parts(
     runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool, absent: Sequence[str]
 ) -> Iterator[str]:
+    """Yield the page from top to bottom, as HTML."""
     named = [Named(run.name, run.series) for run in runs]
     yield f'<h1>{escape(_title(runs))}</h1>'
-    yield from (f'<p class="soft">{escape(_what(run))}.</p>' for run in runs)
-    troubles = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem
+    yield from (f'<p class="soft">{escape(_description(run))}.</p>' for run in runs)
+    problems = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem
                            for run in runs for problem in run.problems)]
-    if troubles:
-        yield page.warning('What is missing', troubles)
+    if problems:
+        yield page.warning('What is missing', problems)
     yield '<h2>Metrics</h2>'
     yield metrics_table(runs)
     yield '<h2>Figures</h2>'
@@ -78,6 +81,7 @@ def _parts(
 
 
 def _animations(runs: Sequence[RecordedRun], folder: Path, step: Step) -> Iterator[str]:
+    """Write an animation of each run that has odometry; yield each as HTML."""
     for n, run in enumerate(runs, 1):
         step('Animation')
         if run.series.time('odom').size > 1:
@@ -88,22 +92,7 @@ def _animations(runs: Sequence[RecordedRun], folder: Path, step: Step) -> Iterat
 
 
 def count_steps(runs: Sequence[RecordedRun], animation: bool = False) -> int:
-    """
-    Count the figures of a report.
-
-    Parameters
-    ----------
-    runs : sequence of RecordedRun
-        To report.
-    animation : bool
-        Whether animations are asked for.
-
-    Returns
-    -------
-    int
-        How often :func:`write` will call its step.
-
-    """
+    """Return the number of figures and animations in a report: how often `write_report` calls its step."""
     timing = len(TIMING_FIGURES) if any(timed(run.series) for run in runs) else 0
     return len(RUN_FIGURES) + timing + (len(runs) if animation else 0)
 
@@ -119,9 +108,10 @@ def write_report(
     runs : sequence of RecordedRun
         At least one, at most MOST.
     folder : Path
-        Takes `report.html`, the same metrics in `report.json`, and the figures as PNG and SVG in `figures`.
+        For `report.html`, the metrics in `report.json`, and the figures as PNG and SVG in `figures`; made if it does
+        not exist.
     step : callable
-        Told the name of each figure before it is drawn.
+        Called with the title of each figure before it is drawn.
     animation : bool
         Whether to animate each run.
     absent : sequence of str
@@ -131,7 +121,6 @@ def write_report(
     -------
     Path
         Of the page.
-
     """
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'

@@ -1,4 +1,4 @@
-"""The figures of a run, or of several overlaid."""
+"""The figures of a report: of one run, or of several overlaid."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -20,13 +20,10 @@ class RunFigure(NamedTuple):
     ----------
     name : str
         Of its files.
-    title : str
-        Above it.
-    caption : str
-        What to see.
+    title, caption : str
+        Above and below it.
     draw : callable
-        Draws it of the runs.
-
+        Draws the figure of some runs.
     """
 
     name: str
@@ -36,22 +33,7 @@ class RunFigure(NamedTuple):
 
 
 def column(topic: str, name: str, scale: float = 1.0) -> Callable[[Series], Line]:
-    """
-    Give what draws a column of a topic.
-
-    Parameters
-    ----------
-    topic, name : str
-        Of the recording's COLUMNS.
-    scale : float
-        Factor to the unit shown.
-
-    Returns
-    -------
-    callable
-        From a run to its line.
-
-    """
+    """Return the function that returns a column of a topic, both of LOOP_TOPICS, times a factor to the unit shown."""
     def line(series: Series) -> Line:
         found = series.line(topic, name)
         return Line(found.time, scale * found.value)
@@ -59,7 +41,19 @@ def column(topic: str, name: str, scale: float = 1.0) -> Callable[[Series], Line
     return line
 
 
+def heading_error(series: Series) -> Line:
+    """Return e3 [rad], broken where it jumps between -π and π."""
+    return broken_at_jumps(series.line('tracking_error', 'heading'))
+
+
+def distance_to_cart(series: Series) -> Line:
+    """Return the distance to the cart [cm]."""
+    ahead, aside = (series.line('tracking_error', name) for name in ('longitudinal', 'lateral'))
+    return Line(ahead.time, 100.0 * np.hypot(ahead.value, aside.value))
+
+
 def _panels(panels: Sequence[Panel], height: float = 1.75) -> Callable[[Sequence[Named]], Figure]:
+    """Return the function that draws panels of a height [in] over time."""
     return lambda runs: over_time(panels, runs, height=height)
 
 
@@ -68,7 +62,7 @@ POSITION = (Panel('x [m]', column('odom', 'x'), column('reference', 'x')),
 HEADING = (Panel('heading [rad]', lambda series: series.headings()[0], lambda series: series.headings()[1]),)
 ERRORS = (Panel('$e_1$ ahead [cm]', column('tracking_error', 'longitudinal', 100.0)),
           Panel('$e_2$ to the left [cm]', column('tracking_error', 'lateral', 100.0)),
-          Panel('$e_3$ heading [rad]', lambda series: broken_at_jumps(series.line('tracking_error', 'heading'))))
+          Panel('$e_3$ heading [rad]', heading_error))
 VELOCITY = (Panel('v [m/s]', column('odom', 'linear'), None, column('cmd_vel', 'linear'), True),
             Panel('ω [rad/s]', column('odom', 'angular'), None, column('cmd_vel', 'angular'), True))
 TORQUE = (Panel('right torque [N m]', lambda series: series.torque('right'), logarithmic=True),
@@ -76,12 +70,6 @@ TORQUE = (Panel('right torque [N m]', lambda series: series.torque('right'), log
 POWER = (Panel('right power [W]', lambda series: series.power()[0], logarithmic=True),
          Panel('left power [W]', lambda series: series.power()[1], logarithmic=True))
 ENERGY = (Panel('energy [J]', Series.energy),)
-
-
-def _distance(series: Series) -> Line:
-    ahead, aside = (series.line('tracking_error', name) for name in ('longitudinal', 'lateral'))
-    return Line(ahead.time, 100.0 * np.hypot(ahead.value, aside.value))
-
 
 RUN_FIGURES = (
     RunFigure('path', 'Path', 'The robot against the cart that it follows; triangles point ahead, evenly in time.',
@@ -91,7 +79,7 @@ RUN_FIGURES = (
     RunFigure('errors', 'Tracking errors', 'Reference minus pose in the frame of the robot, Eq. (23).',
               _panels(ERRORS, 1.5)),
     RunFigure('distance', 'Distance to the cart', 'What the position metrics are made of.',
-              _panels((Panel('distance [cm]', _distance),), 2.6)),
+              _panels((Panel('distance [cm]', distance_to_cart),), 2.6)),
     RunFigure('velocity', 'Body velocities', 'Measured, and dotted what the position law commands.',
               _panels(VELOCITY)),
     RunFigure('torque', 'Wheel torques', 'As applied over each step.', _panels(TORQUE)),

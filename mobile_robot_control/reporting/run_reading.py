@@ -1,4 +1,4 @@
-"""Runs from what a user names: a bag, the folder of an experiment, a CSV file."""
+"""Read and measure a run: a bag, the folder of an experiment or a CSV file of `simulate`."""
 
 import io
 import json
@@ -16,19 +16,21 @@ from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.simulation.rollout import is_complete
 
-_MOMENT = 0.5
-"""[s]"""
+_BAGS = ('.mcap', '.db3')
+"""Endings of the files in a bag."""
+_WALL_CLOCK_TOLERANCE = 0.5
+"""[s]: by how much a complete run on the wall clock may be shorter than asked for."""
 Configure = Callable[[Path], Configuration]
 """Reads a parameter file."""
 
 
 class UnreadableRunError(ValueError):
-    """Something that is no run; the text says what it is and what to name instead."""
+    """Raised for a path that is no readable run; the message states what it is and what to name instead."""
 
 
 class RecordedRun(NamedTuple):
     """
-    A run with all that a report says of it.
+    The content of a report on one run.
 
     Attributes
     ----------
@@ -37,12 +39,11 @@ class RecordedRun(NamedTuple):
     series : Series
         Its topics.
     problems : tuple of str
-        What is missing, in words.
+        Sentences about what is missing.
     metrics : dict of str to object
-        As `metrics.json`; only what could be measured.
+        As in `metrics.json`; only what could be measured.
     parameters : Configuration or None
-        It ran with, where that is known.
-
+        Of the run; None if they were not recorded.
     """
 
     name: str
@@ -52,25 +53,12 @@ class RecordedRun(NamedTuple):
     parameters: Configuration | None
 
 
-def place(path: Path) -> Path:
+def _locate(path: Path) -> Path:
     """
-    Find the run that a user means.
+    Return the CSV file, the bag's folder, or the file of a bag without metadata that a path names.
 
-    Parameters
-    ----------
-    path : Path
-        A CSV file, a bag's folder or a file in it, or the folder of an experiment.
-
-    Returns
-    -------
-    Path
-        The CSV file, the bag's folder, or a file of a bag without metadata.
-
-    Raises
-    ------
-    UnreadableRunError
-        If there is no run.
-
+    The path is one of these, a file in a bag's folder, or the folder of an experiment; UnreadableRunError is raised
+    otherwise.
     """
     if not path.exists():
         raise UnreadableRunError(f'{path}: does not exist; name a bag, a folder of `experiment` or a CSV of `simulate`')
@@ -85,16 +73,14 @@ def place(path: Path) -> Path:
     return path
 
 
-_BAGS = ('.mcap', '.db3')
-
-
 def _companion(run: Path, ending: str) -> Path | None:
-    """Find what a command wrote beside the run: DIR/parameters.yaml to DIR/bag, FILE.parameters.yaml to FILE.csv."""
+    """Return a file beside a run: DIR/parameters.yaml beside DIR/bag, FILE.parameters.yaml beside FILE.csv."""
     file = run.parent / ending if run.is_dir() else run.with_suffix(f'.{ending}')
     return file if file.is_file() else None
 
 
 def _from_csv(path: Path, progress: ProgressCallback) -> tuple[dict[str, Signal], list[str]]:
+    """Read a CSV file; return its signals and problems."""
     collector = Collector()
     size = path.stat().st_size
     with path.open('rb') as file:
@@ -112,6 +98,7 @@ def _from_csv(path: Path, progress: ProgressCallback) -> tuple[dict[str, Signal]
 
 
 def _from_bag(path: Path, namespace: str, progress: ProgressCallback) -> tuple[dict[str, Signal], list[str]]:
+    """Read a bag; return its signals and problems."""
     try:
         recording = bag_reader.read_bag(path, namespace, progress)
     except BagError as error:
@@ -120,18 +107,18 @@ def _from_bag(path: Path, namespace: str, progress: ProgressCallback) -> tuple[d
 
 
 def _outcome(file: Path) -> str | None:
-    """Read how the run ended; None where the file does not say so."""
+    """Read the outcome from a file of metrics; None if there is none in it."""
     try:
-        said = json.loads(file.read_text(encoding='utf-8'))['outcome']
+        outcome = json.loads(file.read_text(encoding='utf-8'))['outcome']
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return said if isinstance(said, str) else None
+    return outcome if isinstance(outcome, str) else None
 
 
 def _measured(
     signals: dict[str, Signal], outcome: str | None, parameters: Configuration | None
 ) -> tuple[dict[str, Any], list[str]]:
-    """Measure as `simulate` and `experiment` do, where all topics can be joined; and say where a run breaks off."""
+    """Return the metrics, as `simulate` and `experiment` compute them, and what is missing for them."""
     slow, fast = (gaps.period(signals[topic].stamps) / 1e9 for topic in ('odom', 'joint_states'))
     if parameters:
         shared = parameters.plant.shared
@@ -141,50 +128,49 @@ def _measured(
         meter.add(sample)
     if meter.last is None:
         return ({'outcome': outcome} if outcome else {}), ['no metrics: they need all six topics of the loop']
-    asked = parameters.plant.duration if parameters else 0.0
-    # on the wall clock time is counted from the first reference, a moment after the plant begins to count
-    whole = asked == 0.0 or is_complete(meter.last, asked, 1.0 / fast) or bool(
-        origin(signals) and meter.last.time > asked - _MOMENT)
+    planned = parameters.plant.duration if parameters else 0.0
+    # on the wall clock t = 0 is the first reference, which is later than the start of the plant's duration
+    whole = planned == 0.0 or is_complete(meter.last, planned, 1.0 / fast) or bool(
+        origin(signals) and meter.last.time > planned - _WALL_CLOCK_TOLERANCE)
     broken = outcome in (None, 'completed') and not whole
-    metrics = summary(meter.run(outcome or ('broken off' if broken else 'completed' if asked else 'not known')))
+    metrics = summary(meter.run(outcome or ('broken off' if broken else 'completed' if planned else 'not known')))
     if meter.totals.time == 0.0:
         return metrics, ['one sample only: there is nothing to measure']
-    return metrics, [f'the recording ends at t = {meter.last.time:g} s of {asked:g} s'] if broken else []
+    return metrics, [f'the recording ends at t = {meter.last.time:g} s of {planned:g} s'] if broken else []
 
 
 def read_run(
     path: Path, name: str, namespace: str, configure: Configure, progress: ProgressCallback, outcome: str | None = None
 ) -> RecordedRun:
     """
-    Read and measure a run; nothing that is read is changed.
+    Read and measure a run; no file is changed.
 
     Parameters
     ----------
     path : Path
-        As the user names it.
+        A bag or a file in it, the folder of an experiment, or a CSV file.
     name : str
         For legends and tables.
     namespace : str
         In which the nodes of a bag ran.
     configure : callable
-        Reads the parameter file that lies beside the run.
+        Reads the parameter file beside the run.
     progress : callable
-        Told how far the reading is.
+        Called with how much has been read, and of how much.
     outcome : str or None
-        How the run ended; where None, what is written beside it.
+        How the run ended; if None, as recorded beside it.
 
     Returns
     -------
     RecordedRun
-        With the reasons for all that is missing.
+        With the reasons for everything that is missing.
 
     Raises
     ------
     UnreadableRunError
-        If nothing can be drawn of it.
-
+        If there is nothing to draw.
     """
-    run = place(path)
+    run = _locate(path)
     in_bag = run.is_dir() or run.suffix in _BAGS
     signals, problems = _from_bag(run, namespace, progress) if in_bag else _from_csv(run, progress)
     if not any(signal.stamps for signal in signals.values()):
@@ -197,6 +183,6 @@ def read_run(
     problems += missing
     series = Series(signals)
     if series.origin and metrics.get('outcome') == 'completed':
-        # on the wall clock the other nodes go on for a moment after the plant has ended as planned
+        # on the wall clock the other nodes continue for a moment after the plant has ended
         series = series.until(series.time('joint_states')[-1])
     return RecordedRun(name, series, tuple(problems), metrics, parameters)

@@ -1,4 +1,4 @@
-"""A run as time series: what the figures draw."""
+"""A run as time series, for figures and tables."""
 
 from collections.abc import Iterable
 
@@ -15,18 +15,12 @@ class Series:
     """
     The topics of a run over its time.
 
-    Parameters
-    ----------
-    signals : dict of str to Signal
-        By topic.
-
     Attributes
     ----------
     signals : dict of str to Signal
-        The same.
+        By topic.
     origin : int
-        Stamp of t = 0 [ns].
-
+        Stamp of t = 0 [ns]; not 0 on the wall clock.
     """
 
     def __init__(self, signals: dict[str, Signal]) -> None:
@@ -34,59 +28,20 @@ class Series:
         self.origin = origin(signals)
 
     def line(self, topic: str, column: str) -> Line:
-        """
-        Give a column of a topic.
-
-        Parameters
-        ----------
-        topic, column : str
-            Of LOOP_TOPICS.
-
-        Returns
-        -------
-        Line
-            Empty for a silent topic.
-
-        """
+        """Return a column of a topic, both of LOOP_TOPICS; empty for a topic without messages."""
         names = LOOP_TOPICS[topic].columns
         signal = self.signals[topic]
         values = np.frombuffer(signal.values, dtype=np.float64).reshape(-1, len(names))
         return Line(self.time(topic), values[:, names.index(column)])
 
     def time(self, topic: str) -> Floats:
-        """
-        Give the times of a topic's messages.
-
-        Parameters
-        ----------
-        topic : str
-            Of LOOP_TOPICS.
-
-        Returns
-        -------
-        array, shape (n,)
-            [s].
-
-        """
+        """Return the times of a topic's messages [s], shape (n,)."""
         stamps = np.frombuffer(self.signals[topic].stamps, dtype=np.int64)
         times: Floats = (stamps - self.origin) / 1e9
         return times
 
     def until(self, end: float) -> 'Series':
-        """
-        Give the beginning of the run.
-
-        Parameters
-        ----------
-        end : float
-            Time of the last messages taken [s].
-
-        Returns
-        -------
-        Series
-            With the same origin, if that lies in it.
-
-        """
+        """Return the messages up to a time [s], with the same origin if that is among them."""
         cut = {}
         for topic, signal in self.signals.items():
             count = int(np.searchsorted(self.time(topic), end, side='right'))
@@ -95,15 +50,7 @@ class Series:
         return Series(cut)
 
     def headings(self) -> tuple[Line, Line]:
-        """
-        Give the headings of robot and cart without jumps at ±π.
-
-        Returns
-        -------
-        tuple of Line and Line
-            Robot's and cart's [rad]; by whole turns as near each other as they are most of the time.
-
-        """
+        """Return the headings of robot and cart [rad] without jumps at ±π, and without whole turns between them."""
         robot, cart = (_unwrapped(self.line(topic, 'heading')) for topic in ('odom', 'reference'))
         if robot.value.size and cart.value.size:
             apart = np.interp(robot.time, cart.time, cart.value) - robot.value
@@ -112,15 +59,7 @@ class Series:
         return robot, cart
 
     def power(self) -> tuple[Line, Line]:
-        """
-        Give what each motor gives: the torque over a step times the wheel's velocity at the step's start.
-
-        Returns
-        -------
-        tuple of Line and Line
-            Right and left [W], at the steps' starts.
-
-        """
+        """Return the power of the right and of the left motor [W]: torque over a step, wheel velocity at its start."""
         lines = []
         for wheel in ('right', 'left'):
             torque, speed = self.torque(wheel), self.line('joint_states', f'{wheel}_velocity')
@@ -129,32 +68,15 @@ class Series:
 
     def torque(self, wheel: str) -> Line:
         """
-        Give the torque applied over each step.
+        Return the torque of the 'right' or 'left' wheel over each step [N m], at the step's start.
 
-        Parameters
-        ----------
-        wheel : str
-            'right' or 'left'.
-
-        Returns
-        -------
-        Line
-            [N m] at the steps' starts: a message's effort was held over the step before it.
-
+        The effort of a `joint_states` message was applied over the step that ended at its stamp.
         """
         effort = self.line('joint_states', f'{wheel}_effort')
         return Line(effort.time[:-1], effort.value[1:])
 
     def energy(self) -> Line:
-        """
-        Give the integral of the positive power of both wheels.
-
-        Returns
-        -------
-        Line
-            [J].
-
-        """
+        """Return the integral of the positive power of both wheels [J]."""
         right, left = self.power()
         time = self.time('joint_states')
         steps = np.diff(time)
@@ -167,20 +89,7 @@ def _unwrapped(line: Line) -> Line:
 
 
 def collect(samples: Iterable[Sample]) -> Series:
-    """
-    Gather the samples of a run.
-
-    Parameters
-    ----------
-    samples : iterable of Sample
-        In order of time.
-
-    Returns
-    -------
-    Series
-        Of them.
-
-    """
+    """Return the time series of samples in order of time."""
     collector = Collector()
     for sample in samples:
         collector.add_sample(sample)

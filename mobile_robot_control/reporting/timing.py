@@ -1,10 +1,11 @@
-"""The timing of a run over DDS: how messages came, by the recorder's clock."""
+"""The timing of a run over DDS: intervals and latencies by the wall clock of the recorder."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from mobile_robot_control.recording.gaps import find_gaps
 from mobile_robot_control.reporting.lines import Floats, Line
@@ -15,79 +16,50 @@ from mobile_robot_control.topics import ANSWERS, LOOP_TOPICS
 
 
 def timed(series: Series) -> bool:
-    """
-    Say whether a run was recorded over DDS.
-
-    Parameters
-    ----------
-    series : Series
-        Of the run.
-
-    Returns
-    -------
-    bool
-        True if messages have times of receipt.
-
-    """
+    """Return whether a run was recorded over DDS, so that messages have times of receipt."""
     return any(signal.received for signal in series.signals.values())
 
 
 def _received(series: Series, topic: str) -> Floats:
-    signal = series.signals[topic]
-    received: Floats = np.frombuffer(signal.received, dtype=np.int64) / 1e9
+    """Return the wall times at which a topic's messages were received [s]."""
+    received: Floats = np.frombuffer(series.signals[topic].received, dtype=np.int64) / 1e9
     return received
 
 
+def _stamps(series: Series, topic: str) -> NDArray[np.int64]:
+    return np.frombuffer(series.signals[topic].stamps, dtype=np.int64)
+
+
 def intervals(series: Series, topic: str) -> Line:
-    """
-    Give the wall time between a message and the one before it.
-
-    Parameters
-    ----------
-    series : Series
-        Of a run over DDS.
-    topic : str
-        One of the loop.
-
-    Returns
-    -------
-    Line
-        [ms] over the run's time.
-
-    """
+    """Return the wall time between each message of a run over DDS and the one before it [ms]."""
     return Line(series.time(topic)[1:], 1e3 * np.diff(_received(series, topic)))
+
+
+def intervals_in_motion(series: Series, topic: str) -> Line:
+    """Return the intervals [ms] except that after stamp 0, where an experiment waits until every topic is recorded."""
+    every, moves = intervals(series, topic), _stamps(series, topic)[:-1] > 0
+    return Line(every.time[moves], every.value[moves])
 
 
 def latency(series: Series, question: str, answer: str) -> Line:
     """
-    Give the wall time from a message to its answer, as the recorder heard them.
+    Return the wall time between the receipt of a message and of its answer [ms], at the answer's time.
 
-    Parameters
-    ----------
-    series : Series
-        Of a run over DDS.
-    question, answer : str
-        Topics.
-
-    Returns
-    -------
-    Line
-        [ms] at the answers' times: in lockstep to the answer of the same stamp, on the wall clock the age of the
-        newest question when the answer came.
-
+    In lockstep it is the answer with the same stamp; on the wall clock the latency is the age of the newest question
+    when the answer was received.
     """
     asked, answered = _received(series, question), _received(series, answer)
     if not asked.size or not answered.size:
         return Line(np.zeros(0), np.zeros(0))
-    ours, theirs = (np.frombuffer(series.signals[topic].stamps, dtype=np.int64) for topic in (question, answer))
-    place = np.searchsorted(asked, answered) - 1 if series.origin else np.searchsorted(ours, theirs)
+    questions, answers = _stamps(series, question), _stamps(series, answer)
+    place = np.searchsorted(asked, answered) - 1 if series.origin else np.searchsorted(questions, answers)
     place = np.clip(place, 0, asked.size - 1)
-    fits = asked[place] <= answered if series.origin else ours[place] == theirs
+    fits = asked[place] <= answered if series.origin else questions[place] == answers
     return Line(series.time(answer)[fits], 1e3 * (answered[fits] - asked[place][fits]))
 
 
 class Quantiles(NamedTuple):
-    """Median, 99 % quantile and maximum of a number of values."""
+    """Median, 99 % quantile and maximum of some values."""
 
     median: float
     high: float
@@ -95,61 +67,22 @@ class Quantiles(NamedTuple):
 
 
 def quantiles(values: Floats) -> Quantiles | None:
-    """
-    Sum up values.
-
-    Parameters
-    ----------
-    values : array, shape (n,)
-        Any unit.
-
-    Returns
-    -------
-    Spread or None
-        None for no values.
-
-    """
+    """Return the quantiles of values of shape (n,); None if there are none."""
     if not values.size:
         return None
     return Quantiles(float(np.median(values)), float(np.quantile(values, 0.99)), float(values.max()))
 
 
 def draw_intervals(runs: Sequence[Named]) -> Figure:
-    """
-    Draw the wall time between messages.
-
-    Parameters
-    ----------
-    runs : sequence of Named
-        Over DDS.
-
-    Returns
-    -------
-    Figure
-        Of the fast and of the slow loop.
-
-    """
+    """Draw the wall time between messages of the fast and of the slow loop, while the robot moves."""
     return over_time([
-        Panel('joint_states [ms]', lambda series: intervals(series, 'joint_states')),
-        Panel('odom [ms]', lambda series: intervals(series, 'odom')),
+        Panel('joint_states [ms]', lambda series: intervals_in_motion(series, 'joint_states')),
+        Panel('odom [ms]', lambda series: intervals_in_motion(series, 'odom')),
     ], runs)
 
 
 def draw_latency(runs: Sequence[Named]) -> Figure:
-    """
-    Draw how long answers took.
-
-    Parameters
-    ----------
-    runs : sequence of Named
-        Over DDS.
-
-    Returns
-    -------
-    Figure
-        Of both loops.
-
-    """
+    """Draw the latency of the answers in the slow and in the fast loop."""
     return over_time([
         Panel('odom → cmd_vel [ms]', lambda series: latency(series, 'odom', 'cmd_vel')),
         Panel('joint_states →\nwheel_torques [ms]', lambda series: latency(series, 'joint_states', 'wheel_torques')),
@@ -157,26 +90,12 @@ def draw_latency(runs: Sequence[Named]) -> Figure:
 
 
 def timing_table(series: Series) -> str:
-    """
-    Give the timing of a run in numbers.
-
-    Parameters
-    ----------
-    series : Series
-        Of a run over DDS.
-
-    Returns
-    -------
-    str
-        HTML: each topic's intervals, each answer's latency, and the gaps by stamp.
-
-    """
+    """Return the timing of a run over DDS as HTML: intervals and gaps of each topic, and the latency of each answer."""
     rows = []
     for topic in LOOP_TOPICS:
-        count = len(series.signals[topic].stamps)
-        silences = len(find_gaps(series.signals[topic].stamps, series.origin))
-        rows.append([f'<code>{topic}</code>', str(count), *_written(quantiles(intervals(series, topic).value)),
-                     str(silences)])
+        stamps = series.signals[topic].stamps
+        rows.append([f'<code>{topic}</code>', str(len(stamps)), *_written(quantiles(intervals(series, topic).value)),
+                     str(len(find_gaps(stamps, series.origin)))])
     between = html_table(['every', 'messages', 'median', '99 %', 'longest', 'gaps by stamp'], rows)
     answers = html_table(['from question to answer', 'median', '99 %', 'longest'], [
         [f'<code>{question}</code> → <code>{answer}</code>',
@@ -186,4 +105,5 @@ def timing_table(series: Series) -> str:
 
 
 def _written(found: Quantiles | None) -> list[str]:
+    """Return quantiles [ms] as the cells of a table."""
     return ['–'] * 3 if found is None else [f'{value:.3g} ms' for value in found]

@@ -22,10 +22,10 @@ class _NodeParameters(Protocol):
         """Parameters that all four nodes agree on."""
 
 
-Values = TypeVar('Values', bound=_NodeParameters)
+NodeGroup = TypeVar('NodeGroup', bound=_NodeParameters)
 
 
-class LoopNode(Node, Generic[Values]):
+class LoopNode(Node, Generic[NodeGroup]):
     """
     One of the four nodes.
 
@@ -48,7 +48,7 @@ class LoopNode(Node, Generic[Values]):
     exit_code: int | None = None
     _in_run = False
 
-    def __init__(self, name: str, group: type[Values]) -> None:
+    def __init__(self, name: str, group: type[NodeGroup]) -> None:
         super().__init__(name, start_parameter_services=False)
         self._values = declare(self, group)
         self._shared = self._values.shared
@@ -87,7 +87,7 @@ class LoopNode(Node, Generic[Values]):
         """Return a condition that only the node itself can know, or None."""
         return None
 
-    def _change(self, values: Values) -> None:
+    def _change(self, values: NodeGroup) -> None:
         """Take the parameters after a live change."""
         self._values = values
 

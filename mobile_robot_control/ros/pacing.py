@@ -8,7 +8,7 @@ from rclpy.node import Node
 from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy
 from mobile_robot_control.ros.timers import create_steady_timer
 
-_REPEAT_AFTER = 0.1
+REPEAT_AFTER = 0.1
 """[s] of wall time without an answer."""
 _LONGEST_LAG = 0.1
 """[s]: a run or a node that falls further behind the wall clock does not catch up."""
@@ -46,7 +46,7 @@ class LockstepPacer:
         self._wall_period = policy.period / 1e9 / real_time_factor if real_time_factor > 0.0 else 0.0
         self._due = self._asked = time.monotonic()
         self.overruns = 0
-        create_steady_timer(_REPEAT_AFTER, self._repeat_unanswered, node)
+        create_steady_timer(REPEAT_AFTER, self._repeat_unanswered, node)
         if self._wall_period > 0.0:
             create_steady_timer(max(self._wall_period, 5e-4), self._ask_when_due, node)
 
@@ -73,7 +73,7 @@ class LockstepPacer:
 
     def _repeat_unanswered(self) -> None:
         silence = time.monotonic() - self._asked
-        if self._policy.asking and silence >= _REPEAT_AFTER:
+        if self._policy.asking and silence >= REPEAT_AFTER:
             self._repeat(silence)
 
 

@@ -22,7 +22,7 @@ from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.topics import LOOP_TOPICS, VELOCITY_TOPICS
 
 _DEPTH = 5000
-_AHEAD = PUBLISHED.depth // 4
+AHEAD = PUBLISHED.depth // 4
 """Steps that a lockstep run may be ahead of what is recorded."""
 _SHARED = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """Topics that all namespaces have in common."""
@@ -99,7 +99,7 @@ class Recorder(Node):
             Done when the plant has accepted.
 
         """
-        self._ahead = _AHEAD * period
+        self._ahead = AHEAD * period
         return self._set_on_plant(paused=False)
 
     def _set_on_plant(self, **values: float) -> Future[Any]:

@@ -1,1 +1,1 @@
-"""Search for gains, and the study of what they stand."""
+"""The search for gains, and Monte Carlo studies of how robust they are."""

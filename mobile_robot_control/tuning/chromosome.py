@@ -1,4 +1,4 @@
-"""Binary chromosomes: each gene is a whole number of twelve bits and stands for a point of the unit interval."""
+"""Binary chromosomes: each gene is a whole number of twelve bits and encodes a point of the unit interval."""
 
 from typing import Any
 
@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 BITS = 12
-"""For each parameter, as in section 3.1 of the chapter."""
+"""Of each gene, as in section 3.1 of the chapter."""
 
 LOWEST_POINT = 1.0 / 2**BITS
-"""The lowest point that a gene stands for: never zero, which most gains must not be."""
+"""The lowest point that a gene encodes: not zero, which most gains must not be."""
 
 Bits = NDArray[np.bool_]
 Points = NDArray[np.float64]
@@ -19,7 +19,7 @@ _WEIGHTS = 2.0 ** -np.arange(1, BITS + 1)
 
 def points(bits: Bits) -> Points:
     """
-    Give the points of the unit cube that chromosomes stand for.
+    Return the points of the unit cube that chromosomes encode.
 
     Parameters
     ----------
@@ -42,20 +42,5 @@ def points(bits: Bits) -> Points:
 
 
 def random(individuals: int, genes: int, rng: np.random.Generator) -> Bits:
-    """
-    Draw chromosomes.
-
-    Parameters
-    ----------
-    individuals, genes : int
-        How many.
-    rng : Generator
-        Source of chance.
-
-    Returns
-    -------
-    array of bool, shape (individuals, genes × 12)
-        Every chromosome is equally likely.
-
-    """
+    """Draw chromosomes, all equally likely, of shape (individuals, genes × 12)."""
     return rng.random((individuals, genes * BITS)) < 0.5

@@ -1,4 +1,4 @@
-"""SciPy's differential evolution over the same cube, generation by generation as the genetic algorithm."""
+"""SciPy's differential evolution over the unit cube, generation by generation as the genetic algorithm."""
 
 import numpy as np
 
@@ -9,20 +9,8 @@ _ENDLESS = 10**9
 
 
 def search(score: Score, genes: int, population: int, seed: int) -> None:
-    """
-    Search the unit cube until the scoring ends it.
-
-    Parameters
-    ----------
-    score : callable
-        Scores the points of a generation, shape (population, genes); ends the search by raising.
-    genes, population : int
-        Dimensions, and individuals of a generation.
-    seed : int
-        The same seed, the same search.
-
-    """
-    # heavy, and not needed for the genetic algorithm
+    """Search the unit cube, with the arguments of `genetic.search`."""
+    # slow to import, and not needed for the genetic algorithm
     from scipy.optimize import differential_evolution  # noqa: PLC0415
 
     def columns(points: Points) -> Scores:
@@ -36,5 +24,5 @@ def search(score: Score, genes: int, population: int, seed: int) -> None:
             updating='deferred', vectorized=True,
         )
     except RuntimeError as error:
-        # SciPy wraps a ValueError of the scoring
+        # SciPy wraps a ValueError that `score` raises
         raise error.__cause__ or error from None

@@ -1,4 +1,4 @@
-"""The chapter's genetic algorithm, on arrays of bits: it knows no robot."""
+"""The chapter's genetic algorithm on arrays of bits, independent of what they encode."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -11,24 +11,23 @@ from mobile_robot_control.tuning.chromosome import Bits, Points
 
 Scores = NDArray[np.float64]
 Score = Callable[[Points], Scores]
-"""Scores a generation; the smaller, the better. It ends the search by raising."""
+"""Scores a generation, of which smaller is better; ends the search by raising."""
 
 
 class GeneticSettings(NamedTuple):
     """
-    What the chapter names and does not say.
+    Rates of the operators, which the chapter names without numbers.
 
     Attributes
     ----------
     tournament : int
-        How many individuals compete to be a parent.
+        Number of individuals that compete to be a parent.
     crossover : float
-        Probability that two parents mix; else the child is its first parent.
+        Probability that two parents mix; otherwise the child is a copy of the first.
     mutations : float
         Expected number of bits that flip in a child.
     elite : int
-        How many of the best live on as they are.
-
+        Number of the best individuals that are kept unchanged.
     """
 
     tournament: int = 3
@@ -38,26 +37,7 @@ class GeneticSettings(NamedTuple):
 
 
 def select_parents(scores: Scores, count: int, tournament: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """
-    Choose parents, each the best of some drawn at random.
-
-    Parameters
-    ----------
-    scores : array of float, shape (individuals,)
-        The smaller, the better.
-    count : int
-        How many parents.
-    tournament : int
-        How many compete.
-    rng : Generator
-        Source of chance.
-
-    Returns
-    -------
-    array of int, shape (count,)
-        Their places in the population.
-
-    """
+    """Return the indices of `count` parents, each the one with the smallest score of `tournament` drawn at random."""
     drawn = rng.integers(len(scores), size=(count, tournament))
     return np.asarray(drawn[np.arange(count), np.argmin(scores[drawn], axis=1)])
 
@@ -71,19 +51,18 @@ def breed(population: Bits, scores: Scores, settings: GeneticSettings, rng: np.r
     Parameters
     ----------
     population : array of bool, shape (individuals, bits)
-        The present one.
+        The present generation.
     scores : array of float, shape (individuals,)
-        Its scores; the smaller, the better.
+        Its scores; smaller is better.
     settings : GeneticSettings
-        Of the algorithm.
+        Rates of the operators.
     rng : Generator
-        Source of chance.
+        Source of all random numbers.
 
     Returns
     -------
     array of bool, shape (individuals, bits)
         The elite first, in order of their scores.
-
     """
     individuals, bits = population.shape
     elite = population[np.argsort(scores, kind='stable')[:settings.elite]]
@@ -97,7 +76,7 @@ def breed(population: Bits, scores: Scores, settings: GeneticSettings, rng: np.r
 
 def search(score: Score, genes: int, population: int, seed: int, settings: GeneticSettings | None = None) -> None:
     """
-    Search the unit cube until the scoring ends it.
+    Search the unit cube until `score` ends the search.
 
     Parameters
     ----------
@@ -106,10 +85,9 @@ def search(score: Score, genes: int, population: int, seed: int, settings: Genet
     genes, population : int
         Dimensions, and individuals of a generation.
     seed : int
-        The same seed, the same search.
+        Of all random numbers: the same seed gives the same search.
     settings : GeneticSettings or None
-        Of the algorithm; the default ones if None.
-
+        Rates of the operators; the defaults if None.
     """
     rng = np.random.default_rng(seed)
     bits = chromosome.random(population, genes, rng)

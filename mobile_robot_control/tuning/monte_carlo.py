@@ -1,4 +1,4 @@
-"""What many random runs say: success rate with its interval, median, 95 % and worst case."""
+"""Monte Carlo studies: random scenarios, and success rate, median, 95 % quantile and worst case over many runs."""
 
 import math
 import statistics
@@ -14,37 +14,37 @@ from mobile_robot_control.simulation.trial import Outcome, Trial
 from mobile_robot_control.tuning.scenarios import Scenario
 
 WITHIN = 0.10
-"""[m]: a run succeeds when the robot stays this near to the reference from the late step on."""
+"""[m]: a run succeeds if the robot stays nearer to the reference than this from the late step on."""
 
 _CONFIDENCE = 0.95
 
 
 class Judged(NamedTuple):
     """
-    One run.
+    Success and metrics of one run.
 
     Attributes
     ----------
     success : bool
-        Whether it came to its end and was near the reference late in it.
+        Whether the run was complete and near the reference late in it.
     metrics : dict of str to float
-        SI units; infinite where the motion diverged.
-
+        SI units; infinite if the motion diverged.
     """
 
     success: bool
     metrics: dict[str, float]
 
 
-def _root_mean(total: float, time: float) -> float:
-    return math.sqrt(total / time) if time > 0.0 else math.inf
+def _rms(integral: float, time: float) -> float:
+    """Return the root mean square of a quantity from the integral of its square."""
+    return math.sqrt(integral / time) if time > 0.0 else math.inf
 
 
 _METRICS: dict[str, Callable[[Outcome], float]] = {
-    'rms_position_error': lambda o: _root_mean(o.totals.squared_position, o.totals.time),
+    'rms_position_error': lambda o: _rms(o.totals.squared_position, o.totals.time),
     'max_position_error': lambda o: o.totals.max_position,
     'late_max_position_error': lambda o: o.late.max_position,
-    'rms_heading_error': lambda o: _root_mean(o.totals.squared_heading, o.totals.time),
+    'rms_heading_error': lambda o: _rms(o.totals.squared_heading, o.totals.time),
     'peak_wheel_torque': lambda o: max(o.totals.peak_right, o.totals.peak_left),
     'energy': lambda o: o.totals.energy,
     'objective': lambda o: objective(o.totals, False),
@@ -52,44 +52,19 @@ _METRICS: dict[str, Callable[[Outcome], float]] = {
 
 
 def judge(trial: Trial, outcome: Outcome) -> Judged:
-    """
-    Judge one run.
-
-    Parameters
-    ----------
-    trial : Trial
-        What was asked for.
-    outcome : Outcome
-        What it gave.
-
-    Returns
-    -------
-    Judged
-        Success and metrics.
-
-    """
+    """Return whether a trial succeeded, and its metrics."""
     complete = outcome.steps == trial.steps
     found = {name: value(outcome) if complete else math.inf for name, value in _METRICS.items()}
     return Judged(complete and outcome.late.max_position < WITHIN, found)
 
 
-def interval(successes: int, runs: int) -> tuple[float, float]:
+def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
     """
-    Give the interval in which the true success rate lies with 95 % confidence, by Wilson's formula.
-
-    Parameters
-    ----------
-    successes, runs : int
-        How many of how many.
-
-    Returns
-    -------
-    tuple of float
-        Low and high.
+    Return the bounds of Wilson's score interval, which contains the true success rate with 95 % confidence.
 
     Examples
     --------
-    >>> [round(bound, 4) for bound in interval(99, 100)]
+    >>> [round(bound, 4) for bound in wilson_interval(99, 100)]
     [0.9455, 0.9982]
 
     """
@@ -101,31 +76,19 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
 
 
 def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
-    """
-    Sum up the runs of one controller.
-
-    Parameters
-    ----------
-    judged : sequence of Judged
-        One at least.
-
-    Returns
-    -------
-    dict of str to object
-        Numbers as `study.json` has them; what is not finite is None.
-
-    """
+    """Return the statistics of one controller's runs, at least one, as in `study.json`; what is not finite is None."""
     successes = sum(run.success for run in judged)
     return {
         'runs': len(judged),
         'successes': successes,
         'success_rate': successes / len(judged),
-        'success_interval': list(interval(successes, len(judged))),
+        'success_interval': list(wilson_interval(successes, len(judged))),
         'metrics': {name: _quantiles([run.metrics[name] for run in judged]) for name in _METRICS},
     }
 
 
 def _quantiles(values: Sequence[float]) -> dict[str, float | None]:
+    """Return median, 95 % quantile and largest of some values; None for those that are infinite."""
     ordered = sorted(values)
 
     def at(fraction: float) -> float | None:
@@ -137,23 +100,22 @@ def _quantiles(values: Sequence[float]) -> dict[str, float | None]:
 
 class ScenarioDistribution(NamedTuple):
     """
-    From what random scenarios are drawn.
+    The distribution of random scenarios.
 
     Attributes
     ----------
     curves : tuple of str
-        Each as likely as the others.
+        All equally likely.
     scales : tuple of float
-        Likewise [m].
+        All equally likely [m].
     within : float
-        Largest distance of the start from the cart's [m]; the heading is any.
+        Largest distance of the robot's start from the cart's [m]; the heading is uniform in [-π, π].
     variation : float
-        Largest relative change of mass (with the inertia) and of friction.
+        Largest relative change of mass and inertia together, and of friction.
     noise : Noise
-        Of all; the seeds are drawn.
+        Of all scenarios; the seeds are drawn.
     longest_delay : int
-        Delays are drawn from 0 up to it.
-
+        Delays are drawn from 0 to this one [periods of the velocity loop].
     """
 
     curves: tuple[str, ...]
@@ -164,37 +126,24 @@ class ScenarioDistribution(NamedTuple):
     longest_delay: int = 0
 
 
-def draw_scenarios(spread: ScenarioDistribution, count: int, seed: int) -> list[Scenario]:
+def draw_scenarios(distribution: ScenarioDistribution, count: int, seed: int) -> list[Scenario]:
     """
-    Draw random scenarios.
+    Draw random scenarios, with starts uniform over the disc.
 
-    Parameters
-    ----------
-    spread : Spread
-        From what.
-    count : int
-        How many.
-    seed : int
-        The same seed, the same scenarios; a longer list begins with the shorter one.
-
-    Returns
-    -------
-    list of Scenario
-        Starts are spread evenly over the disc.
-
+    The same seed gives the same scenarios; a longer list begins with the shorter one.
     """
     rng = np.random.default_rng(seed)
     drawn = []
     for _ in range(count):
         curve, scale, radius, angle, heading, mass, friction, noise, delay = rng.random(9).tolist()
-        distance, direction = spread.within * math.sqrt(radius), 2.0 * math.pi * angle
+        distance, direction = distribution.within * math.sqrt(radius), 2.0 * math.pi * angle
         drawn.append(Scenario(
-            spread.curves[int(curve * len(spread.curves))],
-            spread.scales[int(scale * len(spread.scales))],
+            distribution.curves[int(curve * len(distribution.curves))],
+            distribution.scales[int(scale * len(distribution.scales))],
             Pose(distance * math.cos(direction), distance * math.sin(direction), math.pi * (1.0 - 2.0 * heading)),
-            1.0 + spread.variation * (2.0 * mass - 1.0),
-            1.0 + spread.variation * (2.0 * friction - 1.0),
-            spread.noise._replace(seed=int(noise * 2**32)),
-            int(delay * (spread.longest_delay + 1)),
+            1.0 + distribution.variation * (2.0 * mass - 1.0),
+            1.0 + distribution.variation * (2.0 * friction - 1.0),
+            distribution.noise._replace(seed=int(noise * 2**32)),
+            int(delay * (distribution.longest_delay + 1)),
         ))
     return drawn

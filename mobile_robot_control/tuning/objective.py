@@ -1,4 +1,4 @@
-"""Score a generation: the functional (29) of each individual over all scenarios."""
+"""The objective of a search: Eq. (29) of each individual over all scenarios."""
 
 import statistics
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistic
 
 class Goal(NamedTuple):
     """
-    What a search is for.
+    What a search optimises.
 
     Attributes
     ----------
@@ -33,14 +33,13 @@ class Goal(NamedTuple):
     genes : tuple of Gene
         With their bounds.
     scenarios : tuple of Scenario
-        In which every individual is tried.
+        In which every individual runs.
     laps : float
         Length of each run.
     combine : str
         'mean' or 'worst' of the scenarios.
     literal : bool
-        Whether (29) takes max τ as printed, or max |τ|.
-
+        True takes max τ in Eq. (29) as printed; False takes max |τ|.
     """
 
     controller: str
@@ -53,59 +52,37 @@ class Goal(NamedTuple):
 
 class Objective:
     """
-    Scores generations.
+    Scores generations of a search.
 
     Parameters
     ----------
     configuration : Configuration
-        The loop that will run the gains.
+        The loop that will run the gains, checked.
     goal : Goal
-        What is searched.
+        What to optimise.
     run : callable
-        Does trials, on however many cores or machines.
-
+        Runs trials, on any number of cores or machines.
     """
 
     def __init__(self, configuration: Configuration, goal: Goal, run: RunTrials) -> None:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
-        self._gains = search_space.of(configuration)
+        self._gains = search_space.configured_gains(configuration)
         self._trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
         if goal.controller != 'velocity':
             self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
-        # gains that are kept have been checked
+        # velocity gains that the search does not change have been checked with the configuration
         self._checks = any(gene.name == 'k1' for gene in goal.genes)
 
     def gains(self, point: Sequence[float]) -> Gains:
-        """
-        Give the controller that a point stands for.
-
-        Parameters
-        ----------
-        point : sequence of float
-            In (0, 1].
-
-        Returns
-        -------
-        Gains
-            Valid, but for the stability of the velocity loop.
-
-        """
+        """Return the gains that a point in (0, 1] encodes; the velocity loop may be unstable with them."""
         return search_space.decode(self._goal.genes, point, self._gains)
 
     def __call__(self, points: Points) -> Scores:
         """
-        Score a generation.
+        Return the scores of a generation, shape (individuals,).
 
-        Parameters
-        ----------
-        points : array of float, shape (individuals, genes)
-            In (0, 1].
-
-        Returns
-        -------
-        array of float, shape (individuals,)
-            WORST where the velocity loop is unstable at its rate or the motion diverges in a scenario.
-
+        Points have the shape (individuals, genes) and lie in (0, 1]. A score is WORST if the velocity loop is unstable
+        at its rate, or if the motion diverges in a scenario.
         """
         scores = np.full(len(points), WORST)
         tried = [(n, gains) for n, gains in enumerate(map(self.gains, points.tolist())) if self._can_run(gains)]
@@ -116,27 +93,16 @@ class Objective:
         return scores
 
     def score(self, gains: Gains) -> float:
-        """
-        Score one controller.
-
-        Parameters
-        ----------
-        gains : Gains
-            Of it.
-
-        Returns
-        -------
-        float
-            As of a generation.
-
-        """
+        """Return the score of one controller, as in a generation."""
         return self._score(self._run(self._with(gains)))
 
     def _can_run(self, gains: Gains) -> bool:
+        """Return whether the velocity loop is stable."""
         shared = self._shared
         return not self._checks or is_stable(gains.velocity, shared.robot, shared.velocity_rate, shared.lockstep)
 
     def _with(self, gains: Gains) -> list[Trial]:
+        """Return the trials of one controller, one a scenario."""
         law, law_gains = select(gains.control)
         name = gains.control.controller_type
         return [
@@ -149,9 +115,10 @@ class Objective:
         ]
 
     def _score(self, outcomes: Sequence[Outcome]) -> float:
+        """Combine the objectives of all scenarios."""
         scored = [
             objective(outcome.totals, self._goal.literal) if outcome.steps == trial.steps else WORST
             for outcome, trial in zip(outcomes, self._trials, strict=True)
         ]
-        # an average of a run that failed and one that did not says nothing
+        # one run that failed makes a mean over the scenarios meaningless
         return WORST if WORST in scored else COMBINATIONS[self._goal.combine](scored)

@@ -1,4 +1,4 @@
-"""What a search has found, as a parameter file that says where it comes from."""
+"""The result of a search: a parameter file with its origin in comments, and the history."""
 
 import csv
 import io
@@ -18,9 +18,11 @@ _ALWAYS = {
     'reference_cart': ('curve', 'scale', 'period'),
 }
 _SHARED = ('velocity_rate', 'position_rate', 'lockstep', 'robot.')
+"""Beginnings of the names of parameters that are written although they equal the defaults."""
 
 
 def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted name as nested mappings."""
     tree: dict[str, Any] = {}
     for name, value in values.items():
         *groups, last = name.split('.')
@@ -31,16 +33,16 @@ def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
     return tree
 
 
-def _differing(group: Any, always: tuple[str, ...]) -> dict[str, Any]:
-    """Give what differs from the defaults, and what is always written."""
+def _differing(group: Any, kept: tuple[str, ...]) -> dict[str, Any]:
+    """Return the values that differ from the defaults or whose name begins with one of those kept."""
     defaults = declarations(type(group))
     return {name: value for name, value in flatten(group).items()
-            if value != defaults[name].default or name.startswith(always)}
+            if value != defaults[name].default or name.startswith(kept)}
 
 
 def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str]], notes: Sequence[str]) -> str:
     """
-    Give a configuration as the text of a parameter file.
+    Return a configuration as the text of a parameter file that every node loads.
 
     Parameters
     ----------
@@ -49,20 +51,15 @@ def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str
     keep : mapping of str to sequence of str
         Parameters by node that are written although they equal the defaults.
     notes : sequence of str
-        Comments at its head.
-
-    Returns
-    -------
-    str
-        YAML that every node loads.
-
+        Comments at the head of the file.
     """
     shared = _differing(configuration.plant.shared, _SHARED)
     tree: dict[str, Any] = {'/**': {'ros__parameters': _nested(shared)}}
     for node, group in configuration._asdict().items():
-        always = (*_ALWAYS[node], *keep.get(node, ()))
-        own = {name: value for name, value in _differing(group, always).items() if name not in declarations(Shared)}
-        tree[f'/**/{node}'] = {'ros__parameters': _nested(own)}
+        kept = (*_ALWAYS[node], *keep.get(node, ()))
+        own = {name: value for name, value in _differing(group, kept).items() if name not in declarations(Shared)}
+        if own:  # an empty section is refused
+            tree[f'/**/{node}'] = {'ros__parameters': _nested(own)}
     head = ''.join(f'# {note}\n' if note else '#\n' for note in notes)
     parts = [yaml.safe_dump({key: value}, sort_keys=False, default_flow_style=None, width=1000)
              for key, value in tree.items()]
@@ -70,20 +67,7 @@ def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str
 
 
 def history_table(history: Sequence[Generation]) -> str:
-    """
-    Give the history as CSV.
-
-    Parameters
-    ----------
-    history : sequence of Generation
-        In order.
-
-    Returns
-    -------
-    str
-        One row a generation.
-
-    """
+    """Return the history of a search as CSV, one row a generation."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(Generation._fields)

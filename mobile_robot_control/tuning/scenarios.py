@@ -1,4 +1,4 @@
-"""What a controller is tried in: curves, starts, robots that differ from the nominal one."""
+"""Scenarios of a search or study: curves, starts, robots that differ from the nominal one, noise and delay."""
 
 import itertools
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from mobile_robot_control.simulation.trial import Trial, make_trial
 
 class Scenario(NamedTuple):
     """
-    One situation.
+    The conditions of one run.
 
     Attributes
     ----------
@@ -26,15 +26,14 @@ class Scenario(NamedTuple):
     scale : float
         Of the curve [m].
     start : Pose or None
-        Where the robot starts, relative to the reference cart's start, in the odometry frame's axes; None for the
-        configured `initial_pose`.
+        Offset of the robot's start from the reference cart's start, in the axes of the odometry frame [m], [rad]; None
+        is the configured `initial_pose`.
     mass, friction : float
         Factors on the configured robot's mass and inertia, and on its friction.
     noise : Noise
-        On what is measured.
+        Of the measurements.
     delay : int
-        Of the torques, in periods of the velocity loop.
-
+        Of the torques [periods of the velocity loop].
     """
 
     curve: str
@@ -47,44 +46,25 @@ class Scenario(NamedTuple):
 
 
 def configured_scenario(configuration: Configuration) -> Scenario:
-    """
-    Give the situation of a configuration.
-
-    Parameters
-    ----------
-    configuration : Configuration
-        Checked.
-
-    Returns
-    -------
-    Scenario
-        With its noise and its delay.
-
-    """
+    """Return the scenario of a checked configuration, with its noise and delay."""
     curve, imperfect = configuration.reference_cart.curve, configuration.plant.imperfections
     return Scenario(curve.curve, curve.placement.scale, noise=imperfect.noise, delay=imperfect.delay.velocity_steps)
 
 
 def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float, late: float) -> Trial:
     """
-    Make the trial of a configuration in a scenario.
+    Make the trial of a configuration in a scenario; the robot starts at rest.
 
     Parameters
     ----------
     configuration : Configuration
         Checked; the controllers keep its nominal robot.
     scenario : Scenario
-        The situation.
+        Conditions of the run.
     laps : float
         Length of the run.
     late : float
         Laps after which the late totals count.
-
-    Returns
-    -------
-    Trial
-        The robot starts at rest.
-
     """
     cart = configuration.reference_cart
     placement = cart.curve.placement._replace(scale=scenario.scale)
@@ -122,22 +102,7 @@ def scenario_grid(
     frictions: Sequence[float],
     delays: Sequence[int],
 ) -> list[Scenario]:
-    """
-    List every combination.
-
-    Parameters
-    ----------
-    nominal : Scenario
-        Its noise is kept.
-    curves, scales, starts, masses, frictions, delays : sequences
-        As the fields of Scenario.
-
-    Returns
-    -------
-    list of Scenario
-        The last argument changes fastest.
-
-    """
+    """Return every combination of values of a scenario's fields, the last one changing fastest; all with one noise."""
     return [Scenario(curve, scale, start, mass, friction, nominal.noise, delay)
             for curve, scale, start, mass, friction, delay
             in itertools.product(curves, scales, starts, masses, frictions, delays)]

@@ -1,4 +1,4 @@
-"""A search from its seed to its best point, whichever the algorithm: limits, journal, history, progress."""
+"""A search with any of the algorithms: limits, journal, history and progress."""
 
 import time
 from collections.abc import Callable
@@ -14,24 +14,23 @@ from mobile_robot_control.tuning.journal import Journal
 ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': differential_evolution.search}
 
 WORST = 1e9
-"""The score of what cannot be scored."""
+"""The score of an individual that cannot be scored."""
 
 
 class SearchSettings(NamedTuple):
     """
-    What a search is told.
+    Algorithm, sizes, seed and limit of a search.
 
     Attributes
     ----------
     algorithm : str
         Of ALGORITHMS.
     genes, population, generations : int
-        Sizes; each generation is scored as a whole.
+        Dimensions, individuals of a generation, and the number of generations.
     seed : int
-        Of all chance.
+        Of all random numbers.
     seconds : float
-        Wall time after which no generation begins; 0 means no limit.
-
+        Wall time after which no generation begins [s]; 0 means no limit.
     """
 
     algorithm: str
@@ -44,19 +43,18 @@ class SearchSettings(NamedTuple):
 
 class Generation(NamedTuple):
     """
-    How a generation scored.
+    The scores of a generation in brief.
 
     Attributes
     ----------
     number : int
         From 1 on.
     best : float
-        Of all so far.
+        Smallest score of all generations so far.
     mean : float
-        Of those of this generation that could be scored; NaN where none could.
+        Over the individuals of this generation that could be scored; NaN if none could.
     lost : int
-        How many could not.
-
+        Number of individuals that could not be scored.
     """
 
     number: int
@@ -67,17 +65,16 @@ class Generation(NamedTuple):
 
 class Found(NamedTuple):
     """
-    What a search found.
+    The result of a search.
 
     Attributes
     ----------
     point : array of float or None
-        The best one; None where no generation was scored.
+        The best point; None if no generation was scored.
     score : float
-        Its score.
+        Of the best point; infinite if there is none.
     history : tuple of Generation
-        One a generation.
-
+        In order.
     """
 
     point: Points | None
@@ -85,8 +82,8 @@ class Found(NamedTuple):
     history: tuple[Generation, ...]
 
 
-class _Over(Exception):  # noqa: N818 (not an error: the end of a search)
-    """No further generation."""
+class _Ended(Exception):  # noqa: N818 (not an error: the end of a search)
+    """Ends the algorithm: no further generation is scored."""
 
 
 def run_search(
@@ -102,26 +99,25 @@ def run_search(
     Parameters
     ----------
     settings : SearchSettings
-        Algorithm, sizes, seed and limits.
+        Algorithm, sizes, seed and limit.
     score : callable
-        Scores the points of a generation.
+        Scores the points of a generation, shape (population, genes).
     journal : Journal or None
-        Keeps the scores.
+        Replays the scores of a search that is resumed, and keeps the new ones.
     progress : callable
-        Told of every generation.
+        Called with every generation.
     stopped : callable
-        Asked before every generation whether to stop.
+        Called before every generation; the search ends if it returns True.
 
     Returns
     -------
     Found
-        The best point so far and the history.
+        The best point and the history.
 
     Raises
     ------
     OSError
-        If the journal cannot be written; its attribute ``found`` is what was found so far.
-
+        If the journal cannot be written; its attribute ``found`` is the result so far.
     """
     best: tuple[float, Points | None] = (np.inf, None)
     history: list[Generation] = []
@@ -129,18 +125,15 @@ def run_search(
 
     def next_generation(points: Points) -> Scores:
         nonlocal best
-        known = journal.recall(points) if journal else None
-        if known is None:
-            late = 0.0 < settings.seconds <= time.monotonic() - begun
-            if len(history) >= settings.generations or late or stopped():
-                raise _Over
+        scores = journal.replay(points) if journal else None
+        if len(history) >= settings.generations:
+            raise _Ended
+        if scores is None:
+            if 0.0 < settings.seconds <= time.monotonic() - begun or stopped():
+                raise _Ended
             scores = _clean(score(points))
             if journal:
                 journal.add(points, scores)
-        elif len(history) >= settings.generations:
-            raise _Over
-        else:
-            scores = known
         first = int(np.argmin(scores))
         if scores[first] < best[0]:
             best = float(scores[first]), points[first].copy()
@@ -152,7 +145,7 @@ def run_search(
 
     try:
         ALGORITHMS[settings.algorithm](next_generation, settings.genes, settings.population, settings.seed)
-    except _Over:
+    except _Ended:
         pass
     except OSError as error:
         error.found = Found(best[1], best[0], tuple(history))  # type: ignore[attr-defined]
@@ -161,5 +154,5 @@ def run_search(
 
 
 def _clean(scores: Scores) -> Scores:
-    """Make sure that what is not a number never wins."""
+    """Return the scores with WORST in place of those that are not finite or worse than it."""
     return np.where(np.isfinite(scores), np.minimum(scores, WORST), WORST)

@@ -1,4 +1,4 @@
-"""From points of the unit cube to controllers: which gains are searched, within which bounds."""
+"""The search space: which gains are searched, within which bounds, and the gains that a point encodes."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,8 +12,8 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.parameters.values import nearest
 
-_APART = 1e-3
-"""[rad]: what the corners of a membership function lie apart at least."""
+_CORNER_GAP = 1e-3
+"""[rad]: smallest distance between the corners of a membership function."""
 
 
 class Gene(NamedTuple):
@@ -26,7 +26,6 @@ class Gene(NamedTuple):
         As in the chapter's chromosomes, Fig. 6 and 16.
     low, high : float
         Bounds; the lower one is never reached.
-
     """
 
     name: str
@@ -35,7 +34,7 @@ class Gene(NamedTuple):
 
 
 class Gains(NamedTuple):
-    """What a search may change: the velocity gains and the position law's."""
+    """What a search may change: the gains of the velocity law and of the position laws."""
 
     velocity: VelocityGains
     control: PositionControl
@@ -59,37 +58,20 @@ CHROMOSOMES = {
 """The genes of each search; `velocity` keeps the position law, `fuzzy` the velocity gains."""
 
 POPULATIONS = {'velocity': 51, 'backstepping': 51, 'hybrid_backstepping': 51, 'fuzzy': 101}
-"""Of the chapter's searches."""
+"""Individuals of a generation in the chapter's searches."""
 
 
 def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) -> tuple[Gene, ...]:
     """
-    Give genes other bounds.
+    Return genes with other bounds, low and high by name.
 
-    Parameters
-    ----------
-    genes : sequence of Gene
-        With their default bounds.
-    bounds : mapping of str to (float, float)
-        Low and high by name.
-
-    Returns
-    -------
-    tuple of Gene
-        In the same order.
-
-    Raises
-    ------
-    ParameterError
-        If a name is unknown or bounds allow what the controller refuses.
-
+    Raises ParameterError if a name is unknown, or if bounds allow a value that the controller refuses.
     """
     names = [gene.name for gene in genes]
-    signed = ('c', 'd')
     wrong = [f"bounds: there is no gene '{name}' here; {nearest(name, names)}" for name in bounds if name not in names]
     for name, (low, high) in bounds.items():
-        least = 0.0 if not name.startswith(signed) else -math.inf
-        most = math.pi if name in {f'b{n}' for n in range(1, 7)} else math.inf
+        least = -math.inf if name.startswith(('c', 'd')) else 0.0
+        most = math.pi if name.startswith('b') else math.inf
         if name in names and not least <= low < high <= most:
             wrong.append(f'bounds: {name} = {low}:{high} is not allowed; it must hold that '
                          f'{least} <= low < high <= {most}')
@@ -99,58 +81,35 @@ def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) ->
 
 
 def values(genes: Sequence[Gene], point: Sequence[float]) -> dict[str, float]:
-    """
-    Give the numbers that a point stands for, not yet in order.
-
-    Parameters
-    ----------
-    genes : sequence of Gene
-        With their bounds.
-    point : sequence of float
-        In (0, 1].
-
-    Returns
-    -------
-    dict of str to float
-        By the genes' names.
-
-    """
+    """Return the numbers that a point in (0, 1] encodes, by the genes' names; those of `fuzzy` not yet in order."""
     return {gene.name: gene.low + (gene.high - gene.low) * float(u) for gene, u in zip(genes, point, strict=True)}
 
 
-def shapes(given: Sequence[float]) -> tuple[float, ...]:
+def order_corners(angles: Sequence[float]) -> tuple[float, ...]:
     """
-    Put the corners of the bearing's membership functions into an order that leaves no bearing without a rule.
+    Return the corners b1 to b6 of the bearing's membership functions in an order that leaves no bearing without a rule.
 
-    Parameters
-    ----------
-    given : sequence of float
-        Six angles in [0, π].
-
-    Returns
-    -------
-    tuple of float
-        b1 to b6: the same angles exchanged until b2 < b3 < b4, b2 < b1, b5 < b4 and b5 < b6, and moved apart where
-        they coincide.
-
+    They are the six given angles, in [0, π], exchanged until b2 < b3 < b4, b2 < b1, b5 < b4 and b5 < b6, and moved
+    apart where they coincide.
     """
-    b1, b2, b3, b4, b5, b6 = given
+    b1, b2, b3, b4, b5, b6 = angles
     b2, b3, b4 = sorted((b2, b3, b4))
     b2, b1 = sorted((b1, b2))
     b5, b4 = sorted((b5, b4))
     b5, b6 = sorted((b5, b6))
     # upwards from the lowest, which leaves room up to π for those above it
-    b2 = min(b2, math.pi - 2.0 * _APART)
-    b3 = min(max(b3, b2 + _APART), math.pi - _APART)
-    b5 = min(b5, math.pi - _APART)
-    b4 = min(max(b4, b3 + _APART, b5 + _APART), math.pi)
-    return (max(b1, b2 + _APART), b2, b3, b4, b5, min(max(b6, b5 + _APART), math.pi))
+    b2 = min(b2, math.pi - 2.0 * _CORNER_GAP)
+    b3 = min(max(b3, b2 + _CORNER_GAP), math.pi - _CORNER_GAP)
+    b5 = min(b5, math.pi - _CORNER_GAP)
+    b4 = min(max(b4, b3 + _CORNER_GAP, b5 + _CORNER_GAP), math.pi)
+    return (max(b1, b2 + _CORNER_GAP), b2, b3, b4, b5, min(max(b6, b5 + _CORNER_GAP), math.pi))
 
 
 def _fuzzy(found: Mapping[str, float]) -> FuzzyGains:
+    """Return valid fuzzy gains made of the numbers of a point."""
     return FuzzyGains(
         found['a'],
-        shapes([found[f'b{n}'] for n in range(1, 7)]),
+        order_corners([found[f'b{n}'] for n in range(1, 7)]),
         tuple(sorted(found[f'c{n}'] for n in range(1, 6))),
         tuple(sorted(found[f'd{n}'] for n in range(1, 4))),
     )
@@ -158,7 +117,7 @@ def _fuzzy(found: Mapping[str, float]) -> FuzzyGains:
 
 def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains:
     """
-    Make the controller that a point stands for.
+    Return the gains that a point encodes.
 
     Parameters
     ----------
@@ -167,13 +126,12 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
     point : sequence of float
         In (0, 1].
     gains : Gains
-        Those that are kept where no gene changes them.
+        Kept where no gene changes them.
 
     Returns
     -------
     Gains
-        Always a valid position law; whether velocity gains are stable depends on the robot and the rate.
-
+        Always of a valid position law; whether the velocity loop is stable depends on the robot and the rate.
     """
     found = values(genes, point)
     velocity, control = gains
@@ -188,67 +146,28 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
 
 
 def rounded(gains: Gains) -> Gains:
-    """
-    Round gains as a file for people has them.
-
-    Parameters
-    ----------
-    gains : Gains
-        Found.
-
-    Returns
-    -------
-    Gains
-        Every number to six digits: more than a search can tell apart.
-
-    """
-    def brief(value: Any) -> Any:
-        if isinstance(value, float):
-            return float(f'{value:.6g}')
-        if isinstance(value, tuple):
-            parts = map(brief, value)
-            return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
-        return value
-
-    short: Gains = brief(gains)
+    """Return gains rounded to six significant digits, more than a gene resolves."""
+    short: Gains = _rounded(gains)
     return short
 
 
-def of(configuration: Configuration) -> Gains:
-    """
-    Give the gains of a configuration.
+def _rounded(value: Any) -> Any:
+    """Round every number in nested tuples."""
+    if isinstance(value, float):
+        return float(f'{value:.6g}')
+    if isinstance(value, tuple):
+        parts = map(_rounded, value)
+        return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
+    return value
 
-    Parameters
-    ----------
-    configuration : Configuration
-        Checked.
 
-    Returns
-    -------
-    Gains
-        To start from.
-
-    """
+def configured_gains(configuration: Configuration) -> Gains:
+    """Return the gains of a configuration."""
     return Gains(configuration.velocity_controller.gains, configuration.position_controller.control)
 
 
 def parameters(genes: Sequence[Gene], gains: Gains) -> dict[str, dict[str, Any]]:
-    """
-    Give the parameters that a search has changed, by node.
-
-    Parameters
-    ----------
-    genes : sequence of Gene
-        What was searched.
-    gains : Gains
-        Found.
-
-    Returns
-    -------
-    dict of str to dict
-        By node name, values by dotted name, for a parameter file.
-
-    """
+    """Return the parameters that a search has changed: values by dotted name, by node."""
     names = {gene.name for gene in genes}
     found: dict[str, dict[str, Any]] = {}
     if 'k1' in names:

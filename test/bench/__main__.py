@@ -9,11 +9,12 @@ import os
 import sys
 from pathlib import Path
 
-from bench.progress import say
+from bench.progress import show
 from bench.row import Row, table
 
 
-def _modules(names: list[str]) -> list[str]:
+def modules(names: list[str]) -> list[str]:
+    """List the modules of the named benchmarks, or of all."""
     found = sorted(path.stem for path in Path(__file__).parent.glob('bench_*.py'))
     unknown = {f'bench_{name}' for name in names} - set(found)
     if unknown:
@@ -31,16 +32,16 @@ def main(names: list[str]) -> int:
     """
     rows: list[Row] = []
     try:
-        for name in _modules(names):
-            say(f'{name.removeprefix("bench_")} at a load of {os.getloadavg()[0]:.1f}')
+        for name in modules(names):
+            show(f'{name.removeprefix("bench_")} at a load of {os.getloadavg()[0]:.1f}')
             for row in importlib.import_module(f'bench.{name}').rows():
                 rows.append(row)
-                say(f'{row.name}: {row.ratio:.2f}')
+                show(f'{row.name}: {row.ratio:.2f}')
     except KeyboardInterrupt:
-        say('interrupted')
+        show('interrupted')
         return 130
     finally:
-        say('')
+        show('')
         if rows:
             print(table(rows))
     return int(not all(row.holds for row in rows))

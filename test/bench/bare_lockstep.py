@@ -26,7 +26,7 @@ TICKS = 5
 
 
 class Plant(Node):
-    """Asks stamp after stamp, every fifth with odometry; asks again after 0.1 s without an answer."""
+    """Publishes joint states stamp after stamp, and odometry every fifth time; repeats them after 0.1 s."""
 
     def __init__(self) -> None:
         super().__init__('plant')
@@ -62,7 +62,7 @@ class Plant(Node):
 
 
 class ReferenceCart(Node):
-    """Answers odometry."""
+    """Answers odometry with a reference."""
 
     def __init__(self) -> None:
         super().__init__('reference_cart')
@@ -75,7 +75,7 @@ class ReferenceCart(Node):
 
 
 class PositionController(Node):
-    """Answers a pair of odometry and reference."""
+    """Answers odometry and reference of one stamp with a command and a tracking error."""
 
     def __init__(self) -> None:
         super().__init__('position_controller')
@@ -102,7 +102,7 @@ class PositionController(Node):
 
 
 class VelocityController(Node):
-    """Answers joint states, at position ticks when the command is there, too."""
+    """Answers joint states with torques, at position ticks together with the command."""
 
     def __init__(self) -> None:
         super().__init__('velocity_controller')

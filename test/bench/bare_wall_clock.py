@@ -18,11 +18,11 @@ from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
 
 
 class Topics(NamedTuple):
-    """What a node hears and says; `seldom` is said every fourth step."""
+    """The topics that a node subscribes to, and those that it publishes: at every step, or every fourth one."""
 
-    heard: tuple[str, ...]
-    said: tuple[str, ...]
-    seldom: tuple[str, ...] = ()
+    subscribed: tuple[str, ...]
+    published: tuple[str, ...]
+    every_fourth: tuple[str, ...] = ()
     waits: bool = True
 
 
@@ -35,21 +35,21 @@ TOPICS = {
 
 
 class PassOn(Node):
-    """Holds the newest of each input, and says something of the same stamp at every step."""
+    """Holds the newest message of each input, and publishes messages of the same stamp at every step."""
 
     def __init__(self, name: str, period: int) -> None:
         super().__init__(name)
         topics = TOPICS[name]
         self._held = {}
-        self._steps, self._needed = 0, len(topics.heard) if topics.waits else 0
-        self._often = [(MESSAGES[topic], self._publisher(topic)) for topic in topics.said]
-        self._seldom = [(MESSAGES[topic], self._publisher(topic)) for topic in topics.seldom]
-        for topic in topics.heard:
+        self._steps, self._needed = 0, len(topics.subscribed) if topics.waits else 0
+        self._often = [(MESSAGES[topic], self._publisher(topic)) for topic in topics.published]
+        self._seldom = [(MESSAGES[topic], self._publisher(topic)) for topic in topics.every_fourth]
+        for topic in topics.subscribed:
             self.create_subscription(type(MESSAGES[topic]), topic, self._holder(topic), SUBSCRIBED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(period / 1e9, self._step, clock=clock)
-        # our nodes look once in half a second who is silent, and report once a second
+        # our nodes look for missing inputs every half second, and report once a second
         self.create_timer(0.5, lambda: None, clock=clock)
         self.create_timer(1.0, lambda: self._diagnostics.publish(DIAGNOSTICS), clock=clock)
 
@@ -65,14 +65,14 @@ class PassOn(Node):
     def _step(self):
         if len(self._held) < self._needed:
             return
-        said = self._often if self._steps % 4 else self._seldom + self._often
+        due = self._often if self._steps % 4 else self._seldom + self._often
         self._steps += 1
         for held in self._held.values():
             stamp = held.header.stamp
             break
         else:
             stamp = self.get_clock().now().to_msg()
-        for message, publisher in said:
+        for message, publisher in due:
             message.header.stamp = stamp
             publisher.publish(message)
 

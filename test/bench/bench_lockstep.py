@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from bench.bare_lockstep import PERIOD
 from bench.graph import CONFIG, Graph, alternate, graphs
 from bench.odometer import Odometer
-from bench.progress import say
+from bench.progress import show
 from bench.row import Row, at_least, median_ratio
 from mobile_robot_control.parameters.nodes import NODES
 
@@ -33,7 +33,7 @@ def cycles(windows: int = WINDOWS, seconds: float = SECONDS) -> tuple[list[float
                 odometer.reach(0)
             for window, graph in alternate(both, windows, WARM_UP):
                 rates[graph].append(odometers[graph].speed(seconds) * 1e9 / PERIOD)
-                say(f'lockstep, window {window + 1} of {windows}: {rates[graph][-1]:.0f} cycles/s')
+                show(f'lockstep, window {window + 1} of {windows}: {rates[graph][-1]:.0f} cycles/s')
         finally:
             for odometer in odometers.values():
                 odometer.close()

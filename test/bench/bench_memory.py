@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from bench.graph import CONFIG, graphs, proportional_megabytes
 from bench.odometer import Odometer
-from bench.progress import say
+from bench.progress import show
 from bench.row import Row, at_most
 from mobile_robot_control.parameters.nodes import NODES
 
@@ -20,7 +20,7 @@ def megabytes(simulated: float = 4.0) -> dict[str, float]:
         for name in NODES:
             graph.start(name, 'mobile_robot_control.ros.executables', name, '--ros-args',
                         '--params-file', CONFIG / 'backstepping.yaml')
-        say('memory, a run under way')
+        show('memory, a run under way')
         with contextlib.closing(Odometer(graph)) as odometer:
             odometer.reach(round(simulated * 1e9))
         return {name: proportional_megabytes(pid) for name, pid in graph.pids.items()}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.progress import say
+from bench.progress import show
 from bench.row import at_least, at_most
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import NoState
@@ -112,7 +112,7 @@ class Continuous:
 
 
 def _check(outcome, plain_c, continuous):
-    """Fast and wrong is worth nothing: all forms must tell of the same lap."""
+    """Check that all forms give the same lap, since a fast wrong one would be no comparison."""
     assert np.allclose(plain_c.totals, outcome.totals, rtol=1e-9, atol=1e-9), (plain_c.totals, outcome.totals)
     # sampled at 500 and 100 Hz, against continuous time
     end = continuous()
@@ -121,7 +121,7 @@ def _check(outcome, plain_c, continuous):
 
 
 def _both_cores(trial):
-    """Wall time of many trials on one core by that on two: the shortest of each, since only idle cores tell."""
+    """Wall time of many trials on one core by that on two: the shortest of each, which idle cores gave."""
     trials, pools = [trial] * 400, [batch.Pool(1), batch.Pool(2)]
     try:
         for pool in pools:
@@ -161,7 +161,7 @@ def _whole_search():
 def rows():
     """Measure; yields the rows of the table."""
     if not batch.COMPILES:
-        say('numba is not installed: no rollout to measure')
+        show('numba is not installed: no rollout to measure')
         return
     trial = make_trial(Configuration(), LAP)
     (outcome,) = batch.run_trials([trial])
@@ -177,7 +177,7 @@ def rows():
         ratio, how = _ratio(compiled, plain_c, 40)
         yield at_most('rollout / plain C -O3', ratio, 1.5, how)
     else:
-        say('no C compiler here: the rollout is not compared with plain C')
+        show('no C compiler here: the rollout is not compared with plain C')
     ratio, how = _ratio(compiled, continuous, 2)
     yield at_least('solve_ivp (LSODA, rtol 1e-6) / rollout', 1.0 / ratio, 15.0, how)
     ratio, how = _ratio(compiled, lambda: batch.run_trials([trial], False), 1)

@@ -12,15 +12,15 @@ from std_msgs.msg import Header
 
 from bench import empty_node
 from bench.bare_messages import MESSAGES
-from bench.ear import Ear
 from bench.graph import CONFIG, Graph, new_domain
-from bench.progress import say
+from bench.listener import Listener
+from bench.progress import show
 from bench.row import Row, at_most
 from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
 
 RUNS = 9
 
-# what a node needs before it speaks, and where it speaks first
+# the inputs that a node needs before it publishes, and the topic that it publishes first
 FIRST: dict[str, tuple[tuple[str, ...], str]] = {
     'empty': ((), empty_node.TOPIC),
     'plant': ((), 'joint_states'),
@@ -30,23 +30,23 @@ FIRST: dict[str, tuple[tuple[str, ...], str]] = {
 }
 
 
-class Midwife(Ear):
-    """Starts one node in a domain of its own, where its inputs are at hand."""
+class StartTimer(Listener):
+    """Starts one node in a domain of its own, in which its inputs are published, and times its first message."""
 
     def __init__(self, name: str) -> None:
         super().__init__(new_domain())
         self._name = name
         inputs, first = FIRST[name]
         kind = Header if name == 'empty' else type(MESSAGES[first])
-        self._heard: float | None = None
-        self.listen_to(first, kind, self._hear, SUBSCRIBED)
+        self._received: float | None = None
+        self.listen_to(first, kind, self._take, SUBSCRIBED)
         self._inputs: list[tuple[Any, Any]] = [
             (MESSAGES[topic], self.node.create_publisher(type(MESSAGES[topic]), topic, PUBLISHED)) for topic in inputs
         ]
         self.node.create_timer(empty_node.PERIOD, self._feed, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def _hear(self, _message: bytes) -> None:
-        self._heard = self._heard or time.monotonic()
+    def _take(self, _message: bytes) -> None:
+        self._received = self._received or time.monotonic()
 
     def _feed(self) -> None:
         stamp = self.node.get_clock().now().to_msg()
@@ -55,17 +55,17 @@ class Midwife(Ear):
             publisher.publish(message)
 
     def time(self) -> float:
-        """Start the node; give the seconds until its first message."""
+        """Start the node; give the time until its first message [s]."""
         graph = Graph(self.domain)
         with contextlib.closing(graph):
-            self._heard, began = None, time.monotonic()
+            self._received, began = None, time.monotonic()
             if self._name == 'empty':
                 graph.start('empty', 'bench.empty_node')
             else:
                 graph.start(self._name, 'mobile_robot_control.ros.executables', self._name, '--ros-args',
                             '--params-file', CONFIG / 'wall_clock.yaml')
-            self.until(lambda: self._heard is not None, 30.0, graph.check)
-            return (self._heard or began) - began
+            self.until(lambda: self._received is not None, 30.0, graph.check)
+            return (self._received or began) - began
 
 
 def times(runs: int = RUNS) -> dict[str, list[float]]:
@@ -73,9 +73,9 @@ def times(runs: int = RUNS) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {name: [] for name in FIRST}
     for run in range(runs):
         for name, seconds in found.items():
-            with contextlib.closing(Midwife(name)) as midwife:
-                seconds.append(midwife.time())
-            say(f'start, run {run + 1} of {runs}, {name}: {seconds[-1]:.2f} s')
+            with contextlib.closing(StartTimer(name)) as timer:
+                seconds.append(timer.time())
+            show(f'start, run {run + 1} of {runs}, {name}: {seconds[-1]:.2f} s')
     return found
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from bench.bare_wall_clock import TOPICS
 from bench.graph import CONFIG, Graph, alternate, cpu_seconds, graphs
-from bench.progress import say
+from bench.progress import show
 from bench.row import Row, at_most, median_ratio
 
 WINDOWS, SECONDS, WARM_UP = 8, 2.6, 0.8
@@ -58,9 +58,9 @@ def _read(folder: Path, graph: Graph, window: int) -> dict[tuple[str, str], list
         while len(lines := _lines(folder / f'{graph.domain}_{name}')) <= window:
             graph.check()
             if time.monotonic() > deadline:
-                raise TimeoutError(f'the probe of {name} says nothing')
+                raise TimeoutError(f'the probe of {name} has written nothing')
             time.sleep(0.01)
-        if name != 'reference_cart':  # what it says does not depend on what it hears
+        if name != 'reference_cart':  # what it publishes does not depend on its input
             found.update({(name, topic): ages for topic, ages in json.loads(lines[window]).items()})
     return found
 
@@ -83,7 +83,7 @@ def measure(windows: int = WINDOWS, seconds: float = SECONDS) -> Measured:
         time.sleep(4.0)  # discovery, and the robot under way
         for window, graph in alternate(four, windows, WARM_UP):
             number = four.index(graph)
-            say(f'wall clock, window {window + 1} of {windows}, {("CPU time", "ages")[number // 2]} '
+            show(f'wall clock, window {window + 1} of {windows}, {("CPU time", "ages")[number // 2]} '
                 f'of {("ours", "bare nodes")[number % 2]}')
             if number < 2:
                 _measure_cpu(measured, graph, number, seconds)

@@ -1,4 +1,4 @@
-"""An empty rclpy node with one publisher: it says something 200 times a second, from the start."""
+"""An empty rclpy node with one publisher: 200 messages a second, from the start."""
 
 import os
 import signal
@@ -15,7 +15,7 @@ TOPIC = 'first'
 
 
 def main() -> None:
-    """Run until told to stop, or the parent has gone."""
+    """Run until SIGTERM, or until the parent has ended."""
     stopped, parent = [], os.getppid()
     signal.signal(signal.SIGTERM, lambda number, _frame: stopped.append(number))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)

@@ -1,4 +1,4 @@
-"""Nodes as processes in a ROS domain of their own, which can be held and let go on, and what they cost."""
+"""Nodes as processes in a ROS domain of their own, which can be suspended and resumed, and what they cost."""
 
 import contextlib
 import itertools
@@ -15,12 +15,12 @@ CONFIG = Path(__file__).parents[2] / 'config'
 _domains = itertools.count(os.getpid() * 37)
 _GRACE = 5.0
 """[s] that processes have to end by themselves."""
-_IN_SIGHT = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+_LOCALHOST = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 
 
 def new_domain() -> int:
     """Give a ROS domain that nothing else in this run uses; this process may join it, too."""
-    os.environ.update(_IN_SIGHT)
+    os.environ.update(_LOCALHOST)
     return next(_domains) % 230 + 1
 
 
@@ -38,12 +38,12 @@ class Graph:
     def __init__(self, domain: int) -> None:
         self.domain = domain
         path = os.pathsep.join(filter(None, [str(Path(__file__).parents[1]), os.environ.get('PYTHONPATH')]))
-        self._environment = os.environ | _IN_SIGHT | {'ROS_DOMAIN_ID': str(domain), 'PYTHONPATH': path}
+        self._environment = os.environ | _LOCALHOST | {'ROS_DOMAIN_ID': str(domain), 'PYTHONPATH': path}
         # rclpy was compiled when it was installed; what a node imports of ours must not be compiled at every start
         self._environment.pop('PYTHONDONTWRITEBYTECODE', None)
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
-        self._said = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the graph)
-        self._held = False
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the graph)
+        self._suspended = False
 
     @property
     def pids(self) -> dict[str, int]:
@@ -51,37 +51,37 @@ class Graph:
         return {name: process.pid for name, process in self._processes.items()}
 
     def start(self, name: str, module: str, *arguments: object) -> None:
-        """Run a module of Python's; it ends when this process does, for its standard input closes."""
+        """Run a module of Python's; it ends with this process, when its standard input closes."""
         self._processes[name] = subprocess.Popen(
             [sys.executable, '-m', module, *map(str, arguments)], env=self._environment, stdin=subprocess.PIPE,
-            stdout=self._said, stderr=self._said, start_new_session=True,
+            stdout=self._output, stderr=self._output, start_new_session=True,
         )
 
     def signal(self, number: int) -> None:
-        """Send a signal to all."""
+        """Send a signal to all processes."""
         for process in self._processes.values():
             process.send_signal(number)
 
-    def hold(self) -> None:
-        """Hold all where they are."""
-        self._held = True
+    def suspend(self) -> None:
+        """Suspend all by SIGSTOP."""
+        self._suspended = True
         self.signal(signal.SIGSTOP)
 
-    def go_on(self) -> None:
-        """Let all go on."""
-        if self._held:
+    def resume(self) -> None:
+        """Resume all."""
+        if self._suspended:
             self.signal(signal.SIGCONT)
-        self._held = False
+        self._suspended = False
 
     def check(self) -> None:
-        """Raise if one has ended, with what was printed."""
+        """Raise if a process has ended, with what was printed."""
         ended = {name: process.returncode for name, process in self._processes.items() if process.poll() is not None}
         if ended:
-            self._said.seek(0)
-            raise RuntimeError(f'{ended} ended early: {self._said.read().decode(errors="replace")[-2000:]}')
+            self._output.seek(0)
+            raise RuntimeError(f'{ended} ended early: {self._output.read().decode(errors="replace")[-2000:]}')
 
     def close(self) -> None:
-        """Leave nothing behind."""
+        """End all processes."""
         self.signal(signal.SIGCONT)
         self.signal(signal.SIGTERM)
         deadline = time.monotonic() + _GRACE
@@ -94,12 +94,12 @@ class Graph:
             if process.stdin is not None:
                 process.stdin.close()
         self._processes.clear()
-        self._said.close()
+        self._output.close()
 
 
 @contextlib.contextmanager
 def graphs(number: int) -> Iterator[list[Graph]]:
-    """Give that many graphs, each in a domain of its own, and end them however this ends."""
+    """Give that many graphs, each in a domain of its own, and end their processes."""
     made = [Graph(new_domain()) for _ in range(number)]
     try:
         yield made
@@ -110,18 +110,18 @@ def graphs(number: int) -> Iterator[list[Graph]]:
 
 def alternate(measured: Sequence[Graph], windows: int, warm_up: float) -> Iterator[tuple[int, Graph]]:
     """
-    Let one graph at a time run, in turn, all others held.
+    Let one graph at a time run, in turn, all others suspended.
 
-    Yields the number of the round and the graph, `warm_up` [s] after it was let go on.
+    Yields the number of the round and the graph, `warm_up` [s] after it was resumed.
     """
     for graph in measured:
-        graph.hold()
+        graph.suspend()
     for window, graph in itertools.product(range(windows), measured):
-        graph.go_on()
+        graph.resume()
         time.sleep(warm_up)
         yield window, graph
         graph.check()
-        graph.hold()
+        graph.suspend()
 
 
 def cpu_seconds(pid: int) -> float:

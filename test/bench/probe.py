@@ -2,8 +2,8 @@
 Run a node and note how old its inputs are when it publishes: `python -m bench.probe FILE MODULE ARGUMENTS...`.
 
 The age of an input is the time from the call that hands it to the node to the call that publishes an output. It is
-taken outside the node, by the functions through which every rclpy node gets and gives messages: the same for all.
-SIGUSR1 forgets what was noted, SIGUSR2 adds it to the file as a line of JSON.
+taken outside the node, in the calls of rclpy that every node makes: in the same way for all.
+SIGUSR1 discards the ages noted, SIGUSR2 appends them to the file as a line of JSON.
 """
 
 import json
@@ -11,6 +11,7 @@ import runpy
 import signal
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
@@ -20,23 +21,26 @@ from bench.bare_wall_clock import TOPICS
 
 class Probe:
     """
-    Stands between a node and rclpy.
+    Notes when the nodes of this process are given messages and when they publish.
 
     Parameters
     ----------
     path : str
         File that takes the ages.
+    subscribe, advertise : callable
+        Make a subscription and a publisher of a node, as the methods of rclpy's Node do.
 
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, subscribe: Callable[..., Any] = Node.create_subscription,
+                 advertise: Callable[..., Any] = Node.create_publisher) -> None:
         self._path = path
-        self._heard: dict[str, float] = {}
+        self._received: dict[str, float] = {}
         self._ages: dict[str, list[float]] = {}
-        self._subscribe, self._advertise = Node.create_subscription, Node.create_publisher
+        self._subscribe, self._advertise = subscribe, advertise
 
     def install(self) -> None:
-        """Stand between all nodes made from now on and rclpy, and listen to the signals."""
+        """Wrap the subscriptions and publishers of all nodes made from now on, and install the signal handlers."""
 
         def subscribe(node: Node, *given: Any, **more: Any) -> Any:
             return self.create_subscription(node, *given, **more)
@@ -49,33 +53,33 @@ class Probe:
         signal.signal(signal.SIGUSR2, lambda _number, _frame: self.write())
 
     def write(self) -> None:
-        """Add what was noted to the file."""
+        """Append the ages noted to the file."""
         with open(self._path, 'a', encoding='utf-8') as file:
             file.write(json.dumps(self._ages) + '\n')
 
     def create_subscription(self, node: Node, kind: Any, topic: str, callback: Any, *others: Any, **more: Any) -> Any:
-        """Stand before a callback."""
+        """Make a subscription that notes when its callback is called."""
 
-        def hear(message: Any) -> None:
-            self._heard[topic] = time.monotonic()
+        def take(message: Any) -> None:
+            self._received[topic] = time.monotonic()
             callback(message)
 
-        return self._subscribe(node, kind, topic, hear, *others, **more)
+        return self._subscribe(node, kind, topic, take, *others, **more)
 
     def create_publisher(self, node: Node, kind: Any, topic: str, *others: Any, **more: Any) -> Any:
-        """Stand before the publishing of the first thing that a node says at every step."""
+        """Make a publisher that notes the ages of the inputs, for the first topic of a node's step."""
         publisher = self._advertise(node, kind, topic, *others, **more)
-        told = TOPICS.get(node.get_name())
-        if told and topic == told.said[0]:
+        topics = TOPICS.get(node.get_name())
+        if topics and topic == topics.published[0]:
             publish = publisher.publish
 
-            def say(message: Any) -> None:
+            def note(message: Any) -> None:
                 now = time.monotonic()
-                for name, heard in self._heard.items():
-                    self._ages.setdefault(name, []).append(now - heard)
+                for name, received in self._received.items():
+                    self._ages.setdefault(name, []).append(now - received)
                 publish(message)
 
-            publisher.publish = say
+            publisher.publish = note
         return publisher
 
 

@@ -10,7 +10,7 @@ from mobile_robot_control.ros.stop import Stop
 
 
 def spin(make: Any, *arguments: Any) -> None:
-    """Make a node and spin it until it is told to stop, or its parent has gone."""
+    """Make a node and spin it until a signal asks it to end, or its parent has ended."""
     stop = Stop()
     stop.follow_parent()
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)

@@ -3,8 +3,8 @@
 import sys
 
 
-def say(text: str) -> None:
-    """Show what goes on: over the last text on a terminal, below it elsewhere."""
+def show(text: str) -> None:
+    """Show what is being measured: over the last text on a terminal, below it elsewhere."""
     if sys.stderr.isatty():
         print(f'\r\033[K{text}', end='', file=sys.stderr, flush=True)
     elif text:

@@ -1,13 +1,13 @@
-"""The rollout in batches: plain and compiled form agree, and both with the sample by sample one."""
+"""Rollouts in batches: compiled and plain form agree with each other and with the rollout sample by sample."""
 
 import subprocess
 import sys
 
 import pytest
-from measuring import RunMeter, configuration
+from measuring import configuration
 
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.simulation.trial import cart_drive, make_trial, measured_run, references
 
@@ -19,7 +19,7 @@ ROUGH = {
 }
 
 
-def asked(law, plant):
+def configured(law, plant):
     return configuration(plant=plant, position_controller={'controller_type': law})
 
 
@@ -34,7 +34,7 @@ def numbers(value):
 def test_plain_and_compiled_form_agree_over_a_lap(law, delay):
     pytest.importorskip('numba')
     for plant in ({'initial_pose': [0.9, 0.1, 1.0]}, ROUGH):
-        trial = make_trial(asked(law, {**plant, 'delay.velocity_steps': delay}), LAP, late=12.0)
+        trial = make_trial(configured(law, {**plant, 'delay.velocity_steps': delay}), LAP, late=12.0)
         (compiled,), (plain,) = batch.run_trials([trial], True), batch.run_trials([trial], False)
         assert compiled.steps == plain.steps == 8000
         for a, b in zip(numbers(compiled), numbers(plain), strict=True):
@@ -44,8 +44,8 @@ def test_plain_and_compiled_form_agree_over_a_lap(law, delay):
 
 @pytest.mark.parametrize('law', ['backstepping', 'fuzzy'])
 def test_the_metrics_are_those_of_the_rollout_sample_by_sample(law):
-    parameters = asked(law, {'initial_pose': [0.9, 0.1, 1.0], 'delay.velocity_steps': 2,
-                             'disturbance.step': [0.01, 0.0]})
+    parameters = configured(law, {'initial_pose': [0.9, 0.1, 1.0], 'delay.velocity_steps': 2,
+                                  'disturbance.step': [0.01, 0.0]})
     trial = make_trial(parameters, 3.0)
     meter = RunMeter(0.002, 0.01)
     for sample in rollout(parameters, 3.0):
@@ -54,7 +54,7 @@ def test_the_metrics_are_those_of_the_rollout_sample_by_sample(law):
     assert summary(measured_run(trial, outcome)) == summary(meter.run('completed'))
 
 
-def test_a_motion_that_diverges_ends_as_the_rollout_does():
+def test_a_diverging_trial_ends_at_the_step_of_the_rollout():
     wild = configuration(plant={'disturbance.step': [1e9, 1e9]})
     trial = make_trial(wild, 1.0)
     samples = list(rollout(wild, 1.0))
@@ -70,7 +70,7 @@ def test_the_late_totals_count_from_their_time_on():
     assert 0.0 < outcome.late.squared_position < outcome.totals.squared_position
 
 
-def test_errors_are_true_ones_whatever_the_noise():
+def test_metrics_use_the_true_pose_whatever_the_noise():
     quiet, noisy = ({'noise.pose': [sigma, sigma, 0.0]} for sigma in (0.0, 0.1))
     gains = {'backstepping.p': 1e-3, 'backstepping.f': 1e-3, 'backstepping.q': 1.0, 'backstepping.g': 1e-3}
     (still,), (shaken,) = (
@@ -97,7 +97,7 @@ def test_a_pool_keeps_the_order(workers):
         pool.close()
 
 
-def test_without_numba_it_works_and_says_so_once():
+def test_without_numba_trials_run_with_one_warning():
     code = (
         'import sys; sys.modules["numba"] = None\n'
         'from mobile_robot_control.parameters.configuration import configure\n'

@@ -1,4 +1,4 @@
-"""The chapter's runs with its evolved gains: section 3.1 and 4.1, and what an independent solver found."""
+"""The chapter's runs with its evolved gains: section 3.1 and 4.1, and the numbers of an independent solver."""
 
 import math
 
@@ -19,7 +19,7 @@ def run(rate, duration, law='backstepping', curve='trifolium', start=ON_THE_CURV
     ), duration)
 
 
-def test_one_lap_of_the_trifolium_at_20_khz():
+def test_one_lap_of_the_trifolium_at_20_khz_matches_an_independent_solver():
     found, last = run(20000.0, 16.0)
     assert last.time == 16.0
     assert found['initial_wheel_torque']['right'] == pytest.approx(411.28, rel=1e-4)

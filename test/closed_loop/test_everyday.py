@@ -4,10 +4,10 @@ import math
 from pathlib import Path
 
 import pytest
-from measuring import RunMeter
 
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
+from mobile_robot_control.simulation.metrics import RunMeter
 from mobile_robot_control.simulation.rollout import rollout
 
 CONFIG = Path(__file__).parents[2] / 'config'
@@ -35,7 +35,7 @@ def _half_lap(law, curve, start, laps):
 
 @pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
 @pytest.mark.parametrize('law', BOUNDS)
-def test_started_on_the_path(law, curve):
+def test_everyday_controllers_started_on_the_path_stay_within_their_bound(law, curve):
     rms, peak = _half_lap(law, curve, [1.0, 0.0, 0.5 * math.pi], laps=1)
     assert 0.0 < rms < BOUNDS[law]
     assert peak < 3.0
@@ -44,6 +44,6 @@ def test_started_on_the_path(law, curve):
 @pytest.mark.parametrize('start', BESIDE)
 @pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
 @pytest.mark.parametrize('law', BOUNDS)
-def test_started_beside_the_path_with_the_cart_out_of_sight(law, curve, start):
+def test_everyday_controllers_reach_the_path_with_the_cart_out_of_sight(law, curve, start):
     rms, _ = _half_lap(law, curve, start, laps=2)
     assert 0.0 < rms < BOUNDS[law]

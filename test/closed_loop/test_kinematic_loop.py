@@ -93,7 +93,7 @@ def test_deviation_2_facing_away_is_a_saddle_that_the_error_leaves(offset):
     start = (1.0, 0.0, 0.5 * math.pi - math.pi + offset)
     errors, _, _ = drive('circle', GAINS, start, 16.0)
     assert abs(errors[0].heading) == pytest.approx(math.pi - 1e-3, abs=1e-12)
-    # it keeps near for a while, driving backwards, and goes
+    # it stays near the saddle for a while, driving backwards, and then leaves
     assert abs(errors[10].heading) > 3.0
     assert abs(errors[-1].heading) < 0.01
     assert math.hypot(*errors[-1][:2]) < 0.01
@@ -113,5 +113,5 @@ def test_deviation_2_beside_a_standing_cart_the_lateral_error_stays():
         return [v * math.cos(heading), v * math.sin(heading), omega]
 
     end = solve_ivp(motion, (0.0, 60.0), [-0.3, -0.5, 0.0], rtol=1e-10, atol=1e-12).y[:, -1]
-    # theorem 2 wants v_r away from zero: e1 and e3 vanish, e2 does not
+    # theorem 2 needs v_r away from zero: e1 and e3 vanish, e2 does not
     assert end == pytest.approx([0.0, -0.5, 0.0], abs=1e-6)

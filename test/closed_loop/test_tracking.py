@@ -25,7 +25,7 @@ def lap(law, curve, start, **plant):
 
 @pytest.mark.parametrize('curve', CURVES)
 @pytest.mark.parametrize('law', BOUNDS)
-def test_started_on_the_curve(law, curve):
+def test_each_law_started_on_the_curve_stays_within_its_bound(law, curve):
     found, last = lap(law, curve, [1.0, 0.0, 0.5 * math.pi])
     rms, end = BOUNDS[law]
     assert found['rms_position_error'] < rms
@@ -35,18 +35,18 @@ def test_started_on_the_curve(law, curve):
 @pytest.mark.parametrize('start', [[0.8, 0.1, 2.2], [1.3, -0.4, -1.0]], ids=['inside', 'outside'])
 @pytest.mark.parametrize('curve', CURVES)
 @pytest.mark.parametrize('law', BOUNDS)
-def test_started_beside_the_curve(law, curve, start):
+def test_each_law_reaches_the_curve_from_beside_it(law, curve, start):
     _, last = lap(law, curve, start)
     assert math.hypot(*last.tick.error[:2]) < BOUNDS[law][1]
 
 
 @pytest.mark.parametrize('law', BOUNDS)
-def test_the_line(law):
+def test_each_law_follows_the_line(law):
     found, last = lap(law, 'line', [0.0, 0.0, 0.0])
     assert found['rms_position_error'] < 0.05
     assert math.hypot(*last.tick.error[:2]) < 0.05
 
 
-def test_with_the_coupling_that_the_chapter_lacks():
+def test_backstepping_reaches_the_curve_with_centripetal_coupling():
     _, last = lap('backstepping', 'trifolium', [0.8, 0.1, 2.2], centripetal_coupling=True)
     assert math.hypot(*last.tick.error[:2]) < BOUNDS['backstepping'][1]

@@ -20,7 +20,7 @@ def _id(path):
     return str(path.relative_to(CONFIG))
 
 
-def test_the_files_of_the_contract_are_there():
+def test_every_everyday_and_chapter_file_is_shipped():
     chapter = [f'chapter/{curve}_{law}.yaml' for curve in ('lemniscate', 'trifolium')
                for law in ('backstepping', 'hybrid_backstepping', 'fuzzy')]
     everyday = ['backstepping.yaml', 'hybrid_backstepping.yaml', 'fuzzy.yaml']
@@ -28,13 +28,13 @@ def test_the_files_of_the_contract_are_there():
 
 
 @pytest.mark.parametrize('path', FILES, ids=_id)
-def test_it_loads(path):
+def test_every_shipped_file_loads_with_and_without_a_namespace(path):
     configuration = configure(load([path]))
     assert configure(load([path], namespace='/robot1')) == configuration
 
 
 @pytest.mark.parametrize('path', FILES, ids=_id)
-def test_every_key_is_declared(path):
+def test_every_key_of_a_shipped_file_is_a_declared_parameter(path):
     for section, content in yaml.safe_load(path.read_text()).items():
         nodes = NODES if section == '/**' else [section.removeprefix('/**/')]
         known = set().union(*(declarations(NODES[node]) for node in nodes))
@@ -49,7 +49,7 @@ def _flat(tree, prefix=''):
             yield f'{prefix}{key}'
 
 
-def test_the_defaults_are_those_of_backstepping():
+def test_the_defaults_equal_backstepping_yaml():
     loaded = configure(load([CONFIG / 'backstepping.yaml']))
     for ours, default in zip(loaded, Configuration(), strict=True):
         assert flatten(ours) == flatten(default)
@@ -68,8 +68,8 @@ def test_the_chapter_files_have_the_printed_numbers(path):
         assert tuple(gains) == (1.9934, 0.0530, 1.0, 9.8615, 2.9956)
 
 
-def test_every_node_takes_every_file(domain):
-    """All four nodes in one process, each file in turn: what one of them refuses ends the process with exit 2."""
+def test_every_node_starts_with_every_shipped_file(domain):
+    """All four nodes in one process, with each file in turn: a refused file ends the process with an error."""
     code = (
         'import sys, rclpy\n'
         'from mobile_robot_control.ros.spin import make_node\n'

@@ -1,6 +1,7 @@
-"""The files for ROS desktop tools say what the nodes say: frames, joints, topics, fields, sizes."""
+"""The files for ROS desktop tools agree with the nodes: frames, joints, topics, fields, sizes."""
 
 import importlib
+import math
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,8 +14,9 @@ from mobile_robot_control.parameters.nodes import NODES, Shared
 from mobile_robot_control.topics import LOOP_TOPICS
 
 DESKTOP = Path(__file__).parents[2] / 'config' / 'desktop'
-VECTORS, NUMBERS = {'xyz': 3, 'rpy': 3, 'size': 3, 'rgba': 4}, {'radius', 'length', 'value', 'ixx', 'iyy', 'izz', 'ixy',
-                                                                'ixz', 'iyz'}
+# how many numbers an attribute has
+NUMBERS = {'xyz': 3, 'rpy': 3, 'size': 3, 'rgba': 4, 'radius': 1, 'length': 1, 'value': 1, 'ixx': 1, 'ixy': 1, 'ixz': 1,
+           'iyy': 1, 'iyz': 1, 'izz': 1}
 # URDF 1.0: children that an element may have, attributes that it must and that it may have
 URDF = {
     'robot': ({'material', 'link', 'joint'}, {'name'}, set()),
@@ -38,8 +40,17 @@ def parse(text):
     return ElementTree.fromstring(text)  # noqa: S314 (our own file)
 
 
+def are_numbers(text, count):
+    """Return whether a text is so many finite numbers."""
+    try:
+        values = [float(part) for part in text.split()]
+    except ValueError:
+        return False
+    return len(values) == count and all(map(math.isfinite, values))
+
+
 def schema_faults(element):
-    """Everything about a URDF that its schema forbids."""
+    """Yield what the URDF schema forbids in an element and its children."""
     children, needed, allowed = URDF.get(element.tag, (set(), set(), set()))
     if element.tag not in URDF:
         yield f'<{element.tag}> is unknown'
@@ -48,8 +59,7 @@ def schema_faults(element):
     for name, value in element.attrib.items():
         if name not in needed | allowed:
             yield f'<{element.tag}> has an unknown {name}'
-        if (name in VECTORS and len([float(part) for part in value.split()]) != VECTORS[name]) or (
-                name in NUMBERS and element.tag != 'material' and float(value) is None):
+        if name in NUMBERS and not are_numbers(value, NUMBERS[name]):
             yield f'{name}="{value}" of <{element.tag}>'
     if element.tag == 'joint' and element.get('type') not in TYPES:
         yield f'joint of type {element.get("type")}'
@@ -62,12 +72,12 @@ def schema_faults(element):
 
 
 def tree_faults(robot):
-    """Links that hang nowhere or twice, joints between links that are not there, materials that are not declared."""
+    """Yield links with no parent or two, joints between missing links, and materials that are not declared."""
     links = {link.get('name') for link in robot.iter('link')} - {None}
     children = [joint.find('child').get('link') for joint in robot.iter('joint')]
     parents = [joint.find('parent').get('link') for joint in robot.iter('joint')]
     yield from (f'no link {name}' for name in {*children, *parents} - links)
-    yield from (f'{name} hangs twice' for name in children if children.count(name) > 1)
+    yield from (f'{name} has two parents' for name in children if children.count(name) > 1)
     roots = links - set(children)
     if len(roots) != 1:
         yield f'roots {roots}'
@@ -81,7 +91,7 @@ def urdf():
     return (DESKTOP / 'robot.urdf').read_text(encoding='utf-8')
 
 
-def test_the_urdf_keeps_its_schema(urdf):
+def test_the_urdf_is_valid(urdf):
     robot = parse(urdf)
     assert not list(schema_faults(robot))
     assert not list(tree_faults(robot))
@@ -91,14 +101,16 @@ def test_the_urdf_keeps_its_schema(urdf):
     ('type="fixed"', 'type="welded"'), ('<mass value="10.0"/>', '<mass kg="10.0"/>'),
     ('<child link="wheel_left"/>', '<child link="wheel_right"/>'), ('size="0.26 0.31 0.06"', 'size="0.26 0.31"'),
     ('<material name="tyre"/>', '<material name="gum"/>'), ('<axis xyz', '<axes xyz'),
+    ('radius="0.035"', 'radius="wide"'), ('radius="0.035"', 'radius="0.035 0.035"'), ('izz="1.0"', 'izz="nan"'),
+    ('<mass value="10.0"/>', '<mass value=""/>'), ('size="0.26 0.31 0.06"', 'size="0.26 0.31 low"'),
 ])
-def test_a_broken_urdf_is_seen(urdf, right, wrong):
+def test_a_broken_urdf_is_refused(urdf, right, wrong):
     assert right in urdf
     robot = parse(urdf.replace(right, wrong, 1))
     assert list(schema_faults(robot)) + list(tree_faults(robot))
 
 
-def test_the_urdf_is_the_robot_of_the_default_parameters(urdf):
+def test_the_urdf_has_the_default_robot_parameters(urdf):
     robot, parameters = parse(urdf), Robot()
     joints = {joint.get('name'): joint for joint in robot.iter('joint')}
     assert set(WHEEL_JOINTS) <= set(joints)
@@ -130,7 +142,7 @@ def _value(topic, path):
     return message
 
 
-def test_plotjuggler_shows_fields_that_there_are():
+def test_the_plotjuggler_layout_names_existing_fields():
     layout = parse((DESKTOP / 'plotjuggler.xml').read_text(encoding='utf-8'))
     names = [curve.get(key) for curve in layout.iter('curve')
              for key in (('curve_x', 'curve_y') if curve.get('curve_x') else ('name',))]
@@ -140,7 +152,7 @@ def test_plotjuggler_shows_fields_that_there_are():
         _value(topic, path)
 
 
-def test_rviz_shows_topics_and_frames_that_there_are():
+def test_the_rviz_view_names_existing_topics_and_frames():
     view = yaml.safe_load((DESKTOP / 'robot.rviz').read_text(encoding='utf-8'))['Visualization Manager']
     assert view['Global Options']['Fixed Frame'] == Shared().odom_frame_id
     topics = {display['Topic']['Value']: display for display in view['Displays'] if 'Topic' in display}
@@ -155,6 +167,7 @@ def test_the_launch_file_starts_the_four_nodes_from_one_file():
     assert {node.get('exec') for node in ours} == set(NODES)
     assert {node.find('param').get('from') for node in ours} == {'$(var params)'}
     share = '$(find-pkg-share mobile_robot_control)/'
-    text = (DESKTOP / 'robot.launch.xml').read_text(encoding='utf-8')
-    for part in text.split(share)[1:]:
-        assert (DESKTOP.parents[1] / part.split('"')[0].split("'")[0].split(')')[0]).is_file()
+    named = [part.split('"')[0].split("'")[0].split(')')[0]
+             for part in (DESKTOP / 'robot.launch.xml').read_text(encoding='utf-8').split(share)[1:]]
+    assert len(named) > 2
+    assert all((DESKTOP.parents[1] / file).is_file() for file in named)

@@ -1,4 +1,4 @@
-"""The pages in docs/ agree with the code: topics and parameters of the nodes, links."""
+"""The pages in docs/ agree with the code: parameters, topics, metrics, columns, options, numbers of decisions."""
 
 import re
 import subprocess
@@ -7,11 +7,30 @@ from pathlib import Path
 
 import pytest
 
+from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.quantities import Pose, WheelTorque
+from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
+from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.simulation.metrics import MeasuredRun, summary
+from mobile_robot_control.simulation.totals import Totals
+from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.tuning.monte_carlo import Judged, summarise_runs
+from mobile_robot_control.tuning.search import Generation
 
 DOCS = Path(__file__).parents[2] / 'docs'
 PAGES = {path.stem: path.read_text(encoding='utf-8') for path in (DOCS / 'nodes').glob('*.md')}
+COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study')
+
+
+def _page(name):
+    return (DOCS / f'{name}.md').read_text(encoding='utf-8')
+
+
+def _code(text):
+    """All that stands between backticks."""
+    return re.findall(r'`([^`]+)`', re.sub(r'^```.*?^```', '', text, flags=re.DOTALL | re.MULTILINE))
 
 
 def test_there_is_a_page_for_each_node():
@@ -19,9 +38,15 @@ def test_there_is_a_page_for_each_node():
 
 
 @pytest.mark.parametrize('node', NODES)
-def test_its_parameters_are_present(node):
+def test_the_table_of_its_parameters_is_present(node):
     assert insert_parameters(PAGES[node]) == PAGES[node]
     assert tables(node) in PAGES[node]
+
+
+def test_the_table_of_all_parameters_is_present():
+    page = _page('parameters')
+    assert insert_parameters(page) == page
+    assert tables() in page
 
 
 def test_its_topics_are_those_of_the_node(domain):
@@ -37,24 +62,100 @@ def test_its_topics_are_those_of_the_node(domain):
         '            kind = end.msg_type.__module__.split(".")[0] + "/msg/" + end.msg_type.__name__\n'
         '            print(name, end.topic_name, kind, verb)\n'
     )
-    told = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60, check=True).stdout
+    printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
+                             check=True).stdout
     for node, page in PAGES.items():
-        real = {tuple(line.split()[1:]) for line in told.splitlines() if line.split()[0] == node}
+        real = {tuple(line.split()[1:]) for line in printed.splitlines() if line.split()[0] == node}
         real = {topic for topic in real if topic[0] not in ('/rosout', '/parameter_events', '/tf')}
         written = {('/' + topic.lstrip('/'), kind, verb)
                    for topic, kind, verb in re.findall(r'^\| `(\S+)` \| `(\S+)` \| (\w+) \|$', page, re.MULTILINE)}
         assert written == real
 
 
-@pytest.mark.parametrize('path', [*DOCS.rglob('*.md'), DOCS.parent / 'README.md'], ids=lambda path: path.name)
-def test_links_lead_somewhere(path):
-    for target in re.findall(r'\]\(([^)#]+)\)', path.read_text(encoding='utf-8')):
-        assert target.startswith('http') or (path.parent / target).exists(), target
+def test_the_topics_of_the_loop_are_those_of_the_table():
+    loop = _page('topics').partition('## Topics of the loop')[2].partition('\n## ')[0]
+    rows = [[cell.strip(' `') for cell in line.split('|')[1:-1]] for line in loop.splitlines()
+            if line.startswith('| `')]
+    assert [(row[0], row[1], row[3], row[4].replace(' ', '_')) for row in rows] == [
+        (topic.name, topic.kind, topic.publisher, topic.rate) for topic in LOOP_TOPICS.values()]
+
+
+def test_the_diagnostics_have_the_key_of_the_page():
+    assert f'{SUBSCRIBERS_KEY}TOPIC' in _code(_page('topics'))
 
 
 def test_parameters_named_in_a_page_exist():
-    """What stands in a page as `name.part` or in a YAML block is a parameter."""
-    known = tables()
-    for name in re.findall(r'`((?:limits|fuzzy|gains|robot|backstepping|hybrid_backstepping)\.\w+)`',
-                           ' '.join(PAGES.values())):
-        assert f'`{name}`' in known
+    """What stands in a page as `group.name` or `node.name` is a parameter."""
+    known = {name for group in NODES.values() for name in declarations(group)}
+    groups = {name.partition('.')[0] for name in known if '.' in name}
+    for path in DOCS.rglob('*.md'):
+        for code in _code(path.read_text(encoding='utf-8')):
+            name = re.sub(rf'^(?:{"|".join(NODES)}|/\*\*)\.', '', code)
+            if re.fullmatch(rf'(?:{"|".join(groups)})\.\w+', name):
+                assert name in known, f'{path}: {code}'
+
+
+def test_every_metric_is_defined():
+    page = _code(_page('metrics'))
+    torque = WheelTorque(0.0, 0.0)
+    assert set(summary(MeasuredRun('completed', 0.0, Pose(0.0, 0.0, 0.0), torque, Totals()))) <= set(page)
+    names = ('rms_position_error', 'max_position_error', 'late_max_position_error', 'rms_heading_error',
+             'peak_wheel_torque', 'energy', 'objective')
+    study = summarise_runs([Judged(True, dict.fromkeys(names, 0.0))])
+    assert {*study, *study['metrics'], *study['metrics']['energy'], *Generation._fields} <= set(page)
+
+
+def test_every_column_is_defined():
+    table = _page('metrics').partition('## The table of a run')[2]
+    defined = [code for line in table.splitlines() if line.startswith('| `')
+               for code in _code(line.split('|')[1])]
+    assert defined == list(CSV_COLUMNS)
+
+
+def _options(text):
+    return set(re.findall(r'(?<![\w-])--[a-z][a-z-]+', text))
+
+
+def test_the_options_are_those_of_the_commands():
+    code = (
+        'import importlib, os\n'
+        'os.environ["COLUMNS"] = "200"\n'
+        f'for name in {COMMANDS!r}:\n'
+        '    print("##", name)\n'
+        '    try:\n'
+        '        importlib.import_module("mobile_robot_control.cli." + name).main(["--help"])\n'
+        '    except SystemExit:\n'
+        '        pass\n'
+    )
+    printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
+                             check=True).stdout
+    page = _page('commands')
+    shared = _options(page.partition('## What all commands share')[2].partition('\n## ')[0])
+    for section in printed.split('## ')[1:]:
+        command, _, text = section.partition('\n')
+        described = page.partition(f'\n## {command}\n')[2].partition('\n## ')[0]
+        assert _options(text) == shared | {option for line in described.splitlines() if line.startswith('|')
+                                           for option in _options(line)}, command
+
+
+def test_decisions_are_numbered_and_dated():
+    found = re.findall(r'^## (\d+)\. .+\n\n(\d{4}-\d\d-\d\d)\n\n', _page('decisions'), re.MULTILINE)
+    assert [int(number) for number, _ in found] == list(range(1, len(found) + 1))
+    assert len(found) == len(re.findall('^## ', _page('decisions'), re.MULTILINE))
+    dates = [date for _, date in found]
+    assert dates == sorted(dates)
+
+
+def test_terms_of_the_glossary_stand_once():
+    rows = re.findall(r'^\| ([^|]+) \|[^|]*\| (.+) \|$', _page('glossary').partition('\n## ')[0], re.MULTILINE)[1:]
+    terms = [term for row, _ in rows for term in row.split(', ')]
+    assert len(terms) == len(set(terms)) > 50
+
+
+@pytest.mark.soak
+def test_the_site_renders_without_a_warning(tmp_path):
+    pytest.importorskip('furo', reason='the extra docs is not installed; make docs installs it')
+    done = subprocess.run([sys.executable, '-m', 'sphinx', '-W', '--keep-going', '-q', '-b', 'html', '-d',
+                           tmp_path / 'doctrees', DOCS, tmp_path / 'site'], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert 'step' in (tmp_path / 'site' / 'api' / 'laws.html').read_text(encoding='utf-8')

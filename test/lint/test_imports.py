@@ -1,4 +1,4 @@
-"""Imports run one way through the house; what is light stays light."""
+"""Imports between subpackages run one way, and nodes import no heavy library."""
 
 import ast
 import subprocess
@@ -9,11 +9,11 @@ import pytest
 
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 
-# each room may import from those named, and from itself; a module with a row of its own is a room of its own
+# each layer may import from those named, and from itself; a module with a row of its own is a layer of its own
 FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'jit', 'angles'}
 PARAMETERS = {'parameters', 'parameters.nodes', 'parameters.configuration', 'parameters.files'}
 DOMAIN = {'model', 'control', 'reference'}
-ROOMS = {
+LAYERS = {
     'quantities': set(),
     'stamps': set(),
     'topics': set(),
@@ -38,7 +38,7 @@ ROOMS = {
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
     'cli': {'messages', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS | DOMAIN,
 }
-MAY_KNOW_ROS = {'ros', 'cli', 'messages.writing'}
+MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
        'sensor_msgs', 'std_msgs', 'tf2_ros'}
@@ -55,10 +55,10 @@ def _imported(path):
                 yield alias.name
 
 
-def _room_of(name):
-    """The room of a dotted name within the package: that of its longest beginning with a row of its own."""
+def _layer_of(name):
+    """Return the layer of a dotted name within the package: its longest beginning that has a row."""
     parts = name.split('.')
-    return next(('.'.join(parts[:n]) for n in range(len(parts), 0, -1) if '.'.join(parts[:n]) in ROOMS), name)
+    return next(('.'.join(parts[:n]) for n in range(len(parts), 0, -1) if '.'.join(parts[:n]) in LAYERS), name)
 
 
 def _name(path):
@@ -68,14 +68,14 @@ def _name(path):
 FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__init__.py')
 
 
-def _wrong_imports(room, imported, compiles=False):
+def _wrong_imports(layer, imported, compiles=False):
     for name in imported:
         first, _, rest = name.partition('.')
-        if first == PACKAGE.name and _room_of(rest) not in {room, '__version__'} | ROOMS[room]:
+        if first == PACKAGE.name and _layer_of(rest) not in {layer, '__version__'} | LAYERS[layer]:
             yield name
-        if room not in MAY_KNOW_ROS and first in ROS:
+        if layer not in MAY_IMPORT_ROS and first in ROS:
             yield name
-        if first in HEAVY and room not in ('tuning', 'reporting') and not (compiles and first in ('numba', 'numpy')):
+        if first in HEAVY and layer not in ('tuning', 'reporting') and not (compiles and first in ('numba', 'numpy')):
             yield name
         if first == 'numba' and not compiles:
             yield name
@@ -83,18 +83,19 @@ def _wrong_imports(room, imported, compiles=False):
 
 @pytest.mark.parametrize('path', FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_imports_run_one_way(path):
-    assert not list(_wrong_imports(_room_of(_name(path)), _imported(path), path == PACKAGE / 'simulation' / 'batch.py'))
+    compiles = path == PACKAGE / 'simulation' / 'batch.py'
+    assert not list(_wrong_imports(_layer_of(_name(path)), _imported(path), compiles))
 
 
-@pytest.mark.parametrize(('room', 'name'), [
+@pytest.mark.parametrize(('layer', 'name'), [
     ('model', 'mobile_robot_control.control.fuzzy'), ('control', 'rclpy.node'), ('ros', 'numpy'),
     ('simulation', 'numpy'), ('tuning', 'numba'), ('tuning', 'mobile_robot_control.cli.tune'),
     ('ros', 'mobile_robot_control.simulation.metrics'), ('simulation', 'mobile_robot_control.cli.simulate'),
     ('parameters', 'mobile_robot_control.parameters.nodes'), ('messages', 'geometry_msgs.msg.Twist'),
     ('recording', 'mobile_robot_control.messages.writing'),
 ])
-def test_a_wrong_import_is_seen(room, name):
-    assert list(_wrong_imports(room, [name])) == [name]
+def test_an_import_in_the_wrong_direction_is_refused(layer, name):
+    assert list(_wrong_imports(layer, [name])) == [name]
 
 
 @pytest.mark.parametrize(('module', 'absent'), [
@@ -102,8 +103,8 @@ def test_a_wrong_import_is_seen(room, name):
     *((f'mobile_robot_control.ros.{node}', HEAVY - {'numpy'} | {'rosbags', 'tqdm'})
       for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')),
 ])
-def test_what_is_light_stays_light(module, absent):
-    """Importing it brings none of these in, by whatever way."""
+def test_nodes_and_simulate_import_no_heavy_module(module, absent):
+    """None of these is imported, directly or indirectly."""
     code = f'import sys, {module}; print(sorted({absent!r} & set(sys.modules)))'
     found = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True).stdout.strip()
     assert found == '[]'

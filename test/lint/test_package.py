@@ -31,14 +31,14 @@ def source(tmp_path):
 
 
 def _refused(path, environment):
-    """Start a node from a path with a parameter that it refuses: it lives, if it says so."""
+    """Return whether a node started from a path refuses an invalid parameter, for which it must import the package."""
     done = subprocess.run([path, '--ros-args', '-p', 'robot.mass:=-1.0'], env=environment, capture_output=True,
                           text=True, timeout=60, check=False)
     return done.returncode == 2 and 'robot.mass = -1.0' in done.stderr
 
 
 @pytest.mark.timeout(200)
-def test_colcon_builds_it_as_ament_python(domain, source):
+def test_colcon_builds_the_package_as_ament_python(domain, source):
     workspace = source.parents[1]
     colcon = Path(sys.executable).with_name('colcon')
     listed = subprocess.run([colcon, 'list'], cwd=workspace, capture_output=True, text=True, check=True).stdout
@@ -60,7 +60,7 @@ def test_colcon_builds_it_as_ament_python(domain, source):
 
 
 @pytest.mark.timeout(200)
-def test_pip_builds_it(domain, source, tmp_path):
+def test_pip_installs_the_package(domain, source, tmp_path):
     venv.create(tmp_path / 'venv', with_pip=False, symlinks=True)
     python = tmp_path / 'venv' / 'bin' / 'python'
     subprocess.run([sys.executable, '-m', 'pip', '--python', python, 'install', '--quiet', '--no-deps', source],
@@ -74,7 +74,7 @@ def test_pip_builds_it(domain, source, tmp_path):
     assert (tmp_path / 'venv' / 'share' / 'mobile_robot_control' / 'config' / 'fuzzy.yaml').is_file()
 
 
-def test_versions_agree():
+def test_the_version_is_the_same_in_every_file():
     manifest = ElementTree.parse(ROOT / 'package.xml').getroot()  # noqa: S314 (our own file)
     assert manifest.get('format') == '3'
     setup = re.search(r"version='([^']+)'", (ROOT / 'setup.py').read_text()).group(1)

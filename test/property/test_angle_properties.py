@@ -1,4 +1,4 @@
-"""What holds of every angle."""
+"""Properties of wrapped angles, for drawn angles."""
 
 import math
 

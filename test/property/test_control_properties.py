@@ -1,4 +1,4 @@
-"""What holds of every error and of all gains: the control laws."""
+"""Properties of the control laws, for drawn errors and gains."""
 
 import math
 
@@ -40,7 +40,7 @@ def seeking_gains(draw):
 
 @st.composite
 def fuzzy_gains(draw):
-    """Every set of shapes and outputs that is allowed, as the whole check says."""
+    """Draw memberships and outputs that pass the check of the parameters."""
     angles = st.floats(0.0, math.pi)
     b2, b3, b4 = sorted(draw(st.lists(angles, min_size=3, max_size=3, unique=True)))
     b1, b5, b6 = draw(angles), draw(angles), draw(angles)
@@ -58,7 +58,7 @@ WITHIN = st.floats(-LARGEST, LARGEST)
 
 @st.composite
 def extreme_controls(draw):
-    """Any law with any gains that the parameters allow."""
+    """Draw any law with any gains that the parameters allow."""
     b1, size = draw(SIZES), draw(SIZES)
     b0 = max(SMALLEST, 0.25 * b1 * b1 * draw(st.floats(0.0, 0.999)))
     try:
@@ -121,7 +121,7 @@ def test_backstepping_gives_finite_commands_for_finite_inputs(error, reference, 
 
 
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS)
-def test_backstepping_mirrors(error, reference, gains):
+def test_backstepping_is_mirror_symmetric(error, reference, gains):
     _, command = backstepping.step(NoState(), error, reference, gains, 0.01)
     _, other = backstepping.step(NoState(), *mirrored(error, reference), gains, 0.01)
     assert (other.linear, -other.angular) == command
@@ -173,7 +173,7 @@ def test_the_hybrid_law_gives_finite_commands_for_finite_inputs(error, reference
 
 
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS, SEEKING_GAINS, DIRECTIONS)
-def test_the_hybrid_law_mirrors(error, reference, inner, seeking, last):
+def test_the_hybrid_law_is_mirror_symmetric(error, reference, inner, seeking, last):
     # straight behind counts as left on both sides
     assume(abs(bearing(error)) < math.pi)
     assume(abs(last) < math.pi)
@@ -228,7 +228,7 @@ def test_deviation_6_some_rule_always_fires_and_the_weights_sum_to_1(i1, i2, gai
     weights = [near * direction for near in m[:2] for direction in m[2:]]
     assume(sum(m[2:]) > 1e-300)
     assert sum(weight / sum(weights) for weight in weights) == pytest.approx(1.0, rel=1e-12)
-    # the weighted average of the ten rules, put together once more
+    # the weighted average of the ten rules, written out
     (fb, b, s, f, ff), (cw, straight, ccw) = gains.c, gains.d
     linear = [b, f, s, f, b, fb, ff, ff, ff, fb]
     angular = 2 * [cw, cw, straight, ccw, ccw]
@@ -244,7 +244,7 @@ def test_fuzzy_outputs_never_leave_their_limits(error, reference, gains):
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, math.pi, exclude_max=True), FUZZY_GAINS)
-def test_the_fuzzy_law_mirrors_when_its_turns_do(i1, i2, gains):
+def test_the_fuzzy_law_is_mirror_symmetric_for_symmetric_turns(i1, i2, gains):
     turn = gains.d[2]
     symmetric = gains._replace(d=(-abs(turn), 0.0, abs(turn)))
     left, right = surface(i1, i2, symmetric), surface(i1, -i2, symmetric)
@@ -263,13 +263,13 @@ def test_the_velocity_law_keeps_its_limit_and_never_winds_up_further(gains, v, o
     state = VelocityPiState(common, differential)
     after, torque = velocity_pi.step(state, BodyVelocity(v, omega), BodyVelocity(0.0, 0.0), gains, Robot(), limit, 0.01)
     assert max(map(abs, torque)) <= limit
-    for channel, error, asked, given_ in (
+    for channel, error, requested, given_ in (
         (0, v, 5.0 * gains.k1 * v + common, 0.5 * (torque.right + torque.left)),
         (1, omega, 5.0 * gains.k2 * omega + differential, 0.5 * (torque.right - torque.left)),
     ):
-        if abs(asked - given_) > 1e-9 and (asked - given_) * error > 0.0:
+        if abs(requested - given_) > 1e-9 and (requested - given_) * error > 0.0:
             assert after[channel] == state[channel]
-        elif abs(asked - given_) > 1e-9:
+        elif abs(requested - given_) > 1e-9:
             assert (after[channel] - state[channel]) * error >= 0.0
 
 
@@ -288,7 +288,7 @@ def test_equation_17_without_a_limit_both_channels_always_integrate(gains, v, om
 @given(extreme_controls(), st.lists(st.tuples(st.builds(TrackingError, WITHIN, WITHIN, DIRECTIONS), st.builds(
     Reference, st.just(Pose(0.0, 0.0, 0.0)), st.builds(BodyVelocity, WITHIN, WITHIN))), min_size=1, max_size=4),
     st.booleans())
-def test_no_gains_ask_for_what_a_message_may_not_hold(control, inputs, under_way):
+def test_no_gains_give_a_command_beyond_1e12(control, inputs, under_way):
     running = bumpless_transfer.begin(control, under_way=under_way)
     for error, reference in inputs:
         running, command = bumpless_transfer.step(running, error, reference, 0.01)

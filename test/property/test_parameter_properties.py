@@ -1,4 +1,4 @@
-"""What holds of every configuration: parameters and their files."""
+"""Properties of parameters and their files, for drawn values."""
 
 import math
 
@@ -28,7 +28,7 @@ def path(tmp_path_factory):
 @settings(max_examples=50)
 @given(values=st.dictionaries(st.sampled_from(['duration', 'robot.mass', 'torque_timeout']), FLOATS),
        pose=st.lists(FLOATS, min_size=3, max_size=3), text=TEXTS, flag=st.booleans())
-def test_what_is_written_is_read_back_to_the_last_bit(path, values, pose, text, flag):
+def test_written_parameters_are_read_back_to_the_last_bit(path, values, pose, text, flag):
     given_ = {**values, 'initial_pose': pose, 'odom_frame_id': text, 'lockstep': flag}
     path.write_text(parameter_file_text({'plant': given_}), encoding='utf-8')
     read_back = load([path])['plant']
@@ -40,7 +40,7 @@ def test_what_is_written_is_read_back_to_the_last_bit(path, values, pose, text, 
 @settings(max_examples=30)
 @given(gains=st.tuples(*[st.floats(0.01, 1.0)] * 4), d=st.lists(st.floats(-9.0, 9.0), min_size=3, max_size=3),
        mass=st.floats(5.0, 50.0))
-def test_a_configuration_survives_its_file(path, gains, d, mass):
+def test_a_configuration_is_read_back_from_its_file(path, gains, d, mass):
     values = {node: {'robot.mass': mass} for node in NODES}
     values['position_controller'].update({'backstepping.p': gains[0], 'fuzzy.d': sorted(d)})
     values['velocity_controller'].update({'gains.ti1': 10.0 * gains[1], 'gains.k2': 0.1 * gains[2]})
@@ -51,7 +51,7 @@ def test_a_configuration_survives_its_file(path, gains, d, mass):
 
 
 def attempt(node, values):
-    """Build the parameters of a node; returns them, or None and what is said against them."""
+    """Build the parameters of a node; returns them, or None and the violations."""
     try:
         return build(NODES[node], values), ()
     except ParameterError as refusal:
@@ -59,11 +59,11 @@ def attempt(node, values):
 
 
 @given(NAMES, ANYTHING)
-def test_whatever_one_value_is_it_is_taken_or_refused_by_its_name(target, value):
+def test_any_single_value_is_accepted_or_refused_by_name(target, value):
     node, name = target
     built, violations = attempt(node, {name: value})
     if built is None:
-        # that a robot makes the velocity loop unstable is told by the gains and the rate
+        # a robot that makes the velocity loop unstable is refused with the gains and the rate
         assert any(name.rpartition('.')[2] in violation or 'unstable at velocity_rate' in violation
                    for violation in violations)
     else:

@@ -1,4 +1,4 @@
-"""What holds of every robot, motion and torque: kinematics and plant."""
+"""Properties of kinematics and plant, for drawn robots, motions and torques."""
 
 import math
 
@@ -66,7 +66,7 @@ def test_an_exact_step_equals_two_half_steps(velocity, torque, heading, robot, d
 
 
 @given(VELOCITIES, TORQUES, HEADINGS, COUPLING)
-def test_a_step_of_the_chapters_robot_keeps_its_place_to_a_picometre(velocity, torque, heading, coupling):
+def test_a_step_of_the_chapters_robot_is_accurate_to_a_picometre(velocity, torque, heading, coupling):
     start = PlantState(Pose(0.3, -0.2, heading), velocity, 0.0, 0.0)
     whole = dynamics.step(start, torque, discretise(ROBOT, 0.002, coupling))
     half = discretise(ROBOT, 0.001, coupling)
@@ -76,7 +76,7 @@ def test_a_step_of_the_chapters_robot_keeps_its_place_to_a_picometre(velocity, t
 
 
 @given(VELOCITIES, TORQUES, HEADINGS, st.floats(-3.0, 3.0), COUPLING)
-def test_the_plant_does_not_know_where_north_is(velocity, torque, heading, turn, coupling):
+def test_the_motion_turns_with_the_heading(velocity, torque, heading, turn, coupling):
     plant = discretise(ROBOT, 0.002, coupling)
     here = dynamics.step(PlantState(Pose(0.0, 0.0, heading), velocity, 0.0, 0.0), torque, plant)
     there = dynamics.step(dynamics.at_rest(Pose(0.0, 0.0, heading + turn))._replace(velocity=velocity), torque, plant)
@@ -146,7 +146,7 @@ def test_without_torques_no_robot_gains_energy(velocity, heading, robot, couplin
 @given(TORQUES, st.floats(0.01, 5.0))
 def test_limited_torques_stay_within_the_limit_and_keep_their_sign(torque, limit):
     limited = saturate(torque, limit)
-    for asked, given_ in zip(torque, limited, strict=True):
-        assert abs(given_) == min(abs(asked), limit)
-        assert given_ * asked >= 0.0
+    for requested, applied in zip(torque, limited, strict=True):
+        assert abs(applied) == min(abs(requested), limit)
+        assert applied * requested >= 0.0
     assert saturate(limited, limit) == limited

@@ -1,4 +1,4 @@
-"""What holds of all velocity gains: the spectral radius of the sampled loop."""
+"""Properties of the sampled velocity loop, for drawn gains and rates."""
 
 import chapter
 import numpy as np
@@ -30,7 +30,7 @@ def state_matrix(gains, rate, delay):
     to_wheels = np.array([[1.0, 1.0], [1.0, -1.0]])
     proportional = np.diag([gains.k1, gains.k2]) * R / r
     integral = np.diag([gains.k1 / gains.ti1, gains.k2 / gains.ti2]) * R / r * dt
-    # the torque asked for: of the errors -to_body w, and of the integrals
+    # the requested torque: of the errors -to_body w, and of the integrals
     from_wheels, from_integrals = -to_wheels @ proportional @ to_body, to_wheels
     size = 4 + 2 * delay
     matrix = np.zeros((size, size))
@@ -54,7 +54,7 @@ def test_the_spectral_radius_is_that_of_the_state_matrix(gains, rate, delay):
 
 
 @given(VELOCITY_GAINS, st.floats(20.0, 20000.0), st.booleans())
-def test_instability_speaks_up_exactly_where_the_radius_reaches_1(gains, rate, lockstep):
+def test_instability_is_reported_exactly_where_the_radius_reaches_1(gains, rate, lockstep):
     delays = (0,) if lockstep else (1, 2)
     radius = max(max(abs(np.linalg.eigvals(state_matrix(gains, rate, delay)))) for delay in delays)
     if abs(radius - 1.0) > 1e-7:

@@ -1,4 +1,4 @@
-"""What the nodes say of themselves on /diagnostics."""
+"""What the nodes report on /diagnostics."""
 
 import signal
 
@@ -18,20 +18,20 @@ class Reports:
 
     def __init__(self, robot):
         self.all = []
-        robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 100)
+        robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', self._take, 100)
 
-    def _hear(self, message):
+    def _take(self, message):
         self.all.extend(message.status)
 
     def newest(self, name):
         return next((status for status in reversed(self.all) if status.name == name),
-                    DiagnosticStatus(message='nothing said yet', level=DiagnosticStatus.STALE))
+                    DiagnosticStatus(message='nothing reported yet', level=DiagnosticStatus.STALE))
 
     def values(self, name):
         return {pair.key: pair.value for pair in self.newest(name).values}
 
 
-def test_nodes_at_work_are_well_and_one_that_is_gone_is_named(robot):
+def test_running_nodes_report_ok_and_a_missing_node_is_named(robot):
     reports = Reports(robot)
     robot.start(arguments=['-p', 'peer_timeout:=1.0', '-p', 'real_time_factor:=0.5'])
     for name in NODES:
@@ -45,14 +45,14 @@ def test_nodes_at_work_are_well_and_one_that_is_gone_is_named(robot):
     assert reports.newest('plant').level == DiagnosticStatus.ERROR
     robot.spin_until(lambda: reports.newest('position_controller').message == 'waiting, waits for reference_cart')
     assert reports.newest('position_controller').level == DiagnosticStatus.ERROR
-    # it does its part: somebody else is missing
+    # it is not itself the missing one
     robot.spin_until(lambda: reports.newest('velocity_controller').message.startswith('waiting'))
     for name in ('plant', 'velocity_controller'):
-        robot.processes[name].signal(signal.SIGINT)
+        robot.stop(name)
         robot.spin_until(lambda: reports.newest(name).message == 'ended')  # noqa: B023
 
 
-def test_a_node_alone_is_stale_and_says_for_whom_it_waits(robot):
+def test_a_node_without_its_peers_is_stale_and_names_them(robot):
     reports = Reports(robot)
     robot.start('position_controller', 'plant')
     robot.spin_until(lambda: reports.newest('position_controller').message == 'waiting, waits for reference_cart')
@@ -62,8 +62,8 @@ def test_a_node_alone_is_stale_and_says_for_whom_it_waits(robot):
     assert reports.newest('plant').level == DiagnosticStatus.STALE
 
 
-def test_nodes_say_how_many_listen_to_them(robot):
-    """The recorder of an experiment on the wall clock waits for it: whoever is not there is not passed over."""
+def test_nodes_report_how_many_subscribers_they_have(robot):
+    """By these numbers the recorder of an experiment on the wall clock waits for every node."""
     reports = Reports(robot)
     robot.start('plant', 'position_controller', 'velocity_controller', arguments=WALL_CLOCK, composed=True)
     robot.spin_until(lambda: reports.values('plant').get('listeners of /odom') == '2')
@@ -74,14 +74,14 @@ def test_nodes_say_how_many_listen_to_them(robot):
     robot.spin_until(lambda: reports.values('plant')['listeners of /odom'] == '3')
 
 
-def test_a_paused_plant_is_well(robot):
+def test_a_paused_plant_reports_ok(robot):
     reports = Reports(robot)
-    robot.start('plant', arguments=['-p', 'paused:=true', '-r', '__ns:=/robot1'])
+    robot.start('plant', namespace='/robot1', arguments=['-p', 'paused:=true'])
     robot.spin_until(lambda: reports.newest('robot1/plant').message == 'paused')
     assert reports.newest('robot1/plant').level == DiagnosticStatus.OK
 
 
-def test_a_robot_that_was_stopped_says_why(robot):
+def test_a_stopped_robot_reports_the_missing_node(robot):
     reports = Reports(robot)
     robot.start(arguments=WALL_CLOCK)
     for name in NODES:
@@ -106,8 +106,7 @@ def test_divergence_is_an_error(robot):
     reports = Reports(robot)
     robot.start(arguments=['-p', 'backstepping.q:=1e12', '-p', 'initial_pose:=[1.0, 0.5, 1.0]', '-p', 'paused:=true'],
                 composed=True)
-    robot.spin_until(lambda: reports.newest('plant').message == 'paused')
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: reports.newest('plant').message == 'diverged', 60.0)
     assert reports.newest('plant').level == DiagnosticStatus.ERROR
     robot.spin_until(lambda: robot.processes['plant'].exit_code() == 1)
@@ -119,7 +118,7 @@ def test_divergence_is_an_error(robot):
     (lambda message: setattr(message.header, 'frame_id', 'map'), 'frame_id is not base_link'),
     (lambda message: setattr(message.twist.linear, 'x', 1e308), 'command too large'),
 ])
-def test_what_is_refused_on_the_wall_clock_is_counted_and_keeps_no_robot_going(robot, change, reason):
+def test_refused_commands_are_counted_and_refresh_no_timeout(robot, change, reason):
     reports = Reports(robot)
     robot.start('plant', 'velocity_controller', arguments=WALL_CLOCK)
     node = robot.recorder
@@ -139,6 +138,6 @@ def test_what_is_refused_on_the_wall_clock_is_counted_and_keeps_no_robot_going(r
     timer.cancel()
     node.create_timer(0.02, lambda: publish(altered=True))
     robot.spin_until(lambda: int(reports.values('velocity_controller').get(f'refused cmd_vel: {reason}', '0')) > 10)
-    # what is refused refreshes no timeout: the command has fallen to zero
+    # a refused message refreshes no timeout: the command has fallen to zero
     robot.spin_until(lambda: reports.newest('velocity_controller').message == 'stopped, waits for position_controller')
     assert 'refused a message on cmd_vel' in robot.log('velocity_controller')

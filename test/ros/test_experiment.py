@@ -1,4 +1,4 @@
-"""The command `experiment`: what it writes, and what it says when something goes wrong."""
+"""The command `experiment`: the files that it writes, and how it ends when a run fails."""
 
 import json
 import os
@@ -6,14 +6,15 @@ import signal
 import time
 
 import pytest
-from harness import CONFIG, Robot, experiment, node_pid, run_command, start_experiment, wait_until_it_moves
+from harness import CONFIG, experiment, run_command, start_experiment
 from mcap_ros2.reader import read_ros2_messages
+from processes import processes_of
 
 from mobile_robot_control.cli import simulate
 from mobile_robot_control.recording import bag_reader
 
 
-def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
+def test_experiment_and_simulate_give_the_same_metrics(domain, tmp_path, capsys):
     run = ['--duration', '2', '--params-file', str(CONFIG / 'fuzzy.yaml')]
     metrics, _ = experiment(tmp_path / 'run', *run, '--composed', report=True)
     assert simulate.main([*run, '--json']) == 0
@@ -26,7 +27,7 @@ def test_metrics_are_those_of_simulate(domain, tmp_path, capsys):
     assert 'data:image/svg+xml' in (tmp_path / 'run' / 'report.html').read_text()
 
 
-def test_the_bag_is_one_that_others_read(domain, tmp_path):
+def test_the_bag_is_read_by_the_mcap_library(domain, tmp_path):
     experiment(tmp_path / 'run', '--duration', 1, '--composed')
     topics = {}
     for message in read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap'):
@@ -38,7 +39,7 @@ def test_the_bag_is_one_that_others_read(domain, tmp_path):
     assert 'storage_identifier: mcap' in (tmp_path / 'run' / 'bag' / 'metadata.yaml').read_text()
 
 
-def test_a_namespace_of_its_own(domain, tmp_path):
+def test_an_experiment_in_a_namespace_is_recorded(domain, tmp_path):
     output = tmp_path / 'run'
     done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1', '--no-report',
                        '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml')
@@ -48,11 +49,10 @@ def test_a_namespace_of_its_own(domain, tmp_path):
     assert not recording.problems
 
 
-def test_a_recorder_that_is_held_up_misses_nothing(domain, tmp_path):
-    """The run waits for it: while it stands still, three times as much would pass as publishers keep."""
+def test_a_recorder_that_stalls_misses_no_message(domain, tmp_path):
+    """The run waits for the recorder: in the time of the stall, publishers would overrun their queues three times."""
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 12, '-p', 'plant.real_time_factor:=0.0', '--composed')
-    wait_until_it_moves(run)
     os.kill(run.pid, signal.SIGSTOP)
     time.sleep(1.5)
     os.kill(run.pid, signal.SIGCONT)
@@ -67,8 +67,7 @@ def test_a_recorder_that_is_held_up_misses_nothing(domain, tmp_path):
 def test_a_node_that_dies_is_named(domain, tmp_path, name):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 30)
-    wait_until_it_moves(run)
-    os.kill(node_pid(output, name), signal.SIGKILL)
+    os.kill(*processes_of(output, name), signal.SIGKILL)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 1
     assert f'{name} was killed by SIGKILL' in errors
@@ -77,14 +76,13 @@ def test_a_node_that_dies_is_named(domain, tmp_path, name):
     assert metrics['outcome'] == 'node_died'
     assert 0.0 < metrics['duration'] < 30.0
     assert bag_reader.read_bag(output / 'bag').samples[-1].time == metrics['duration']
-    assert node_pid(output, 'velocity_controller') is None
+    assert not processes_of(output)
 
 
 def test_a_node_that_hangs_is_named(domain, tmp_path):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 30, '--patience', 2)
-    wait_until_it_moves(run)
-    os.kill(node_pid(output, 'reference_cart'), signal.SIGSTOP)
+    os.kill(*processes_of(output, 'reference_cart'), signal.SIGSTOP)
     _, errors = run.communicate(timeout=40)
     assert run.returncode == 1
     assert 'reference_cart gave no answer for 2.0 s' in errors
@@ -104,10 +102,9 @@ def test_divergence_ends_with_exit_code_1(domain, tmp_path):
 
 
 @pytest.mark.parametrize(('number', 'report'), [(signal.SIGINT, True), (signal.SIGTERM, False)])
-def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
+def test_an_interrupted_run_has_a_complete_bag_and_metrics(domain, tmp_path, number, report):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 60, report=report)
-    wait_until_it_moves(run)
     run.send_signal(number)
     _, errors = run.communicate(timeout=30)
     assert run.returncode == 1, errors
@@ -115,12 +112,11 @@ def test_interrupted_runs_are_whole(domain, tmp_path, number, report):
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'interrupted'
     assert bag_reader.read_bag(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
-    assert not [name for name in ('plant', 'reference_cart') if node_pid(output, name)]
+    assert not processes_of(output)
     assert (output / 'report.html').exists() == report
 
 
-def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):
-    assert isinstance(robot, Robot)
+def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
     robot.start('plant')
     robot.spin_until(lambda: 'odom' in robot.recorder.newest)
     done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run')
@@ -131,7 +127,7 @@ def test_another_robot_in_the_same_place_is_noticed(robot, tmp_path):
 def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path):
     (tmp_path / 'notes.txt').write_text('mine')
     experiment(tmp_path, '--duration', 0.2, '--composed')
-    # as if that one had drawn them
+    # as if that experiment had drawn them
     (tmp_path / 'figures').mkdir()
     for name in ('report.html', 'figures/path.png'):
         (tmp_path / name).write_text('old')

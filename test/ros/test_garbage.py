@@ -1,5 +1,6 @@
-"""Garbage on every loop topic at 1 kHz beside a run: the run goes on, and not one bit of it changes."""
+"""Garbage on every loop topic at 1 kHz beside a run: the run goes on, and no bit of it changes."""
 
+import contextlib
 import subprocess
 import sys
 import time
@@ -7,8 +8,7 @@ import time
 import garbage
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from fleet import Fleet
-from harness import CONFIG
+from harness import CONFIG, Robots
 
 REASONS = {
     'plant': ['effort not finite', 'effort too large', 'a wheel is not named', 'differ in number', 'stamp'],
@@ -21,72 +21,70 @@ REASONS = {
 }
 
 
-class Vandal:
-    """The publisher of garbage, a process of its own."""
+class GarbagePublisher:
+    """A process that publishes garbage within the context; `count` messages, by its own account."""
 
-    def __init__(self):
+    def __enter__(self):
         self._process = subprocess.Popen([sys.executable, garbage.__file__], stdout=subprocess.PIPE, text=True)
 
-    def stop(self):
-        """End it; returns how many messages it has sent."""
+    def __exit__(self, *_):
         self._process.terminate()
-        said, _ = self._process.communicate(timeout=10)
-        return int(said.split()[-1])
+        printed, _ = self._process.communicate(timeout=10)
+        self.count = int(printed.split()[-1])
 
 
-def _unsaid(refused):
-    """Reasons that a node has not given yet."""
+def _missing(refused):
+    """The reasons that a node has not reported yet."""
     return [(node, reason) for node, reasons in REASONS.items() for reason in reasons
-            if not [said for said in refused.get(node, ()) if reason in said]]
+            if not [key for key in refused.get(node, ()) if reason in key]]
 
 
-def _run(folder, monkeypatch, duration, vandal=None):
-    """All that is said on the loop's topics, what the nodes refused by node, and the garbage sent."""
-    fleet, refused, sent = Fleet(folder, ['/'], monkeypatch), {}, 0
+def _run(folder, duration, beside=None):
+    """Run a robot; returns its messages, and by node the reasons for which it refused messages."""
+    refused = {}
 
     def count(message):
         for status in message.status:
-            said = refused.setdefault(status.name, {})
-            said.update({pair.key: pair.value for pair in status.values if pair.key.startswith('refused ')})
+            refused.setdefault(status.name, {}).update(
+                {pair.key: pair.value for pair in status.values if pair.key.startswith('refused ')})
 
-    try:
-        recorder = fleet.recorders['/']
-        recorder.create_subscription(DiagnosticArray, '/diagnostics', count, 100)
-        fleet.start('/', ['--params-file', CONFIG / 'hybrid_backstepping.yaml', '-p', f'duration:={duration}', '-p',
-                          'plant:initial_pose:=[0.8, 0.1, 0.0]', '-p', 'paused:=true', '-p', 'real_time_factor:=0.0'],
-                    composed=vandal is None)
-        fleet.spin_until(recorder.has_every_topic)
-        if vandal is not None:
-            vandal, begun = vandal(), time.monotonic()
-            fleet.spin_until(lambda: min(recorder.count_publishers(topic) for topic in garbage.KINDS) == 2)
-            # every kind has been refused, and said to be, before the run begins; and goes on beside it
-            fleet.spin_until(lambda: (refused and not _unsaid(refused)) or time.monotonic() > begun + 20.0)
-            assert not _unsaid(refused), (_unsaid(refused), refused)
-        fleet.go_on()
-        started = time.monotonic()
-        fleet.finish(60.0 + 20.0 * duration)
-        print(f'{duration} s took {time.monotonic() - started:.1f} s')
-    finally:
-        if vandal is not None:
-            sent = vandal.stop()
-        fleet.close()
-    assert 'Traceback' not in fleet.logs()
-    return fleet.heard['/'], refused, sent
+    with contextlib.closing(Robots(folder)) as robot:
+        robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', count, 100)
+        robot.start(composed=beside is None, arguments=[
+            '--params-file', CONFIG / 'hybrid_backstepping.yaml', '-p', f'duration:={duration}', '-p',
+            'plant:initial_pose:=[0.8, 0.1, 0.0]', '-p', 'paused:=true', '-p', 'real_time_factor:=0.0'])
+        robot.spin_until(robot.recorder.has_every_topic)
+        with beside or contextlib.nullcontext():
+            if beside is not None:
+                robot.spin_until(lambda: min(map(robot.recorder.count_publishers, garbage.KINDS)) == 2)
+                # every kind has been refused, and reported, before the run begins; and goes on beside it
+                begun = time.monotonic()
+                robot.spin_until(lambda: not _missing(refused) or time.monotonic() > begun + 20.0)
+                assert not _missing(refused), (_missing(refused), refused)
+            robot.resume()
+            started = time.monotonic()
+            robot.finish(60.0 + 20.0 * duration)
+            print(f'{duration} s took {time.monotonic() - started:.1f} s')
+        messages = robot.messages()
+    assert 'Traceback' not in robot.log()
+    return messages, refused
 
 
 @pytest.mark.timeout(180)
 @pytest.mark.parametrize('duration', [0.5, pytest.param(8.0, marks=[pytest.mark.soak, pytest.mark.timeout(900)])])
-def test_garbage_beside_a_run_changes_not_one_bit(domain, tmp_path, monkeypatch, duration):
-    clean, none, _ = _run(tmp_path / 'clean', monkeypatch, duration)
-    dirty, refused, sent = _run(tmp_path / 'dirty', monkeypatch, duration, Vandal)
+def test_garbage_beside_a_run_changes_no_bit_of_it(domain, lossless, tmp_path, duration):
+    clean, none = _run(tmp_path / 'clean', duration)
+    publisher = GarbagePublisher()
+    dirty, refused = _run(tmp_path / 'dirty', duration, publisher)
+    assert publisher.count >= 1000
+    assert set(none) >= set(REASONS)
     assert not any(none.values())
-    assert sent >= 1000
     for topic, stamps in clean.items():
         assert len(stamps) == (500.0 if topic in ('joint_states', 'wheel_torques') else 100.0) * duration + 1
-        for stamp, said in stamps.items():
-            assert len(said) == 1
-            # the nodes said just that with that stamp, and nothing else
-            heard = {message for message in dirty[topic].get(stamp, ()) if not garbage.is_garbage(topic, message)}
-            assert heard == said, (topic, stamp)
-    assert not _unsaid(refused)
-    print(f'{sent} messages of garbage; refused: {refused}')
+        for stamp, messages in stamps.items():
+            assert len(messages) == 1
+            # with that stamp the nodes published this message alone
+            found = {message for message in dirty[topic].get(stamp, ()) if not garbage.is_garbage(topic, message)}
+            assert found == messages, (topic, stamp)
+    assert not _missing(refused)
+    print(f'{publisher.count} messages of garbage; refused: {refused}')

@@ -1,4 +1,4 @@
-"""Gains and controller type change while the robot drives: whole, without a jump, or not at all."""
+"""Gains and controller type changed while the robot drives: applied whole and without a jump, or refused."""
 
 import itertools
 
@@ -16,54 +16,52 @@ ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_tim
 
 def test_another_law_takes_over_without_a_jump(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=4.0'], composed=True)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 1.0)
     result, = robot.set('position_controller', controller_type='fuzzy')
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     ticks = [sample for sample in recording.samples if sample.tick.time == sample.time]
     assert len(ticks) == 401
     held = [after.time for before, after in itertools.pairwise(ticks[1:])
             if after.command == pytest.approx(before.command, abs=1e-12)]
-    # the first command of the new law is the last one of the old: what they differ by fades away afterwards
+    # the first command of the new law equals the last one of the old; their difference decays afterwards
     assert len(held) == 1
     assert 1.0 <= held[0] <= 3.0
-    # the fuzzy law follows at a distance, as backstepping does not
+    # the fuzzy law follows at a distance, backstepping does not
     assert max(abs(sample.tick.error.longitudinal) for sample in ticks[-100:]) > 0.02
     assert max(abs(sample.tick.error.longitudinal) for sample in ticks[50:100]) < 0.02
 
 
 def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=3.0'], composed=True)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 0.5)
     result, = robot.set('velocity_controller', gains__k1=0.25)
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     parameters = configure(load([CONFIG / 'backstepping.yaml'])).velocity_controller
     gains, state, changed_at = parameters.gains, VelocityPiState(), []
     for sample in recording.samples:
-        measured, asked = body_velocity(sample.wheels, parameters.shared.robot), {}
+        measured, expected = body_velocity(sample.wheels, parameters.shared.robot), {}
         for k1 in (gains.k1, 0.25):
-            asked[k1] = velocity_pi.step(state, sample.command, measured, gains._replace(k1=k1),
+            expected[k1] = velocity_pi.step(state, sample.command, measured, gains._replace(k1=k1),
                                          parameters.shared.robot, 0.0, 0.002)
-        if asked[gains.k1][1] != pytest.approx(sample.torque, abs=1e-9):
+        if expected[gains.k1][1] != pytest.approx(sample.torque, abs=1e-9):
             gains = gains._replace(k1=0.25)
             changed_at.append(sample.time)
-        state, torque = asked[gains.k1]
+        state, torque = expected[gains.k1]
         assert torque == pytest.approx(sample.torque, abs=1e-9)
     at, = changed_at
     assert 0.5 <= at <= 2.5
     assert round(at * 500) % 5 == 0
 
 
-def test_what_is_refused_changes_nothing(robot):
+def test_refused_parameters_change_nothing(robot):
     robot.start(arguments=ARGUMENTS, composed=True)
     robot.spin_until(lambda: robot.time() > 0.5)
     for node, values, word in (
@@ -85,7 +83,7 @@ def test_what_is_refused_changes_nothing(robot):
     ('velocity_controller', {'gains__k1': 1, 'max_wheel_torque': 3}),
     ('position_controller', {'fuzzy__c': [-1, 0, 1, 2, 3]}),
 ])
-def test_whole_numbers_serve_live_too(robot, node, values):
+def test_whole_numbers_are_accepted_as_floats_live(robot, node, values):
     robot.start(arguments=ARGUMENTS, composed=True)
     for result in robot.set(node, **values):
         assert result.successful, result.reason

@@ -1,4 +1,4 @@
-"""Start order, death and return, the end of a run, repeated questions."""
+"""Lockstep: start order, nodes killed and restarted, the end of a run, repeated messages."""
 
 import math
 import re
@@ -27,12 +27,11 @@ def _metrics(samples):
 
 
 @pytest.mark.parametrize('order', [list(NODES), list(NODES)[::-1]], ids=['plant first', 'plant last'])
-def test_start_order_is_free(robot, order):
+def test_nodes_may_start_in_any_order(robot, order):
     for name in order:
         robot.start(name, arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0'])
         robot.listen(0.5)
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
-    assert robot.processes['plant'].exit_code() == 0
+    robot.finish()
 
 
 def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
@@ -42,15 +41,14 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
     for number, name in enumerate(('reference_cart', 'position_controller', 'velocity_controller'), start=1):
         robot.spin_until(lambda: robot.time() > 0.8 * number)  # noqa: B023
         robot.processes[name].kill()
-        robot.spin_until(lambda: f'waiting for {name}' in robot.log('plant'))  # noqa: B023
+        robot.spin_until(lambda: f'waiting for {name} at t =' in robot.log('plant'))  # noqa: B023
         robot.listen(0.5)
         stopped_at = robot.time()
         robot.listen(0.3)
         assert robot.time() == stopped_at
         robot.start(name, arguments=arguments)
         robot.spin_until(lambda: re.search(f'{name}.* answered: the run goes on', robot.log('plant')))  # noqa: B023
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
-    assert robot.processes['plant'].exit_code() == 0
+    robot.finish()
     robot.spin_until(lambda: robot.time() == 4.0)
     samples = robot.recording().samples
     # the recorder finds a restarted node a moment later than the loop does; the last one comes back at 2.4 s
@@ -68,9 +66,8 @@ def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
     robot.start('plant', arguments=[*arguments, '-p', 'paused:=true'])
     # the recorder may find the new plant later than the nodes do
     robot.spin_until(lambda: set(robot.recorder.newest.values()) == {0})
-    robot.go_on()
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
-    assert robot.processes['plant'].exit_code() == 0
+    robot.resume()
+    robot.finish()
     for name in list(NODES)[1:]:
         assert robot.log(name).count('a new run') == 1
     recording = robot.recording()
@@ -84,7 +81,7 @@ def test_time_stands_still_while_paused(robot):
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {0}
     assert 'no answer for' not in robot.log('plant')
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 0.5)
 
 
@@ -95,19 +92,19 @@ def test_time_runs_up_to_where_it_is_held(robot):
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {500_000_000}
     assert 'no answer for' not in robot.log('plant')
-    # a time that is past holds too, and does not turn the run back
+    # a time in the past holds too, and does not set the run back
     result, = robot.set('plant', hold_at=0.25)
     assert result.successful, result.reason
     robot.listen(0.3)
     assert robot.time() == 0.5
     result, = robot.set('plant', hold_at=0.0)
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.finish()
     recording = robot.recording()
     assert recording.samples[-1].time == 1.0
 
 
-def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
+def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
     robot.start('velocity_controller', arguments=['-p', 'gains.ti1:=0.05'])
     node, answers = robot.recorder, []
     node.create_subscription(JointState, 'wheel_torques', answers.append, SUBSCRIBED)
@@ -139,7 +136,7 @@ def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
     wheels.publish(late)
     robot.spin_until(lambda: 'not the next stamp' in robot.log('velocity_controller'), 5.0)
     assert len(answers) == count
-    # nor to bytes that are no message, after which all goes on; warnings are two seconds apart
+    # nor to bytes that are no message, after which the run goes on; warnings are two seconds apart
     robot.listen(2.0)
     wheels.publish(b'\0\1\0\0' + bytes(12))
     robot.spin_until(lambda: 'joint_states: not readable' in robot.log('velocity_controller'), 5.0)
@@ -148,7 +145,7 @@ def test_a_question_asked_again_gets_the_same_answer_and_no_step(robot):
 
 
 def test_between_position_ticks_odometry_is_repeated_too(robot):
-    """A velocity controller that is started again there needs the command of the last tick once more."""
+    """A velocity controller restarted there needs the command of the last position tick again."""
     robot.start('plant')
     node, odometry, wheels = robot.recorder, [], []
     torques = node.create_publisher(JointState, 'wheel_torques', PUBLISHED)
@@ -162,18 +159,18 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
 
     node.create_subscription(JointState, 'joint_states', answer_the_first, SUBSCRIBED)
     robot.spin_until(lambda: 2_000_000 in wheels)
-    heard = len(odometry)
-    robot.spin_until(lambda: len(odometry) > heard + 3, 5.0)
+    received = len(odometry)
+    robot.spin_until(lambda: len(odometry) > received + 3, 5.0)
     assert {message.header.stamp.nanosec for message in odometry} == {0}
 
 
-def test_path_is_latched_and_clock_follows(robot):
+def test_the_path_is_latched_and_the_clock_reaches_the_end(lossless, robot):
     paths, clocks = [], []
     robot.recorder.create_subscription(Clock, '/clock', clocks.append, 10)
     robot.start(arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true'])
-    robot.spin_until(lambda: clocks and robot.recorder.has_every_topic())
-    robot.go_on()
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
+    robot.spin_until(lambda: clocks)
+    robot.resume()
+    robot.finish()
     robot.spin_until(lambda: clocks[-1].clock.sec == 1)
     robot.recorder.create_subscription(Path, 'reference_path', paths.append, LATCHED)
     robot.spin_until(lambda: paths)
@@ -181,7 +178,7 @@ def test_path_is_latched_and_clock_follows(robot):
     assert math.hypot(first.x - last.x, first.y - last.y) < 1e-12
 
 
-def test_messages_carry_the_frames_of_the_contract(robot):
+def test_messages_carry_the_configured_frames(robot):
     robot.start(arguments=['-p', 'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'],
                 composed=True)
     odometry, references = [], []
@@ -192,10 +189,10 @@ def test_messages_carry_the_frames_of_the_contract(robot):
     assert (references[0].header.frame_id, references[0].child_frame_id) == ('map', 'cart')
 
 
-def test_wall_speed_is_kept(robot):
+def test_a_run_is_not_faster_than_its_real_time_factor(robot):
     started = time.monotonic()
     robot.start(arguments=['-p', 'real_time_factor:=0.5'], composed=True)
     robot.spin_until(lambda: robot.time() > 1.0)
-    # never faster than was asked for, counted from before the nodes were there; a slow machine may fall behind
+    # never faster than configured, counted from before the nodes were started; a slow machine may fall behind
     assert robot.time() <= 0.5 * (time.monotonic() - started) + 0.15
     assert time.monotonic() - started < 20.0

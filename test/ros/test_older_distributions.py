@@ -1,5 +1,5 @@
 """
-What ROS 2 Humble lacks, taken away from the rclpy that is here: the nodes run without it, with the same numbers.
+The rclpy at hand without what ROS 2 Humble lacks: the nodes run all the same.
 
 Humble itself is not tested: there are no wheels of it.
 """
@@ -11,8 +11,8 @@ import sys
 import pytest
 from harness import CONFIG
 
-# run by every Python that finds it on its path, before anything else
-_TAKE_AWAY = '''
+# a sitecustomize.py, which every Python with it on its path runs first
+_REMOVE = '''
 import importlib.abc
 import sys
 
@@ -39,39 +39,38 @@ ARGUMENTS = ['--params-file', str(CONFIG / 'hybrid_backstepping.yaml'), '-p', 'd
 
 @pytest.fixture
 def like_humble(tmp_path, monkeypatch):
-    """Take away from every process that is started from now on what Humble does not have."""
-    (tmp_path / 'lack').mkdir()
-    (tmp_path / 'lack' / 'sitecustomize.py').write_text(_TAKE_AWAY)
-    monkeypatch.setenv('PYTHONPATH', f'{tmp_path / "lack"}:{os.environ.get("PYTHONPATH", "")}')
+    """Remove what Humble lacks from every process that is started from now on."""
+    (tmp_path / 'without').mkdir()
+    (tmp_path / 'without' / 'sitecustomize.py').write_text(_REMOVE)
+    monkeypatch.setenv('PYTHONPATH', f'{tmp_path / "without"}:{os.environ.get("PYTHONPATH", "")}')
 
 
 def _run(robot):
-    """A run of four processes in which gains change while time stands still."""
+    """Run four processes whose gains change while time stands still; returns the samples."""
     robot.start(arguments=ARGUMENTS)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.go_on()
+    robot.resume()
     robot.spin_until(lambda: robot.time() == 1.0)
-    # whole numbers are converted, and what is out of bounds is refused by name, by our own service
+    # whole numbers are converted, and a value out of bounds is refused by name, by the service of the package
     result, = robot.set('position_controller', backstepping__f=2)
     assert result.successful, result.reason
     result, = robot.set('position_controller', backstepping__f=-1.0)
     assert 'backstepping.f = -1.0' in result.reason
     result, = robot.set('plant', hold_at=0.0)
     assert result.successful, result.reason
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() == 0)
+    robot.finish()
     recording = robot.recording()
     assert not recording.problems
     assert recording.samples[-1].time == 2.0
     return recording.samples
 
 
-def test_with_what_humble_has_a_run_and_a_live_change_work(robot, like_humble):
+def test_without_what_humble_lacks_a_run_and_a_live_change_work(robot, like_humble):
     samples = _run(robot)
-    # it started beside the path
+    # the robot started beside the path
     assert max(abs(sample.tick.error.lateral) for sample in samples) > 0.01
 
 
-def test_the_lack_is_real(like_humble):
+def test_what_humble_lacks_is_really_absent(domain, like_humble):
     code = ('from rclpy.node import Node\n'
             'from mobile_robot_control.ros.spin import make_executor\n'
             'import rclpy\n'

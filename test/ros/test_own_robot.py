@@ -1,8 +1,7 @@
-"""The position controller and the cart drive a base that is not ours; what is said last is zero."""
+"""Position controller and reference cart drive a base that is not of this package; the last command is zero."""
 
 import itertools
 import math
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -33,16 +32,11 @@ def base(robot):
         process.wait()
 
 
-def _stop(robot, name):
-    robot.processes[name].signal(signal.SIGINT)
-    robot.spin_until(lambda: robot.processes[name].exit_code() == 0, 10.0)
-
-
 @pytest.mark.parametrize(('kind', 'topic', 'options', 'ours'), [
     (TwistStamped, 'cmd_vel', [], []),
     (Twist, 'plain_cmd_vel', ['--plain'], ['-p', 'stamped_cmd_vel:=false', '-r', 'cmd_vel:=plain_cmd_vel']),
 ], ids=['stamped', 'plain'])
-def test_it_follows_the_cart_and_stops_at_the_end(robot, base, kind, topic, options, ours):
+def test_another_base_follows_the_cart_and_is_stopped_at_the_end(robot, base, kind, topic, options, ours):
     errors, commands = [], []
     robot.recorder.create_subscription(Vector3Stamped, 'tracking_error', errors.append, SUBSCRIBED)
     robot.recorder.create_subscription(kind, topic, lambda message: commands.append(
@@ -53,11 +47,11 @@ def test_it_follows_the_cart_and_stops_at_the_end(robot, base, kind, topic, opti
     late = [math.hypot(error.vector.x, error.vector.y) for error in errors[-100:]]
     assert 0.0 < math.sqrt(sum(error**2 for error in late) / len(late)) < 0.1
     assert commands[-1].linear.x != 0.0
-    _stop(robot, 'position_controller')
+    robot.stop('position_controller')
     robot.spin_until(lambda: commands[-1] == Twist())
 
 
-def test_limits_hold(robot, base):
+def test_command_limits_hold_on_another_base(robot, base):
     commands = []
     robot.recorder.create_subscription(TwistStamped, 'cmd_vel', commands.append, 100)
     base()
@@ -71,10 +65,10 @@ def test_limits_hold(robot, base):
     assert 0.01 < max(steps) <= 2.0 * 0.02 + 1e-9
 
 
-def test_the_velocity_controller_lets_go_when_it_is_stopped(robot):
+def test_the_velocity_controller_ends_with_zero_torques(robot):
     torques = []
     robot.recorder.create_subscription(JointState, 'wheel_torques', torques.append, 100)
     robot.start(arguments=['--params-file', str(CONFIG / 'wall_clock.yaml')])
     robot.spin_until(lambda: torques and any(torques[-1].effort))
-    _stop(robot, 'velocity_controller')
+    robot.stop('velocity_controller')
     robot.spin_until(lambda: list(torques[-1].effort) == [0.0, 0.0])

@@ -1,4 +1,4 @@
-"""Whatever a parameter file says: the node starts with just that, or refuses it in words; both readers agree."""
+"""Fuzzed parameter files: rcl and the package read the same values from a file, or the node refuses it by name."""
 
 import types
 
@@ -23,7 +23,7 @@ _ANYTHING = st.one_of(_SCALARS, st.none(), st.lists(_SCALARS, max_size=7), st.li
 
 
 def _near(default):
-    """Values like a default, right or nearly so."""
+    """Draw values close to a default, valid or nearly so."""
     if isinstance(default, bool | str):
         return st.one_of(st.just(default), _SCALARS)
     if isinstance(default, tuple):
@@ -45,7 +45,7 @@ def _tree(node):
 
 
 def _nested(values):
-    """Write dotted names of one group as a group, where nothing stands in the way."""
+    """Write the dotted names of a group as a nested group, where no other value has its name."""
     tree = {}
     for name, value in values.items():
         group, _, leaf = name.partition('.')
@@ -57,7 +57,7 @@ def _nested(values):
 
 
 def _texts(node):
-    """Draw files: sound YAML for the most part, and some with a character lost or doubled."""
+    """Draw files: valid YAML for the most part, some with a character changed."""
     sound = _tree(node).map(lambda tree: yaml.safe_dump(tree, allow_unicode=True))
     spoilt = st.tuples(sound, st.integers(0, 200), st.sampled_from(['', ':', '[', '\t', '&'])).map(
         lambda drawn: drawn[0][:drawn[1]] + drawn[2] + drawn[0][drawn[1] + 1:])
@@ -68,7 +68,7 @@ FILES = st.sampled_from(list(NODES)).flatmap(lambda node: st.tuples(st.just(node
 
 
 def _read_by_us(node, path):
-    """What the commands read from a file for a node, or None and what they say."""
+    """Read a file for a node as the commands do; returns its values, or None and the violations."""
     try:
         values = {name: value for name, value in load([path])[node].items() if name in DECLARED[node]}
         return flatten(build(NODES[node], values)), ''
@@ -77,7 +77,7 @@ def _read_by_us(node, path):
 
 
 def _run_by_rcl(node, path):
-    """What a node runs with that was started with a file."""
+    """Return the parameters of a node that is started with a file."""
     rclpy.init(args=['--ros-args', '--params-file', str(path)], signal_handler_options=SignalHandlerOptions.NO)
     try:
         made = spin.make_node(node)
@@ -89,7 +89,7 @@ def _run_by_rcl(node, path):
             for name, value in values.items()}
 
 
-def test_both_readers_take_the_same_or_refuse(domain, tmp_path, capfd):
+def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_path, capfd):
     path, outcomes = tmp_path / 'fuzzed.yaml', {}
 
     @settings(max_examples=150)
@@ -100,16 +100,16 @@ def test_both_readers_take_the_same_or_refuse(domain, tmp_path, capfd):
     def fuzz(drawn):
         node, text = drawn
         path.write_text(text, encoding='utf-8')
-        ours, words = _read_by_us(node, path)
+        ours, violations = _read_by_us(node, path)
         capfd.readouterr()
         code = spin.spin([node], ['--ros-args', '--params-file', str(path)], _STOPPED)
-        told = capfd.readouterr().err
-        assert 'Traceback' not in told
+        printed = capfd.readouterr().err
+        assert 'Traceback' not in printed
         outcomes[ours is not None, code] = outcomes.get((ours is not None, code), 0) + 1
         if ours is None:
-            assert code == 2, (words, told)
+            assert code == 2, (violations, printed)
         if code == 2:
-            assert f'{node}: ' in told
+            assert f'{node}: ' in printed
         else:
             assert code == 0
             assert {name: repr(value) for name, value in _run_by_rcl(node, path).items()} == {

@@ -1,7 +1,6 @@
-"""Whatever is asked of the parameter services: each value is taken whole or refused by name, and the run goes on."""
+"""Fuzzed calls of the parameter services: each value is applied whole or refused by name, and the run goes on."""
 
 import itertools
-import time
 
 import pytest
 from harness import CONFIG
@@ -18,7 +17,7 @@ _KINDS = {'get_parameters': GetParameters, 'set_parameters': SetParameters,
 
 
 class Services:
-    """The parameter services of the nodes, as another process sees them."""
+    """The parameter services of the nodes, called from this process."""
 
     def __init__(self, robot, nodes=tuple(NODES)):
         self._robot = robot
@@ -30,38 +29,29 @@ class Services:
         self.values = {node: self.get(node) for node in nodes}
 
     def _call(self, node, name, request):
-        asked = []
-
-        def answered():
-            # a call can be lost before both sides have found each other
-            if not asked or time.monotonic() > asked[-1][0] + 2.0:
-                asked.append((time.monotonic(), self._clients[node, name].call_async(request)))
-            return any(future.done() for _, future in asked)
-
-        self._robot.spin_until(answered)
-        return next(future.result() for _, future in asked if future.done())
+        return self._robot.call(lambda: self._clients[node, name].call_async(request))
 
     def get(self, node):
-        """All parameters of a node as it gives them."""
+        """Return all parameters of a node."""
         names = list(DECLARED[node])
         values = self._call(node, 'get_parameters', GetParameters.Request(names=names)).values
         assert len(values) == len(names)
         return {name: plain(value) for name, value in zip(names, values, strict=True)}
 
     def set(self, node, messages):
-        """What a node says to each of several parameters."""
+        """Set parameters of a node one by one; returns the result for each."""
         results = self._call(node, 'set_parameters', SetParameters.Request(parameters=messages)).results
         assert len(results) == len(messages)
         return results
 
     def set_atomically(self, node, messages):
-        """What a node says to several parameters as one."""
+        """Set parameters of a node as one; returns the result."""
         return self._call(
             node, 'set_parameters_atomically', SetParametersAtomically.Request(parameters=messages)).result
 
 
 def _each(services, call):
-    """Each parameter by itself: what is said of it holds of it."""
+    """Set each parameter by itself, and check its own result."""
     results = services.set(call.node, [setting.message for setting in call.settings])
     for setting, result in zip(call.settings, results, strict=True):
         if setting.good is not None:
@@ -74,7 +64,7 @@ def _each(services, call):
 
 
 def _all_or_nothing(services, call):
-    """One set: taken if all are good and none comes twice, else every bad one is named."""
+    """Set all parameters as one: applied if all are valid and none comes twice, else every invalid one is named."""
     result = services.set_atomically(call.node, [setting.message for setting in call.settings])
     names = [setting.message.name for setting in call.settings]
     bad = {name for setting, name in zip(call.settings, names, strict=True) if not setting.good}
@@ -101,7 +91,7 @@ def test_fuzzed_calls_are_applied_whole_or_refused_by_name(robot):
     robot.spin_until(lambda: robot.time() > 0.02)
     services, count = Services(robot), itertools.count(1)
 
-    # a failure is not made smaller: the nodes remember what came before
+    # a failure is not shrunk, since the nodes keep the values of the calls before
     @settings(max_examples=500, phases=[Phase.generate])
     @given(calls())
     def fuzz(call):
@@ -118,7 +108,7 @@ def test_fuzzed_calls_are_applied_whole_or_refused_by_name(robot):
         assert 'Traceback' not in robot.log(name)
 
 
-def test_a_call_whose_values_fit_together_needs_no_order(robot):
+def test_values_that_fit_together_are_accepted_in_any_order(robot):
     robot.start('position_controller')
     services = Services(robot, ['position_controller'])
 
@@ -134,7 +124,7 @@ def test_a_call_whose_values_fit_together_needs_no_order(robot):
     assert ask(b0=4.0) == [False]
     assert ask(b0=4.0, b1=5.0) == [True, True]
     assert held() == (4.0, 5.0)
-    # where not all is right, each stands by itself, in the order given
+    # where one is invalid, each is set by itself, in the order given
     assert ask(b1=1.0, b0=0.2) == [True, True]
     assert ask(b1=5.0, seek_speed=-1.0, b0=4.0) == [True, False, True]
     assert held() == (4.0, 5.0)
@@ -144,7 +134,7 @@ def test_a_call_whose_values_fit_together_needs_no_order(robot):
     assert held() == (4.0, 5.0)
 
 
-def test_what_a_node_has_can_be_loaded_again_but_for_what_is_read_only(robot):
+def test_the_present_values_can_be_set_again_but_for_read_only_ones(robot):
     robot.start('position_controller')
     services = Services(robot, ['position_controller'])
     values = services.values['position_controller']
@@ -156,8 +146,8 @@ def test_what_a_node_has_can_be_loaded_again_but_for_what_is_read_only(robot):
 
 @pytest.mark.soak
 @pytest.mark.timeout(600)
-def test_nodes_live_on_with_any_gains_that_they_take(robot):
-    """Gains without sense end the run with a verdict of the plant at the worst, never a controller."""
+def test_controllers_survive_any_gains_that_they_accept(robot):
+    """Absurd gains may make the motion diverge, which ends the plant, but never a controller."""
     arguments = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'lockstep:=true']
     robot.start(arguments=arguments)
     robot.spin_until(lambda: robot.time() > 0.02)

@@ -1,4 +1,4 @@
-"""Bad configuration is refused by name, by nodes and commands, before anything moves: exit 2, no traceback."""
+"""Bad configuration is refused by name, by nodes and commands, before a node starts: exit code 2, no traceback."""
 
 import os
 import subprocess
@@ -58,7 +58,7 @@ def _assert_refused(done, words):
 def test_a_node_refuses_a_file(domain, tmp_path, capfd, node, text, words):
     file = tmp_path / 'parameters.yaml'
     file.write_text(text)
-    # in this process: those with an override, below, are nodes of their own
+    # in this process, which is faster; the overrides below are given to processes of their own
     stopped = types.SimpleNamespace(requested=True)
     code = spin.spin([node], ['--ros-args', '--params-file', str(file)], stopped)
     _assert_refused(subprocess.CompletedProcess(node, code, stderr=capfd.readouterr().err), words)
@@ -71,7 +71,7 @@ def test_simulate_refuses_a_file(tmp_path, text, words):
     _assert_refused(run_command('simulate', '--duration', 1, '--params-file', file), words)
 
 
-def test_experiment_needs_stamps(tmp_path):
+def test_experiment_refuses_unstamped_commands(domain, tmp_path):
     done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run', '--params-file',
                        CONFIG / 'wall_clock.yaml', '-p', '/**.stamped_cmd_vel:=false')
     _assert_refused(done, ['stamped_cmd_vel = false', 'stamped_cmd_vel:=true'])
@@ -101,7 +101,7 @@ def test_a_node_refuses_an_override(domain, override, words):
     (['-r', '__ns:=/robot1', '-p', 'position_controller:controller_type:=fuzzy'],
      ["namespace '/robot1'", "write 'controller_type: fuzzy' under '/**/position_controller' of a file"]),
 ])
-def test_a_value_that_would_lose_is_refused(domain, arguments, words):
+def test_an_override_that_rcl_would_ignore_is_refused(domain, arguments, words):
     _assert_refused(_node('position_controller', *arguments), words)
 
 
@@ -113,37 +113,36 @@ def test_experiment_names_every_violation_and_starts_nothing(domain, tmp_path):
 
 
 @pytest.mark.parametrize('command', ['simulate', 'experiment'])
-def test_outputs_that_cannot_be_written(domain, tmp_path, command):
+def test_an_unwritable_output_is_refused(domain, tmp_path, command):
     (tmp_path / 'file').write_text('a file, not a folder')
     _assert_refused(run_command(command, '--duration', 1, '--output', tmp_path / 'file' / 'run'), ['file'])
 
 
 @pytest.mark.parametrize('arguments', [(), ('--duration', '0'), ('--duration', 'long'), ('--duration', 'nan')])
-def test_bad_usage(arguments):
+def test_simulate_refuses_a_missing_or_invalid_duration(arguments):
     _assert_refused(run_command('simulate', *arguments), ['usage', 'duration'])
 
 
-def test_a_folder_in_use_is_kept(domain, tmp_path):
+def test_a_folder_with_an_experiment_is_refused_and_kept(domain, tmp_path):
     (tmp_path / 'metrics.json').write_text('{"mine": 1}')
     done = run_command('experiment', '--duration', 1, '--output', tmp_path)
     _assert_refused(done, ['holds an experiment already', '--overwrite'])
     assert (tmp_path / 'metrics.json').read_text() == '{"mine": 1}'
 
 
-def test_a_whole_number_serves_where_a_float_belongs(robot):
+def test_whole_numbers_are_accepted_as_floats(robot):
     robot.start(arguments=['-p', 'robot.mass:=10', '-p', 'duration:=1', '-p', 'real_time_factor:=0'], composed=True)
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
-    assert robot.processes['plant'].exit_code() == 0
+    robot.finish()
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason='root writes everywhere')
-def test_a_folder_without_permission(domain, tmp_path):
+def test_a_folder_without_permission_is_refused(domain, tmp_path):
     tmp_path.chmod(0o500)
     _assert_refused(run_command('experiment', '--duration', 1, '--output', tmp_path / 'run'), ['Permission'])
 
 
-def test_shared_files_are_for_everybody(domain):
-    """A file with sections for other nodes of ours passes."""
+def test_sections_of_our_other_nodes_are_accepted(domain):
+    """One file is shared by all nodes of the package."""
     done = _node('plant', '--params-file', CONFIG / 'fuzzy.yaml', '-p', 'robot.mass:=-1.0')
     _assert_refused(done, ['robot.mass'])
     assert 'unknown' not in done.stderr

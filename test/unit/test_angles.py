@@ -21,7 +21,7 @@ from mobile_robot_control.angles import direction, wrap_angle
     (7.5 * math.pi, -0.5 * math.pi),
     (-7.5 * math.pi, 0.5 * math.pi),
 ])
-def test_hand_numbers(angle, wrapped):
+def test_angles_wrapped_by_hand(angle, wrapped):
     assert wrap_angle(angle) == pytest.approx(wrapped, abs=1e-14)
 
 
@@ -44,7 +44,7 @@ def test_equation_35(angle):
 
 
 @pytest.mark.parametrize('angle', [math.inf, -math.inf, math.nan])
-def test_what_has_no_direction_gives_nan(angle):
+def test_a_nonfinite_angle_wraps_to_nan(angle):
     assert math.isnan(wrap_angle(angle))
 
 
@@ -54,5 +54,5 @@ def test_a_direction_is_cosine_and_sine(angle):
 
 
 @pytest.mark.parametrize('angle', [math.inf, -math.inf, math.nan])
-def test_what_is_no_angle_has_no_direction(angle):
+def test_the_direction_of_a_nonfinite_angle_is_nan(angle):
     assert all(map(math.isnan, direction(angle)))

@@ -1,4 +1,4 @@
-"""Files are complete or not there, and an error names file and remedy."""
+"""Files are written completely or not at all, and an error names file and remedy."""
 
 import errno
 import os
@@ -35,7 +35,7 @@ def test_the_version_before_stays_when_a_file_cannot_be_replaced(tmp_path, monke
     assert [file.name for file in tmp_path.iterdir()] == ['metrics.json']
 
 
-def test_other_errors_have_another_remedy(tmp_path):
+def test_a_missing_folder_is_explained_with_its_remedy(tmp_path):
     path = tmp_path / 'nowhere' / 'metrics.json'
     with pytest.raises(FileNotFoundError) as raised:
         write_atomically(path, '')
@@ -62,7 +62,7 @@ def test_metrics_that_cannot_be_written_are_returned_all_the_same(tmp_path, monk
     assert 'the bag holds nothing' in capsys.readouterr().err
 
 
-def test_a_bag_that_is_gone_is_named(tmp_path, capsys):
+def test_a_missing_bag_is_reported(tmp_path, capsys):
     evaluated = evaluate(tmp_path, '/', 'interrupted')
     assert evaluated.metrics == {'outcome': 'interrupted', 'duration': 0.0}
     assert f'{tmp_path}/bag: does not exist' in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""The mark for functions that a compiler may take."""
+"""The register of functions that numba compiles."""
 
 from mobile_robot_control import jit
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping, velocity_pi
@@ -9,7 +9,7 @@ from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation import closed_loop
 
 
-def test_a_marked_function_comes_back_as_it_is_and_is_remembered(monkeypatch):
+def test_jitable_returns_the_function_itself_and_registers_it(monkeypatch):
     monkeypatch.setattr(jit, 'JITABLE', [])
 
     def double(x):
@@ -27,7 +27,7 @@ def test_everything_a_rollout_calls_is_marked():
         assert function in jit.JITABLE
 
 
-def test_callees_stand_before_their_callers():
+def test_callees_are_registered_before_their_callers():
     order = jit.JITABLE.index
     assert order(backstepping.step) < order(hybrid_backstepping.step)
     assert order(fuzzy.surface) < order(fuzzy.step)

@@ -1,6 +1,5 @@
-"""Fig. 6 and 16: how the search writes gains into a binary chromosome."""
+"""Fig. 6 and 16: the gains in a binary chromosome of the search."""
 
-import importlib
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -13,30 +12,29 @@ from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, ORDINARY_TRIFOLIUM, Runs
 from mobile_robot_control.reporting.palette import GREY, GROUND, INK, TINT, style
 from mobile_robot_control.reporting.panels import WIDTH
+from mobile_robot_control.tuning.chromosome import BITS
+from mobile_robot_control.tuning.search_space import CHROMOSOMES
 
-_BITS = 12
-"""Of each parameter, section 3.1 of the chapter."""
-
-
+_COLUMNS = 8
+"""Genes in a row of the drawing."""
 _NAMES = {'a1': 'a'}
-"""Where the search names a gene otherwise than by the chapter's symbol in small letters."""
+"""Names of genes in the search that are not the chapter's symbols in lower case."""
 
 
-class Gene(NamedTuple):
+class GeneValue(NamedTuple):
     """
-    A parameter's place in a chromosome.
+    A gene in the drawing of a chromosome.
 
     Attributes
     ----------
     symbol : str
         In the chapter.
     value : float
-        That the chapter or the evolution gives.
+        Evolved in the chapter or by this package.
     unit : str
         Of the value.
     bounds : str
-        Between which the search of this package looks; '' while it has none.
-
+        In the search of this package.
     """
 
     symbol: str
@@ -45,66 +43,34 @@ class Gene(NamedTuple):
     bounds: str = ''
 
 
-def _bounded(genes: list[Gene], search: str) -> list[Gene]:
-    """Add the bounds that the search declares, where the package has one."""
-    try:
-        declared: Any = importlib.import_module('mobile_robot_control.tuning.gains').CHROMOSOMES[search]
-    except ModuleNotFoundError:
-        return genes
-    bounds = {gene.name: f'{gene.low:.3g} to {gene.high:.3g}' for gene in declared}
+def _bounded(genes: list[GeneValue], search: str) -> list[GeneValue]:
+    """Return the genes with the bounds that a search declares."""
+    bounds = {gene.name: f'{gene.low:.3g} to {gene.high:.3g}' for gene in CHROMOSOMES[search]}
     return [gene._replace(bounds=bounds[_NAMES.get(gene.symbol, gene.symbol.lower())]) for gene in genes]
 
 
-def backstepping_genes(runs: Runs) -> list[Gene]:
-    """
-    List the genes of Fig. 6 with the chapter's evolved values.
-
-    Parameters
-    ----------
-    runs : Runs
-        Of the chapter.
-
-    Returns
-    -------
-    list of Gene
-        In the chromosome's order.
-
-    """
+def backstepping_genes(runs: Runs) -> list[GeneValue]:
+    """Return the genes of Fig. 6 in order, with the chapter's evolved values."""
     configuration = runs.configuration(ORDINARY_TRIFOLIUM)
     law, loop = configuration.position_controller.control.backstepping, configuration.velocity_controller.gains
     return _bounded([
-        Gene('p', law.p, ''), Gene('q', law.q, ''), Gene('f', law.f, '1/s'), Gene('g', law.g, '1/s'),
-        Gene('K1', loop.k1, 'N s/m'), Gene('Ti1', loop.ti1, 's'), Gene('K2', loop.k2, 'N m s/rad'),
-        Gene('Ti2', loop.ti2, 's'),
+        GeneValue('p', law.p, ''), GeneValue('q', law.q, ''),
+        GeneValue('f', law.f, '1/s'), GeneValue('g', law.g, '1/s'),
+        GeneValue('K1', loop.k1, 'N s/m'), GeneValue('Ti1', loop.ti1, 's'),
+        GeneValue('K2', loop.k2, 'N m s/rad'), GeneValue('Ti2', loop.ti2, 's'),
     ], 'backstepping')
 
 
-def fuzzy_genes(runs: Runs) -> list[Gene]:
-    """
-    List the genes of Fig. 16 with this package's evolved values.
-
-    Parameters
-    ----------
-    runs : Runs
-        Of the chapter.
-
-    Returns
-    -------
-    list of Gene
-        In the chromosome's order.
-
-    """
+def fuzzy_genes(runs: Runs) -> list[GeneValue]:
+    """Return the genes of Fig. 16 in order, with this package's evolved values."""
     gains: dict[str, Any] = flatten(runs.configuration(FUZZY_TRIFOLIUM).position_controller.control.fuzzy)
     units = {'a': 'm', 'b': 'rad', 'c': 'm/s', 'd': 'rad/s'}
-    return _bounded([Gene(f'{letter}{n}', value, units[letter]) for letter in 'abcd'
+    return _bounded([GeneValue(f'{letter}{n}', value, units[letter]) for letter in 'abcd'
                      for n, value in enumerate(gains[letter] if letter != 'a' else (gains['a'],), 1)], 'fuzzy')
 
 
-_COLUMNS = 8
-"""Genes in a row of the drawing."""
-
-
-def _draw(genes: Callable[[Runs], list[Gene]]) -> Callable[[Runs], Figure]:
+def _draw(genes: Callable[[Runs], list[GeneValue]]) -> Callable[[Runs], Figure]:
+    """Return the function that draws a chromosome."""
     def draw(runs: Runs) -> Figure:
         found = genes(runs)
         parts = [found[n:n + _COLUMNS] for n in range(0, len(found), _COLUMNS)]
@@ -119,12 +85,11 @@ def _draw(genes: Callable[[Runs], list[Gene]]) -> Callable[[Runs], Figure]:
     return draw
 
 
-def _table(axes: Axes, genes: list[Gene], before: int) -> None:
-    bits = [f'{_BITS * n + 1}-{_BITS * (n + 1)}' for n in range(before, before + len(genes))]
+def _table(axes: Axes, genes: list[GeneValue], before: int) -> None:
+    """Draw a row of genes, with the number of genes before it."""
+    bits = [f'{BITS * n + 1}-{BITS * (n + 1)}' for n in range(before, before + len(genes))]
     rows = {'bits': bits, 'value': [f'{gene.value:.4g}' for gene in genes],
-            'unit': [gene.unit or '-' for gene in genes]}
-    if genes[0].bounds:
-        rows['search'] = [gene.bounds for gene in genes]
+            'unit': [gene.unit or '-' for gene in genes], 'search': [gene.bounds for gene in genes]}
     drawn = axes.table(list(rows.values()), rowLabels=list(rows), colLabels=[gene.symbol for gene in genes],
                        cellLoc='center', bbox=Bbox.from_bounds(0.09, 0.0, 0.91 * len(genes) / _COLUMNS, 1.0))
     drawn.auto_set_font_size(False)

@@ -1,4 +1,4 @@
-"""What the chapter claims, what was measured, and whether it holds."""
+"""The claims of the chapter, what is measured for each, and whether it holds."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -21,26 +21,25 @@ from mobile_robot_control.reporting.chapter.runs import (
 from mobile_robot_control.reporting.metrics_table import peak_torque
 
 RUNS = (FUZZY_BESIDE, FUZZY_TRIFOLIUM, HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, ORDINARY_TRIFOLIUM)
-"""What the claims are measured on."""
-_HOLD = BodyVelocity(0.5, 1.0)
-"""Asked for without end, to see what error remains [m/s], [rad/s]."""
-_LONG = 60.0
-"""[s]: some integral times of the printed gains."""
+"""All runs that the claims are measured on."""
+_CONSTANT_COMMAND = BodyVelocity(0.5, 1.0)
+"""Whose steady-state error is measured [m/s], [rad/s]."""
+_SETTLING_TIME = 60.0
+"""[s]: several integral times of the printed gains."""
 
 
 class Verdict(NamedTuple):
     """
-    How a claim fared.
+    Whether a claim holds.
 
     Attributes
     ----------
     measured : str
         Numbers with units.
     holds : bool
-        Whether the claim is true of them.
+        Whether the claim is true of these numbers.
     remark : str
-        What else a reader should know; '' for nothing.
-
+        A condition or an explanation; '' for none.
     """
 
     measured: str
@@ -55,12 +54,11 @@ class Claim(NamedTuple):
     Attributes
     ----------
     where : str
-        In the chapter.
+        Section of the chapter.
     words : str
-        In brief.
+        The claim in brief.
     judge : callable
-        Measures it.
-
+        Measures it on the chapter's runs.
     """
 
     where: str
@@ -69,6 +67,7 @@ class Claim(NamedTuple):
 
 
 def _peaks(runs: Runs, run: ChapterRun) -> dict[str, float]:
+    """Return the largest absolute torque of either wheel [N m]."""
     found: dict[str, float] = runs.measured(run).metrics['peak_wheel_torque']
     return found
 
@@ -80,6 +79,7 @@ def _ordinary_exceeds(runs: Runs) -> Verdict:
 
 
 def _ratio(runs: Runs, high: ChapterRun, low: ChapterRun, metric: str = 'peak_wheel_torque') -> float:
+    """Return the ratio of a metric in two runs, each of the wheel with the larger value."""
     above, below = (max(runs.measured(run).metrics[metric].values()) for run in (high, low))
     return float(above / below)
 
@@ -111,16 +111,19 @@ def _fuzzy_ratio(runs: Runs) -> Verdict:
 
 def _steady_state(runs: Runs) -> Verdict:
     last = None
-    for tick in runs.velocity_steps(((0.0, _HOLD),), _LONG):
+    for tick in runs.velocity_steps(((0.0, _CONSTANT_COMMAND),), _SETTLING_TIME):
         last = tick
     if last is None:  # no time at all
         return Verdict('nothing', holds=False)
-    errors = (last.asked.linear - last.velocity.linear, last.asked.angular - last.velocity.angular)
-    return Verdict(f'{abs(errors[0]):.1g} m/s of {_HOLD.linear:g}, {abs(errors[1]):.1g} rad/s of {_HOLD.angular:g} '
-                   f'after {_LONG:g} s', max(map(abs, errors)) < 1e-4, 'it decays with the integral times of a minute')
+    asked = last.command
+    errors = (asked.linear - last.velocity.linear, asked.angular - last.velocity.angular)
+    return Verdict(f'{abs(errors[0]):.1g} m/s of {asked.linear:g}, {abs(errors[1]):.1g} rad/s of {asked.angular:g} '
+                   f'after {_SETTLING_TIME:g} s', max(map(abs, errors)) < 1e-4,
+                   'it decays with the integral times of a minute')
 
 
 def _convergence(run: ChapterRun) -> Callable[[Runs], Verdict]:
+    """Return the judge of whether the largest errors of each lap at least halve from lap to lap."""
     def judge(runs: Runs) -> Verdict:
         series = runs.measured(run).series
         ahead, aside, turned = (series.line('tracking_error', name) for name in ('longitudinal', 'lateral', 'heading'))
@@ -130,9 +133,9 @@ def _convergence(run: ChapterRun) -> Callable[[Runs], Verdict]:
             for error in (np.hypot(ahead.value, aside.value), turned.value)
         )
         falls = all(after < 0.5 * before for errors in (distance, heading) for before, after in pairwise(errors))
-        told = '; '.join(f'lap {n}: {100.0 * most:.2g} cm, {turn:.2g} rad'
-                         for n, (most, turn) in enumerate(zip(distance, heading, strict=True), 1))
-        return Verdict(f'largest in {told}', falls)
+        by_lap = '; '.join(f'lap {n}: {100.0 * most:.2g} cm, {turn:.2g} rad'
+                           for n, (most, turn) in enumerate(zip(distance, heading, strict=True), 1))
+        return Verdict(f'largest in {by_lap}', falls)
 
     return judge
 
@@ -145,6 +148,7 @@ def _fuzzy_tracks(runs: Runs) -> Verdict:
 
 
 def _largest_speeds(runs: Runs, run: ChapterRun) -> tuple[float, float]:
+    """Return the largest absolute commands [m/s], [rad/s]."""
     series = runs.measured(run).series
     return (float(np.abs(series.line('cmd_vel', 'linear').value).max()),
             float(np.abs(series.line('cmd_vel', 'angular').value).max()))
@@ -173,38 +177,12 @@ CLAIMS = (
 
 
 def judged(runs: Runs) -> list[tuple[Claim, Verdict]]:
-    """
-    Measure every claim.
-
-    Parameters
-    ----------
-    runs : Runs
-        Of the chapter.
-
-    Returns
-    -------
-    list of (Claim, Verdict)
-        In the chapter's order.
-
-    """
+    """Return every claim with its verdict, in the chapter's order."""
     return [(claim, claim.judge(runs)) for claim in CLAIMS]
 
 
 def rows(found: Iterable[tuple[Claim, Verdict]]) -> list[list[str]]:
-    """
-    Give verdicts as the cells of a table.
-
-    Parameters
-    ----------
-    found : iterable of (Claim, Verdict)
-        Of :func:`judged`.
-
-    Returns
-    -------
-    list of list of str
-        Section, claim, measured, whether it holds.
-
-    """
+    """Return the rows of a table with the columns of HEAD."""
     return [[claim.where, claim.words, verdict.measured,
              ('yes' if verdict.holds else 'no') + (f'; {verdict.remark}' if verdict.remark else '')]
             for claim, verdict in found]

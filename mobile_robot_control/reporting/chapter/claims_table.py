@@ -1,4 +1,4 @@
-"""The chapter's claims as a Markdown table, for the README."""
+"""The chapter's claims as a Markdown table, for docs/results.md."""
 
 import hashlib
 import re
@@ -12,80 +12,26 @@ _MARKS = re.compile('<!-- claims: generated.*?-->.*<!-- end of claims -->', re.D
 
 
 def fingerprint(config: Path) -> str:
-    """
-    Give what tells whether a table was made from the present configurations.
-
-    Parameters
-    ----------
-    config : Path
-        Folder of the configurations.
-
-    Returns
-    -------
-    str
-        A few digits that change with any of the files that the claims are measured with.
-
-    """
+    """Return a few digits that change with any of the configurations that the claims are measured with."""
     files = sorted({run.file for run in claims.RUNS})
     return hashlib.sha256(b''.join((config / file).read_bytes() for file in files)).hexdigest()[:12]
 
 
 def claims_markdown(config: Path) -> str:
-    """
-    Measure the claims.
-
-    Parameters
-    ----------
-    config : Path
-        Folder of the configurations.
-
-    Returns
-    -------
-    str
-        Markdown, with marks around it and the fingerprint in the first.
-
-    """
+    """Measure the claims; return a Markdown table between marks, with the fingerprint of the configurations."""
     lines = [list(claims.HEAD), ['---'] * len(claims.HEAD), *claims.rows(claims.judged(Runs(config)))]
     rows = '\n'.join(f'| {" | ".join(cells)} |' for cells in lines)
     return f'<!-- claims: generated from {fingerprint(config)} -->\n\n{rows}\n\n<!-- end of claims -->'
 
 
 def found(text: str) -> str:
-    """
-    Find the table in a text.
-
-    Parameters
-    ----------
-    text : str
-        Markdown.
-
-    Returns
-    -------
-    str
-        The table with its marks; '' where there is none.
-
-    """
+    """Return the table of a Markdown text with its marks; '' where there is none."""
     match = _MARKS.search(text)
     return match.group() if match else ''
 
 
 def insert_claims(text: str, made: str) -> str:
-    """
-    Put the table in the place of an older one.
-
-    Parameters
-    ----------
-    text : str
-        Markdown with both marks.
-    made : str
-        Of :func:`table`.
-
-    Returns
-    -------
-    str
-        The same with the present table.
-
-    """
+    """Return a Markdown text that has both marks, with the table of `claims_markdown` in place of its own."""
     return _MARKS.sub(lambda _: made, text)
 
 

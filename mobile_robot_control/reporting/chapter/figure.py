@@ -1,4 +1,4 @@
-"""What a figure of the chapter is."""
+"""The description of a figure of the chapter."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -14,17 +14,14 @@ class ChapterFigure(NamedTuple):
 
     Attributes
     ----------
-    number : str
+    number, caption : str
         In the chapter.
-    caption : str
-        The chapter's.
     see : str
-        What to see in it.
+        What the figure shows.
     command : str
-        Makes the run that it is drawn from.
+        Makes the run that the figure is drawn from.
     draw : callable
-        Draws it of the runs.
-
+        Draws the figure of the chapter's runs.
     """
 
     number: str

@@ -1,76 +1,23 @@
-"""The membership functions before and after the evolution."""
-
-import importlib
-import math
-import random
+"""The gains of the fuzzy law before and after the search."""
 
 import numpy as np
 
 from mobile_robot_control.control.fuzzy import FuzzyGains
-from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
+from mobile_robot_control.tuning import chromosome
+from mobile_robot_control.tuning.search_space import CHROMOSOMES, configured_gains, decode
 
 _SEED = 2008
-_SEARCH = 'mobile_robot_control.tuning.'
-_FARTHEST, _FASTEST, _QUICKEST = 1.0, 2.5, 10.0
-"""[m], [m/s], [rad/s]: within which random values are drawn."""
 
 
 def initial(runs: Runs) -> FuzzyGains:
-    """
-    Give random gains, as a search would begin with.
-
-    Parameters
-    ----------
-    runs : Runs
-        Of the chapter.
-
-    Returns
-    -------
-    FuzzyGains
-        The same every time, and such that some rule always fires: a random chromosome of the package's search, or,
-        where it has none, values drawn by themselves.
-
-    """
-    try:
-        chromosome, gains = (importlib.import_module(_SEARCH + name) for name in ('chromosome', 'gains'))
-    except ModuleNotFoundError:
-        return _drawn()
-    genes = gains.CHROMOSOMES['fuzzy']
+    """Return the gains of a random chromosome, as in a first generation; the same in every call."""
+    genes = CHROMOSOMES['fuzzy']
     bits = chromosome.random(1, len(genes), np.random.default_rng(_SEED))
-    kept = gains.of(runs.configuration(FUZZY_TRIFOLIUM))
-    found: FuzzyGains = gains.decode(genes, chromosome.points(bits)[0], kept).control.fuzzy
-    return found
-
-
-def _drawn() -> FuzzyGains:
-    draw = random.Random(_SEED)  # noqa: S311 (no secret)
-    while True:
-        values = {
-            'a': draw.uniform(0.0, _FARTHEST),
-            'b': [draw.uniform(0.0, math.pi) for _ in range(6)],
-            'c': sorted(draw.uniform(-_FASTEST, _FASTEST) for _ in range(5)),
-            'd': sorted(draw.uniform(-_QUICKEST, _QUICKEST) for _ in range(3)),
-        }
-        try:
-            return build(FuzzyGains, values)
-        except ParameterError:  # a bearing without a rule: draw again
-            continue
+    kept = configured_gains(runs.configuration(FUZZY_TRIFOLIUM))
+    return decode(genes, chromosome.points(bits)[0].tolist(), kept).control.fuzzy
 
 
 def evolved(runs: Runs) -> FuzzyGains:
-    """
-    Give the gains of the chapter's fuzzy run.
-
-    Parameters
-    ----------
-    runs : Runs
-        Of the chapter.
-
-    Returns
-    -------
-    FuzzyGains
-        As its parameter file has them.
-
-    """
+    """Return the gains of the chapter's fuzzy run, from its parameter file."""
     return runs.configuration(FUZZY_TRIFOLIUM).position_controller.control.fuzzy

@@ -25,6 +25,7 @@ _PARTS = (*SCENE_FIGURES, *VELOCITY_FIGURES, *CHROMOSOME_FIGURES, *STRUCTURE_FIG
 
 
 def _place(figure: ChapterFigure) -> tuple[int, str]:
+    """Return the sort key of a figure's number, such as '26a'."""
     return int(figure.number.rstrip('abcd')), figure.number
 
 
@@ -41,6 +42,7 @@ _INTRODUCTION = (
 
 
 def _parts(runs: Runs, folder: Path) -> Iterator[str]:
+    """Write the figures; yield the page from top to bottom, as HTML."""
     yield _INTRODUCTION
     yield '<h2>What the chapter claims</h2>'
     rows = [[escape(cell) for cell in row] for row in claims.rows(claims.judged(runs))]
@@ -56,22 +58,7 @@ def _parts(runs: Runs, folder: Path) -> Iterator[str]:
 
 
 def write_index(config: Path, folder: Path) -> Path:
-    """
-    Draw every figure and write the index page.
-
-    Parameters
-    ----------
-    config : Path
-        Folder of the configurations.
-    folder : Path
-        Takes the figures as PNG and SVG, and `index.html`.
-
-    Returns
-    -------
-    Path
-        Of the page.
-
-    """
+    """Write every figure as PNG and SVG, and `index.html`, into a folder; return the page."""
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / 'index.html'
     file.write_text(page.page('The figures of the chapter', _parts(Runs(config), folder)), encoding='utf-8')

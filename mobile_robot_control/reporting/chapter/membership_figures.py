@@ -1,10 +1,11 @@
-"""Fig. 12 to 15 and 17 to 22: membership functions before and after the evolution, and the control surfaces."""
+"""Fig. 12 to 15 and 17 to 22: membership functions before and after the search, and the control surfaces."""
 
 from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
 from mobile_robot_control.reporting.chapter import fuzzy_gains
@@ -14,20 +15,24 @@ from mobile_robot_control.reporting.lines import Floats
 from mobile_robot_control.reporting.palette import INK, LINES, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
 
-Gains = Callable[[Runs], FuzzyGains]
+GainsSource = Callable[[Runs], FuzzyGains]
+"""Returns the gains to draw."""
 _NEAR = (('near', 'S'), ('far', 'G'))
 _SIDES = (('great_negative', 'GN'), ('small_negative', 'SN'), ('zero', 'Z'), ('small_positive', 'SP'),
           ('great_positive', 'GP'))
-_LINEAR, _ANGULAR = ('FB', 'B', 'S', 'F', 'FF'), ('CW', 'ST', 'CCW')
+LINEAR_NAMES, ANGULAR_NAMES = ('FB', 'B', 'S', 'F', 'FF'), ('CW', 'ST', 'CCW')
+"""Of the output values, ascending: fast backwards to fast forward, clockwise to counter-clockwise."""
 _PI_TICKS = ([-np.pi, -np.pi / 2, 0.0, np.pi / 2, np.pi], ['-π', '-π/2', '0', 'π/2', 'π'])
 
 
 def _canvas() -> tuple[Figure, Axes]:
+    """Make a figure with empty axes."""
     figure = Figure(figsize=(WIDTH, 2.7), layout='constrained')
     return figure, figure.subplots()
 
 
-def _inputs(gains: Gains, bearing: bool) -> Callable[[Runs], Figure]:
+def _inputs(gains: GainsSource, bearing: bool) -> Callable[[Runs], Figure]:
+    """Return the function that draws the membership functions of the bearing or of the distance."""
     def draw(runs: Runs) -> Figure:
         found = gains(runs)
         points = np.linspace(-np.pi, np.pi, 1441) if bearing else np.linspace(0.0, 2.0 * found.a, 400)
@@ -46,10 +51,11 @@ def _inputs(gains: Gains, bearing: bool) -> Callable[[Runs], Figure]:
     return draw
 
 
-def _outputs(gains: Gains, angular: bool) -> Callable[[Runs], Figure]:
+def _outputs(gains: GainsSource, angular: bool) -> Callable[[Runs], Figure]:
+    """Return the function that draws the output values of the angular or the linear velocity."""
     def draw(runs: Runs) -> Figure:
         found = gains(runs)
-        values, names = (found.d, _ANGULAR) if angular else (found.c, _LINEAR)
+        values, names = (found.d, ANGULAR_NAMES) if angular else (found.c, LINEAR_NAMES)
         with style():
             figure, axes = _canvas()
             span = max(values) - min(values)
@@ -70,7 +76,7 @@ def _outputs(gains: Gains, angular: bool) -> Callable[[Runs], Figure]:
 
 
 def _heights(values: tuple[float, ...], apart: float) -> list[float]:
-    """Raise the name of a value that lies near the one before it."""
+    """Return the heights of the names of ascending values, higher for one that is near the value before it."""
     heights: list[float] = []
     for n, value in enumerate(values):
         near = n > 0 and value - values[n - 1] < 2.0 * apart
@@ -79,25 +85,31 @@ def _heights(values: tuple[float, ...], apart: float) -> list[float]:
 
 
 def _grid(gains: FuzzyGains) -> tuple[Floats, Floats, Floats]:
+    """Return bearings [rad], distances [m] and both outputs [m/s], [rad/s], the latter of shape (121, 241, 2)."""
     bearings, distances = np.linspace(-np.pi, np.pi, 241), np.linspace(0.0, 2.0 * gains.a, 121)
     outputs = [[surface(float(i1), float(i2), gains) for i2 in bearings] for i1 in distances]
     return bearings, distances, np.array(outputs)
 
 
 def _surface(angular: bool) -> Callable[[Runs], Figure]:
+    """Return the function that draws the control surface of the angular or the linear velocity."""
     def draw(runs: Runs) -> Figure:
         bearings, distances, outputs = _grid(fuzzy_gains.evolved(runs))
         with style():
-            figure = Figure(figsize=(WIDTH, 4.4), layout='constrained')
+            # placed by hand: layout engines do not know the extent of what is drawn in perspective
+            figure = Figure(figsize=(WIDTH, 4.4))
             axes = figure.add_subplot(projection='3d')
+            axes.set_position((0.02, 0.03, 0.92, 0.89))
             x, y = np.meshgrid(bearings, distances)
             axes.plot_surface(x, y, outputs[:, :, int(angular)], cmap='cividis', rcount=60, ccount=120, linewidth=0,
                               antialiased=False, rasterized=True)
             for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
                 axis.set_pane_color((0.5, 0.5, 0.5, 0.08))
-            axes.set_xlabel('$i_2$ [rad]')
-            axes.set_ylabel('$i_1$ [m]')
-            # the layout engine does not see the third axis' name
+            axes.set_xlabel('$i_2$ [rad]', labelpad=10.0)
+            axes.set_ylabel('$i_1$ [m]', labelpad=10.0)
+            axes.yaxis.set_major_locator(MaxNLocator(4))
+            axes.zaxis.set_major_locator(MaxNLocator(5))
+            axes.tick_params(axis='z', pad=6.0)
             axes.set_title('$o_2$, angular velocity [rad/s]' if angular else '$o_1$, linear velocity [m/s]')
             axes.set_xticks(*_PI_TICKS)
             axes.view_init(elev=28.0, azim=-125.0 if angular else -58.0)

@@ -1,4 +1,4 @@
-"""What drawings of the plane are made of: points along a pose, arrows, names, the robot to scale."""
+"""Parts of drawings of the plane: points relative to a pose, lines, arrows, names, the robot to scale."""
 
 import math
 from typing import Any
@@ -13,20 +13,7 @@ from mobile_robot_control.reporting.panels import WIDTH
 
 
 def plane(height: float) -> tuple[Figure, Axes]:
-    """
-    Make empty axes of the plane, to one scale.
-
-    Parameters
-    ----------
-    height : float
-        Of the figure [in].
-
-    Returns
-    -------
-    tuple of Figure and Axes
-        Named in m.
-
-    """
+    """Make a figure of a height [in] with empty axes of the plane [m], both to the same scale."""
     figure = Figure(figsize=(WIDTH, height), layout='constrained')
     axes = figure.subplots()
     axes.set_aspect('equal', adjustable='box' if height > 4.1 else 'datalim')
@@ -36,94 +23,29 @@ def plane(height: float) -> tuple[Figure, Axes]:
 
 
 def along(pose: Pose, ahead: float, aside: float = 0.0) -> tuple[float, float]:
-    """
-    Give the point that lies so far ahead of a pose and to its left.
-
-    Parameters
-    ----------
-    pose : Pose
-        [m], [rad].
-    ahead, aside : float
-        [m].
-
-    Returns
-    -------
-    tuple of float
-        x and y [m].
-
-    """
+    """Return x and y of the point at a distance ahead of a pose and to its left, all in [m]."""
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     return pose.x + cos * ahead - sin * aside, pose.y + sin * ahead + cos * aside
 
 
 def draw_line(axes: Axes, start: tuple[float, float], end: tuple[float, float], **options: Any) -> None:
-    """
-    Draw a straight line.
-
-    Parameters
-    ----------
-    axes : Axes
-        Of the plane.
-    start, end : tuple of float
-        x and y [m].
-    **options : object
-        For the line.
-
-    """
+    """Draw a straight line between two points x, y [m]."""
     axes.plot([start[0], end[0]], [start[1], end[1]], **options)
 
 
 def arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], color: str, both: bool = False) -> None:
-    """
-    Draw an arrow.
-
-    Parameters
-    ----------
-    axes : Axes
-        Of the plane.
-    start, end : tuple of float
-        x and y [m].
-    color : str
-        Of the arrow.
-    both : bool
-        Whether it has two heads, as one that measures a length.
-
-    """
+    """Draw an arrow between two points x, y [m]; with heads at both ends if it measures a length."""
     axes.annotate('', end, start, arrowprops={'arrowstyle': '<|-|>' if both else '-|>', 'color': color,
                                               'linewidth': 1.4, 'shrinkA': 0, 'shrinkB': 0})
 
 
 def name(axes: Axes, at: tuple[float, float], text: str, color: str = INK) -> None:
-    """
-    Write a name.
-
-    Parameters
-    ----------
-    axes : Axes
-        Of the plane.
-    at : tuple of float
-        Its middle: x and y [m].
-    text, color : str
-        What to write, and in which colour.
-
-    """
+    """Draw a text centred at a point x, y [m]."""
     axes.text(*at, text, color=color, ha='center', va='center')
 
 
 def robot_on(axes: Axes, pose: Pose, robot: Robot) -> None:
-    """
-    Draw the robot to scale: axle, wheels, body and mass centre.
-
-    Parameters
-    ----------
-    axes : Axes
-        Of the plane.
-    pose : Pose
-        Of point A.
-    robot : Robot
-        Its sizes.
-
-    """
+    """Draw the body, wheels and axle of the robot to scale; the pose is that of the axle's centre A."""
     half, radius = 0.5 * robot.wheel_separation, robot.wheel_radius
     body = [along(pose, ahead, aside) for ahead, aside in
             ((-0.3 * half, -half), (-0.3 * half, half), (1.0 * half, half), (1.5 * half, 0.0), (1.0 * half, -half))]

@@ -1,4 +1,4 @@
-"""The runs that the chapter's figures and claims are made from."""
+"""The runs behind the chapter's figures and claims."""
 
 import functools
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from mobile_robot_control.simulation.rollout import rollout, start
 LAP = 16.0
 """[s]: one lap of either curve."""
 BESIDE = '[0.8, -0.1, 0.3]'
-"""A start beside the curve from which the cart is not in sight: x, y [m], heading [rad]."""
+"""A start beside the curve with the cart out of sight: x, y [m], heading [rad]."""
 STEP_GAINS = VelocityGains(k1=129.7749, ti1=11.4018, k2=41.0233, ti2=24.1873)
 """Of section 2.2 of the chapter, for its Fig. 3 and 4."""
 
@@ -35,10 +35,9 @@ class ChapterRun(NamedTuple):
     file : str
         Parameter file, under the folder of configurations.
     start : str
-        Start x, y [m], heading [rad]; that of the file where it is empty.
+        x, y [m], heading [rad] of the robot; '' for that of the file.
     duration : float
         [s].
-
     """
 
     file: str
@@ -46,21 +45,13 @@ class ChapterRun(NamedTuple):
     duration: float = LAP
 
     def command(self) -> str:
-        """
-        Give the command that makes the same run.
-
-        Returns
-        -------
-        str
-            For a shell.
-
-        """
+        """Return the shell commands that make the same run and report it."""
         start = f" -p 'plant.initial_pose:={self.start}'" if self.start else ''
         return (f'simulate --duration {self.duration:g} --params-file config/{self.file}{start} --output run.csv\n'
                 'report run.csv --output report')
 
 
-# three laps, to see the errors fall from lap to lap
+# three laps, in which the errors fall from lap to lap
 ORDINARY_LEMNISCATE = ChapterRun('chapter/lemniscate_backstepping.yaml', BESIDE, 3.0 * LAP)
 HYBRID_LEMNISCATE = ChapterRun('chapter/lemniscate_hybrid_backstepping.yaml', BESIDE, 3.0 * LAP)
 ORDINARY_TRIFOLIUM = ChapterRun('chapter/trifolium_backstepping.yaml')
@@ -69,19 +60,7 @@ FUZZY_BESIDE = ChapterRun('chapter/trifolium_fuzzy.yaml', BESIDE)
 
 
 class Measured(NamedTuple):
-    """
-    A run that has been run.
-
-    Attributes
-    ----------
-    configuration : Configuration
-        It ran with.
-    series : Series
-        Its topics.
-    metrics : dict of str to object
-        As `simulate --json` prints them.
-
-    """
+    """The configuration, topics and metrics of a run, the latter as `simulate --json` prints them."""
 
     configuration: Configuration
     series: Series
@@ -89,22 +68,21 @@ class Measured(NamedTuple):
 
 
 class StepTick(NamedTuple):
-    """Time [s], what is asked for and what is measured, in a test of the velocity loop alone."""
+    """Time [s], command and measured velocity in a test of the velocity loop alone."""
 
     time: float
-    asked: BodyVelocity
+    command: BodyVelocity
     velocity: BodyVelocity
 
 
 class Runs:
     """
-    Makes each run once, when it is first asked for.
+    Makes each run once, at its first use.
 
     Parameters
     ----------
     config : Path
         Folder of the configurations.
-
     """
 
     def __init__(self, config: Path) -> None:
@@ -112,20 +90,7 @@ class Runs:
         self.measured = functools.cache(self._measured)
 
     def configuration(self, run: ChapterRun) -> Configuration:
-        """
-        Read what a run is to run with.
-
-        Parameters
-        ----------
-        run : ChapterRun
-            Of the chapter.
-
-        Returns
-        -------
-        Configuration
-            Checked.
-
-        """
+        """Return the checked configuration of a run."""
         overrides = [f'plant.initial_pose:={run.start}'] if run.start else []
         return configure(load([self._config / run.file], overrides))
 
@@ -142,47 +107,26 @@ class Runs:
 
     def velocity_steps(self, steps: tuple[tuple[float, BodyVelocity], ...], duration: float) -> Iterator[StepTick]:
         """
-        Drive the velocity loop alone, without a position law.
+        Run the velocity loop alone, with the gains of section 2.2; yield every period of it.
 
         Parameters
         ----------
         steps : tuple of (float, BodyVelocity)
-            From which time [s] on what is asked for, in order of time; nothing before the first.
+            Times [s] from which the commands are given, ascending; before the first the command is zero.
         duration : float
             [s].
-
-        Yields
-        ------
-        StepTick
-            One for each period of the velocity loop.
-
         """
         configuration = self.configuration(ORDINARY_TRIFOLIUM)
         controller = configuration.velocity_controller._replace(gains=STEP_GAINS)
         loop, state = start(configuration._replace(velocity_controller=controller))
         rate = configuration.plant.shared.velocity_rate
         for k in range(round(duration * rate)):
-            asked = next((value for at, value in reversed(steps) if k / rate >= at), BodyVelocity(0.0, 0.0))
-            yield StepTick(k / rate, asked, state.plant.velocity)
-            state, _, _ = velocity_tick(state._replace(command=asked), k, loop)
+            command = next((value for at, value in reversed(steps) if k / rate >= at), BodyVelocity(0.0, 0.0))
+            yield StepTick(k / rate, command, state.plant.velocity)
+            state, _, _ = velocity_tick(state._replace(command=command), k, loop)
 
     def seeking(self, run: ChapterRun, duration: float) -> Iterator[tuple[Sample, HybridState]]:
-        """
-        Run a hybrid law and tell what it remembers.
-
-        Parameters
-        ----------
-        run : ChapterRun
-            Of a hybrid law.
-        duration : float
-            [s].
-
-        Yields
-        ------
-        tuple of Sample and HybridState
-            At each position tick, the law's state before its step.
-
-        """
+        """Run a hybrid law over a duration [s]; yield each position tick and the law's state before its step."""
         configuration = self.configuration(run)
         control = configuration.position_controller.control
         gains = HybridGains(control.backstepping, control.hybrid_backstepping)
@@ -192,5 +136,5 @@ class Runs:
             tick = sample.tick
             if tick.time == sample.time:
                 yield sample, state
-                # the law is pure: stepping it again on what it saw gives what it remembered
+                # the law is a pure function: the same inputs lead to the same state as in the rollout
                 state, _ = hybrid_backstepping.step(state, tick.error, tick.reference, gains, dt)

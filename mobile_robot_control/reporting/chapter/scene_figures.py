@@ -1,4 +1,4 @@
-"""Fig. 2, 5, 7, 8 and 9: the robot, the cart and the seeking, drawn from states of real runs."""
+"""Fig. 2, 5, 7, 8 and 9: the robot, the cart and the seeking rotation, drawn from states of runs."""
 
 import math
 
@@ -14,13 +14,15 @@ from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, ORDIN
 from mobile_robot_control.reporting.palette import BLUE, GREEN, GREY, INK, ORANGE, PINK, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
 from mobile_robot_control.reporting.path_figure import draw_pose, triangle
+from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.closed_loop import PositionTick
 
 _SEEK = 4.0
-"""[s] of the seeking that are shown."""
+"""[s] of the run in Fig. 9."""
 
 
 def _geometry(runs: Runs) -> Figure:
+    """Draw Fig. 2: the robot to scale at the start of a run."""
     measured = runs.measured(ORDINARY_LEMNISCATE)
     robot, start = measured.configuration.plant.shared.robot, Pose(*measured.configuration.plant.initial_pose)
     half, offset = 0.5 * robot.wheel_separation, robot.com_offset
@@ -45,20 +47,27 @@ def _geometry(runs: Runs) -> Figure:
         arrow(axes, along(start, 0.0, -1.35 * half), along(start, offset, -1.35 * half), GREEN, both=True)
         name(axes, along(start, 0.5 * offset, -1.6 * half), f'd = {offset:g} m', GREEN)
         name(axes, along(start, 0.45 * half, 1.15 * half), f'2r = {2.0 * robot.wheel_radius:g} m', GREEN)
-        # names do not widen the axes by themselves
+        # texts do not widen the axes
         axes.set_xlim(start.x - 1.6 * half, start.x + 2.6 * half)
         axes.set_ylim(start.y - 2.0 * half, start.y + 2.1 * half)
     return figure
 
 
+def _poses(series: Series, n: int) -> tuple[Pose, Pose]:
+    """Return the poses of robot and cart at the n-th position tick."""
+    robot, cart = (Pose(*(float(series.line(topic, name).value[n]) for name in ('x', 'y', 'heading')))
+                   for topic in ('odom', 'reference'))
+    return robot, cart
+
+
 def _concept(runs: Runs) -> Figure:
+    """Draw Fig. 5: robot, cart and tracking error at one time of a run."""
     measured = runs.measured(HYBRID_LEMNISCATE)
     series, robot = measured.series, measured.configuration.plant.shared.robot
     errors = (series.line('tracking_error', name).value for name in ('longitudinal', 'lateral', 'heading'))
-    # the moment in which the least of all three is largest, so that each can be seen
+    # the time at which the smallest of all three is largest, so that each is visible
     now = int(np.argmax(np.min([np.abs(error) for error in errors], axis=0)))
-    pose, cart = (Pose(*(float(series.line(topic, name).value[now]) for name in ('x', 'y', 'heading')))
-                  for topic in ('odom', 'reference'))
+    pose, cart = _poses(series, now)
     ahead, aside = (float(series.line('tracking_error', name).value[now]) for name in ('longitudinal', 'lateral'))
     with style():
         figure, axes = plane(4.2)
@@ -88,10 +97,10 @@ def _concept(runs: Runs) -> Figure:
 
 
 def _unseen(runs: Runs) -> Figure:
+    """Draw Fig. 7: robot and cart at a start with the cart out of sight."""
     measured = runs.measured(ORDINARY_LEMNISCATE)
     series, robot = measured.series, measured.configuration.plant.shared.robot
-    pose, cart = (Pose(*(float(series.line(topic, name).value[0]) for name in ('x', 'y', 'heading')))
-                  for topic in ('odom', 'reference'))
+    pose, cart = _poses(series, 0)
     first = measured.metrics['initial_wheel_torque']
     with style():
         figure, axes = plane(3.6)
@@ -107,13 +116,14 @@ def _unseen(runs: Runs) -> Figure:
 
 
 def _generator(runs: Runs) -> Figure:
-    told = list(runs.seeking(HYBRID_LEMNISCATE, 8.0))[::20]
-    time = [sample.time for sample, _ in told]
+    """Draw Fig. 8: bearing and state of the hybrid law over time."""
+    ticks = list(runs.seeking(HYBRID_LEMNISCATE, 8.0))[::20]
+    time = [sample.time for sample, _ in ticks]
     rows: tuple[tuple[str, list[float]], ...] = (
-        ('bearing [rad]', [bearing(sample.tick.error) for sample, _ in told]),
-        ('d', [_direction(sample.tick) if state.seen == 0.0 else math.nan for sample, state in told]),
-        ('$ω_s$ [rad/s]', [state.seek for _, state in told]),
-        ('z, α', [state.seen for _, state in told]),
+        ('bearing [rad]', [bearing(sample.tick.error) for sample, _ in ticks]),
+        ('d', [_direction(sample.tick) if state.seen == 0.0 else math.nan for sample, state in ticks]),
+        ('$ω_s$ [rad/s]', [state.seek for _, state in ticks]),
+        ('z, α', [state.seen for _, state in ticks]),
     )
     with style():
         figure = Figure(figsize=(WIDTH, 5.0), layout='constrained')
@@ -121,7 +131,7 @@ def _generator(runs: Runs) -> Figure:
         for axes, (label, values) in zip(panels, rows, strict=True):
             axes.plot(time, values, color=BLUE, label='z')
             axes.set_ylabel(label)
-        panels[-1].plot(time, [state.fade for _, state in told], color=ORANGE, linestyle='--', label='α')
+        panels[-1].plot(time, [state.fade for _, state in ticks], color=ORANGE, linestyle='--', label='α')
         legend(panels[-1])
         panels[-1].set_xlabel('time [s]')
         figure.align_ylabels(list(panels))
@@ -129,16 +139,18 @@ def _generator(runs: Runs) -> Figure:
 
 
 def _direction(tick: PositionTick) -> float:
+    """Return d of Eq. (31)."""
     return 1.0 if bearing(tick.error) > 0.0 else -1.0
 
 
 def _seeking(runs: Runs) -> Figure:
-    told = [(sample, state) for sample, state in runs.seeking(HYBRID_LEMNISCATE, _SEEK)]
-    seen = next((n for n, (_, state) in enumerate(told) if state.seen), len(told) - 1)
+    """Draw Fig. 9: poses of robot and cart until the cart is in sight."""
+    ticks = list(runs.seeking(HYBRID_LEMNISCATE, _SEEK))
+    seen = next((n for n, (_, state) in enumerate(ticks) if state.seen), len(ticks) - 1)
     with style():
         figure, axes = plane(4.0)
-        robot, cart = ([sample.tick.pose for sample, _ in told],
-                       [sample.tick.reference.pose for sample, _ in told])
+        robot, cart = ([sample.tick.pose for sample, _ in ticks],
+                       [sample.tick.reference.pose for sample, _ in ticks])
         axes.plot([pose.x for pose in cart], [pose.y for pose in cart], color=GREY, linewidth=3.0, label='cart')
         axes.plot([pose.x for pose in robot], [pose.y for pose in robot], color=BLUE, label='robot')
         for n in np.linspace(0, seen, 6).astype(int):
@@ -146,7 +158,7 @@ def _seeking(runs: Runs) -> Figure:
             draw_pose(axes, cart[n], 0.07, GREY)
             draw_line(axes, (robot[n].x, robot[n].y), (cart[n].x, cart[n].y), color=ORANGE, linewidth=0.8,
                   linestyle='-' if n == seen else ':', label='_' if n != seen else 'line of sight')
-        axes.set_title(f'seen at t = {told[seen][0].time:.2f} s', loc='right')
+        axes.set_title(f'seen at t = {ticks[seen][0].time:.2f} s', loc='right')
         legend(axes)
     return figure
 

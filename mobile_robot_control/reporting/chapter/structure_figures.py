@@ -1,4 +1,4 @@
-"""Fig. 10 and 11: what the fuzzy system is made of."""
+"""Fig. 10 and 11: the structure of the fuzzy controller, and the function that wraps its bearing."""
 
 import math
 
@@ -11,36 +11,29 @@ from matplotlib.transforms import Bbox
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
 from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
+from mobile_robot_control.reporting.chapter.membership_figures import ANGULAR_NAMES, LINEAR_NAMES
 from mobile_robot_control.reporting.chapter.runs import Runs
 from mobile_robot_control.reporting.palette import BLUE, GREY, INK, LINES, TINT, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
 
 _APART = FuzzyGains(a=1.0, b=(0.5, 0.4, 1.2, 2.0, 1.8, 3.0), c=(0.0, 1.0, 2.0, 3.0, 4.0), d=(0.0, 1.0, 2.0))
-"""Shapes far enough apart that at the places below one rule fires alone, and outputs that are numbers of names."""
+"""Membership functions far enough apart that one rule fires alone at each point below; outputs index the names."""
 _DISTANCES = (('S', 0.0), ('G', 2.0))
 _BEARINGS = (('GN', -math.pi), ('SN', -1.2), ('Z', 0.0), ('SP', 1.2), ('GP', math.pi))
-_LINEAR, _ANGULAR = ('FB', 'B', 'S', 'F', 'FF'), ('CW', 'ST', 'CCW')
 
 
 def rules() -> dict[tuple[str, str], tuple[str, str]]:
-    """
-    Ask the law itself for its ten rules, each where it fires alone.
-
-    Returns
-    -------
-    dict of (str, str) to (str, str)
-        From the names of i_1 and i_2 to those of o_1 and o_2.
-
-    """
+    """Return the ten rules of the law, evaluated where each fires alone: the names of o_1, o_2 by those of i_1, i_2."""
     found = {}
     for near, distance in _DISTANCES:
         for side, bearing in _BEARINGS:
-            answer = surface(distance, bearing, _APART)
-            found[near, side] = (_LINEAR[round(answer.linear)], _ANGULAR[round(answer.angular)])
+            output = surface(distance, bearing, _APART)
+            found[near, side] = (LINEAR_NAMES[round(output.linear)], ANGULAR_NAMES[round(output.angular)])
     return found
 
 
 def _box(axes: Axes, x: float, y: float, width: float, height: float, text: str) -> None:
+    """Draw a box with a text in its middle."""
     axes.add_patch(FancyBboxPatch((x, y), width, height, boxstyle='round,pad=0,rounding_size=0.02', facecolor=TINT,
                                   edgecolor=GREY))
     axes.text(x + width / 2, y + height / 2, text, ha='center', va='center', fontsize=9)
@@ -51,6 +44,7 @@ def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> 
 
 
 def _structure(_runs: Runs) -> Figure:
+    """Draw Fig. 10: inputs, rules and outputs of the fuzzy controller."""
     with style():
         figure = Figure(figsize=(WIDTH, 4.2), layout='constrained')
         flow, table = figure.subplots(2, 1, height_ratios=[1.5, 1.0])
@@ -75,7 +69,7 @@ def _structure(_runs: Runs) -> Figure:
 
 
 def _miniatures(axes: Axes) -> None:
-    """Draw the law's own membership functions into the boxes of the inputs."""
+    """Draw the membership functions into the boxes of the inputs."""
     distances, bearings = np.linspace(0.0, 2.0, 60), np.linspace(-math.pi, math.pi, 120)
     far = [memberships(float(x), 0.0, _APART) for x in distances]
     aside = [memberships(0.0, float(x), _APART) for x in bearings]
@@ -101,6 +95,7 @@ def _rule_table(axes: Axes) -> None:
 
 
 def _wrapping(_runs: Runs) -> Figure:
+    """Draw Fig. 11: wrap_angle beside the printed formula."""
     angles = np.linspace(-3.0 * math.pi, 3.0 * math.pi, 1201)[1:-1]
     wrapped = np.array([wrap_angle(float(x)) for x in angles])
     printed = 2.0 * np.arctan(np.tan(angles / 2.0))

@@ -14,11 +14,11 @@ from mobile_robot_control.reporting.chapter.runs import (
     ChapterRun,
     Runs,
 )
-from mobile_robot_control.reporting.lines import Line, broken_at_jumps
+from mobile_robot_control.reporting.lines import Line
 from mobile_robot_control.reporting.palette import style
 from mobile_robot_control.reporting.panels import WIDTH, Named, Panel, over_time
 from mobile_robot_control.reporting.path_figure import path_on
-from mobile_robot_control.reporting.run_figures import HEADING, POSITION, POWER, TORQUE
+from mobile_robot_control.reporting.run_figures import HEADING, POSITION, POWER, TORQUE, column, heading_error
 from mobile_robot_control.reporting.series import Series
 
 _NAMES = {ORDINARY_LEMNISCATE: 'ordinary', HYBRID_LEMNISCATE: 'hybrid', FUZZY_TRIFOLIUM: 'fuzzy',
@@ -28,11 +28,13 @@ Draw = Callable[[Runs], Figure]
 
 
 def _named(runs: Runs, chosen: Sequence[ChapterRun], end: float = LAP) -> list[Named]:
+    """Return runs up to a time [s]."""
     return [Named(_NAMES[run], runs.measured(run).series.until(end)) for run in chosen]
 
 
 def _over_time(panels: Sequence[Panel], chosen: Sequence[ChapterRun], end: float = LAP) -> Draw:
-    # what happens in the first milliseconds must not hide behind the axis
+    """Return the function that draws panels of some runs up to a time [s]."""
+    # from before t = 0, so that the axis does not cover the first milliseconds
     span = (-0.02 * end, end)
 
     def draw(runs: Runs) -> Figure:
@@ -42,6 +44,7 @@ def _over_time(panels: Sequence[Panel], chosen: Sequence[ChapterRun], end: float
 
 
 def _paths(chosen: Sequence[ChapterRun]) -> Draw:
+    """Return the function that draws the path of each run."""
     def draw(runs: Runs) -> Figure:
         with style():
             figure = Figure(figsize=(WIDTH, 3.4 * len(chosen) if len(chosen) > 1 else 4.6), layout='constrained')
@@ -56,6 +59,7 @@ def _paths(chosen: Sequence[ChapterRun]) -> Draw:
 
 
 def _difference(coordinate: str) -> Callable[[Series], Line]:
+    """Return the function that returns reference minus robot in a coordinate [cm]."""
     def line(series: Series) -> Line:
         robot, cart = series.line('odom', coordinate), series.line('reference', coordinate)
         return Line(robot.time, 100.0 * (cart.value - robot.value))
@@ -64,12 +68,12 @@ def _difference(coordinate: str) -> Callable[[Series], Line]:
 
 
 _ERRORS = (Panel('error of x [cm]', _difference('x')), Panel('error of y [cm]', _difference('y')))
-_ORIENTATION = (Panel('$e_3$ [rad]', lambda series: broken_at_jumps(series.line('tracking_error', 'heading'))),)
-_COMMANDS = (Panel('v [m/s]', lambda series: series.line('cmd_vel', 'linear')),
-             Panel('ω [rad/s]', lambda series: series.line('cmd_vel', 'angular')))
+_ORIENTATION = (Panel('$e_3$ [rad]', heading_error),)
+_COMMANDS = (Panel('v [m/s]', column('cmd_vel', 'linear')), Panel('ω [rad/s]', column('cmd_vel', 'angular')))
 
 
 def _two(run: ChapterRun, other: ChapterRun) -> str:
+    """Return the commands of two runs."""
     return f'{run.command()}\n{other.command()}'
 
 

@@ -1,4 +1,4 @@
-"""Fig. 3 and 4: the velocity loop's answer to steps."""
+"""Fig. 3 and 4: the step response of the velocity loop."""
 
 from collections.abc import Callable
 
@@ -12,28 +12,31 @@ from mobile_robot_control.reporting.palette import BLUE, GREY, ORANGE, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
 
 _PROFILE = ((0.5, 1.0), (2.0, -0.5), (3.0, 0.0))
-"""[s], and m/s or rad/s."""
+"""Times [s] and commands [m/s] or [rad/s]."""
 _ZOOM = (0.499, 0.506)
+"""[s]"""
 
 
 def _draw(channel: str, label: str, unit: str) -> Callable[[Runs], Figure]:
+    """Return the function that draws the step response of the 'linear' or 'angular' velocity."""
     def draw(runs: Runs) -> Figure:
         zero = BodyVelocity(0.0, 0.0)
         steps = tuple((at, zero._replace(**{channel: value})) for at, value in _PROFILE)
         ticks = list(runs.velocity_steps(steps, 4.0))
         time = np.array([tick.time for tick in ticks])
-        asked, found = (np.array([getattr(getattr(tick, side), channel) for tick in ticks])
-                        for side in ('asked', 'velocity'))
+        commanded, measured = (np.array([getattr(velocity, channel) for velocity in velocities]) for velocities in
+                               ([tick.command for tick in ticks], [tick.velocity for tick in ticks]))
         other = 'angular' if channel == 'linear' else 'linear'
-        beside = np.array([getattr(tick.velocity, other) for tick in ticks])
+        coupled = np.array([getattr(tick.velocity, other) for tick in ticks])
         with style():
             figure = Figure(figsize=(WIDTH, 3.9), layout='constrained')
             whole, zoom = figure.subplots(2, 1)
             near = (time >= _ZOOM[0]) & (time <= _ZOOM[1])
             for axes, part, factor in ((whole, np.ones_like(near), 1.0), (zoom, near, 1e3)):
-                axes.step(factor * time[part], asked[part], where='post', color=GREY, linewidth=3.5, label='asked for')
-                axes.plot(factor * time[part], found[part], color=BLUE, label='measured')
-                axes.plot(factor * time[part], beside[part], color=ORANGE, linestyle='--', label='the other channel')
+                axes.step(factor * time[part], commanded[part], where='post', color=GREY, linewidth=3.5,
+                          label='asked for')
+                axes.plot(factor * time[part], measured[part], color=BLUE, label='measured')
+                axes.plot(factor * time[part], coupled[part], color=ORANGE, linestyle='--', label='the other channel')
                 axes.set_ylabel(f'{label} [{unit}]')
             whole.set_xlabel('time [s]')
             zoom.set_xlabel('time [ms], the first step')

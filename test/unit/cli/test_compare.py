@@ -7,7 +7,7 @@ import pytest
 from bag_making import record
 from harness import CONFIG
 
-from mobile_robot_control.cli import experiment
+from mobile_robot_control.cli import experiment, experiment_runner
 from mobile_robot_control.cli.experiment_runner import ExperimentResult
 from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
@@ -16,27 +16,27 @@ from mobile_robot_control.simulation.rollout import rollout
 
 @pytest.fixture
 def ran(monkeypatch):
-    """What experiments were run, in one process instead of over DDS."""
-    asked = {}
+    """The parameters of the experiments that were run, by name: in one process instead of over DDS."""
+    parameters_by_name = {}
 
-    def perform(options, parameters, output, bar):
-        asked[output.name] = parameters
-        record(output / 'bag', rollout(parameters, options.duration))
-        options.stop.requested = output.name == 'stopped'
-        broken = output.name == 'broken'
-        return ExperimentResult('node_died' if broken else 'completed', 'as it was told' if broken else ''), {}
+    def run(parameters, output, namespace, composed, patience, stop, bar):
+        parameters_by_name[output.name] = parameters
+        record(output / 'bag', rollout(parameters, parameters.plant.duration))
+        stop.requested = output.name == 'stopped'
+        return ExperimentResult(*(('node_died', 'no answer') if output.name == 'broken' else ('completed', '')))
 
-    monkeypatch.setattr(experiment, '_perform', perform)
+    monkeypatch.setattr(experiment_runner, 'run_experiment', run)
     monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
-    return asked
+    return parameters_by_name
 
 
 def _compare(output, *files, extra=()):
-    return experiment.main(['--duration', '0.1', '--output', str(output), '--compare', *map(str, files), *extra])
+    return experiment.main(['--duration', '0.1', '--output', str(output), '--no-report', '--compare', *map(str, files),
+                            *extra])
 
 
-def test_all_run_on_the_curve_of_the_first_from_its_start(ran, tmp_path):
+def test_every_run_has_the_curve_and_the_start_of_the_first(ran, tmp_path):
     other = tmp_path / 'other.yaml'
     other.write_text((CONFIG / 'fuzzy.yaml').read_text().replace('curve: trifolium', 'rotation: 1.0'))
     assert 'rotation: 1.0' in other.read_text()
@@ -52,14 +52,14 @@ def test_all_run_on_the_curve_of_the_first_from_its_start(ran, tmp_path):
     assert 'rotation: 0.0' in (tmp_path / 'out' / 'other' / 'parameters.yaml').read_text()
 
 
-def test_files_of_one_name_have_folders_of_their_own(ran, tmp_path):
+def test_files_of_the_same_name_get_numbered_folders(ran, tmp_path):
     assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'fuzzy.yaml') == 0
     assert list(ran) == ['fuzzy_1', 'fuzzy_2']
 
 
 @pytest.mark.parametrize(('name', 'runs', 'reason'), [
-    ('broken', 2, 'broken: node_died: as it was told'), ('stopped', 1, 'stopped: interrupted')])
-def test_a_failure_is_reported_and_a_stop_ends_the_comparison(ran, tmp_path, capsys, name, runs, reason):
+    ('broken', 2, 'broken: node_died: no answer'), ('stopped', 1, 'stopped: interrupted')])
+def test_a_failed_run_is_reported_and_a_stop_request_ends_the_comparison(ran, tmp_path, capsys, name, runs, reason):
     file = tmp_path / f'{name}.yaml'
     file.write_text((CONFIG / 'fuzzy.yaml').read_text())
     assert _compare(tmp_path / 'out', file, CONFIG / 'fuzzy.yaml') == 1
@@ -68,7 +68,7 @@ def test_a_failure_is_reported_and_a_stop_ends_the_comparison(ran, tmp_path, cap
     assert reason in capsys.readouterr().err
 
 
-def test_nothing_runs_where_one_of_them_is_refused(ran, tmp_path, capsys):
+def test_no_run_starts_when_one_file_or_folder_is_refused(ran, tmp_path, capsys):
     assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', tmp_path / 'nowhere.yaml') == 2
     assert 'nowhere.yaml' in capsys.readouterr().err
     assert _compare(tmp_path / 'out', *[CONFIG / 'fuzzy.yaml'] * 7) == 2

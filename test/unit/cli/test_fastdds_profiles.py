@@ -1,4 +1,4 @@
-"""An experiment's DDS settings, which give way to the user's own."""
+"""Fast DDS settings of an experiment; settings that the user has named stay in force."""
 
 import os
 from xml.etree import ElementTree
@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 from mobile_robot_control.cli import fastdds_profiles
 
 
-def test_settings_are_written_and_named(tmp_path, monkeypatch):
+def test_settings_are_written_to_a_file_named_in_the_environment(tmp_path, monkeypatch):
     monkeypatch.delenv('FASTDDS_DEFAULT_PROFILES_FILE', raising=False)
     fastdds_profiles.use_fastdds_profiles(tmp_path)
     file = tmp_path / 'fastdds.xml'
@@ -15,7 +15,7 @@ def test_settings_are_written_and_named(tmp_path, monkeypatch):
     monkeypatch.delenv('FASTDDS_DEFAULT_PROFILES_FILE')
 
 
-def test_the_users_own_settings_stay(tmp_path, monkeypatch):
+def test_settings_named_by_the_user_stay_in_force(tmp_path, monkeypatch):
     monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '/mine.xml')
     fastdds_profiles.use_fastdds_profiles(tmp_path)
     assert os.environ['FASTDDS_DEFAULT_PROFILES_FILE'] == '/mine.xml'

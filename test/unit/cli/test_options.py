@@ -1,4 +1,4 @@
-"""What the user can mend becomes a message and an exit code."""
+"""Options shared by the commands, and errors as messages and exit codes."""
 
 import argparse
 
@@ -19,25 +19,25 @@ def _exit_code(run):
     return make_main('name', lambda _: None, run)([])
 
 
-def test_exit_codes_pass():
+def test_main_returns_the_exit_code_of_the_command():
     assert [_exit_code(lambda _, code=code: code) for code in (0, 1)] == [0, 1]
 
 
-@pytest.mark.parametrize(('error', 'code', 'said'), [
+@pytest.mark.parametrize(('error', 'code', 'messages'), [
     (ParameterError(['one', 'two']), 2, ['name: one', 'name: two']),
     (OSError(28, 'No space left on device', '/full/file'), 1, ['name: /full/file: No space left on device; make room']),
     (OSError(13, 'Permission denied', '/a/file'), 2, ['name: /a/file: Permission denied; name a place']),
     (ModuleNotFoundError('no', name='rosbags'), 2, ['module rosbags is missing', 'rosdep or pip']),
     (KeyboardInterrupt(), 1, ['name: interrupted']),
 ])
-def test_errors_become_messages(capsys, error, code, said):
+def test_errors_give_a_message_and_an_exit_code(capsys, error, code, messages):
     assert _exit_code(_raising(error)) == code
     shown = capsys.readouterr().err
-    for words in said:
-        assert words in shown
+    for message in messages:
+        assert message in shown
 
 
-def test_later_files_and_overrides_win(tmp_path):
+def test_later_files_and_overrides_take_precedence(tmp_path):
     for name, mass in (('first', 1.0), ('second', 2.0)):
         (tmp_path / name).write_text(f'/**: {{ros__parameters: {{robot.mass: {mass}, robot.inertia: {mass}}}}}')
     options = make_parser('name', 'what it does').parse_args([
@@ -49,7 +49,7 @@ def test_later_files_and_overrides_win(tmp_path):
 
 
 @pytest.mark.parametrize('text', ['0', '-1', 'nan', 'inf', 'long'])
-def test_only_positive_durations(text):
+def test_a_duration_must_be_positive(text):
     with pytest.raises(argparse.ArgumentTypeError, match='not a positive number'):
         positive(text)
     assert positive('16') == 16.0

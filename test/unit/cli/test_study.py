@@ -28,7 +28,7 @@ def read(folder):
         return json.loads((folder / 'study.json').read_text()), list(csv.DictReader(file))
 
 
-def test_several_controllers_meet_the_same_runs(tmp_path, capsys):
+def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
     for name, gain in (('firm', 2.0), ('slack', 1e-6)):
         (tmp_path / f'{name}.yaml').write_text(
             f'/**/position_controller: {{ros__parameters: {{backstepping: {{p: {gain}, q: 1.0, f: 5.0, g: 5.0}}}}}}')
@@ -64,7 +64,7 @@ def test_the_same_seed_gives_the_same_study(tmp_path):
     assert [row['objective'] for row in quiet] != [row['objective'] for row in rows]
 
 
-def test_runs_that_diverge_are_failures_with_no_numbers(tmp_path):
+def test_a_diverging_run_is_a_failure_and_has_null_metrics(tmp_path):
     assert run(tmp_path, '--runs', 3, '-p', 'plant.disturbance.step:=[1e9, 1e9]') == 0
     found, _ = read(tmp_path)
     (numbers,) = found['controllers'].values()
@@ -72,7 +72,7 @@ def test_runs_that_diverge_are_failures_with_no_numbers(tmp_path):
     assert numbers['metrics']['energy']['median'] is None
 
 
-def test_bad_usage_is_exit_2(tmp_path, capsys):
+def test_bad_usage_ends_with_exit_code_2(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         run(tmp_path, '--runs', 1, '--longest-delay', 99)
     assert ended.value.code == 2

@@ -1,4 +1,4 @@
-"""The command `tune`: its files, its exit codes, and that no interruption changes what it finds."""
+"""The command `tune`: its files and exit codes, and the same result after any interruption."""
 
 import json
 import os
@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from processes import wait_until
 
 from mobile_robot_control.cli import search_run, tune
 from mobile_robot_control.parameters.configuration import configure
@@ -21,7 +22,7 @@ from mobile_robot_control.simulation.rollout import measure
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5',
          '-p', 'reference_cart.scale:=0.05', '-p', 'plant.initial_pose:=[0.05, 0.0, 1.57]']
 SEARCH = ['backstepping', '--seed', '3', '--population', '9', '--bounds', 'k1=0:2', '--bounds', 'k2=0:2', *SMALL]
-# without numba, whose compilation would take longer than all else
+# without numba, whose compilation would take longer than the search
 START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.tune import main; sys.exit(main())'
 
 
@@ -52,7 +53,7 @@ def lines(file):
         return 0
 
 
-def test_file_history_and_picture_say_what_was_found(tmp_path, capsys):
+def test_result_file_history_and_picture_agree(tmp_path, capsys):
     output = tmp_path / 'deep' / 'found.yaml'
     assert run('--output', output, '--generations', 6) == 0
     parameters = configure(load([output]))
@@ -65,15 +66,15 @@ def test_file_history_and_picture_say_what_was_found(tmp_path, capsys):
     assert history[0] == 'number,best,mean,lost'
     assert len(history) == 7
     best = float(history[-1].split(',')[1])
-    # of the gains as written, which have six digits
-    (said,) = [float(line.split()[2].rstrip(':')) for line in head if line.startswith('# objective ')]
-    assert said == pytest.approx(best, rel=1e-3)
+    # of the written gains, which have six digits
+    (objective,) = [float(line.split()[2].rstrip(':')) for line in head if line.startswith('# objective ')]
+    assert objective == pytest.approx(best, rel=1e-3)
     assert output.with_suffix('.png').stat().st_size > 10000
     assert not list(output.parent.glob('*.journal'))
-    assert f'objective {said:.6g} after 6 generations' in capsys.readouterr().out
+    assert f'objective {objective:.6g} after 6 generations' in capsys.readouterr().out
 
 
-def test_the_best_gains_rolled_out_have_the_objective_that_the_file_says(tmp_path):
+def test_a_rollout_of_the_result_file_has_the_objective_that_it_names(tmp_path):
     output = tmp_path / 'found.yaml'
     assert run('--output', output, '--generations', 3) == 0
     parameters = configure(load([output]))
@@ -95,7 +96,7 @@ def test_the_same_seed_gives_the_same_files_for_any_number_of_workers(tmp_path, 
     ('fuzzy', 'position_controller', 'velocity_controller'),
     ('hybrid_backstepping', 'velocity_controller', 'reference_cart'),
 ])
-def test_each_controller_can_be_searched(tmp_path, controller, changed, kept):
+def test_each_controller_can_be_tuned_and_the_rest_stays(tmp_path, controller, changed, kept):
     output = tmp_path / 'found.yaml'
     assert tune.main([controller, '--seed', '1', '--population', '6', '--generations', '2', *SMALL, '--workers', '1',
                       *(() if controller == 'fuzzy' else SEARCH[5:9]), '--output', str(output)]) == 0
@@ -106,7 +107,7 @@ def test_each_controller_can_be_searched(tmp_path, controller, changed, kept):
         assert found.position_controller.control.controller_type == controller
 
 
-def test_scenarios_of_every_kind(tmp_path):
+def test_scenario_options_can_be_combined(tmp_path):
     output = tmp_path / 'found.yaml'
     assert run('--output', output, '--generations', 1, '--curves', 'circle', 'lemniscate', '--scales', '0.05', '0.1',
                '--start=-0.01,0,0', '--start', '0,0,0', '--mass', '0.8', '1.2', '--friction', '1.2', '--delays', '1',
@@ -116,7 +117,7 @@ def test_scenarios_of_every_kind(tmp_path):
     assert 'worst of Eq. (29) with max tau as printed' in output.read_text()
 
 
-def test_a_better_file_stays_unless_told_otherwise(tmp_path, capsys):
+def test_a_better_result_is_replaced_only_with_overwrite(tmp_path, capsys):
     output = tmp_path / 'found.yaml'
     assert run('--output', output, '--generations', 8) == 0
     better = output.read_bytes()
@@ -126,12 +127,12 @@ def test_a_better_file_stays_unless_told_otherwise(tmp_path, capsys):
     assert run('--output', output, '--generations', 1, '--overwrite') == 0
     worse = output.read_bytes()
     assert worse != better
-    # the better one replaces the worse one unasked
+    # a better result replaces a worse one without the option
     assert run('--output', output, '--generations', 8) == 0
     assert values(output) == [line.decode() for line in better.splitlines() if not line.startswith(b'#')]
 
 
-def test_a_file_that_cannot_be_compared_stays(tmp_path, capsys):
+def test_a_file_without_a_controller_is_not_replaced(tmp_path, capsys):
     output = tmp_path / 'notes.yaml'
     output.write_text('my: notes\n')
     assert run('--output', output, '--generations', 1) == 2
@@ -139,45 +140,45 @@ def test_a_file_that_cannot_be_compared_stays(tmp_path, capsys):
     assert 'holds no backstepping controller' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(('arguments', 'said'), [
+@pytest.mark.parametrize(('arguments', 'message'), [
     (['--bounds', 'k9=0:1'], "no gene 'k9'"),
     (['--bounds', 'k1=2:1'], 'k1 = 2.0:1.0 is not allowed'),
     (['-p', '/**.velocity_rate:=-1.0'], 'velocity_rate = -1.0'),
 ])
-def test_what_cannot_be_used_is_refused_with_exit_2(tmp_path, capsys, arguments, said):
+def test_unusable_values_end_with_exit_code_2(tmp_path, capsys, arguments, message):
     assert run('--output', tmp_path / 'x.yaml', *arguments) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize('arguments', [['--bounds', 'k1'], ['--start', '1,2'], ['--generations', '0'],
                                        ['--population', 'x'], ['--curves', 'square'], ['--variation', '1.5']])
-def test_bad_usage_ends_with_exit_2(tmp_path, arguments):
+def test_bad_usage_ends_with_exit_code_2(tmp_path, arguments):
     with pytest.raises(SystemExit) as ended:
         run('--output', tmp_path / 'x.yaml', *arguments)
     assert ended.value.code == 2
 
 
-def test_an_output_that_cannot_be_written_is_said_before_the_search(tmp_path, capsys):
+def test_an_unwritable_output_is_refused_before_the_search(tmp_path, capsys):
     (tmp_path / 'file').write_text('')
     assert run('--output', tmp_path / 'file' / 'x.yaml') == 2
     assert run('--output', tmp_path) == 2
     assert 'is a folder' in capsys.readouterr().err
 
 
-def test_no_scheduler_there_is_exit_2(tmp_path, capsys):
+def test_a_missing_scheduler_ends_with_exit_code_2(tmp_path, capsys):
     pytest.importorskip('distributed')
     assert run('--output', tmp_path / 'x.yaml', '--scheduler', 'nonsense://here') == 2
     assert 'no Dask scheduler answers' in capsys.readouterr().err
 
 
-def test_nothing_that_can_run_is_exit_1(tmp_path, capsys):
+def test_a_search_in_which_every_run_diverges_ends_with_exit_code_1(tmp_path, capsys):
     assert run('--output', tmp_path / 'x.yaml', '--generations', 1, '-p', 'plant.disturbance.step:=[1e9, 1e9]') == 1
     assert 'no individual could be scored' in capsys.readouterr().err
     assert not (tmp_path / 'x.yaml').exists()
 
 
-def test_a_disk_that_is_full_on_the_way_keeps_the_best(tmp_path, capsys, monkeypatch):
+def test_a_full_disk_ends_the_search_and_keeps_the_best_so_far(tmp_path, capsys, monkeypatch):
     from mobile_robot_control.tuning import journal
     add, calls = journal.Journal.add, []
 
@@ -190,9 +191,9 @@ def test_a_disk_that_is_full_on_the_way_keeps_the_best(tmp_path, capsys, monkeyp
     monkeypatch.setattr(journal.Journal, 'add', full)
     output = tmp_path / 'x.yaml'
     assert run('--output', output, '--generations', 9) == 1
-    said = capsys.readouterr().err
-    assert 'No space left on device' in said
-    assert 'best of 3 generations' in said
+    printed = capsys.readouterr().err
+    assert 'No space left on device' in printed
+    assert 'best of 3 generations' in printed
     assert configure(load([output]))
     monkeypatch.setattr(journal.Journal, 'add', add)
     assert run('--output', output, '--generations', 9, '--resume') == 0
@@ -201,7 +202,7 @@ def test_a_disk_that_is_full_on_the_way_keeps_the_best(tmp_path, capsys, monkeyp
 
 
 
-def test_an_unfinished_search_is_not_forgotten_unasked(tmp_path, capsys):
+def test_an_unfinished_search_is_not_replaced_without_resume(tmp_path, capsys):
     journal = tmp_path / 'x.yaml.journal'
     journal.write_text('something')
     assert run('--output', tmp_path / 'x.yaml', '--generations', 2) == 2
@@ -209,7 +210,7 @@ def test_an_unfinished_search_is_not_forgotten_unasked(tmp_path, capsys):
     assert journal.read_text() == 'something'
 
 
-def test_a_corrupt_journal_is_said_and_stays(tmp_path, capsys):
+def test_a_corrupt_journal_is_refused_and_kept(tmp_path, capsys):
     journal = tmp_path / 'x.yaml.journal'
     journal.write_text('garbage\nmore\n')
     assert run('--output', tmp_path / 'x.yaml', '--generations', 2, '--resume') == 2
@@ -225,11 +226,8 @@ def _kill_and_resume(folder, kills, generations):
         search = start('--output', output, '--generations', generations, '--workers', '1', '--resume')
         begun = lines(journal)
         # once it scores anew
-        deadline = time.monotonic() + 60.0
-        while lines(journal) <= begun + chance.randrange(2, 6):
-            assert search.poll() is None, search.stderr.read()
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
+        wait_until(lambda: lines(journal) > begun + chance.randrange(2, 6) or search.poll() is not None, 60.0)  # noqa: B023
+        assert search.poll() is None, search.stderr.read()
         time.sleep(chance.random() * 0.05)
         search.kill()
         search.wait()
@@ -240,43 +238,40 @@ def _kill_and_resume(folder, kills, generations):
     return kept
 
 
-def _same_as_undisturbed(folder, generations):
+def _assert_same_as_uninterrupted(folder, generations):
     assert run('--output', folder / 'x.yaml', '--generations', generations, '--resume') == 0
     assert run('--output', folder / 'whole' / 'x.yaml', '--generations', generations) == 0
     assert values(folder / 'x.yaml') == values(folder / 'whole' / 'x.yaml')
     assert (folder / 'x.csv').read_bytes() == (folder / 'whole' / 'x.csv').read_bytes()
 
 
-def test_killed_once_it_ends_as_undisturbed(tmp_path):
+def test_a_search_killed_once_and_resumed_gives_the_same_result(tmp_path):
     kept = _kill_and_resume(tmp_path, 1, 300)
     assert 0 < kept[0] < 300
-    _same_as_undisturbed(tmp_path, kept[-1] + 3)
+    _assert_same_as_uninterrupted(tmp_path, kept[-1] + 3)
 
 
 @pytest.mark.soak
-def test_killed_ten_times_it_ends_as_undisturbed(tmp_path):
+def test_a_search_killed_ten_times_and_resumed_gives_the_same_result(tmp_path):
     kept = _kill_and_resume(tmp_path, 10, 2000)
     assert kept == sorted(kept)
-    _same_as_undisturbed(tmp_path, kept[-1] + 3)
+    _assert_same_as_uninterrupted(tmp_path, kept[-1] + 3)
 
 
-def test_ctrl_c_writes_the_best_so_far_and_says_how_to_go_on(tmp_path):
+def test_ctrl_c_writes_the_best_so_far_and_names_resume(tmp_path):
     output, journal = tmp_path / 'x.yaml', tmp_path / 'x.yaml.journal'
     search = start('--output', output, '--generations', 5000, '--workers', '2')
-    deadline = time.monotonic() + 60.0
-    while lines(journal) < 4:
-        assert search.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
+    wait_until(lambda: lines(journal) >= 4 or search.poll() is not None, 60.0)
+    assert search.poll() is None
     # to the workers too, as a terminal does
     os.killpg(search.pid, signal.SIGINT)
-    _, said = search.communicate(timeout=30)
+    _, printed = search.communicate(timeout=30)
     assert search.returncode == 1
-    assert '--resume goes on' in said
-    assert 'Traceback' not in said
+    assert '--resume goes on' in printed
+    assert 'Traceback' not in printed
     assert configure(load([output]))
     generations = lines(journal) - 1
-    assert f'interrupted after {generations} of 5000' in said
+    assert f'interrupted after {generations} of 5000' in printed
     header = json.loads(journal.read_text().splitlines()[0].partition(' ')[2])
     assert header['seed'] == 3
     # two more generations on top

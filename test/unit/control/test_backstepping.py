@@ -17,9 +17,9 @@ STEEP = BacksteppingGains(p=1.5, q=0.5, alpha=2.0, f=2.0, g=3.0)
 
 def command(error, gains, v_r=2.0, omega_r=0.5):
     reference = Reference(Pose(9.0, 9.0, 9.0), BodyVelocity(v_r, omega_r))
-    state, asked = backstepping.step(NoState(), error, reference, gains, 0.01)
+    state, velocity = backstepping.step(NoState(), error, reference, gains, 0.01)
     assert state == NoState()
-    return asked
+    return velocity
 
 
 def test_equation_25_with_hand_numbers():
@@ -35,12 +35,12 @@ def test_equation_25_with_an_alpha_above_1():
     assert command(ERROR, between) == pytest.approx((math.sqrt(3.0) + 1.35, 0.5 - 2.85), rel=1e-14)
 
 
-def test_on_the_cart_the_command_is_the_references_velocity():
+def test_on_the_cart_the_velocityis_the_references_velocity():
     for gains in (GAINS, STEEP):
         assert command(TrackingError(0.0, 0.0, 0.0), gains) == (2.0, 0.5)
 
 
-def test_each_term_has_its_direction():
+def test_each_term_of_the_law_acts_in_its_direction():
     # ahead: faster; to the left: turn left; the cart turned left: turn left
     ahead, left, turned = (command(TrackingError(*e), GAINS) for e in ((0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)))
     assert ahead.linear > 2.0
@@ -93,7 +93,7 @@ def test_deviation_2_equation_28_may_be_zero_away_from_the_cart():
     assert lyapunov_rate(TrackingError(0.0, 0.7, math.pi), GAINS) == pytest.approx(0.0, abs=1e-30)
 
 
-def test_an_error_beyond_all_sense_does_not_raise():
+def test_huge_errors_give_finite_commands():
     steepest = GAINS._replace(alpha=5.0)
     for error in ((1e15, 1e15, 3.0), (-1e15, 1e-300, -3.0), (1e100, -1e100, 0.1)):
         assert all(math.isfinite(part) for part in command(TrackingError(*error), steepest))

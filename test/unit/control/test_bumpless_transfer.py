@@ -1,4 +1,4 @@
-"""The running law, and its handing over without a jump."""
+"""Bumpless transfer: gains and laws change without a jump of the command."""
 
 import math
 
@@ -17,23 +17,23 @@ GENTLE = PositionControl(backstepping=BacksteppingGains(p=1.0, q=1.0, f=1.0, g=1
 BRISK = PositionControl(backstepping=BacksteppingGains(p=2.0, q=1.0, f=4.0, g=3.0))
 
 
-def asked(parameters):
+def settled(parameters):
     law = LAWS[parameters.controller_type]
     return law.step(law.start, ERROR, REFERENCE, getattr(parameters, parameters.controller_type), DT)[1]
 
 
-def test_a_law_that_never_changes_is_itself():
+def test_without_a_change_the_command_is_that_of_the_law():
     running = bumpless_transfer.begin(GENTLE, under_way=False)
     for _ in range(3):
         running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
-        assert command == asked(GENTLE)
+        assert command == settled(GENTLE)
         assert running.command == command
 
 
-def test_new_gains_do_not_jump_and_what_they_jumped_by_fades_in_a_fifth_of_a_second():
+def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second():
     running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, under_way=False), ERROR, REFERENCE, DT)
     running = bumpless_transfer.change(running, BRISK)
-    new = asked(BRISK)
+    new = settled(BRISK)
     assert new != pytest.approx(before, rel=1e-3)
     for k in range(40):
         running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
@@ -43,7 +43,7 @@ def test_new_gains_do_not_jump_and_what_they_jumped_by_fades_in_a_fifth_of_a_sec
         assert command == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_change_while_the_last_one_still_fades_does_not_jump_either():
+def test_a_second_change_during_the_transfer_does_not_jump():
     running, _ = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, under_way=False), ERROR, REFERENCE, DT)
     running = bumpless_transfer.change(running, BRISK)
     running, _ = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
@@ -52,7 +52,7 @@ def test_a_change_while_the_last_one_still_fades_does_not_jump_either():
     assert command == pytest.approx(before, rel=1e-14)
 
 
-def test_another_law_takes_over_smoothly():
+def test_another_law_takes_over_without_a_jump():
     running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, under_way=False), ERROR, REFERENCE, DT)
     fuzzy = GENTLE._replace(controller_type='fuzzy')
     running = bumpless_transfer.change(running, fuzzy)
@@ -60,10 +60,10 @@ def test_another_law_takes_over_smoothly():
     assert command == pytest.approx(before, rel=1e-14)
     for _ in range(200):
         running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
-    assert command == pytest.approx(asked(fuzzy), rel=1e-12)
+    assert command == pytest.approx(settled(fuzzy), rel=1e-12)
 
 
-def test_a_hybrid_law_switched_in_takes_the_cart_as_seen():
+def test_a_hybrid_law_switched_in_live_starts_tracking():
     hybrid = GENTLE._replace(controller_type='hybrid_backstepping')
     running = bumpless_transfer.begin(GENTLE, under_way=False)
     assert running.state == NoState()
@@ -71,7 +71,7 @@ def test_a_hybrid_law_switched_in_takes_the_cart_as_seen():
 
 
 @pytest.mark.parametrize(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
-def test_a_hybrid_law_seeks_at_a_runs_start_alone(under_way, state):
+def test_a_hybrid_law_seeks_the_cart_only_at_the_start_of_a_run(under_way, state):
     hybrid = GENTLE._replace(controller_type='hybrid_backstepping')
     assert bumpless_transfer.begin(hybrid, under_way).state == state
 
@@ -86,7 +86,7 @@ def test_new_gains_keep_the_state_of_the_law():
 
 
 def test_a_change_before_the_first_step_starts_from_rest():
-    # nothing was asked for yet: the robot stands
+    # no command has been published yet: the robot stands
     running = bumpless_transfer.change(bumpless_transfer.begin(GENTLE, under_way=False), BRISK)
     _, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
     assert command == pytest.approx((0.0, 0.0), abs=1e-15)

@@ -1,4 +1,4 @@
-"""Limits of the command."""
+"""Limits of velocity and acceleration on the command."""
 
 import math
 
@@ -12,7 +12,7 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, Track
 REST = BodyVelocity(0.0, 0.0)
 
 
-@pytest.mark.parametrize(('limits', 'asked', 'before', 'given'), [
+@pytest.mark.parametrize(('limits', 'command', 'before', 'limited'), [
     (Limits(), (1e9, -1e9), (0.0, 0.0), (1e9, -1e9)),
     (Limits(linear_velocity=0.5), (0.7, 3.0), (0.0, 0.0), (0.5, 3.0)),
     (Limits(linear_velocity=0.5), (-0.7, 3.0), (0.0, 0.0), (-0.5, 3.0)),
@@ -27,16 +27,17 @@ REST = BodyVelocity(0.0, 0.0)
     # lowered while the robot is faster than that: the velocity limit wins
     (Limits(linear_velocity=0.5, linear_acceleration=1.0), (2.0, 0.0), (2.0, 0.0), (0.5, 0.0)),
 ])
-def test_each_component_is_held_by_itself(limits, asked, before, given):
-    assert limit_command(BodyVelocity(*asked), BodyVelocity(*before), limits, 0.1) == pytest.approx(given, rel=1e-15)
+def test_each_component_is_limited_by_itself(limits, command, before, limited):
+    assert limit_command(BodyVelocity(*command), BodyVelocity(*before), limits, 0.1) == pytest.approx(
+        limited, rel=1e-15)
 
 
-def test_what_no_limit_binds_is_left_as_it_is():
-    asked = BodyVelocity(0.1 + 0.2, -0.3)
-    assert limit_command(asked, REST, Limits(1.0, 1.0, 10.0, 10.0), 0.1) == asked
+def test_a_command_within_its_limits_is_unchanged():
+    command = BodyVelocity(0.1 + 0.2, -0.3)
+    assert limit_command(command, REST, Limits(1.0, 1.0, 10.0, 10.0), 0.1) == command
 
 
-def test_the_running_law_keeps_within_limits_that_came_live():
+def test_limits_changed_live_hold_for_the_running_law():
     reference, error = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(1.0, 1.0)), TrackingError(0.0, 0.0, 0.0)
     running = bumpless_transfer.begin(PositionControl(), under_way=False)
     running, command = bumpless_transfer.step(running, error, reference, 0.1)

@@ -97,7 +97,7 @@ def test_on_the_cart_the_stop_rule_fires():
     assert command == (S, ST)
 
 
-def test_the_defaults_are_allowed():
+def test_the_default_gains_are_valid():
     assert build(FuzzyGains, {}) == FuzzyGains()
 
 
@@ -143,6 +143,6 @@ def test_values_out_of_bounds_are_refused(name, value):
         build(FuzzyGains, {name: value})
 
 
-def test_the_narrowest_triangle_still_leaves_a_rule():
+def test_with_the_narrowest_triangle_some_rule_still_fires():
     narrow = build(FuzzyGains, {'b': (5e-324, 0.0, 3.0, 3.1, 1.5, 2.5)})
     assert all(math.isfinite(part) for part in surface(0.1, 5e-324, narrow))

@@ -35,7 +35,7 @@ def towards(bearing, distance=1.0):
     return TrackingError(distance * math.cos(bearing), distance * math.sin(bearing), 0.3)
 
 
-def test_a_run_starts_blind_and_at_rest():
+def test_a_run_starts_with_zero_fade_in_and_zero_rotation():
     # deviation 4: alpha(0) = alpha'(0) = 0; deviation 5: omega_s(0) = 0
     assert HybridState() == (0.0, 0.0, 0.0, 0.0, 0.0)
     assert step(HybridState(), LEFT)[1] == (0.0, 0.0)
@@ -47,16 +47,16 @@ def test_equation_30_before_the_cart_is_seen_the_robot_only_turns():
 
 
 def test_equation_30_while_fading_in():
-    _, asked = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
+    _, inner = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
     _, command = step(HybridState(seen=1.0, fade=0.25, fade_rate=0.5, seek=-0.4), LEFT)
     # alpha u1 and alpha u2 + (1 - alpha) omega_s
-    assert command == pytest.approx((0.25 * asked.linear, 0.25 * asked.angular - 0.75 * 0.4), rel=1e-14)
+    assert command == pytest.approx((0.25 * inner.linear, 0.25 * inner.angular - 0.75 * 0.4), rel=1e-14)
 
 
 def test_equation_30_once_faded_in_it_is_backstepping():
-    _, asked = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
+    _, inner = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
     state, command = step(TRACKING, LEFT)
-    assert command == asked
+    assert command == inner
     assert (state.seen, state.fade, state.fade_rate) == (1.0, 1.0, 0.0)
 
 
@@ -83,7 +83,7 @@ def test_deviation_5_the_seeking_rotation_grows_up_to_its_speed(direction, sign)
     assert turns == pytest.approx(expected, abs=1e-14)
 
 
-def test_the_seeking_rotation_turns_back_when_the_cart_goes_round_behind():
+def test_the_seeking_rotation_reverses_when_the_cart_passes_behind():
     state = HybridState(seek=0.2, last_bearing=3.0)
     state, _ = step(state, towards(-3.0))
     assert state.seek == pytest.approx(0.15, rel=1e-14)
@@ -101,7 +101,7 @@ def test_equation_33_latches_when_the_bearing_is_zero(last, error):
 
 
 @pytest.mark.parametrize(('distance', 'seen'), [(0.999e-6, 1.0), (1.001e-6, 0.0)])
-def test_equation_33_latches_on_the_cart(distance, seen):
+def test_equation_33_latches_within_a_micrometre_of_the_cart(distance, seen):
     assert step(HybridState(last_bearing=2.0), towards(2.0, distance))[0].seen == seen
 
 
@@ -132,7 +132,7 @@ def test_equation_33_latches_when_the_bearing_crosses_zero(last, now, seen):
     assert state.last_bearing == pytest.approx(now, abs=1e-15)
 
 
-def test_equation_33_is_a_latch():
+def test_equation_33_once_latched_z_stays_1():
     state, _ = step(HybridState(seek=0.3, last_bearing=0.1), towards(-0.1))
     for bearing in (-0.2, -2.0, 3.0):
         state, _ = step(state, towards(bearing))
@@ -156,7 +156,7 @@ def test_the_fade_in_starts_with_the_latch():
     assert state.fade == pytest.approx(1.0 - (4.0 * math.exp(-0.1) - math.exp(-0.4)) / 3.0, rel=1e-13)
 
 
-def test_a_law_that_joins_a_run_counts_the_cart_as_seen():
+def test_a_hybrid_law_that_joins_a_run_starts_tracking():
     assert TRACKING.seen == TRACKING.fade == 1.0
     assert TRACKING.fade_rate == TRACKING.seek == 0.0
     state, _ = step(TRACKING, towards(2.0))
@@ -189,7 +189,7 @@ def test_equation_32_exactly_under_held_z(b0, b1, start):
 
 
 @pytest.mark.parametrize('excess', [0.0, 1e-15, 1e-13, 1e-12, 1e-9, 1e-4])
-def test_equation_32_loses_nothing_near_the_double_pole(excess):
+def test_equation_32_keeps_its_precision_near_the_double_pole(excess):
     # y' = F y with y = (alpha - 1, alpha'), by the exponential of F
     gains, dt = SeekingGains(b0=0.25, b1=math.sqrt(1.0 + excess)), 0.02
     transition = expm(np.array([[0.0, 1.0], [-1.0 / gains.b0, -gains.b1 / gains.b0]]) * dt)

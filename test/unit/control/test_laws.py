@@ -26,7 +26,7 @@ def test_select_gives_the_law_with_its_gains(name, step, gains):
     assert selected == gains
 
 
-def test_the_states_of_starting_and_joining_laws():
+def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
     assert LAWS['backstepping'][1:] == (NoState(), NoState())
     assert LAWS['fuzzy'][1:] == (NoState(), NoState())
     assert LAWS['hybrid_backstepping'][1:] == (HybridState(), hybrid_backstepping.TRACKING)

@@ -33,14 +33,14 @@ def test_equations_16_and_17_with_hand_numbers():
     assert state == pytest.approx((0.015, -0.0125), rel=1e-14)
 
 
-def test_the_levers_length_counts():
+def test_the_torque_scales_with_half_separation_over_wheel_radius():
     # R/r = 0.25/0.1, from the robot
     robot = Robot(wheel_radius=0.1, wheel_separation=0.5)
     _, torque = velocity_pi.step(VelocityPiState(), BodyVelocity(1.0, 0.0), REST, GAINS, robot, 0.0, 0.01)
     assert torque == pytest.approx((5.0, 5.0), rel=1e-14)
 
 
-def test_too_slow_a_turn_pushes_the_right_wheel():
+def test_a_turn_to_the_left_drives_the_right_wheel_forwards():
     _, torque = step(VelocityPiState(), (0.0, 1.0))
     assert torque == pytest.approx((2.5, -2.5), rel=1e-14)
 
@@ -90,31 +90,34 @@ def continuous_step_response(channel, time, literal):
     return solve_ivp(loop, (0.0, time), [0.0, 0.0], method='LSODA', rtol=1e-10, atol=1e-12).y[0, -1]
 
 
-@pytest.mark.parametrize('channel', ['linear', 'angular'])
-def test_equations_18_to_22_hold_with_the_g_of_17(channel):
-    # within 0.3 ms, one time constant, at 2 MHz: the loop is as good as continuous
-    dt, steps = 5e-7, 600
+def sampled_step_response(command, steps, dt=5e-7):
+    """Body velocity after so many periods of a step from rest, with the evolved gains, at 2 MHz."""
     plant, state = discretise(ROBOT, dt), dynamics.at_rest(Pose(0.0, 0.0, 0.0))
     gains, pi = VelocityGains(**chapter.EVOLVED_VELOCITY_GAINS), VelocityPiState()
-    command = BodyVelocity(1.0, 0.0) if channel == 'linear' else BodyVelocity(0.0, 1.0)
     for _ in range(steps):
         pi, torque = velocity_pi.step(pi, command, state.velocity, gains, ROBOT, 0.0, dt)
         state = dynamics.step(state, torque, plant)
-    reached = getattr(state.velocity, channel)
-    assert reached == pytest.approx(continuous_step_response(channel, dt * steps, literal=False), rel=2e-3)
+    return state.velocity
+
+
+@pytest.mark.parametrize('channel', ['linear', 'angular'])
+def test_equations_18_to_22_hold_with_the_g_of_17(channel):
+    # within 0.3 ms, one time constant
+    command = BodyVelocity(1.0, 0.0) if channel == 'linear' else BodyVelocity(0.0, 1.0)
+    reached = getattr(sampled_step_response(command, 600), channel)
+    assert reached == pytest.approx(continuous_step_response(channel, 3e-4, literal=False), rel=2e-3)
     # as printed, (21) and (22) would have arrived long since
-    assert continuous_step_response(channel, dt * steps, literal=True) > 0.99
+    assert continuous_step_response(channel, 3e-4, literal=True) > 0.99
     assert reached < 0.7
 
 
-def test_the_time_constant_of_the_chapters_gains():
-    # (A+B)/(K1 R) = 0.3 ms
-    assert (chapter.A + chapter.B) / (chapter.EVOLVED_VELOCITY_GAINS['k1'] * chapter.R) == pytest.approx(
-        0.317e-3, rel=1e-3)
+def test_the_chapters_gains_have_a_time_constant_of_a_third_of_a_millisecond():
+    # after (A+B)/(K1 R) = 0.317 ms a step response has reached 1 - 1/e
+    assert sampled_step_response(BodyVelocity(1.0, 0.0), 634).linear == pytest.approx(1.0 - math.exp(-1.0), rel=2e-3)
 
 
 @pytest.mark.parametrize('command', [(0.3, 100.0), (1e-3, 7.7), (123.4, 1e-4), (-0.1, 0.7)])
-def test_without_a_limit_nothing_is_held(command):
+def test_without_a_limit_both_channels_integrate(command):
     # the two channels meet in one torque, whose rounding must not look like a limit
     state = VelocityPiState()
     for k in range(100):
@@ -125,7 +128,7 @@ def test_without_a_limit_nothing_is_held(command):
         assert state == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_limit_that_does_not_bite_changes_nothing():
+def test_an_inactive_limit_changes_nothing():
     assert step(VelocityPiState(0.3, 0.7), (0.5, -0.1), limit=100.0) == step(VelocityPiState(0.3, 0.7), (0.5, -0.1))
 
 
@@ -139,9 +142,9 @@ def test_each_wheels_torque_stays_within_the_limit(command, limit, torque):
     assert step(VelocityPiState(), command, limit=limit)[1] == pytest.approx(torque, abs=1e-14)
 
 
-def test_while_the_limit_bites_no_channel_that_asks_for_more_integrates():
+def test_conditional_integration_stops_a_channel_that_asks_beyond_the_limit():
     start = VelocityPiState(1.0, 0.5)
-    # both wheels at the limit: the linear channel waits, the angular one has no error
+    # both wheels at the limit: the linear channel is held, the angular one has no error
     assert step(start, (5.0, 0.0), limit=4.0)[0] == start
     assert step(VelocityPiState(-1.0, -0.5), (-5.0, 0.0), limit=4.0)[0] == (-1.0, -0.5)
     # the right wheel alone: both channels ask for more of it
@@ -153,7 +156,7 @@ def test_while_the_limit_bites_no_channel_that_asks_for_more_integrates():
     assert state.differential == pytest.approx(3.0 - 5.0 * 0.5 * 0.1 * 0.01 / 0.8, rel=1e-14)
 
 
-def test_what_leads_out_of_the_limit_is_integrated():
+def test_an_error_that_leads_out_of_saturation_is_integrated():
     # wound up beyond the limit, and too fast already
     state, torque = step(VelocityPiState(6.0, 0.0), (0.0, 0.0), (0.1, 0.0), limit=4.0)
     assert torque == (4.0, 4.0)
@@ -170,14 +173,14 @@ def test_after_seconds_of_saturation_the_torque_leaves_the_limit_at_once():
         assert torque == (limit, limit)
         state = dynamics.step(state, torque, plant)
     assert state.velocity.linear == pytest.approx(0.486, abs=1e-3)
-    # the integral took nothing in, where 5 s of some 1.6 m/s would have made it 8 times the proportional part
+    # the integral has not changed; 5 s of some 1.6 m/s would have made it 8 times the proportional part
     assert pi == VelocityPiState(0.0, 0.0)
-    # asked for less than it has, it brakes in the very same period
+    # commanded to a lower velocity, it brakes within the same period
     _, torque = step(pi, (0.4, 0.0), state.velocity, gains, limit, dt)
     assert torque.right == torque.left < 0.0
 
 
-def test_the_torques_are_named_tuples_of_floats():
+def test_state_and_torque_are_named_tuples():
     state, torque = step(VelocityPiState(), (0.5, -0.1), limit=1.0)
     assert isinstance(torque, WheelTorque)
     assert isinstance(state, VelocityPiState)

@@ -1,4 +1,4 @@
-"""Whether velocity gains are stable at a rate."""
+"""Stability of the sampled velocity loop: spectral radius and slowest stable rate."""
 
 import re
 
@@ -26,7 +26,7 @@ def test_the_slowest_stable_rate_of_the_evolved_gains(delay, rate):
 
 
 def error_after(rate, delay, steps):
-    """Simulate the loop at a rate, each torque applied so many samples late; give the error it ends with."""
+    """Simulate the loop at a rate [Hz], each torque applied so many samples late; return its final error."""
     plant, state, pi = discretise(ROBOT, 1.0 / rate), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
     on_their_way = [WheelTorque(0.0, 0.0)] * delay
     errors = []
@@ -39,27 +39,27 @@ def error_after(rate, delay, steps):
 
 
 @pytest.mark.parametrize(('delay', 'rate'), THRESHOLDS)
-def test_a_simulation_diverges_below_and_converges_above(delay, rate):
+def test_a_simulation_diverges_below_that_rate_and_converges_above(delay, rate):
     assert error_after(0.98 * rate, delay, 2000) > 100.0
     assert error_after(1.02 * rate, delay, 2000) < 0.01
 
 
-def test_the_radius_of_a_loop_by_hand():
-    # no friction, no integral to speak of: the poles are 1 - gain dt / inertia and 1
+def test_the_spectral_radius_by_hand():
+    # without friction and with a negligible integral the poles are 1 - gain dt / inertia and 1
     robot = Robot(viscous_friction=0.0)
     gains = VelocityGains(k1=100.0, ti1=1e12, k2=1e-6, ti2=1e12)
     # K1 R / (A+B) = 17.5 / 0.007125
     assert spectral_radius(gains, robot, 1000.0, 0) == pytest.approx(17.5 / 7.125 - 1.0, rel=1e-9)
 
 
-def test_gains_that_settle_in_two_samples_have_no_radius():
+def test_deadbeat_gains_have_a_spectral_radius_of_zero():
     # without friction z² - (2 - G) z + 1 - G + G dt/Ti, which is z² at G = 2 and Ti = 2 dt
     robot, dt = Robot(viscous_friction=0.0), 0.01
     gains = VelocityGains(k1=2.0 * 0.007125 / (0.175 * dt), ti1=2.0 * dt, k2=2.0 * 0.0215 / dt, ti2=2.0 * dt)
     assert spectral_radius(gains, robot, 1.0 / dt, 0) < 1e-6
 
 
-def test_stable_gains_have_nothing_to_say():
+def test_stable_gains_give_no_instability_text():
     assert instability(EVOLVED, ROBOT, 4000.0, lockstep=True) == ''
     assert instability(EVOLVED, ROBOT, 6000.0, lockstep=False) == ''
 
@@ -84,7 +84,7 @@ def test_the_wall_clock_takes_the_worse_of_one_and_two_samples():
     assert instability(EVOLVED, ROBOT, 4000.0, lockstep=False)
 
 
-def test_where_no_rate_will_do():
+def test_gains_that_no_rate_makes_stable_have_an_infinite_slowest_rate():
     assert slowest_stable_rate(VelocityGains(k1=1e12), ROBOT, 500.0, (0,)) == float('inf')
 
 

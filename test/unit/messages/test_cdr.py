@@ -1,4 +1,4 @@
-"""The fast way to read the loop's messages agrees with a general deserialiser."""
+"""The package's deserialiser of the loop's messages agrees with that of rosbags."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def _assert_same(ours, theirs):
 
 
 @pytest.mark.parametrize('kind', MESSAGES)
-def test_every_field_is_the_same(kind):
+def test_every_field_equals_that_of_rosbags(kind):
     @given(MESSAGES[kind], st.sampled_from([b'', b'\0\0\0', b'padding!']))
     def check(message, behind):
         data = bytes(STORE.serialize_cdr(message, kind))
@@ -68,7 +68,7 @@ def test_every_field_is_the_same(kind):
 
 @pytest.mark.parametrize('kind', MESSAGES)
 @given(st.binary(max_size=200))
-def test_garbage_is_refused_or_read_and_nothing_else(kind, garbage):
+def test_random_bytes_are_read_or_refused_with_a_value_error(kind, garbage):
     for data in (garbage, b'\0\1\0\0' + garbage):
         try:
             deserialise(kind, data)
@@ -77,6 +77,6 @@ def test_garbage_is_refused_or_read_and_nothing_else(kind, garbage):
         assert data[:2] == b'\0\1'
 
 
-def test_the_other_byte_order_is_refused():
+def test_big_endian_is_refused():
     with pytest.raises(ValueError, match='little-endian'):
         deserialise('geometry_msgs/msg/Vector3Stamped', b'\0\0' + bytes(100))

@@ -1,4 +1,4 @@
-"""What messages say, and which must not enter the loop."""
+"""Messages read into quantities; invalid ones are refused with a reason."""
 
 import math
 import struct
@@ -30,7 +30,7 @@ def joints(names=(RIGHT, LEFT), position=(), velocity=(), effort=()):
     return Message(name=list(names), position=list(position), velocity=list(velocity), effort=list(effort))
 
 
-def test_stamps():
+def test_a_stamp_is_read_in_nanoseconds():
     assert parsing.stamp_nanoseconds(Message(sec=3, nanosec=5)) == 3_000_000_005
     serialised = b'\x00\x01\x00\x00' + struct.pack('<iI', 7, 9) + b'rest'
     assert parsing.serialised_stamp(serialised) == 7_000_000_009
@@ -38,7 +38,7 @@ def test_stamps():
 
 @pytest.mark.parametrize('heading', [-3.0, -0.5 * math.pi, 0.0, 0.3, 3.1])
 @pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_odometry(heading, sign):
+def test_odometry_gives_pose_and_body_velocity(heading, sign):
     q = (0.0, 0.0, sign * math.sin(heading / 2.0), sign * math.cos(heading / 2.0))
     pose, velocity = parsing.read_odometry(odometry(q=q))
     assert pose == pytest.approx((1.0, 2.0, heading), abs=1e-14)
@@ -66,13 +66,13 @@ def test_odometry_that_is_not_finite_is_refused(name, value):
     ((0.5, 0.5, 0.5, 0.6), 'unit length'),
     ((0.0, 0.0, math.nan, 1.0), 'not finite'),
 ])
-def test_odometry_without_an_orientation_is_refused(q, reason):
+def test_odometry_with_an_invalid_quaternion_is_refused(q, reason):
     with pytest.raises(RefusedMessageError, match=reason):
         parsing.read_odometry(odometry(q=q))
 
 
 @pytest.mark.parametrize('value', TOO_LARGE)
-def test_numbers_that_no_robot_says_are_refused(value):
+def test_numbers_beyond_1e12_are_refused(value):
     for name in ('x', 'y', 'v', 'omega'):
         with pytest.raises(RefusedMessageError, match='odometry too large'):
             parsing.read_odometry(odometry(**{name: value}))
@@ -98,14 +98,14 @@ def test_odometry_in_another_frame_is_refused(frames, reason):
     assert next(frame for frame in frames if frame not in ('odom', 'base_link')) in refused.value.detail
 
 
-def test_a_command_may_leave_its_frame_out():
+def test_a_command_without_a_frame_is_accepted():
     assert parsing.read_twist(twist(frame=''), 'base_link') == (0.5, -0.2)
     assert parsing.read_twist(twist(frame='map')) == (0.5, -0.2)
     with pytest.raises(RefusedMessageError, match='frame_id is not base_link'):
         parsing.read_twist(twist(frame='map'), 'base_link')
 
 
-def test_twist():
+def test_a_twist_gives_the_body_velocity():
     assert parsing.read_twist(twist()) == (0.5, -0.2)
 
 
@@ -116,7 +116,7 @@ def test_a_command_that_is_not_finite_is_refused(name, value):
         parsing.read_twist(twist(**{name: value}))
 
 
-def test_error():
+def test_a_vector_gives_the_tracking_error():
     assert parsing.read_error(Message(vector=Message(x=0.1, y=-0.2, z=3.0))) == (0.1, -0.2, 3.0)
 
 
@@ -132,7 +132,7 @@ def test_wheels_are_read_by_their_names(read, field):
 
 
 @pytest.mark.parametrize(('read', 'field'), READERS)
-def test_wheels_that_cannot_be_read_are_refused(read, field):
+def test_joint_states_without_valid_wheels_are_refused(read, field):
     for names, values, reason in (
         ((RIGHT, LEFT), (), 'differ in number'),
         ((RIGHT, LEFT), (1.0,), 'differ in number'),
@@ -146,5 +146,5 @@ def test_wheels_that_cannot_be_read_are_refused(read, field):
             read(joints(names, **{field: values}))
 
 
-def test_another_joint_may_say_what_it_likes():
+def test_other_joints_are_not_checked():
     assert parsing.read_torque(joints(('arm', LEFT, RIGHT), effort=(math.nan, 1.0, 2.0))) == (2.0, 1.0)

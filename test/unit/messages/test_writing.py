@@ -1,4 +1,4 @@
-"""What is written into messages is read back."""
+"""Quantities written into messages are read back."""
 
 import math
 import struct
@@ -33,7 +33,7 @@ TYPES = get_typestore(Stores.ROS2_KILTED)
 
 
 def _as_rosbags_writes(message, kind):
-    """The same message from another hand, which refuses what is too long or too short."""
+    """Return a message serialised again by rosbags, which refuses what is too long or too short."""
     return bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(message, kind), kind))
 
 
@@ -43,14 +43,14 @@ def _odometry(pose, velocity):
 
 
 @pytest.mark.parametrize('heading', [0.0, 0.5, -3.1, math.pi])
-def test_odometry_comes_back(heading):
+def test_written_odometry_is_read_back(heading):
     pose, velocity = read_odometry(_odometry(Pose(1.0, -2.0, heading), BodyVelocity(0.3, -0.4)))
     assert pose[:2] == (1.0, -2.0)
     assert pose.heading == pytest.approx(heading, abs=1e-15)
     assert velocity == BodyVelocity(0.3, -0.4)
 
 
-def test_the_others_come_back_to_the_last_bit():
+def test_other_written_messages_are_read_back_to_the_last_bit():
     velocity = BodyVelocity(0.1, 0.7)
     command = writing.twist_writer('base_link')(STAMP, velocity)
     assert read_twist(deserialize_message(command, TwistStamped)) == velocity
@@ -73,8 +73,8 @@ def test_the_others_come_back_to_the_last_bit():
 
 
 @pytest.mark.parametrize('frame', ['', 'odom', 'robot1/odom', 'a' * 31])
-def test_rclpy_finds_the_very_message_that_it_would_have_written(frame):
-    """Frames of all lengths shift what comes after them."""
+def test_rclpy_reads_the_message_that_it_would_have_written_itself(frame):
+    """Frame names of all lengths shift the fields after them."""
     message = Odometry(child_frame_id=f'{frame}x')
     message.header.frame_id = frame
     message.header.stamp.sec, message.header.stamp.nanosec = 12, 345_678_901
@@ -89,7 +89,7 @@ def test_rclpy_finds_the_very_message_that_it_would_have_written(frame):
 
 
 @pytest.mark.parametrize('little_endian', [True, False])
-def test_the_border_reads_bytes_of_either_order(little_endian):
+def test_both_byte_orders_are_read(little_endian):
     written = writing.joints_writer()(STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
     kind = 'sensor_msgs/msg/JointState'
     sent = bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(written, kind), kind, little_endian=little_endian))
@@ -100,7 +100,7 @@ def test_the_border_reads_bytes_of_either_order(little_endian):
 
 @pytest.mark.parametrize('cut', [0, 1, 5, 11, 12, 30, 139])
 @pytest.mark.parametrize('order', [0, 1])
-def test_bytes_that_are_no_message_are_refused(cut, order):
+def test_truncated_messages_are_refused(cut, order):
     written = bytearray(writing.joints_writer()(STAMP, (0, 0), WheelVelocity(0, 0), TORQUE))
     written[1] = order
     with pytest.raises(RefusedMessageError, match='not readable'):
@@ -110,7 +110,7 @@ def test_bytes_that_are_no_message_are_refused(cut, order):
             serialised_stamp(bytes(written[:cut]))
 
 
-def test_each_filling_is_bytes_of_its_own():
+def test_a_message_does_not_change_when_the_next_is_written():
     write = writing.torque_writer()
     first = write(0, TORQUE)
     write(STAMP, WheelTorque(5.0, 6.0))

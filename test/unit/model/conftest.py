@@ -1,4 +1,4 @@
-"""Torques that make a lively lap."""
+"""Torques that vary over a lap."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 
 @pytest.fixture(scope='package')
 def lap_of_torques():
-    """16 s at 500 Hz: new torques [N m] every sample, and the period [s]."""
+    """Torques [N m] of 16 s at 500 Hz, new ones every sample, and the period [s]."""
     dt = 0.002
     torques = []
     for k in range(8000):

@@ -46,7 +46,7 @@ def accelerations_with_constraint_forces(heading, right, left, torque):
 
 
 @pytest.mark.parametrize('velocity', [(1.0, 2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
-def test_the_pair_is_what_constraint_forces_give(velocity):
+def test_the_coriolis_pair_follows_from_the_constraint_forces(velocity):
     torque, dt = WheelTorque(0.3, -0.2), 1e-5
     plant = discretise(ROBOT, dt, centripetal_coupling=True)
     dv, domega = accelerations_with_constraint_forces(0.4, *chapter.wheels(*velocity), torque)
@@ -61,7 +61,7 @@ def test_the_pair_is_what_constraint_forces_give(velocity):
     assert (back.angular + velocity[1]) / dt == pytest.approx(domega, abs=1e-3)
 
 
-def test_the_reference_equations_of_these_tests_have_the_same_pair():
+def test_the_tests_own_equations_have_the_same_coriolis_pair():
     for velocity in ((1.0, 2.0), (-0.5, 3.0)):
         right, left = chapter.wheels(*velocity)
         accelerations = chapter.wheel_accelerations(right, left, (0.3, -0.2), coupling=True)
@@ -101,7 +101,7 @@ def test_one_lap_of_varying_torques_against_a_solver(lap_of_torques):
     assert worst_angle < 1e-8
 
 
-def test_without_an_offset_there_is_no_pair():
+def test_without_an_offset_the_coriolis_pair_vanishes():
     robot, torque, start = Robot(com_offset=0.0), WheelTorque(0.5, 0.2), moving(1.0, -2.0, heading=1.0)
     with_, without = (dynamics.step(start, torque, discretise(robot, 0.002, pair)) for pair in (True, False))
     assert with_.pose == pytest.approx(without.pose, abs=1e-14)
@@ -109,7 +109,7 @@ def test_without_an_offset_there_is_no_pair():
     assert (with_.right_angle, with_.left_angle) == pytest.approx((without.right_angle, without.left_angle), abs=1e-12)
 
 
-def test_with_an_offset_the_pair_matters():
+def test_with_an_offset_the_coriolis_pair_changes_both_velocities():
     torque, start = WheelTorque(0.0, 0.0), moving(1.0, 2.0)
     with_, without = (dynamics.step(start, torque, discretise(ROBOT, 0.1, pair)) for pair in (True, False))
     # (r²/2) M d omega² / (A+B) = 0.17 m/s² pushes, (r²/2R²) M d v omega / (A-B) = 0.93 rad/s² brakes
@@ -118,7 +118,7 @@ def test_with_an_offset_the_pair_matters():
 
 
 @pytest.mark.parametrize('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
-def test_long_periods_are_divided(dt):
+def test_long_periods_are_as_accurate_as_short_ones(dt):
     # the same 10 ms in one period or in many, to the accuracy that the method keeps
     torque, pose, velocity = WheelTorque(2.0, -1.0), Pose(0.0, 0.0, 0.3), BodyVelocity(2.0, 4.0)
     whole = coupled.advance(pose, velocity, torque, ROBOT, 0.01)

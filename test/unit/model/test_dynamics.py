@@ -40,7 +40,7 @@ def test_equations_13_and_14_exactly_over_one_step(dt):
     assert wheel_velocity(end.velocity, ROBOT) == pytest.approx(tuple(expected), rel=1e-12)
 
 
-def test_first_acceleration_by_hand():
+def test_the_first_acceleration_by_hand():
     # (A+B) dv/dt = r/2 (1 + 3) and (A-B) domega/dt = r/(2R) (1 - 3), from rest
     dt = 1e-7
     velocity = dynamics.step(moving(0.0, 0.0), WheelTorque(1.0, 3.0), discretise(ROBOT, dt)).velocity
@@ -77,7 +77,7 @@ def test_one_lap_of_varying_torques_against_a_solver(lap_of_torques):
     assert worst_angle < 1e-8
 
 
-def test_a_single_step_turning_fast_keeps_its_place():
+def test_a_fast_turn_within_one_step_keeps_its_accuracy():
     # a quarter turn and 4 cm within 10 ms, far more than a lap asks for
     start = moving(4.0, 15.0, heading=2.0)
     torque = WheelTorque(3.0, -2.0)
@@ -113,7 +113,7 @@ def test_no_friction_is_the_limit_of_little_friction():
 
 
 @pytest.mark.parametrize('exponent', [1e-12, 1e-6, 1e-3, 0.1, 0.4999999, 0.5, 0.5000001, 1.0, 5.0, 40.0])
-def test_the_response_is_good_to_the_last_bits_for_any_friction(exponent):
+def test_the_step_response_is_exact_for_any_friction(exponent):
     # K = (A+B) * exponent over dt = 2 s, against sixty digits
     rate = exponent / 2.0
     response = discretise(Robot(viscous_friction=rate * 0.007125), 2.0).linear.end
@@ -162,7 +162,7 @@ def test_each_wheels_torque_is_limited_by_itself(torque, limit, limited):
 
 @pytest.mark.parametrize('value', [1e6, -1e6, math.inf, -math.inf, math.nan])
 @pytest.mark.parametrize('place', ['x', 'y', 'linear', 'angular'])
-def test_diverged_sees_every_place(place, value):
+def test_a_large_or_nonfinite_component_counts_as_diverged(place, value):
     pose, velocity = Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0)
     if place in ('x', 'y'):
         pose = pose._replace(**{place: value})
@@ -171,13 +171,13 @@ def test_diverged_sees_every_place(place, value):
     assert dynamics.diverged(PlantState(pose, velocity, 0.0, 0.0))
 
 
-def test_diverged_lets_ordinary_motion_pass():
+def test_ordinary_motion_does_not_count_as_diverged():
     assert not dynamics.diverged(PlantState(Pose(9e5, -9e5, 3.0), BodyVelocity(-9e5, 9e5), 1e9, -1e9))
 
 
 @pytest.mark.parametrize('coupling', [False, True])
 @pytest.mark.parametrize('torque', [(1e308, 0.0), (-1e308, 1e308), (1e300, 1e20), (1e154, 1e154)])
-def test_torques_beyond_all_motors_diverge_and_do_not_raise(coupling, torque):
+def test_absurd_torques_diverge_and_do_not_raise(coupling, torque):
     plant = discretise(ROBOT, 0.002, coupling)
     state = dynamics.at_rest(Pose(1.0, 0.0, 1.0))
     for _ in range(3):

@@ -28,7 +28,7 @@ def correlation(a, b):
     return statistics.fmean(x * y for x, y in zip(a, b, strict=True))
 
 
-def test_the_numbers_are_standard_normal_and_independent():
+def test_the_noise_is_standard_normal_and_independent():
     drawn = {(seed, channel): [gaussian(seed, channel, k) for k in range(N)] for seed in (0, 1) for channel in (0, 1)}
     for numbers in drawn.values():
         assert abs(statistics.fmean(numbers)) < 4.0 / math.sqrt(N)
@@ -41,19 +41,19 @@ def test_the_numbers_are_standard_normal_and_independent():
         assert abs(correlation(first, other)) < 4.0 / math.sqrt(N)
 
 
-def test_a_number_depends_on_its_place_alone():
+def test_the_noise_depends_on_seed_channel_and_step_alone():
     assert gaussian(7, 2, 100) == gaussian(7, 2, 100)
     assert len({gaussian(seed, channel, k) for seed in range(5) for channel in range(5) for k in range(50)}) == 1250
 
 
-def test_without_noise_everything_is_measured_bit_for_bit():
+def test_without_noise_measurements_equal_the_true_values():
     wheels, velocity = WheelVelocity(1.0, 2.0), BodyVelocity(0.1, 0.2)
     assert measured_pose(HERE, Noise(), 3) is HERE
     assert measured_wheels(wheels, Noise(), 3) is wheels
     assert measured_twist(velocity, wheels, Noise(), Robot()) is velocity
 
 
-def test_the_noise_has_the_covariances_that_odom_says():
+def test_the_noise_has_the_covariances_published_in_odom():
     noise, robot = Noise((0.01, 0.02, 0.03), 0.5, seed=3), Robot()
     velocity = BodyVelocity(0.3, -0.4)
     poses, twists = [], []
@@ -81,7 +81,7 @@ def test_a_noisy_heading_is_wrapped():
 
 
 @pytest.mark.parametrize('steps', [0, 1, 3])
-def test_torques_act_late_by_the_delay(steps):
+def test_torques_are_applied_late_by_the_delay(steps):
     line, acting = empty_line(Delay(steps)), []
     for k in range(1, 7):
         line, torque = delayed(line, WheelTorque(float(k), -float(k)))
@@ -92,12 +92,12 @@ def test_torques_act_late_by_the_delay(steps):
 
 
 def test_an_impulse_lasts_one_period_and_a_step_for_good():
-    asked = WheelTorque(1.0, 2.0)
-    pushed = [disturbed(asked, Disturbance(0.25, (0.5, 0.0), (0.0, -3.0)), k, 0.125) for k in range(5)]
+    torque = WheelTorque(1.0, 2.0)
+    pushed = [disturbed(torque, Disturbance(0.25, (0.5, 0.0), (0.0, -3.0)), k, 0.125) for k in range(5)]
     assert pushed == [(1.0, 2.0), (1.0, 2.0), (5.0, -1.0), (1.0, -1.0), (1.0, -1.0)]
-    assert disturbed(asked, Disturbance(0.25), 7, 0.125) is asked
+    assert disturbed(torque, Disturbance(0.25), 7, 0.125) is torque
 
 
-def test_a_time_between_two_samples_begins_at_the_later_one():
+def test_a_disturbance_between_two_samples_begins_at_the_later_one():
     pushed = [disturbed(WheelTorque(0.0, 0.0), Disturbance(0.2, step=(1.0, 1.0)), k, 0.125) for k in range(4)]
     assert [torque.right for torque in pushed] == [0.0, 0.0, 1.0, 1.0]

@@ -25,11 +25,11 @@ def refused(values):
     return refusal.value.violations
 
 
-def test_the_four_nodes():
+def test_there_are_four_nodes_in_this_order():
     assert list(NODES) == ['plant', 'velocity_controller', 'position_controller', 'reference_cart']
 
 
-def test_nothing_given_gives_the_defaults():
+def test_without_values_the_defaults_hold():
     assert configure({}) == Configuration()
 
 
@@ -50,7 +50,7 @@ def test_the_defaults_pass_their_own_check():
     ('reference_cart', {
         'curve': 'trifolium', 'scale': 1.0, 'period': 16.0, 'phase': 0.0, 'center': (0.0, 0.0), 'rotation': 0.0}),
 ])
-def test_names_and_defaults_of_the_contract(node, contract):
+def test_names_and_defaults_are_those_of_the_contract(node, contract):
     shared = {
         'robot.mass': 10.0, 'robot.inertia': 1.0, 'robot.wheel_radius': 0.035, 'robot.wheel_separation': 0.35,
         'robot.com_offset': 0.05, 'robot.wheel_inertia': 0.001, 'robot.viscous_friction': 0.00715625,
@@ -68,7 +68,7 @@ def test_the_gains_have_the_contracts_names():
     assert {name: position[f'fuzzy.{name}'].field.length for name in 'abcd'} == {'a': None, 'b': 6, 'c': 5, 'd': 3}
 
 
-def test_values_reach_their_node():
+def test_values_are_set_on_their_node():
     configuration = configure({'plant': {'duration': 3, 'robot.mass': 11.0},
                                **{node: {'robot.mass': 11} for node in list(NODES)[1:]}})
     assert configuration.plant.duration == 3.0
@@ -97,7 +97,7 @@ def test_violations_of_every_node_are_named_at_once():
         'plant', 'plant', 'velocity_controller', 'position_controller', 'reference_cart']
 
 
-def test_nodes_that_disagree_are_refused():
+def test_shared_values_that_differ_between_nodes_are_refused():
     violation, = refused({'plant': {'robot.mass': 12.0}})
     assert violation == ("robot.mass differs between the nodes (plant 12.0, velocity_controller 10.0, "
                          "position_controller 10.0, reference_cart 10.0); write it once, under '/**'")
@@ -171,8 +171,8 @@ def test_the_chapters_gains_pass_at_4_khz_in_lockstep_alone():
     assert 'with one and two samples of delay, as on the wall clock' in violation
 
 
-def test_the_stability_is_that_of_the_robot_at_hand():
-    # half the mass and inertia make the same gains twice as strong
+def test_stability_is_checked_with_the_configured_robot():
+    # the loop gain is inversely proportional to the inertia: a lighter robot makes the same gains unstable
     light = Robot(mass=0.1, inertia=0.001, wheel_inertia=1e-5)
     values = {f'robot.{name}': value for name, value in light._asdict().items()}
     assert any('are unstable' in violation for violation in refused(everywhere(**values)))

@@ -17,7 +17,7 @@ from mobile_robot_control.parameters.nodes import NODES
 
 @pytest.fixture
 def file(tmp_path):
-    """Writes a parameter file and gives its path."""
+    """A function that writes a parameter file and returns its path."""
     def make(text, name='params.yaml'):
         path = tmp_path / name
         path.write_text(text, encoding='utf-8')
@@ -69,7 +69,7 @@ def test_sections_that_reach_a_node_without_a_namespace(file, name):
     ('/*/plant', '/', False),
     ('/**/plant', '/', True),
 ])
-def test_sections_and_namespaces(file, name, namespace, reached):
+def test_a_section_reaches_the_nodes_whose_full_name_it_matches(file, name, namespace, reached):
     values = load([file(section(f'"{name}"', duration=5.0))], namespace=namespace)
     assert values['plant'] == ({'duration': 5.0} if reached else {})
     if name != '/**':
@@ -88,7 +88,7 @@ def test_a_bare_node_section_outside_the_namespace_is_refused(file, name):
     assert 'params.yaml' in violation
 
 
-def test_other_peoples_nodes_pass(file):
+def test_sections_of_other_packages_nodes_are_left_out(file):
     assert not any(load([file(section('rviz2', anything='goes') + section('/camera/driver', rate=30))]).values())
 
 
@@ -127,7 +127,7 @@ def test_texts_that_only_resemble_numbers_stay_texts(text):
     assert read_override(f'plant.odom_frame_id:={text}') == ('plant', {'odom_frame_id': text})
 
 
-def test_overrides():
+def test_an_override_is_split_into_node_parameter_and_value():
     assert read_override('plant.duration:=5') == ('plant', {'duration': 5})
     assert read_override('/plant.duration:=1e1') == ('/plant', {'duration': 10.0})
     assert read_override('/**.position_rate:=50.0') == ('/**', {'position_rate': 50.0})
@@ -154,7 +154,7 @@ def test_an_override_that_is_no_yaml_is_refused():
     assert only(read_override, 'plant.initial_pose:=[1.0').startswith("-p 'plant.initial_pose:=[1.0', line 1: ")
 
 
-def test_an_override_names_a_node_in_whatever_namespace():
+def test_an_override_reaches_its_node_in_any_namespace():
     assert load([], ['plant.duration:=5.0'], namespace='/fleet/one')['plant'] == {'duration': 5.0}
     assert load([], ['/plant.duration:=5.0'], namespace='/one')['plant'] == {'duration': 5.0}
     assert load([], ['/**.velocity_rate:=50.0'], namespace='/one')['reference_cart'] == {'velocity_rate': 50.0}
@@ -186,7 +186,7 @@ def test_several_violations_are_named_at_once(file):
 
 
 @pytest.mark.parametrize('name', ['use_sim_time', 'start_type_description_service', 'qos_overrides./odom.reliability'])
-def test_what_every_ros_node_has_passes_and_is_not_ours(file, name):
+def test_parameters_of_every_ros_node_are_accepted_and_left_out(file, name):
     assert load([file(section('plant', **{name: 'true'}))])['plant'] == {}
 
 
@@ -264,7 +264,7 @@ def test_ros_parameters_without_a_node_are_refused(file):
     assert 'node' in violation
 
 
-def test_merge_leaves_values_to_configure(file):
+def test_values_are_checked_by_configure_and_not_by_load(file):
     values = load([file(section('plant', duration='-1.0', real_time_factor='fast'))])
     assert values['plant'] == {'duration': -1.0, 'real_time_factor': 'fast'}
     with pytest.raises(ParameterError) as refusal:
@@ -272,13 +272,13 @@ def test_merge_leaves_values_to_configure(file):
     assert len(refusal.value.violations) == 2
 
 
-def test_merge_does_not_change_its_sources():
+def test_merging_does_not_change_its_inputs():
     given = {'duration': 1.0}
     merge_sections([('here', 'plant', given), ('there', 'plant', {'duration': 2.0})])
     assert given == {'duration': 1.0}
 
 
-def test_what_is_written_is_read_back(file):
+def test_written_parameters_are_read_back(file):
     configuration = configure({'plant': {'duration': 1.0 / 3.0, 'initial_pose': [0.1, 1e-300, -1e12 / 3.0]}})
     given = {node: flatten(getattr(configuration, node)) for node in NODES}
     for namespace in ('/', '/fleet/one'):

@@ -1,4 +1,4 @@
-"""The declaration of parameters, and what it refuses."""
+"""Parameters declared as fields, built from values, and refused by name."""
 
 import math
 from collections.abc import Iterator
@@ -66,11 +66,11 @@ def test_declarations_with_a_prefix_and_other_defaults():
     assert found['my.width'].default == 0.4
 
 
-def test_nothing_given_gives_the_defaults():
+def test_without_values_the_defaults_hold():
     assert build(Cart, {}) == Cart()
 
 
-def test_values_find_their_place_and_the_rest_keeps_its_default():
+def test_given_values_are_set_and_the_rest_keeps_its_default():
     cart = build(Cart, {'wheel.slip': 0.25, 'width': 0.6, 'holes': 2, 'colour': 'blue', 'braked': True,
                         'pose': [1.0, 2.0, 3.0], 'gaps': (0.5, 2.0), 'name': 'b'})
     assert cart == Cart(Wheel(0.035, 0.25), Frame(0.6, 2), 'blue', 'b', True, (1.0, 2.0, 3.0), (0.5, 2.0))
@@ -87,7 +87,7 @@ def test_flatten_is_the_inverse_of_build():
 @pytest.mark.parametrize(('name', 'value', 'expected'), [
     ('wheel.radius', 1, 1.0), ('pose', [1, 2, 3], (1.0, 2.0, 3.0)), ('pose', (0, 0.5, 1), (0.0, 0.5, 1.0)),
 ])
-def test_a_whole_number_serves_where_a_float_belongs(name, value, expected):
+def test_a_whole_number_is_accepted_as_a_float(name, value, expected):
     found = flatten(build(Cart, {name: value, 'width': 2.0}))[name]
     assert found == expected
     assert all(type(part) is float for part in (found if isinstance(found, tuple) else (found,)))
@@ -113,13 +113,13 @@ def test_a_whole_number_serves_where_a_float_belongs(name, value, expected):
     ('pose', [1.0, 'a', 0.0], 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
     ('pose', [1.0, None, 0.0], 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
 ])
-def test_another_type_is_refused(name, value, wanted):
+def test_a_value_of_the_wrong_type_is_refused(name, value, wanted):
     assert only({name: value}) == f'{name} = {value!r} is of type {type(value).__name__}; {wanted}'
 
 
 @pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize('name', ['wheel.radius', 'wheel.slip', 'pose', 'gaps'])
-def test_what_is_not_finite_is_refused(name, value):
+def test_values_that_are_not_finite_are_refused(name, value):
     given = [0.5, value, 0.5] if name in ('pose', 'gaps') else value
     violation = only({name: given})
     assert violation.startswith(f'{name} = {given!r} is not finite; it must be a finite number')
@@ -128,13 +128,13 @@ def test_what_is_not_finite_is_refused(name, value):
 
 
 @pytest.mark.parametrize('value', [1e13, -1e308, 10**13])
-def test_what_no_robot_reaches_is_refused(value):
+def test_values_beyond_1e12_are_refused(value):
     assert only({'wheel.radius': value}) == (
         f'wheel.radius = {value!r} is beyond 1e+12; write a smaller number, above 0.0 m')
 
 
 @pytest.mark.parametrize('value', [9e-13, 5e-324])
-def test_what_divides_by_next_to_nothing_is_refused(value):
+def test_values_too_close_to_an_excluded_zero_are_refused(value):
     assert only({'wheel.radius': value}) == (
         f'wheel.radius = {value!r} is below 1e-12; write a larger number, above 0.0 m')
 
@@ -175,7 +175,7 @@ def test_an_unknown_name_is_refused_with_the_nearest():
     assert only({'zzz': 0.1}).startswith("unknown parameter 'zzz'; known are braked, colour, gaps, ")
 
 
-def test_a_group_is_no_parameter():
+def test_a_group_name_is_refused_as_a_parameter():
     assert only({'wheel': 0.1}).startswith("unknown parameter 'wheel'; ")
 
 
@@ -191,11 +191,11 @@ def test_every_violation_is_named_at_once():
 def test_rules_between_parameters_are_all_checked_once_the_values_are_sound():
     broken = {'wheel.radius': 0.5, 'braked': True, 'holes': 9}
     assert refused(broken) == ('wheel.radius = 0.5 m exceeds width = 0.4 m', 'holes = 9 leave no room for the brake')
-    # a rule is not asked about values that are themselves wrong
+    # rules are not checked on values that are themselves invalid
     assert refused({**broken, 'width': -1.0}) == ('width = -1.0 is not allowed; it must be at least 0.1 m',)
 
 
-def test_rules_of_inner_groups_hold_too():
+def test_rules_of_nested_groups_are_checked():
     class Train(NamedTuple):
         first: Cart = Cart()
         last: Cart = Cart()
@@ -222,5 +222,5 @@ def test_nearest_offers_one_name_or_all():
     (Field('rad', 'x', minimum=0.0, length=6), 'at least 0.0 rad, 6 elements'),
     (Field('', 'x', choices=('a', 'b')), 'one of a, b'),
 ])
-def test_bounds_in_words(field, text):
+def test_bounds_are_described_in_words(field, text):
     assert describe_bounds(field) == text

@@ -1,9 +1,9 @@
-"""Bags of all kinds, whole and damaged: what can be read is read, the rest is named, and nothing is changed."""
+"""Bags of all kinds, complete and damaged: read as far as possible, the rest reported, their files unchanged."""
 
 import random
 
 import pytest
-from bag_making import WALL, record, said
+from bag_making import WALL, messages_of, record
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from measuring import configuration
@@ -48,18 +48,18 @@ def _same(recorded, samples):
         assert ours.tick.pose == pytest.approx(theirs.tick.pose, abs=1e-12)
 
 
-def test_a_whole_bag_reads_back(whole, samples):
+def test_a_complete_bag_is_read_back_and_left_unchanged(whole, samples):
     before = _files(whole)
-    told = []
-    recording = bag_reader.read_bag(whole, progress=lambda *how_far: told.append(how_far))
+    progress = []
+    recording = bag_reader.read_bag(whole, progress=lambda *how_far: progress.append(how_far))
     assert not recording.problems
     _same(recording.samples, samples)
-    assert told[-1][0] == told[-1][1] > 0
+    assert progress[-1][0] == progress[-1][1] > 0
     assert recording.signals['joint_states'].received[-1] == WALL + 1_000_000_000
     assert _files(whole) == before
 
 
-def test_one_file_of_it_is_enough(whole, samples):
+def test_a_bag_without_metadata_is_read_by_its_file_alone(whole, samples):
     (whole / 'metadata.yaml').unlink()
     assert bag_reader.read_bag(whole).samples == bag_reader.read_bag(whole / 'bag.mcap').samples
     _same(bag_reader.read_bag(whole).samples, samples)
@@ -80,7 +80,7 @@ def test_a_file_cut_off_anywhere_is_read_up_to_there(whole, samples, seed):
     assert _files(whole) == before
 
 
-def test_a_file_that_lacks_its_index_alone_is_whole(whole, samples):
+def test_a_file_without_its_index_is_complete(whole, samples):
     file = whole / 'bag.mcap'
     file.write_bytes(file.read_bytes()[:-8])
     recording = bag_reader.read_bag(whole)
@@ -88,7 +88,7 @@ def test_a_file_that_lacks_its_index_alone_is_whole(whole, samples):
     _same(recording.samples, samples)
 
 
-def test_a_damaged_part_is_left_out(tmp_path):
+def test_a_damaged_chunk_is_left_out_and_reported(tmp_path):
     samples = list(rollout(configuration(), 2.0))
     whole = record(tmp_path / 'bag', samples)
     file = whole / 'bag.mcap'
@@ -105,7 +105,7 @@ def test_a_damaged_part_is_left_out(tmp_path):
 
 
 @pytest.mark.parametrize('content', [b'', b'\x89MC', b'\x89MCAP0\r\n', b'\x89MCAP0\r\n' + bytes(1000)])
-def test_a_file_that_has_hardly_begun(tmp_path, content):
+def test_a_file_without_a_message_is_reported_as_cut_off(tmp_path, content):
     (tmp_path / 'bag.mcap').write_bytes(content)
     recording = bag_reader.read_bag(tmp_path)
     assert not recording.samples
@@ -113,7 +113,7 @@ def test_a_file_that_has_hardly_begun(tmp_path, content):
     assert any('no message of the control loop' in problem for problem in recording.problems)
 
 
-def test_an_empty_bag(tmp_path):
+def test_an_empty_bag_is_reported(tmp_path):
     with BagWriter(tmp_path / 'bag'):
         pass
     recording = bag_reader.read_bag(tmp_path / 'bag')
@@ -121,16 +121,16 @@ def test_an_empty_bag(tmp_path):
     assert any('the bag holds nothing' in problem for problem in recording.problems)
 
 
-def test_what_is_no_bag_is_refused_with_path_and_remedy(tmp_path):
+def test_a_path_without_a_bag_is_refused_with_a_remedy(tmp_path):
     (tmp_path / 'text').mkdir()
     (tmp_path / 'text' / 'notes.txt').write_text('hello')
-    (tmp_path / 'liar').mkdir()
-    (tmp_path / 'liar' / 'bag.mcap').write_text('this is not an mcap file')
+    (tmp_path / 'false').mkdir()
+    (tmp_path / 'false' / 'bag.mcap').write_text('this is not an mcap file')
     (tmp_path / 'other').mkdir()
-    (tmp_path / 'other' / 'bag_0.db3').write_text('this is not a database, whatever its name may say')
+    (tmp_path / 'other' / 'bag_0.db3').write_text('this is not a database')
     (tmp_path / 'gone').mkdir()
     (tmp_path / 'gone' / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 9}')
-    for name in ('text', 'liar', 'other', 'gone', 'nowhere'):
+    for name in ('text', 'false', 'other', 'gone', 'nowhere'):
         with pytest.raises(BagError) as refused:
             bag_reader.read_bag(tmp_path / name)
         assert str(tmp_path / name) in str(refused.value)
@@ -144,7 +144,7 @@ def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         for sample in samples:
-            for topic, stamp, message in said(sample):
+            for topic, stamp, message in messages_of(sample):
                 if topic not in topics:
                     topics[topic] = writer.add_connection(prefix + topic, LOOP_TOPICS[topic].kind, typestore=types)
                 writer.write(topics[topic], WALL + stamp, message)
@@ -155,7 +155,7 @@ def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
     (StoragePlugin.MCAP, CompressionMode.NONE), (StoragePlugin.MCAP, CompressionMode.STORAGE),
     (StoragePlugin.MCAP, CompressionMode.FILE), (StoragePlugin.MCAP, CompressionMode.MESSAGE),
 ])
-def test_bags_of_other_writers(tmp_path, samples, storage, mode):
+def test_bags_written_by_rosbags_are_read(tmp_path, samples, storage, mode):
     _by_rosbags(tmp_path / 'bag', samples, storage, mode)
     before = _files(tmp_path / 'bag')
     recording = bag_reader.read_bag(tmp_path / 'bag')
@@ -166,7 +166,7 @@ def test_bags_of_other_writers(tmp_path, samples, storage, mode):
 
 @pytest.mark.parametrize('compression', [CompressionType.LZ4, CompressionType.ZSTD])
 @pytest.mark.parametrize('cut', [False, True])
-def test_compressed_chunks(tmp_path, samples, compression, cut):
+def test_compressed_chunks_are_read_complete_or_cut_off(tmp_path, samples, compression, cut):
     file = tmp_path / 'run_0.mcap'
     with file.open('wb') as stream:
         writer = McapWriter(stream, compression=compression, chunk_size=50_000)
@@ -174,7 +174,7 @@ def test_compressed_chunks(tmp_path, samples, compression, cut):
         channels = {topic: writer.register_channel(f'/{topic}', 'cdr', writer.register_schema(row.kind, 'ros2msg', b''))
                     for topic, row in LOOP_TOPICS.items()}
         for sample in samples:
-            for topic, stamp, message in said(sample):
+            for topic, stamp, message in messages_of(sample):
                 writer.add_message(channels[topic], WALL + stamp, message, WALL + stamp)
         writer.finish()
     if cut:
@@ -186,7 +186,7 @@ def test_compressed_chunks(tmp_path, samples, compression, cut):
     _same(found, samples[:len(found)] if cut else samples)
 
 
-def test_files_that_were_split_are_read_in_their_order(tmp_path, samples):
+def test_split_files_are_read_in_numerical_order(tmp_path, samples):
     (tmp_path / 'bag').mkdir()
     for n, part in ((2, samples[:250]), (10, samples[250:])):
         record(tmp_path / f'bag_{n}', part)
@@ -196,7 +196,7 @@ def test_files_that_were_split_are_read_in_their_order(tmp_path, samples):
     _same(recording.samples, samples)
 
 
-def test_a_database_without_metadata_and_a_broken_one(tmp_path, samples):
+def test_a_database_without_metadata_is_read_and_a_broken_one_refused(tmp_path, samples):
     _by_rosbags(tmp_path / 'bag', samples, StoragePlugin.SQLITE3)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
     _same(bag_reader.read_bag(tmp_path / 'bag').samples, samples)
@@ -206,7 +206,7 @@ def test_a_database_without_metadata_and_a_broken_one(tmp_path, samples):
         bag_reader.read_bag(tmp_path / 'bag')
 
 
-def test_another_robots_bag_says_what_is_in_it(tmp_path, samples):
+def test_a_bag_of_another_namespace_is_reported_with_its_topics(tmp_path, samples):
     record(tmp_path / 'bag', samples, '/robot1/')
     recording = bag_reader.read_bag(tmp_path / 'bag')
     assert not recording.samples
@@ -217,13 +217,13 @@ def test_another_robots_bag_says_what_is_in_it(tmp_path, samples):
     _same(bag_reader.read_bag(tmp_path / 'bag', '/robot1').samples, samples)
 
 
-def test_messages_of_another_kind_are_left_out_and_counted(tmp_path, samples):
+def test_unreadable_messages_are_left_out_and_counted(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         arm = JointState(name=['elbow'], position=[0.0], velocity=[0.0], effort=[0.0])
         writer.write('/joint_states', LOOP_TOPICS['joint_states'].kind, WALL, serialize_message(arm))
         writer.write('/odom', 'std_msgs/msg/String', WALL, serialize_message(String(data='here')))
         writer.write('/cmd_vel', LOOP_TOPICS['cmd_vel'].kind, WALL, b'\0\1\0\0garbage')
-        for topic, stamp, message in said(samples[0]):
+        for topic, stamp, message in messages_of(samples[0]):
             if topic != 'odom':
                 writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
     text = '\n'.join(bag_reader.read_bag(tmp_path / 'bag').problems)
@@ -233,10 +233,10 @@ def test_messages_of_another_kind_are_left_out_and_counted(tmp_path, samples):
     assert 'no messages on odom' in text
 
 
-def test_a_silent_topic_and_a_late_start_are_named(tmp_path, samples):
+def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         for sample in samples[100:]:
-            for topic, stamp, message in said(sample):
+            for topic, stamp, message in messages_of(sample):
                 if topic != 'tracking_error':
                     writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
     recording = bag_reader.read_bag(tmp_path / 'bag')

@@ -1,12 +1,14 @@
-"""Bags as others read them, and as they are when the writing breaks off."""
+"""Bags as other libraries read them, and as they are when the writing breaks off."""
 
 import errno
+import math
 import os
 import subprocess
+from pathlib import Path
 
 import pytest
 import yaml
-from bag_making import WALL, said, write
+from bag_making import WALL, messages_of, write
 from measuring import configuration
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
@@ -24,7 +26,7 @@ def samples():
     return list(rollout(configuration(), 2.0))
 
 
-def _by_another_writer(path, messages):
+def _by_rosbags(path, messages):
     forever = QosTime(9223372036, 854775807)
     quality = Qos(QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.VOLATILE, forever, forever,
                   QosLiveliness.AUTOMATIC, forever, avoid_ros_namespace_conventions=False)
@@ -45,10 +47,10 @@ def _content(path):
         return connections, [(connection.topic, received, data) for connection, received, data in reader.messages()]
 
 
-def test_the_bag_and_its_metadata_are_those_of_another_writer(tmp_path, samples):
+def test_bag_and_metadata_equal_those_of_rosbags(tmp_path, samples):
     # serialised once: padding bytes are random
-    messages = [message for sample in samples for message in said(sample)]
-    _by_another_writer(tmp_path / 'theirs' / 'bag', messages)
+    messages = [message for sample in samples for message in messages_of(sample)]
+    _by_rosbags(tmp_path / 'theirs' / 'bag', messages)
     with BagWriter(tmp_path / 'ours' / 'bag') as writer:
         for topic, stamp, message in messages:
             writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
@@ -60,7 +62,7 @@ def test_the_bag_and_its_metadata_are_those_of_another_writer(tmp_path, samples)
     assert ours == theirs
 
 
-def test_what_is_older_than_half_a_second_is_in_the_file_already(tmp_path, samples):
+def test_messages_older_than_half_a_second_are_in_the_file(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         write(writer, samples)
         copy = tmp_path / 'copy'
@@ -76,19 +78,19 @@ def test_what_is_older_than_half_a_second_is_in_the_file_already(tmp_path, sampl
 
 
 class FullDisk:
-    """A file on a disk that is full after so many bytes."""
+    """A file on a disk with `room` for so many bytes more."""
 
-    def __init__(self, file, size):
-        self._file, self._left = file, size
+    def __init__(self, file):
+        self._file, self.room = file, math.inf
 
     def write(self, data):
         """Write what there is room for."""
-        self._file.write(data[:self._left])
-        if len(data) > self._left:
+        if len(data) > self.room:
+            self._file.write(data[:self.room])
             self._file.flush()
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        self._left -= len(data)
-        return len(data)
+        self.room -= len(data)
+        return self._file.write(data)
 
     def __getattr__(self, name):
         """Do the rest as the file does."""
@@ -96,15 +98,26 @@ class FullDisk:
 
 
 @pytest.mark.parametrize('size', [0, 5_000, 200_000, 450_000])
-def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, samples, size):
+def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, monkeypatch, samples, size):
+    plain, disks = Path.open, []
+
+    def on_the_disk(path, mode='r', *others, **options):
+        file = plain(path, mode, *others, **options)
+        if mode != 'xb':
+            return file
+        disks.append(FullDisk(file))
+        return disks[-1]
+
+    monkeypatch.setattr(Path, 'open', on_the_disk)
     with BagWriter(tmp_path / 'bag') as writer:
-        writer._writer._Writer__stream = writer._stream = FullDisk(writer._stream, size)
+        disk, = disks
+        disk.room = size
         write(writer, samples)
         assert str(tmp_path / 'bag' / 'bag.mcap') in writer.failure
         assert 'No space left on device; make room there' in writer.failure
-        said_first = writer.failure
+        first_failure = writer.failure
         write(writer, samples)
-    assert writer.failure == said_first
+    assert writer.failure == first_failure
     recording = bag_reader.read_bag(tmp_path / 'bag')
     assert any('cut off' in problem for problem in recording.problems)
     whole = [sample.time for sample in recording.samples]
@@ -114,7 +127,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, samples, s
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='needs the right to mount')
-def test_a_disk_that_is_really_full(tmp_path, samples):
+def test_a_full_file_system_is_reported(tmp_path, samples):
     disk = tmp_path / 'disk'
     disk.mkdir()
     if subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=256k', 'tmpfs', disk], capture_output=True,
@@ -129,7 +142,7 @@ def test_a_disk_that_is_really_full(tmp_path, samples):
         subprocess.run(['umount', disk], check=True)
 
 
-def test_a_folder_that_is_removed_is_named(tmp_path, samples):
+def test_a_removed_folder_is_reported(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         write(writer, samples[:1])
         for file in (tmp_path / 'bag').iterdir():
@@ -139,7 +152,7 @@ def test_a_folder_that_is_removed_is_named(tmp_path, samples):
         assert 'was removed while it was written' in writer.failure
 
 
-def test_a_folder_that_is_moved_is_named_at_the_end(tmp_path, samples):
+def test_a_moved_folder_is_reported_on_closing(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         write(writer, samples)
         (tmp_path / 'bag').rename(tmp_path / 'elsewhere')
@@ -147,7 +160,7 @@ def test_a_folder_that_is_moved_is_named_at_the_end(tmp_path, samples):
     assert bag_reader.read_bag(tmp_path / 'elsewhere').samples[-1].time == 2.0
 
 
-def test_an_existing_folder_is_left_alone(tmp_path):
+def test_an_existing_folder_is_refused_and_unchanged(tmp_path):
     (tmp_path / 'bag').mkdir()
     with pytest.raises(FileExistsError), BagWriter(tmp_path / 'bag'):
         pass

@@ -1,4 +1,4 @@
-"""Which ROS 2 distribution a bag names."""
+"""The ROS 2 distribution that a bag names."""
 
 import re
 from importlib import metadata
@@ -14,7 +14,7 @@ from mobile_robot_control.simulation.rollout import rollout
 
 
 def _wheels():
-    """The distribution whose wheels are installed here, by their names alone; None where there are none."""
+    """Return the distribution whose wheels are installed, by their names; None without wheels."""
     names = [re.fullmatch(r'ros-(\w+)-rclpy', found.metadata['Name'] or '') for found in metadata.distributions()]
     return next((name[1] for name in names if name), None)
 
@@ -25,7 +25,7 @@ def test_without_a_sourced_distribution_the_wheels_name_it(monkeypatch):
     assert ros_distribution() == _wheels()
 
 
-def test_nothing_installed_is_unknown(monkeypatch):
+def test_without_ros_the_distribution_is_unknown(monkeypatch):
     def missing(name):
         raise metadata.PackageNotFoundError(name)
 

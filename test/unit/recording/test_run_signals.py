@@ -1,4 +1,4 @@
-"""Topics gathered by stamp and joined into samples, in lockstep and on the wall clock."""
+"""Topics collected by stamp and joined into samples, in lockstep and on the wall clock."""
 
 import random
 
@@ -23,13 +23,13 @@ def samples():
 
 
 def _messages(samples):
-    """Topic, stamp and values, as a collector takes them in."""
-    told = []
+    """Return topic, stamp [ns] and values of the messages that a collector takes in."""
+    messages = []
     collector = Collector()
-    collector.add = lambda *message: told.append(message)
+    collector.add = lambda *message: messages.append(message)
     for sample in samples:
         collector.add_sample(sample)
-    return told
+    return messages
 
 
 def _collected(messages):
@@ -39,13 +39,13 @@ def _collected(messages):
     return collector
 
 
-def test_samples_go_through_unchanged(samples):
+def test_joined_samples_equal_the_recorded_ones(samples):
     collector = _collected(_messages(samples))
     assert list(joined(collector.signals)) == samples
     assert not list(gaps.describe_gaps(collector.signals))
 
 
-def test_repeats_change_nothing(samples):
+def test_repeated_messages_change_nothing(samples):
     twice = [message for message in _messages(samples) for _ in range(2)]
     assert list(joined(_collected(twice).signals)) == samples
 
@@ -67,7 +67,7 @@ def test_stamps_from_past_and_future_change_nothing(samples):
     assert collector.disordered
 
 
-def test_a_new_run_takes_the_place_of_the_old(samples):
+def test_a_new_run_replaces_the_earlier_one(samples):
     old = _messages(samples[:300])
     for seed in range(5):
         new = _messages(samples[:200])
@@ -90,7 +90,7 @@ def test_a_new_run_whose_start_was_missed_is_not_mixed_with_the_old(samples, mis
     assert found == [sample for sample in samples if sample in found]
 
 
-def test_a_topic_that_is_heard_in_the_new_run_alone_belongs_to_it(samples):
+def test_a_topic_recorded_in_the_new_run_alone_belongs_to_it(samples):
     collector = Collector()
     messages = _messages(samples)
     for n, (topic, stamp, values) in enumerate([*(m for m in messages if m[0] != 'odom'), *messages]):
@@ -99,7 +99,7 @@ def test_a_topic_that_is_heard_in_the_new_run_alone_belongs_to_it(samples):
     assert list(joined(collector.signals)) == samples
 
 
-def test_a_topic_that_is_silent_in_the_new_run_is_silent(samples):
+def test_a_topic_missing_in_the_new_run_is_empty(samples):
     again = [message for message in _messages(samples[:200]) if message[0] != 'reference']
     signals = _collected([*_messages(samples[:300]), *again]).signals
     assert not signals['reference'].stamps
@@ -116,7 +116,7 @@ def test_gaps_are_counted_and_placed(samples):
 
 
 def _wall_clock(seconds=1.0):
-    """Every topic on a clock of its own, the values telling their stamps [ms after the curve's start]."""
+    """Return topics on clocks of their own, whose values are their stamps [ms after the curve's start]."""
     collector = Collector()
     for topic, period, phase in (
         ('joint_states', 5 * MS, -40 * MS), ('wheel_torques', 5 * MS, -30 * MS + 1), ('reference', 20 * MS, 0),
@@ -144,7 +144,7 @@ def test_on_the_wall_clock_each_sample_holds_the_newest_of_all():
     assert not list(gaps.describe_gaps(signals))
 
 
-def test_on_the_wall_clock_a_silence_is_a_fault_and_jitter_is_none():
+def test_on_the_wall_clock_a_gap_is_reported_and_jitter_is_not():
     signals = _wall_clock()
     del signals['cmd_vel'].stamps[20:45]
     del signals['cmd_vel'].values[40:90]
@@ -153,7 +153,7 @@ def test_on_the_wall_clock_a_silence_is_a_fault_and_jitter_is_none():
         '25 of 50 messages missing on cmd_vel, in 1 gap; the longest from t = 0.387 s to 0.907 s']
 
 
-def test_nothing_at_all():
+def test_without_messages_there_are_no_samples():
     signals = Collector().signals
     assert not list(joined(signals))
     assert list(gaps.describe_gaps(signals)) == ['no message of the control loop at all']

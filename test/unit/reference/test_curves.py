@@ -34,7 +34,7 @@ def second_difference(function, at, h=0.03):
     return total / h**2
 
 
-def test_there_are_these_curves():
+def test_the_curves_are_those_of_the_contract():
     assert set(CURVES) == set(FORMULAS)
     assert set(CLOSED) == set(FORMULAS) - {'line'}
 
@@ -141,7 +141,7 @@ def test_the_heading_stays_wrapped(name):
 
 
 @pytest.mark.parametrize('name', CURVES)
-def test_the_cart_never_stands(name):
+def test_the_reference_velocity_stays_away_from_zero(name):
     # theorem 2 needs v_r away from zero
     slowest = min(reference_at(CURVES[name], 0.01 * k, Placement()).velocity.linear for k in range(1600))
     assert slowest > 0.06
@@ -156,14 +156,14 @@ def test_the_cart_never_stands(name):
     ({'scale': 1e9, 'period': 1e-3}, 'scale = 1000000000.0 m and period = 0.001 s ask for a velocity'),
     ({'period': 1e-12}, 'raise the period'),
 ])
-def test_what_is_no_curve_is_refused(values, text):
+def test_invalid_curve_parameters_are_refused(values, text):
     with pytest.raises(ParameterError) as refusal:
         build(CurveParameters, values)
     assert text in str(refusal.value)
 
 
 @pytest.mark.parametrize('curve', CURVES)
-def test_the_largest_curves_that_are_taken_can_be_told(curve):
+def test_the_largest_accepted_curves_give_references_within_1e12(curve):
     for scale, period in ((0.99e12, 1e3), (1.0, 1e-10), (1e5, 1e-5)):
         taken = build(CurveParameters, {'curve': curve, 'scale': scale, 'period': period})
         for n in range(1000):

@@ -1,12 +1,14 @@
-"""Every figure of the chapter is drawn, from what the robot runs with; the long way in `make soak`."""
+"""The figures of the chapter: their numbers, commands and contents; all of them drawn in `make soak`."""
 
 import re
 import shlex
+from itertools import combinations
 from pathlib import Path
 
 import pytest
 from browser import CHROMIUM, Browser
 from harness import CONFIG
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from mobile_robot_control.cli.options import make_parser, positive
 from mobile_robot_control.control.hybrid_backstepping import HybridState
@@ -14,13 +16,16 @@ from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.reporting.chapter import chromosomes, fuzzy_gains, index
+from mobile_robot_control.reporting.chapter.membership_figures import EVOLVED_FIGURES
 from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, Runs
 from mobile_robot_control.reporting.chapter.structure_figures import STRUCTURE_FIGURES, rules
+from mobile_robot_control.reporting.palette import save
+from mobile_robot_control.tuning.search_space import CHROMOSOMES
 
 RUNS = Runs(CONFIG)
 
 
-def test_every_figure_but_the_graph_of_the_nodes_is_there_in_order():
+def test_figures_2_to_33_are_there_in_order():
     numbers = [figure.number for figure in index.CHAPTER_FIGURES]
     assert len(set(numbers)) == len(numbers)
     plain = [int(re.match(r'\d+', number).group()) for number in numbers]
@@ -29,7 +34,7 @@ def test_every_figure_but_the_graph_of_the_nodes_is_there_in_order():
 
 
 @pytest.mark.parametrize('figure', index.CHAPTER_FIGURES, ids=lambda figure: figure.number)
-def test_the_command_of_a_figure_is_one_that_works(figure):
+def test_the_command_of_a_figure_has_valid_options_and_files(figure):
     for line in figure.command.splitlines():
         words = shlex.split(line)
         if words[0] == 'simulate':
@@ -44,7 +49,7 @@ def test_the_command_of_a_figure_is_one_that_works(figure):
             assert words[:2] in (['make', 'figures'], ['report', 'run.csv'])
 
 
-def test_the_ten_rules_are_those_of_the_text():
+def test_the_ten_rules_are_those_of_the_chapter():
     # section 3.3 of the chapter
     assert rules() == {
         ('S', 'GN'): ('B', 'CW'), ('S', 'SN'): ('F', 'CW'), ('S', 'Z'): ('S', 'ST'), ('S', 'SP'): ('F', 'CCW'),
@@ -53,7 +58,7 @@ def test_the_ten_rules_are_those_of_the_text():
     }
 
 
-def test_the_chromosomes_hold_the_texts_numbers():
+def test_the_chromosomes_have_the_chapters_genes_and_values():
     # section 3.1 of the chapter
     found = {gene.symbol: gene.value for gene in chromosomes.backstepping_genes(RUNS)}
     assert found == {'p': 1.9934, 'q': 0.0530, 'f': 9.8615, 'g': 2.9956, 'K1': 128.444, 'Ti1': 60.9756, 'K2': 29.048,
@@ -62,7 +67,22 @@ def test_the_chromosomes_hold_the_texts_numbers():
         'a1', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6', 'c1', 'c2', 'c3', 'c4', 'c5', 'd1', 'd2', 'd3']
 
 
-def test_random_gains_are_lawful_and_always_the_same():
+def test_the_chromosomes_show_the_bounds_of_the_search():
+    for genes, search in ((chromosomes.backstepping_genes(RUNS), 'backstepping'),
+                          (chromosomes.fuzzy_genes(RUNS), 'fuzzy')):
+        assert [gene.bounds for gene in genes] == [
+            f'{gene.low:.3g} to {gene.high:.3g}' for gene in CHROMOSOMES[search][:len(genes)]]
+
+
+def test_initial_gains_are_within_the_bounds_of_the_search():
+    found = fuzzy_gains.initial(RUNS)
+    bounds = {gene.name: (gene.low, gene.high) for gene in CHROMOSOMES['fuzzy']}
+    for name, number in [('a', found.a), *((f'c{n}', c) for n, c in enumerate(found.c, 1)),
+                         *((f'd{n}', d) for n, d in enumerate(found.d, 1))]:
+        assert bounds[name][0] <= number <= bounds[name][1]
+
+
+def test_initial_gains_are_the_same_in_every_call_and_not_the_evolved_ones():
     assert fuzzy_gains.initial(RUNS) == fuzzy_gains.initial(RUNS) != fuzzy_gains.evolved(RUNS)
 
 
@@ -73,11 +93,11 @@ def test_the_velocity_loop_follows_a_step():
     assert ticks[-1].velocity.angular == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_seeking_is_that_of_the_law():
-    told = list(RUNS.seeking(HYBRID_LEMNISCATE, 0.1))
-    assert told[0][1] == HybridState()
-    for sample, state in told:
-        # before the cart is seen the command is the seeking rotation itself
+def test_the_states_of_the_seeking_are_those_of_the_law():
+    ticks = list(RUNS.seeking(HYBRID_LEMNISCATE, 0.1))
+    assert ticks[0][1] == HybridState()
+    for sample, state in ticks:
+        # before the cart is in sight the command is the seeking rotation itself
         assert state.seen == 0.0
         assert sample.command == BodyVelocity(0.0, state.seek)
 
@@ -87,9 +107,34 @@ def test_a_figure_is_drawn(figure):
     assert figure.draw(RUNS).axes
 
 
+def _labels(axes):
+    """The title, the axes' labels and the tick labels in sight of a figure in perspective."""
+    yield axes.title
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        low, high = sorted(axis.get_view_interval())
+        yield axis.label
+        yield from (tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high)
+
+
+@pytest.mark.parametrize('figure', [figure for figure in EVOLVED_FIGURES if figure.number in ('21', '22')],
+                         ids=lambda figure: figure.number)
+@pytest.mark.filterwarnings('error')
+def test_the_labels_of_a_control_surface_do_not_overlap_and_lie_within_the_figure(figure, tmp_path):
+    drawn = figure.draw(RUNS)
+    save(drawn, tmp_path / 'surface')
+    FigureCanvasAgg(drawn).draw()
+    boxes = {label: label.get_window_extent() for label in _labels(*drawn.axes) if label.get_text()}
+    assert len(boxes) > 13
+    for (label, box), (other, beside) in combinations(boxes.items(), 2):
+        assert not box.overlaps(beside), (label.get_text(), other.get_text())
+    for label, box in boxes.items():
+        assert drawn.bbox.x0 <= box.x0 < box.x1 <= drawn.bbox.x1, label.get_text()
+        assert drawn.bbox.y0 <= box.y0 < box.y1 <= drawn.bbox.y1, label.get_text()
+
+
 @pytest.mark.soak
 @pytest.mark.timeout(600)
-def test_all_figures_on_their_page(tmp_path):
+def test_the_index_page_shows_every_figure_on_phone_and_desktop(tmp_path):
     page = index.write_index(CONFIG, tmp_path / 'figures')
     for figure in index.CHAPTER_FIGURES:
         assert (page.parent / f'figure_{figure.number}.png').stat().st_size > 3000

@@ -1,4 +1,4 @@
-"""The chapter's claims: the README's table is of the present configurations, and a judge says no where it should."""
+"""The chapter's claims: the table in docs/results.md is up to date; each claim is refused where it does not hold."""
 
 import math
 from pathlib import Path
@@ -13,18 +13,18 @@ from mobile_robot_control.reporting.chapter.runs import LAP, Runs, StepTick
 from mobile_robot_control.reporting.series import collect
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
 
-README = Path(__file__).parents[3] / 'README.md'
+RESULTS = Path(__file__).parents[3] / 'docs' / 'results.md'
 
 
-def test_the_readmes_table_was_made_from_the_present_configurations():
-    table = claims_table.found(README.read_text(encoding='utf-8'))
+def test_the_table_is_of_the_present_configurations():
+    table = claims_table.found(RESULTS.read_text(encoding='utf-8'))
     assert f'generated from {claims_table.fingerprint(CONFIG)} -->' in table
     rows = [line.split('|') for line in table.splitlines() if line.startswith('|')][2:]
     assert [(row[1].strip(), row[2].strip()) for row in rows] == [(claim.where, claim.words) for claim in claims.CLAIMS]
     assert all(row[4].strip().startswith(('yes', 'no')) for row in rows)
 
 
-def test_another_configuration_makes_the_table_stale(tmp_path):
+def test_another_configuration_changes_the_fingerprint_of_the_table(tmp_path):
     for file in {run.file for run in claims.RUNS}:
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).write_bytes((CONFIG / file).read_bytes())
@@ -36,8 +36,8 @@ def test_another_configuration_makes_the_table_stale(tmp_path):
 
 @pytest.mark.soak
 @pytest.mark.timeout(600)
-def test_the_readmes_table_is_what_is_measured():
-    assert claims_table.found(README.read_text(encoding='utf-8')) == claims_table.claims_markdown(CONFIG)
+def test_the_table_equals_the_measurement():
+    assert claims_table.found(RESULTS.read_text(encoding='utf-8')) == claims_table.claims_markdown(CONFIG)
 
 
 def _series(error, command=0.5, laps=3):
@@ -45,16 +45,16 @@ def _series(error, command=0.5, laps=3):
     samples = []
     for n in range(laps * 16):
         time = n * LAP / 16.0
-        wide = error(int(time // LAP))
+        size = error(int(time // LAP))
         tick = PositionTick(time, Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0),
-                            Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0)), TrackingError(wide, 0.0, wide))
+                            Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0)), TrackingError(size, 0.0, size))
         samples.append(Sample(time, tick, BodyVelocity(command, command), 0.0, 0.0, WheelVelocity(0.0, 0.0),
                               WheelTorque(0.0, 0.0), WheelTorque(0.0, 0.0)))
     return collect(samples)
 
 
 class _Runs(Runs):
-    """Runs that are told what they measured: numbers by run, and what the velocity loop leaves."""
+    """Runs with given metrics, errors by lap, largest commands, and a given steady-state error of the velocity loop."""
 
     def __init__(self, ordinary, other, error=lambda lap: 0.1**lap, left=0.0, commands=(1.0, 0.1)):
         def measured(run):
@@ -69,15 +69,15 @@ class _Runs(Runs):
         self._left = left
 
     def velocity_steps(self, steps, duration):
-        asked = steps[0][1]
-        yield StepTick(duration, asked, BodyVelocity(asked.linear - self._left, asked.angular))
+        command = steps[0][1]
+        yield StepTick(duration, command, BodyVelocity(command.linear - self._left, command.angular))
 
 
 def _verdicts(runs):
     return {claim.words.split(' (')[0]: verdict.holds for claim, verdict in claims.judged(runs)}
 
 
-def test_all_claims_hold_of_a_run_as_the_chapter_tells_it():
+def test_all_claims_hold_for_runs_as_the_chapter_describes_them():
     assert all(_verdicts(_Runs(ordinary=60.0, other=1.8)).values())
 
 
@@ -94,5 +94,5 @@ def test_all_claims_hold_of_a_run_as_the_chapter_tells_it():
     (_Runs(60.0, 1.8, left=math.nan), 'the PI controller leaves no steady-state velocity error'),
     (_Runs(60.0, 1.8, commands=(1.0, 0.9)), 'fuzzy: much smaller velocity commands than ordinary backstepping'),
 ])
-def test_a_claim_that_does_not_hold_is_denied(runs, broken):
+def test_a_claim_that_does_not_hold_is_reported_so(runs, broken):
     assert not _verdicts(runs)[broken]

@@ -1,4 +1,4 @@
-"""The pages in a real browser: every picture loads, nothing overflows, dark ground is dark, nothing is fetched."""
+"""The pages in a real browser: every picture loads, nothing overflows, pages turn dark, nothing is fetched."""
 
 import re
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason='no Chromium here; inst
 PHONE, DESKTOP = 360, 1280
 _BROKEN = '[...document.images].filter(image => !image.complete || image.naturalWidth < 1).length'
 _OVERFLOW = 'document.documentElement.scrollWidth - document.documentElement.clientWidth'
-# what reaches beyond the window without a box of its own that scrolls
+# elements beyond the right edge of the window, except in boxes that scroll by themselves
 _WIDE = '''[...document.querySelectorAll('body *')].filter(element => !element.closest('.scroll, pre') &&
   element.getBoundingClientRect().right > innerWidth + 1).map(element => element.tagName)'''
 
@@ -32,17 +32,17 @@ def browser(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def written(tmp_path_factory):
-    """A report of two runs with a trouble to tell and a name that is long."""
+    """A report of two runs with a problem each, one of them with a long name."""
     folder = tmp_path_factory.mktemp('report')
     runs = []
     for law, name in (('backstepping', 'a'), ('fuzzy', 'a_name_as_long_as_people_give_their_folders_of_runs')):
-        asked = configuration(position_controller={'controller_type': law})
-        series = collect(rollout(asked, 0.5))
-        runs.append(RecordedRun(name, series, ('3 of 51 messages missing on odom',), {'duration': 0.5}, asked))
+        parameters = configuration(position_controller={'controller_type': law})
+        series = collect(rollout(parameters, 0.5))
+        runs.append(RecordedRun(name, series, ('3 of 51 messages missing on odom',), {'duration': 0.5}, parameters))
     return report_writing.write_report(runs, folder, lambda _: None)
 
 
-def test_the_page_needs_nothing_from_anywhere(written):
+def test_the_page_loads_nothing_from_elsewhere(written):
     text = written.read_text(encoding='utf-8')
     assert text.count('src="data:image/svg+xml;base64,') == len(report_writing.RUN_FIGURES)
     assert not re.search(r'(src|href)="(?!data:)', text)
@@ -72,7 +72,7 @@ def test_the_page_turns_dark(browser, written):
     assert browser.evaluate(ground) == 'rgb(255, 255, 255)'
     browser.show(written, DESKTOP, 'dark')
     assert browser.evaluate(ground) == 'rgb(21, 24, 28)'
-    # the pictures turn with it: their ground is drawn by their own style sheets
+    # the pictures turn dark too, by style sheets of their own
     assert browser.evaluate(_CORNER)[:3] == [21, 24, 28]
 
 
@@ -85,11 +85,11 @@ def test_the_page_prints_on_light_ground(browser, written):
     browser.call('Emulation.setEmulatedMedia', media='')
 
 
-@pytest.mark.parametrize(('body', 'seen'), [
+@pytest.mark.parametrize(('body', 'count'), [
     ('<img src="data:image/png;base64,AAAA">', _BROKEN), ('<p style="width:500px">wide</p>', _OVERFLOW),
 ])
-def test_a_broken_page_is_seen(browser, tmp_path, body, seen):
+def test_broken_pictures_and_overflow_are_detected(browser, tmp_path, body, count):
     file = tmp_path / 'broken.html'
     file.write_text(page.page('broken', [body]), encoding='utf-8')
     browser.show(file, PHONE)
-    assert browser.evaluate(seen) > 0
+    assert browser.evaluate(count) > 0

@@ -1,4 +1,4 @@
-"""The command `report`: bags and tables give the same, damaged inputs give what they can, inputs stay as they are."""
+"""The command `report`: the same report of a bag and of a table, damaged inputs, refusals; inputs stay unchanged."""
 
 import hashlib
 import json
@@ -30,33 +30,33 @@ def runs(tmp_path_factory):
     overrides = ['-p', 'position_controller.controller_type:=hybrid_backstepping', '-p',
                  f'plant.initial_pose:={START}']
     assert simulate.main(['--duration', str(DURATION), '--output', str(folder / 'run.csv'), *overrides]) == 0
-    asked = configuration(plant={'initial_pose': json.loads(START), 'duration': DURATION}, **LAW)
+    parameters = configuration(plant={'initial_pose': json.loads(START), 'duration': DURATION}, **LAW)
     (folder / 'run').mkdir()
-    record(folder / 'run' / 'bag', rollout(asked, DURATION))
-    (folder / 'run' / 'parameters.yaml').write_text(configuration_text(asked))
+    record(folder / 'run' / 'bag', rollout(parameters, DURATION))
+    (folder / 'run' / 'parameters.yaml').write_text(configuration_text(parameters))
     return folder
 
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    """Draw one figure of each kind: these tests are not about the figures."""
+    """Draw one figure of each kind only: these tests do not look at the figures."""
     monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     monkeypatch.setattr(report_writing, 'TIMING_FIGURES', report_writing.TIMING_FIGURES[:1])
 
 
 def fingerprint(folder):
-    """Every file and its content."""
+    """A checksum of each file."""
     return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.rglob('*')) if path.is_file()}
 
 
 def reported(output, *arguments):
-    """Run the command; its metrics by run and its page."""
+    """Run the command; return its metrics by run and its page."""
     assert report.main([*map(str, arguments), '--output', str(output)]) == 0
     return json.loads((output / 'report.json').read_text()), (output / 'report.html').read_text()
 
 
 def assert_same(first, second):
-    """Equal within 1e-9, whatever they are made of."""
+    """Check that two values of JSON are equal, numbers within 1e-9."""
     assert type(first) is type(second)
     if isinstance(first, dict):
         assert first.keys() == second.keys()
@@ -107,7 +107,7 @@ def _lines(runs, tmp_path):
     return lines, tmp_path / 'run.csv'
 
 
-def test_nans_and_broken_rows_are_left_out_and_told(runs, tmp_path, capsys):
+def test_nans_and_incomplete_rows_are_left_out_and_reported(runs, tmp_path, capsys):
     lines, file = _lines(runs, tmp_path)
     lines[100] = 'nan' + lines[100][lines[100].index(','):]
     lines[120] = lines[120].replace(',', ',inf,', 1)
@@ -122,7 +122,7 @@ def test_nans_and_broken_rows_are_left_out_and_told(runs, tmp_path, capsys):
 
 
 @pytest.mark.parametrize('rows', [1, 2, 3])
-def test_a_run_of_few_samples(runs, tmp_path, rows):
+def test_a_run_of_few_samples_is_reported_with_what_is_missing(runs, tmp_path, rows):
     lines, file = _lines(runs, tmp_path)
     file.write_text(''.join(lines[:1 + rows]))
     metrics, page = reported(tmp_path / 'out', file)
@@ -130,7 +130,7 @@ def test_a_run_of_few_samples(runs, tmp_path, rows):
     assert 'What is missing' in page
 
 
-def test_a_bag_that_was_cut_off(runs, tmp_path, capsys):
+def test_a_bag_that_was_cut_off_is_reported_up_to_its_end(runs, tmp_path, capsys):
     shutil.copytree(runs / 'run', tmp_path / 'run')
     (tmp_path / 'run' / 'bag' / 'metadata.yaml').unlink()
     file = tmp_path / 'run' / 'bag' / 'bag.mcap'
@@ -153,7 +153,7 @@ def test_a_bag_without_a_topic_is_drawn_without_it(runs, tmp_path, topic):
     assert 'peak_wheel_torque' not in metrics[tmp_path.name]
 
 
-def test_a_database_of_stock_rosbag2_gives_the_same_metrics(runs, tmp_path):
+def test_an_sqlite_bag_of_rosbag2_gives_the_same_metrics(runs, tmp_path):
     path = tmp_path / 'stock'
     _copied(runs / 'run' / 'bag', path, lambda _: True, StoragePlugin.SQLITE3)
     found, _ = reported(tmp_path / 'out', path, '--params-file', runs / 'run' / 'parameters.yaml')
@@ -175,7 +175,7 @@ def _copied(source, path, wanted, storage=StoragePlugin.MCAP):
 
 
 @pytest.mark.parametrize('case', ['nothing', 'empty_folder', 'text', 'another_robot', 'too_many', 'picture'])
-def test_what_is_no_run_is_refused_with_a_remedy(runs, tmp_path, capsys, case):
+def test_a_path_that_is_no_run_is_refused_with_a_remedy(runs, tmp_path, capsys, case):
     path = tmp_path / case
     if case == 'empty_folder':
         path.mkdir()
@@ -189,18 +189,18 @@ def test_what_is_no_run_is_refused_with_a_remedy(runs, tmp_path, capsys, case):
     assert report.main([*map(str, given), '--output', str(tmp_path / 'out')]) == 2
     error = capsys.readouterr().err
     assert 'Traceback' not in error
-    said = {'nothing': 'does not exist; name', 'empty_folder': 'without a bag', 'text': 'lacks 27 of 27 columns',
-            'another_robot': '/other/odom.*--namespace', 'too_many': 'name 6 at the most', 'picture': 'no CSV text'}
-    assert re.search(said[case], error)
+    expected = {'nothing': 'does not exist; name', 'empty_folder': 'without a bag', 'text': 'lacks 27 of 27 columns',
+                'another_robot': '/other/odom.*--namespace', 'too_many': 'name 6 at the most', 'picture': 'no CSV text'}
+    assert re.search(expected[case], error)
 
 
-def test_another_robot_is_found_by_its_namespace(tmp_path):
+def test_the_namespace_selects_the_robot_of_a_bag(tmp_path):
     path = record(tmp_path / 'bag', rollout(configuration(), 0.1), '/other/')
     metrics, _ = reported(tmp_path / 'out', path, '--namespace', '/other')
     assert metrics[tmp_path.name]['duration'] == pytest.approx(0.1)
 
 
-def test_the_parameters_of_a_run_that_does_not_say_them(runs, tmp_path):
+def test_the_parameters_of_a_run_without_any_come_from_the_command_line(runs, tmp_path):
     shutil.copy(runs / 'run.csv', tmp_path / 'alone.csv')
     _, page = reported(tmp_path / 'out', tmp_path / 'alone.csv')
     assert 'Not recorded' in page
@@ -208,7 +208,7 @@ def test_the_parameters_of_a_run_that_does_not_say_them(runs, tmp_path):
     assert 'fuzzy on the trifolium' in page
 
 
-def test_of_several_runs_one_that_cannot_be_read_does_not_hide_the_others(runs, tmp_path, capsys):
+def test_a_run_that_cannot_be_read_leaves_the_report_of_the_others(runs, tmp_path, capsys):
     assert report.main([str(runs / 'run.csv'), str(tmp_path / 'nothing'), '--output', str(tmp_path / 'out')]) == 1
     assert 'nothing: does not exist' in capsys.readouterr().err
     page = (tmp_path / 'out' / 'report.html').read_text()

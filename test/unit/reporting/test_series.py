@@ -1,4 +1,4 @@
-"""Time series of runs: units of time, steps, peaks that survive thinning, timing over DDS."""
+"""Time series of runs: torque, power and energy, thinning, headings, timing over DDS, animation, legends."""
 
 import math
 
@@ -9,31 +9,38 @@ from measuring import configuration, measured
 from PIL import Image
 
 from mobile_robot_control.recording.collector import Collector
-from mobile_robot_control.reporting import animation
 from mobile_robot_control.reporting.animation import animate
 from mobile_robot_control.reporting.lines import Line, broken_at_jumps, thinned
 from mobile_robot_control.reporting.panels import Named, over_time
 from mobile_robot_control.reporting.path_figure import draw_path
 from mobile_robot_control.reporting.run_figures import POSITION
 from mobile_robot_control.reporting.series import Series, collect
-from mobile_robot_control.reporting.timing import intervals, latency, quantiles, timed, timing_table
+from mobile_robot_control.reporting.timing import (
+    draw_intervals,
+    intervals,
+    intervals_in_motion,
+    latency,
+    quantiles,
+    timed,
+    timing_table,
+)
 from mobile_robot_control.simulation.rollout import rollout
 
 WALL = 1_790_000_000_000_000_000
 
 
 @pytest.fixture(scope='module')
-def asked():
+def fuzzy():
     return configuration(position_controller={'controller_type': 'fuzzy'})
 
 
 @pytest.fixture(scope='module')
-def series(asked):
-    return collect(rollout(asked, 1.0))
+def series(fuzzy):
+    return collect(rollout(fuzzy, 1.0))
 
 
-def test_peaks_and_energy_are_those_of_the_metrics(asked, series):
-    metrics, _ = measured(asked, 1.0)
+def test_peaks_and_energy_equal_the_metrics(fuzzy, series):
+    metrics, _ = measured(fuzzy, 1.0)
     for n, wheel in enumerate(('right', 'left')):
         assert np.abs(series.torque(wheel).value).max() == metrics['peak_wheel_torque'][wheel]
         assert np.abs(series.power()[n].value).max() == metrics['peak_wheel_power'][wheel]
@@ -41,20 +48,20 @@ def test_peaks_and_energy_are_those_of_the_metrics(asked, series):
     assert series.energy().time[-1] == 1.0
 
 
-def test_the_beginning_of_a_run(series):
+def test_until_keeps_the_messages_up_to_a_time(series):
     part = series.until(0.5)
     assert part.time('joint_states')[-1] == part.time('odom')[-1] == 0.5
     assert part.line('odom', 'x').value[-1] == series.line('odom', 'x').value[50]
 
 
 @pytest.mark.parametrize('origin', [0, WALL])
-def test_the_beginning_of_a_run_keeps_its_timing(origin):
-    part = _heard(origin).until(0.5)
+def test_until_keeps_the_times_of_receipt(origin):
+    part = _recorded(origin).until(0.5)
     assert part.time('odom')[-1] == pytest.approx(0.5)
     assert intervals(part, 'odom').value.size == 50
 
 
-def test_a_silent_topic_gives_empty_lines():
+def test_a_topic_without_messages_gives_empty_lines():
     empty = Series(Collector().signals)
     for line in (empty.line('odom', 'x'), empty.torque('right'), empty.energy(), *empty.power(), *empty.headings()):
         assert line.time.size == line.value.size == 0
@@ -73,50 +80,68 @@ def test_thinning_keeps_every_peak_and_both_ends(place):
     assert (np.diff(line.time) > 0.0).all()
 
 
-def test_a_wrapped_angle_is_broken_where_it_jumps_and_stays_so_when_thinned():
+def test_a_wrapped_angle_is_broken_at_its_jumps_also_when_thinned():
     time = np.arange(20_000) / 1000.0
     line = broken_at_jumps(Line(time, np.angle(np.exp(1j * time))))
     assert np.isnan(line.value).sum() == 3
     assert np.isnan(thinned(line).value).sum() == 3
 
 
-def test_headings_are_continuous_and_by_whole_turns_next_to_each_other():
+def test_headings_are_continuous_and_without_whole_turns_between_them():
     robot, cart = collect(rollout(configuration(plant={'initial_pose': [1.0, 0.0, 0.5 * math.pi - 2.0 * math.pi]}),
                                   2.0)).headings()
     assert np.abs(np.diff(robot.value)).max() < 0.2
     assert np.abs(robot.value - cart.value).max() < 1.0
 
 
-def _heard(origin):
-    """A run whose cmd_vel answers 3 ms and whose wheel torques answer 1 ms after the question; one answer late."""
+def _recorded(origin, wait=0):
+    """
+    A run whose cmd_vel comes 3 ms and whose wheel torques come 1 ms after the question; one answer is 50 ms late.
+
+    The messages of the first stamp are received a wait [ns] earlier.
+    """
     collector = Collector()
     for n in range(101):
-        stamp = n * 10_000_000
-        ours, late = (origin + stamp, 50_000_000 if n == 50 else 0)
-        collector.add('odom', ours, [0.0] * 5, WALL + stamp)
-        collector.add('cmd_vel', ours + (3_000_000 if origin else 0), [0.0] * 2, WALL + stamp + 3_000_000 + late)
-        collector.add('joint_states', ours, [0.0] * 6, WALL + stamp)
-        collector.add('wheel_torques', ours, [0.0] * 2, WALL + stamp + 1_000_000)
+        elapsed = n * 10_000_000
+        stamp, received, late = origin + elapsed, WALL + elapsed - (0 if n else wait), 50_000_000 if n == 50 else 0
+        collector.add('odom', stamp, [0.0] * 5, received)
+        collector.add('cmd_vel', stamp + (3_000_000 if origin else 0), [0.0] * 2, received + 3_000_000 + late)
+        collector.add('joint_states', stamp, [0.0] * 6, received)
+        collector.add('wheel_torques', stamp, [0.0] * 2, received + 1_000_000)
     return Series(collector.signals)
 
 
 @pytest.mark.parametrize('origin', [0, WALL])
-def test_timing_by_the_recorders_clock(origin):
-    heard = _heard(origin)
-    assert timed(heard)
-    assert quantiles(intervals(heard, 'odom').value).median == pytest.approx(10.0, rel=1e-3)
-    assert quantiles(latency(heard, 'joint_states', 'wheel_torques').value).largest == pytest.approx(1.0, rel=1e-3)
-    answers = quantiles(latency(heard, 'odom', 'cmd_vel').value)
+def test_intervals_and_latencies_are_those_of_the_recorders_clock(origin):
+    run = _recorded(origin)
+    assert timed(run)
+    assert quantiles(intervals(run, 'odom').value).median == pytest.approx(10.0, rel=1e-3)
+    assert quantiles(latency(run, 'joint_states', 'wheel_torques').value).largest == pytest.approx(1.0, rel=1e-3)
+    answers = quantiles(latency(run, 'odom', 'cmd_vel').value)
     assert answers.median == pytest.approx(3.0, rel=1e-3)
-    # in lockstep a late answer is late; on the wall clock it is an answer to what was newest by then
+    # in lockstep a late answer is late; on the wall clock it is the answer to the newest question by then
     assert answers.largest == pytest.approx(3.0 if origin else 53.0, rel=1e-3)
-    assert '<td class=number>101</td>' in timing_table(heard)
+    assert '<td class=number>101</td>' in timing_table(run)
 
 
-def test_an_animation_moves_and_stays_small(series, tmp_path, monkeypatch):
-    monkeypatch.setattr(animation, '_FRAMES', 6)
+def test_the_wait_at_stamp_0_is_in_the_table_and_not_in_the_figure_of_intervals():
+    run = _recorded(0, wait=4_000_000_000)
+    assert intervals(run, 'odom').value[0] == pytest.approx(4010.0, rel=1e-3)
+    assert '4.01e+03 ms' in timing_table(run)
+    moving = intervals_in_motion(run, 'odom')
+    assert moving.time.size == moving.value.size == 99
+    assert moving.value == pytest.approx(10.0, rel=1e-3)
+    for axes in draw_intervals([Named('run', run)]).axes:
+        assert axes.get_ylim()[1] < 20.0
+
+
+def test_on_the_wall_clock_every_interval_is_drawn():
+    assert intervals_in_motion(_recorded(WALL), 'odom').value.size == 100
+
+
+def test_an_animation_has_its_frames_and_stays_small(series, tmp_path):
     for name in ('run.gif', 'run.webp'):
-        animate(series, tmp_path / name)
+        animate(series, tmp_path / name, frames=6)
         with Image.open(tmp_path / name) as picture:
             assert picture.n_frames == 6
             assert picture.width > 400
@@ -137,5 +162,5 @@ def test_legends_lie_within_the_figure_and_above_the_lines(series, names):
         assert legend.x1 <= figure.bbox.x1
         assert legend.y1 <= figure.bbox.y1
         assert legend.y0 >= axes.bbox.y1 - 1.0
-        # and leave the axes their room
+        # and the axes keep their width
         assert axes.bbox.width > 0.8 * figure.bbox.width

@@ -1,4 +1,4 @@
-"""A process that hangs ends all the same."""
+"""A process that hangs while it ends is ended after a deadline."""
 
 import subprocess
 import sys
@@ -7,7 +7,7 @@ import time
 HANGS = """
 import ctypes
 from mobile_robot_control.ros.deadline import exit_after
-print('the last words')
+print('last line')
 with exit_after(1, {code}):
     ctypes.PyDLL(None).sleep(60)  # holds the interpreter's lock
 """
@@ -20,14 +20,14 @@ time.sleep(1.5)
 """
 
 
-def test_a_process_that_hangs_ends_with_its_code():
+def test_a_hanging_process_is_ended_with_its_exit_code():
     for code in (0, 3):
         begun = time.monotonic()
         done = subprocess.run([sys.executable, '-c', HANGS.format(code=code)], capture_output=True, text=True,
                               timeout=50, check=False)
-        assert (done.returncode, done.stdout) == (code, 'the last words\n')
+        assert (done.returncode, done.stdout) == (code, 'last line\n')
         assert time.monotonic() - begun < 40.0
 
 
-def test_one_that_is_done_in_time_is_left_alone():
+def test_a_process_that_ends_in_time_keeps_its_exit_code():
     assert subprocess.run([sys.executable, '-c', IN_TIME], timeout=50, check=False).returncode == 0

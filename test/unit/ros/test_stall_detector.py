@@ -1,4 +1,4 @@
-"""The node that holds a lockstep run up is looked for only when the run stalls for long."""
+"""The node that a stalled lockstep run waits for is determined only after a long stall."""
 
 import types
 
@@ -6,7 +6,7 @@ from mobile_robot_control.ros.stall_detector import StallDetector
 
 
 class StandInNode:
-    """Keeps subscriptions and warnings."""
+    """Records subscriptions and warnings."""
 
     def __init__(self):
         self.listeners, self.warnings = {}, []
@@ -25,7 +25,7 @@ class StandInNode:
         return types.SimpleNamespace(warning=self.warnings.append, info=self.warnings.append)
 
 
-def test_a_short_stall_makes_no_subscriptions_and_a_long_one_is_named():
+def test_only_a_long_stall_adds_subscriptions_and_names_its_node():
     node = StandInNode()
     detector = StallDetector(node, timeout=2.0)
     for silence in (0.1, 0.2, 0.4):

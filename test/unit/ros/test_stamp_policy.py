@@ -1,4 +1,4 @@
-"""Stamp policies: what a stamp means to a node, in lockstep and on the wall clock."""
+"""Stamp policies: what a node does with a stamp, in lockstep and on the wall clock."""
 
 import pytest
 
@@ -63,7 +63,7 @@ class Still:
 
 
 def _asked(present, factor=0.0):
-    """A plant's policy after its pacer has been told to ask."""
+    """Return the policy of a plant whose pacer has asked at the present stamp."""
     policy = AnswerStampPolicy(PERIOD)
     LockstepPacer(Still(), policy, factor, lambda: None, lambda _: None).ask(present)
     return policy
@@ -73,14 +73,14 @@ def _asked(present, factor=0.0):
     (50, StampDecision.STEP), (40, StampDecision.AGAIN), (0, StampDecision.AGAIN),
     (60, StampDecision.REFUSED), (45, StampDecision.REFUSED), (-10, StampDecision.REFUSED),
 ])
-def test_answers_to_the_plant(stamp, decision):
+def test_the_plant_accepts_answers_to_its_present_stamp(stamp, decision):
     policy = _asked(50)
     assert policy.decide(stamp) is decision
     if decision is StampDecision.REFUSED:
         assert policy.refusal(stamp).reason == 'not the present stamp'
 
 
-def test_an_answer_before_the_question_is_no_answer():
+def test_an_answer_before_the_question_counts_as_a_repeat():
     policy = _asked(50, factor=1e-9)
     assert not policy.asking
     assert policy.decide(50) is StampDecision.AGAIN
@@ -91,7 +91,7 @@ def test_an_answer_before_the_question_is_no_answer():
     (0.6, StampDecision.REFUSED, 'stamp too old'), (-0.6, StampDecision.REFUSED, 'stamp in the future'),
     (1e9, StampDecision.REFUSED, 'too old'),
 ])
-def test_stamps_on_the_wall_clock(age, decision, reason):
+def test_on_the_wall_clock_stamps_beyond_the_tolerance_are_refused(age, decision, reason):
     now = 1_800_000_000_000_000_000
     policy = WallClockStampPolicy(Still(now), tolerance=0.5)
     stamp = now - round(age * 1e9)

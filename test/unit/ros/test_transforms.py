@@ -1,4 +1,4 @@
-"""Odometry goes to /tf where tf2_ros is installed, and nowhere where it is not."""
+"""Odometry is published on /tf where tf2_ros is installed."""
 
 import sys
 import types

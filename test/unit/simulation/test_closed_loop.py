@@ -1,4 +1,4 @@
-"""The order in which the four nodes' functions act on each other."""
+"""The closed loop in one process: the functions of the four nodes, in the order of lockstep."""
 
 import itertools
 import math
@@ -24,30 +24,30 @@ GAINS = {'gains.k1': 1.0, 'gains.ti1': 10.0, 'gains.k2': 0.3, 'gains.ti2': 10.0}
 GENTLE = {'backstepping.p': 1.0, 'backstepping.q': 1.0, 'backstepping.f': 1.0, 'backstepping.g': 2.0}
 
 
-def asked(velocity_rate=500.0, position_rate=100.0, **nodes):
+def configured(velocity_rate=500.0, position_rate=100.0, **nodes):
     nodes['velocity_controller'] = {**GAINS, **nodes.get('velocity_controller', {})}
     nodes['position_controller'] = {**GENTLE, **nodes.get('position_controller', {})}
     return configuration(velocity_rate, position_rate, **nodes)
 
 
 def test_there_is_a_sample_for_each_time_of_the_velocity_grid():
-    samples = list(rollout(asked(), 0.1))
+    samples = list(rollout(configured(), 0.1))
     assert [sample.time for sample in samples] == [k * 2_000_000 / 1e9 for k in range(51)]
     assert is_complete(samples[-1], 0.1, 500.0)
     assert not is_complete(samples[-2], 0.1, 500.0)
 
 
 def test_the_run_starts_at_rest_at_its_initial_pose():
-    first = next(rollout(asked(plant={'initial_pose': [2.0, 3.0, -math.pi]}), 1.0))
+    first = next(rollout(configured(plant={'initial_pose': [2.0, 3.0, -math.pi]}), 1.0))
     assert first.tick.pose == (2.0, 3.0, math.pi)
     assert first.tick.velocity == (0.0, 0.0)
     assert (first.wheels, first.applied) == ((0.0, 0.0), (0.0, 0.0))
     assert (first.right_angle, first.left_angle) == (0.0, 0.0)
 
 
-def test_the_first_torque_answers_the_first_reference():
+def test_the_first_torque_follows_from_the_first_reference():
     # v_r = 0.5 rate, omega_r = 5 rate, from rest: R/r (K1 v_r +- K2 omega_r)
-    first = next(rollout(asked(), 1.0))
+    first = next(rollout(configured(), 1.0))
     rate = 2.0 * math.pi / 16.0
     assert first.tick.error == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
     assert first.command == pytest.approx((0.5 * rate, 5.0 * rate), rel=1e-12)
@@ -55,7 +55,7 @@ def test_the_first_torque_answers_the_first_reference():
 
 
 def test_the_position_loop_ticks_at_its_own_rate_and_holds_its_command():
-    samples = list(rollout(asked(velocity_rate=500.0, position_rate=125.0), 0.1))
+    samples = list(rollout(configured(velocity_rate=500.0, position_rate=125.0), 0.1))
     for k, sample in enumerate(samples):
         assert sample.tick.time == samples[k // 4 * 4].time
         assert sample.command == samples[k // 4 * 4].command
@@ -63,14 +63,14 @@ def test_the_position_loop_ticks_at_its_own_rate_and_holds_its_command():
     assert len(commands) == 13
 
 
-def test_what_is_applied_is_what_was_asked_for_one_period_before():
-    samples = list(rollout(asked(), 0.1))
+def test_the_applied_torque_is_that_of_the_period_before():
+    samples = list(rollout(configured(), 0.1))
     assert [after.applied for after in samples[1:]] == [before.torque for before in samples[:-1]]
 
 
 def test_every_sample_follows_from_the_one_before():
-    """The loop put together once more: odometry, error, law, velocity law, plant, in this order."""
-    loop = asked(plant={'initial_pose': [0.9, -0.1, 1.2]}, reference_cart={'curve': 'circle', 'period': 9.0})
+    """The same loop written out: odometry, tracking error, law, velocity law and plant, in this order."""
+    loop = configured(plant={'initial_pose': [0.9, -0.1, 1.2]}, reference_cart={'curve': 'circle', 'period': 9.0})
     law = loop.position_controller.control.backstepping
     placement = loop.reference_cart.curve.placement
     gains = loop.velocity_controller.gains
@@ -93,26 +93,27 @@ def test_every_sample_follows_from_the_one_before():
         pi, torque = velocity_pi.step(pi, command, state.velocity, gains, Robot(), 0.0, 0.002)
         assert sample.torque == pytest.approx(torque, abs=1e-10)
         state = dynamics.step(state, torque, plant)
+    assert k == 250
 
 
-def test_the_motors_limit_is_applied_and_the_laws_is_asked_for():
-    by_motor = list(rollout(asked(plant={'max_wheel_torque': 0.3}), 0.02))
+def test_the_motor_limits_the_applied_torque_and_the_law_the_requested_one():
+    by_motor = list(rollout(configured(plant={'max_wheel_torque': 0.3}), 0.02))
     assert by_motor[0].torque.right > 3.0
     assert by_motor[1].applied == WheelTorque(0.3, -0.3)
-    by_law = list(rollout(asked(velocity_controller={'max_wheel_torque': 0.3}), 0.02))
+    by_law = list(rollout(configured(velocity_controller={'max_wheel_torque': 0.3}), 0.02))
     assert by_law[0].torque == by_law[1].applied == WheelTorque(0.3, -0.3)
     assert all(max(map(abs, sample.torque)) <= 0.3 for sample in by_law)
 
 
-def test_the_coupling_reaches_the_plant():
-    with_, without = (list(rollout(asked(plant={'centripetal_coupling': coupling}), 0.5))[-1].tick.pose
+def test_the_centripetal_coupling_changes_the_motion():
+    with_, without = (list(rollout(configured(plant={'centripetal_coupling': coupling}), 0.5))[-1].tick.pose
                       for coupling in (True, False))
     assert with_ != pytest.approx(without, abs=1e-5)
     assert with_ == pytest.approx(without, abs=0.05)
 
 
-def test_start_gives_the_laws_start():
-    loop, state = start(asked(position_controller={'controller_type': 'hybrid_backstepping'}))
+def test_start_gives_the_initial_states_of_the_laws():
+    loop, state = start(configured(position_controller={'controller_type': 'hybrid_backstepping'}))
     assert state.law == HybridState()
     assert state.pi == VelocityPiState()
     assert state.command == BodyVelocity(0.0, 0.0)
@@ -120,12 +121,12 @@ def test_start_gives_the_laws_start():
 
 
 def test_two_runs_give_the_same_numbers_to_the_last_bit():
-    assert list(rollout(asked(), 0.2)) == list(rollout(asked(), 0.2))
+    assert list(rollout(configured(), 0.2)) == list(rollout(configured(), 0.2))
 
 
 def diverging():
     # stable velocity gains, but a position loop far beyond its sampling rate
-    return asked(position_rate=50.0, plant={'initial_pose': [0.0, 0.0, 0.0]},
+    return configured(position_rate=50.0, plant={'initial_pose': [0.0, 0.0, 0.0]},
                  position_controller={'backstepping.p': 50.0, 'backstepping.q': 0.01, 'backstepping.f': 100.0,
                                       'backstepping.alpha': 3.0})
 
@@ -141,16 +142,16 @@ def test_a_run_that_diverges_ends_early_with_finite_samples():
         assert max(map(abs, sample.tick.pose)) < 1e6
 
 
-def test_the_metrics_of_a_run_that_diverges_can_be_written():
+def test_the_metrics_of_a_diverging_run_are_finite_or_none():
     found, last = measured(diverging(), 16.0)
     assert found['duration'] == last.time
     for value in (found['rms_position_error'], found['objective']):
         assert value is None or math.isfinite(value)
 
 
-def test_unstable_gains_do_not_even_start():
+def test_unstable_gains_are_refused_before_the_start():
     with pytest.raises(ParameterError, match='unstable'):
-        asked(velocity_controller={'gains.k1': 128.444})
+        configured(velocity_controller={'gains.k1': 128.444})
 
 
 def test_the_default_configuration_runs():
@@ -158,15 +159,15 @@ def test_the_default_configuration_runs():
 
 
 def test_the_final_pose_is_the_one_at_the_end():
-    found, last = measured(asked(), 1.0)
+    found, last = measured(configured(), 1.0)
     assert last.tick.time == found['duration'] == 1.0
     assert found['final_pose'] == list(last.tick.pose)
 
 
 def test_the_command_keeps_within_its_limits():
-    free = list(rollout(asked(), 2.0))
+    free = list(rollout(configured(), 2.0))
     limits = {'limits.linear_velocity': 0.1, 'limits.angular_acceleration': 0.5}
-    held = list(rollout(asked(position_controller=limits), 2.0))
+    held = list(rollout(configured(position_controller=limits), 2.0))
     assert max(abs(sample.command.linear) for sample in free) > 0.15
     assert max(abs(sample.command.linear) for sample in held) == 0.1
     ticks = [BodyVelocity(0.0, 0.0), *(sample.command for sample in held if sample.tick.time == sample.time)]

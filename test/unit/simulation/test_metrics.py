@@ -3,11 +3,10 @@
 import math
 
 import pytest
-from measuring import Meter
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
-from mobile_robot_control.simulation.metrics import MeasuredRun, summary
+from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter, summary
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
 STILL = BodyVelocity(0.0, 0.0)
@@ -25,14 +24,14 @@ def series():
         time = 0.5 * k
         if time in ERRORS:
             tick = PositionTick(time, POSES[time], STILL, Reference(ORIGIN, STILL), ERRORS[time])
-        # the torque asked for never counts, the applied one does
+        # the requested torque never counts, the applied one does
         yield Sample(time, tick, STILL, 0.0, 0.0, WheelVelocity(*WHEELS[k]), WheelTorque(*APPLIED[k]),
                      WheelTorque(1e9, -1e9))
 
 
 @pytest.fixture
 def meter():
-    meter = Meter(0.5, 1.0)
+    meter = RunMeter(0.5, 1.0)
     for sample in series():
         meter.add(sample)
     return meter
@@ -98,7 +97,7 @@ def test_deviation_7_the_metrics_take_the_absolute_torque(meter):
     assert objective(run.totals, literal=True) == pytest.approx(objective(run.totals, literal=False) - 1.0)
 
 
-def test_one_error_and_one_torque_add_their_part_and_touch_nothing_else():
+def test_an_error_and_a_torque_each_change_their_own_totals_alone():
     base = Totals(*map(float, range(1, 15)))
     with_error = add_error(base, TrackingError(0.3, -0.4, -0.2), 0.5)
     assert with_error[7:] == base[7:]
@@ -111,8 +110,8 @@ def test_one_error_and_one_torque_add_their_part_and_touch_nothing_else():
     assert with_torque[7:] == (20.0, 30.0, 10.0, 30.0, 20.0, 60.0, 14.0 + 30.0)
 
 
-def test_a_single_sample_has_no_period_yet():
-    meter = Meter(0.5, 1.0)
+def test_the_errors_of_a_single_sample_are_none():
+    meter = RunMeter(0.5, 1.0)
     meter.add(next(series()))
     found = summary(meter.run('interrupted'))
     assert found['outcome'] == 'interrupted'
@@ -124,10 +123,10 @@ def test_a_single_sample_has_no_period_yet():
 
 def test_a_run_without_a_sample_has_no_metrics():
     with pytest.raises(ValueError, match='without a sample'):
-        Meter(0.5, 1.0).run('node_died')
+        RunMeter(0.5, 1.0).run('node_died')
 
 
-def test_what_is_not_finite_is_none_wherever_it_stands():
+def test_values_that_are_not_finite_become_none():
     totals = Totals(1.0, math.inf, 1.0, math.nan, 0.0, 0.0, 0.0, math.inf, 2.0, 3.0, 4.0, 5.0, -math.inf, math.nan)
     found = summary(MeasuredRun('diverged', 1.0, Pose(math.nan, 1.0, math.inf), WheelTorque(math.inf, 0.5), totals))
     assert found == {

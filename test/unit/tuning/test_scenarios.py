@@ -1,7 +1,8 @@
-"""Scenarios, the objective over them, and what the study says of many runs."""
+"""Scenarios, the objective over them, and the statistics of a Monte Carlo study."""
 
 import math
 import statistics
+from itertools import product
 
 import numpy as np
 import pytest
@@ -13,25 +14,26 @@ from mobile_robot_control.quantities import Pose
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.totals import objective
 from mobile_robot_control.simulation.trial import make_trial
-from mobile_robot_control.tuning import search_space
 from mobile_robot_control.tuning.monte_carlo import (
     Judged,
     ScenarioDistribution,
     draw_scenarios,
-    interval,
     judge,
     summarise_runs,
+    wilson_interval,
 )
 from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
 from mobile_robot_control.tuning.search import WORST
-from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded
+from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded, configured_gains
 
 SHORT = {'reference_cart': {'period': 1.0, 'scale': 0.05}}
-SPREAD = ScenarioDistribution(('trifolium', 'lemniscate'), (0.5, 1.0), longest_delay=2, noise=Noise((0.01, 0.01, 0.0)))
+DISTRIBUTION = ScenarioDistribution(('trifolium', 'lemniscate'), (0.5, 1.0), longest_delay=2,
+                                    noise=Noise((0.01, 0.01, 0.0)))
 
 
-def asked(**nodes):
+def short_lap(**nodes):
+    """The configuration of a lap of 1 s, started on the path."""
     return configure({**SHORT, 'plant': {'initial_pose': [0.05, 0.0, 0.5 * math.pi]}, **nodes})
 
 
@@ -43,12 +45,12 @@ def goal(*scenarios, **other):
     return Goal('backstepping', CHROMOSOMES['backstepping'], scenarios, **other)
 
 
-def test_the_configured_scenario_is_the_configured_run():
+def test_the_configured_scenario_makes_the_configured_trial():
     parameters = configure({'plant': {'noise.pose': [0.1, 0.0, 0.0], 'delay.velocity_steps': 1}})
     assert scenario_trial(parameters, configured_scenario(parameters), 0.5, 0.25) == make_trial(parameters, 8.0, 4.0)
 
 
-def test_a_scenario_changes_robot_start_and_curve():
+def test_a_scenario_sets_robot_start_curve_noise_and_delay():
     scenario = Scenario('lemniscate', 0.5, Pose(0.1, -0.2, math.pi), 1.2, 0.8, Noise(seed=5), 2)
     made = scenario_trial(Configuration(), scenario, 1.0, 0.75)
     robot, nominal = made.loop.plant.robot, Configuration().plant.shared.robot
@@ -63,13 +65,13 @@ def test_a_scenario_changes_robot_start_and_curve():
     assert (made.steps, made.late) == (8000, 6000)
 
 
-def test_random_scenarios_are_spread_evenly_and_within_their_bounds():
-    drawn = draw_scenarios(SPREAD, 4000, 1)
-    assert drawn[:10] == draw_scenarios(SPREAD, 10, 1)
-    assert drawn[:10] != draw_scenarios(SPREAD, 10, 2)
+def test_random_scenarios_are_uniform_within_their_bounds():
+    drawn = draw_scenarios(DISTRIBUTION, 4000, 1)
+    assert drawn[:10] == draw_scenarios(DISTRIBUTION, 10, 1)
+    assert drawn[:10] != draw_scenarios(DISTRIBUTION, 10, 2)
     distances = [math.hypot(one.start.x, one.start.y) for one in drawn]
     assert max(distances) <= 1.0
-    # as many in the inner disc as its area says
+    # the disc of half the radius has a quarter of the area
     assert sum(distance < 0.5 for distance in distances) / 4000 == pytest.approx(0.25, abs=0.03)
     assert abs(statistics.fmean(one.start.heading for one in drawn)) < 0.1
     assert max(abs(one.start.heading) for one in drawn) <= math.pi
@@ -77,11 +79,11 @@ def test_random_scenarios_are_spread_evenly_and_within_their_bounds():
         assert 0.8 <= min(values) < 0.81
         assert 1.19 < max(values) <= 1.2
     assert {one.delay for one in drawn} == {0, 1, 2}
-    assert {(one.curve, one.scale) for one in drawn} == {(c, s) for c in SPREAD.curves for s in SPREAD.scales}
+    assert {(one.curve, one.scale) for one in drawn} == set(product(DISTRIBUTION.curves, DISTRIBUTION.scales))
     assert len({one.noise.seed for one in drawn}) > 3990
 
 
-def test_a_grid_is_every_combination():
+def test_a_grid_contains_every_combination_once():
     starts = [None, Pose(0.0, 0.1, 0.0)]
     nominal = configured_scenario(Configuration())
     made = scenario_grid(nominal, ['circle', 'line'], [1.0], starts, [0.8, 1.2], [1.0], [0])
@@ -89,19 +91,19 @@ def test_a_grid_is_every_combination():
     assert made[1] == Scenario('circle', 1.0, None, 1.2, 1.0)
 
 
-def test_the_score_is_equation_29_over_the_scenarios():
-    parameters = asked()
+def test_the_score_is_the_mean_or_the_worst_of_equation_29_over_the_scenarios():
+    parameters = short_lap()
     near, far = (configured_scenario(parameters)._replace(start=Pose(x, 0.0, 0.0)) for x in (0.0, 0.02))
     single = [objective(run([scenario_trial(parameters, one, 1.0, 0.0)])[0].totals, False) for one in (near, far)]
-    start = search_space.of(parameters)
+    start = configured_gains(parameters)
     assert Objective(parameters, goal(near, far), run).score(start) == pytest.approx(sum(single) / 2.0, rel=1e-15)
     assert Objective(parameters, goal(near, far, combine='worst'), run).score(start) == max(single)
     literal = Objective(parameters, goal(near, literal=True), run).score(start)
     assert literal < single[0]
 
 
-def test_a_generation_scores_as_its_individuals_do():
-    parameters = asked()
+def test_a_generation_scores_as_its_individuals():
+    parameters = short_lap()
     objective = Objective(parameters, goal(configured_scenario(parameters)), run)
     points = [[0.3, 0.2, 0.1, 0.4, 0.02, 0.3, 0.02, 0.3], [0.1, 0.5, 0.1, 0.4, 0.01, 0.3, 0.01, 0.3]]
     scores = objective(np.array(points))
@@ -109,8 +111,8 @@ def test_a_generation_scores_as_its_individuals_do():
     assert len(set(scores)) == 2
 
 
-def test_unstable_and_diverging_ones_score_worst():
-    parameters = asked()
+def test_unstable_gains_and_diverging_runs_score_worst():
+    parameters = short_lap()
     tried = []
 
     def counting(trials):
@@ -119,21 +121,21 @@ def test_unstable_and_diverging_ones_score_worst():
 
     genes = bounded(CHROMOSOMES['backstepping'], {'k1': (0.0, 200.0)})
     objective = Objective(parameters, goal(configured_scenario(parameters))._replace(genes=genes), counting)
-    # 200 N s/m at 500 Hz is beyond the sampled loop's stability: not even tried
+    # 200 N s/m at 500 Hz is unstable in the sampled loop: refused without a rollout
     assert objective(np.array([[0.5, 0.5, 0.5, 0.5, 1.0, 0.5, 1.0, 0.5]])).tolist() == [WORST]
     assert not tried
-    pushed = asked(plant={'disturbance.step': [1e9, 1e9]})
-    assert Objective(pushed, goal(configured_scenario(pushed)), run).score(search_space.of(pushed)) == WORST
+    pushed = short_lap(plant={'disturbance.step': [1e9, 1e9]})
+    assert Objective(pushed, goal(configured_scenario(pushed)), run).score(configured_gains(pushed)) == WORST
 
 
-def test_a_run_is_judged_by_its_late_errors():
-    made = make_trial(asked(), 1.0, late=0.75)
+def test_success_is_judged_by_the_late_errors_of_a_complete_run():
+    made = make_trial(short_lap(), 1.0, late=0.75)
     (outcome,) = run([made])
     assert judge(made, outcome).success
     assert not judge(made, outcome._replace(steps=made.steps - 1)).success
     assert not judge(made, outcome._replace(late=outcome.late._replace(max_position=0.1))).success
-    lost = judge(made, outcome._replace(steps=3))
-    assert set(lost.metrics.values()) == {math.inf}
+    diverged = judge(made, outcome._replace(steps=3))
+    assert set(diverged.metrics.values()) == {math.inf}
 
 
 @pytest.mark.parametrize(('successes', 'runs', 'low', 'high'), [
@@ -141,12 +143,12 @@ def test_a_run_is_judged_by_its_late_errors():
     (81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718),
     (20, 20, 0.8389, 1.0),
 ])
-def test_the_interval_is_wilsons(successes, runs, low, high):
-    assert interval(successes, runs) == pytest.approx((low, high), abs=5e-5)
+def test_the_confidence_interval_is_wilsons(successes, runs, low, high):
+    assert wilson_interval(successes, runs) == pytest.approx((low, high), abs=5e-5)
 
 
-def test_quantiles_and_rates_of_many_runs():
-    names = judge(make_trial(asked(), 0.1), run([make_trial(asked(), 0.1)])[0]).metrics
+def test_the_summary_contains_success_rate_and_quantiles():
+    names = judge(make_trial(short_lap(), 0.1), run([make_trial(short_lap(), 0.1)])[0]).metrics
     judged = [Judged(k < 98, dict.fromkeys(names, float(k) if k < 99 else math.inf)) for k in range(1, 101)]
     found = summarise_runs(judged)
     assert (found['runs'], found['successes'], found['success_rate']) == (100, 97, 0.97)

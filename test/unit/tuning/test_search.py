@@ -1,4 +1,4 @@
-"""Both algorithms: they find known optima, never get worse, and do what their seed says."""
+"""Both algorithms: they find known optima, the best score never rises, and the seed determines the search."""
 
 import math
 from pathlib import Path
@@ -24,7 +24,7 @@ def settings(algorithm='genetic', generations=60, seed=1, **other):
 
 
 @pytest.mark.parametrize(('algorithm', 'near'), [('genetic', 0.01), ('differential_evolution', 1e-5)])
-def test_the_optimum_of_a_known_function_is_found(algorithm, near):
+def test_the_search_finds_the_optimum_of_a_quadratic(algorithm, near):
     for seed in range(2):
         found = run_search(settings(algorithm, 100, seed), bowl)
         assert found.score < near
@@ -33,26 +33,26 @@ def test_the_optimum_of_a_known_function_is_found(algorithm, near):
 
 
 @pytest.mark.parametrize('algorithm', ALGORITHMS)
-def test_the_best_never_worsens_and_every_generation_is_within_the_cube(algorithm):
-    seen = []
+def test_the_best_score_never_rises_and_every_point_is_in_the_unit_cube(algorithm):
+    smallest = []
 
     def score(points):
         assert points.shape == (41, 6)
         assert (points > 0.0).all()
         assert (points <= 1.0).all()
-        seen.append(bowl(points).min())
+        smallest.append(bowl(points).min())
         return bowl(points)
 
     found = run_search(settings(algorithm), score)
     best = [generation.best for generation in found.history]
-    assert len(best) == len(seen) == 60
-    assert best == np.minimum.accumulate(seen).tolist()
+    assert len(best) == len(smallest) == 60
+    assert best == np.minimum.accumulate(smallest).tolist()
     assert found.history[0].mean > found.history[-1].mean
 
 
 @pytest.mark.parametrize('algorithm', ALGORITHMS)
 @pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
-def test_what_is_not_finite_is_never_good(algorithm, bad):
+def test_a_score_that_is_not_finite_is_never_the_best(algorithm, bad):
     def score(points):
         return np.where(points[:, 0] < 0.5, bad, bowl(points))
 
@@ -63,7 +63,7 @@ def test_what_is_not_finite_is_never_good(algorithm, bad):
     assert found.history[0].lost > 0
 
 
-def test_nothing_that_can_be_scored_is_said():
+def test_a_generation_without_a_finite_score_scores_worst():
     found = run_search(settings(generations=2), lambda points: np.full(len(points), math.nan))
     assert found.score == WORST
     assert math.isnan(found.history[0].mean)
@@ -71,22 +71,22 @@ def test_nothing_that_can_be_scored_is_said():
 
 
 @pytest.mark.parametrize('algorithm', ALGORITHMS)
-def test_a_seed_is_a_search(algorithm):
+def test_same_seed_gives_the_same_search(algorithm):
     one, again, other = (run_search(settings(algorithm, 10, seed), bowl) for seed in (1, 1, 2))
     assert (one.score, one.history) == (again.score, again.history)
     assert (one.point == again.point).all()
     assert one.history != other.history
 
 
-def test_limits_end_a_search():
+def test_generations_seconds_and_stopped_end_a_search():
     assert len(run_search(settings(generations=3), bowl).history) == 3
     assert run_search(settings(seconds=1e-9), bowl).history == ()
-    asked = iter([False, False, True])
-    stopped = run_search(settings(), bowl, stopped=lambda: next(asked))
+    answers = iter([False, False, True])
+    stopped = run_search(settings(), bowl, stopped=lambda: next(answers))
     assert len(stopped.history) == 2
 
 
-def test_a_tournament_chooses_the_best_drawn():
+def test_a_tournament_selects_the_best_of_those_drawn():
     rng = np.random.default_rng(0)
     scores = np.arange(10.0)
     chosen = select_parents(scores, 20000, 3, rng)
@@ -96,7 +96,7 @@ def test_a_tournament_chooses_the_best_drawn():
     assert np.abs(counts - expected).max() < 0.015
 
 
-def test_children_mix_their_parents_bits():
+def test_crossover_takes_each_bit_from_either_parent():
     rng = np.random.default_rng(0)
     population = np.array([[True] * 400, [False] * 400] * 50)
     mixed = breed(population, np.zeros(100), GeneticSettings(crossover=1.0, mutations=0.0), rng)
@@ -109,14 +109,14 @@ def test_children_mix_their_parents_bits():
     assert set(cloned.mean(axis=1)) <= {0.0, 1.0}
 
 
-def test_mutations_flip_as_many_bits_as_asked():
+def test_mutation_flips_the_expected_number_of_bits():
     rng = np.random.default_rng(0)
     population = np.zeros((500, 96), dtype=bool)
     mutated = breed(population, np.zeros(500), GeneticSettings(mutations=2.0), rng)
     assert mutated[1:].sum(axis=1).mean() == pytest.approx(2.0, abs=0.25)
 
 
-def test_the_elite_lives_on_as_it_is():
+def test_the_elite_is_kept_unchanged():
     rng = np.random.default_rng(0)
     population = rng.random((30, 96)) < 0.5
     scores = rng.random(30)
@@ -124,18 +124,18 @@ def test_the_elite_lives_on_as_it_is():
     assert (bred[:2] == population[np.argsort(scores)[:2]]).all()
 
 
-def test_the_search_knows_no_robot():
+def test_the_genetic_algorithm_imports_nothing_of_the_robot():
     source = Path(genetic.__file__).read_text(encoding='utf-8')
     imported = [line for line in source.splitlines() if line.startswith(('import', 'from'))]
     assert not [line for line in imported if 'mobile_robot_control' in line and 'tuning' not in line]
 
 
-PURPOSE = {'seed': 1, 'genes': ['p', 'q']}
+SETTINGS = {'seed': 1, 'genes': ['p', 'q']}
 
 
 class TestJournal:
-    def begin(self, file, resume=False, purpose=None):
-        return Journal(file, purpose or PURPOSE, resume)
+    def begin(self, file, resume=False, settings=None):
+        return Journal(file, settings or SETTINGS, resume)
 
     def run(self, file, generations, resume=False, algorithm='genetic'):
         scored = []
@@ -151,7 +151,7 @@ class TestJournal:
             journal.close()
 
     @pytest.mark.parametrize('algorithm', ALGORITHMS)
-    def test_resumed_it_ends_as_undisturbed(self, tmp_path, algorithm):
+    def test_a_resumed_search_equals_an_undisturbed_one(self, tmp_path, algorithm):
         whole, _ = self.run(tmp_path / 'whole', 12, algorithm=algorithm)
         _, first = self.run(tmp_path / 'parts', 5, algorithm=algorithm)
         parts, second = self.run(tmp_path / 'parts', 12, resume=True, algorithm=algorithm)
@@ -159,7 +159,7 @@ class TestJournal:
         assert (parts.score, parts.history) == (whole.score, whole.history)
         assert (tmp_path / 'parts').read_bytes() == (tmp_path / 'whole').read_bytes()
 
-    def test_cut_anywhere_it_ends_as_undisturbed(self, tmp_path):
+    def test_a_search_resumed_from_a_journal_cut_anywhere_equals_an_undisturbed_one(self, tmp_path):
         whole, _ = self.run(tmp_path / 'whole', 4)
         content = (tmp_path / 'whole').read_bytes()
         for end in range(0, len(content), 97):
@@ -168,7 +168,7 @@ class TestJournal:
             assert resumed.history == whole.history
             assert (tmp_path / 'cut').read_bytes() == content
 
-    def test_a_damaged_one_is_refused_with_its_line(self, tmp_path):
+    def test_a_damaged_journal_is_refused_with_the_line_number(self, tmp_path):
         self.run(tmp_path / 'file', 4)
         content = bytearray((tmp_path / 'file').read_bytes())
         content[content.index(b'\n') + 60] ^= 1
@@ -177,43 +177,50 @@ class TestJournal:
             self.begin(tmp_path / 'file', resume=True)
         assert (tmp_path / 'file').read_bytes() == content
 
-    def test_that_of_another_search_is_refused(self, tmp_path):
+    def test_the_journal_of_another_search_is_refused(self, tmp_path):
         self.run(tmp_path / 'file', 2)
         with pytest.raises(ParameterError, match='seed = 1, and now it is 2'):
-            self.begin(tmp_path / 'file', resume=True, purpose={**PURPOSE, 'seed': 2})
+            self.begin(tmp_path / 'file', resume=True, settings={**SETTINGS, 'seed': 2})
         journal = self.begin(tmp_path / 'file', resume=True)
         with pytest.raises(ParameterError, match='generation 1 is not the one'):
             run_search(settings(seed=7), bowl, journal)
         journal.close()
 
-    def test_the_same_holds_inside_of_scipy(self, tmp_path):
+    def test_the_journal_of_another_search_is_refused_through_scipy(self, tmp_path):
         self.run(tmp_path / 'file', 2, algorithm='differential_evolution')
         journal = self.begin(tmp_path / 'file', resume=True)
         with pytest.raises(ParameterError, match='generation 1 is not the one'):
             run_search(settings('differential_evolution', seed=7), bowl, journal)
         journal.close()
 
-    def test_without_resuming_it_begins_anew(self, tmp_path):
+    def test_without_resume_the_journal_begins_anew(self, tmp_path):
         self.run(tmp_path / 'file', 4)
         _, scored = self.run(tmp_path / 'file', 4)
         assert scored == 4
 
-    def test_a_full_disk_keeps_what_was_found(self, tmp_path, monkeypatch):
+    def test_a_full_disk_keeps_the_result_so_far(self, tmp_path, monkeypatch):
         self.run(tmp_path / 'whole', 3)
-        journal = self.begin(tmp_path / 'file')
-        written, out = [], journal._out
+        open_file, written = Path.open, []
 
         class Full:
-            """A disk with room for three lines and a half."""
+            """A file on a disk with room for three and a half more lines."""
+
+            def __init__(self, file):
+                self.file = file
 
             def write(self, line):
                 written.append(line)
-                return out.write(line if len(written) <= 3 else line[:len(line) // 2])
+                return self.file.write(line if len(written) <= 3 else line[:len(line) // 2])
 
             def __getattr__(self, name):
-                return getattr(out, name)
+                return getattr(self.file, name)
 
-        journal._out = Full()
+        def open_full(path, mode='r', *arguments, **options):
+            file = open_file(path, mode, *arguments, **options)
+            return Full(file) if mode == 'ab' else file
+
+        monkeypatch.setattr(Path, 'open', open_full)
+        journal = self.begin(tmp_path / 'file')
         with pytest.raises(OSError, match='No space left') as full:
             run_search(settings(generations=9), bowl, journal)
         journal.close()

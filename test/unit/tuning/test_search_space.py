@@ -1,6 +1,7 @@
-"""Chromosomes and what they stand for: always a valid controller, within its bounds."""
+"""Chromosomes and what they encode: always a valid controller, within its bounds."""
 
 import math
+from itertools import groupby
 
 import numpy as np
 import pytest
@@ -13,10 +14,10 @@ from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning import chromosome, search_space
-from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded, decode, shapes
+from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded, decode, order_corners
 
 
-def test_twelve_bits_stand_for_4096_points():
+def test_twelve_bits_encode_4096_evenly_spaced_points():
     numbers = np.arange(4096)
     bits = ((numbers[:, None] >> np.arange(11, -1, -1)) & 1).astype(bool)
     points = chromosome.points(bits)
@@ -24,7 +25,7 @@ def test_twelve_bits_stand_for_4096_points():
     assert np.array_equal(points[:, 0], (numbers + 1) / 4096)
 
 
-def test_chromosomes_have_the_chapters_parameters():
+def test_genes_and_populations_are_those_of_the_chapter():
     assert [gene.name for gene in CHROMOSOMES['backstepping']] == ['p', 'q', 'f', 'g', 'k1', 'ti1', 'k2', 'ti2']
     assert [gene.name for gene in CHROMOSOMES['fuzzy']] == [
         'a', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6', 'c1', 'c2', 'c3', 'c4', 'c5', 'd1', 'd2', 'd3']
@@ -37,39 +38,43 @@ def test_chromosomes_have_the_chapters_parameters():
 def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller, data):
     genes = CHROMOSOMES[controller]
     numbers = data.draw(st.lists(st.integers(1, 4096), min_size=len(genes), max_size=len(genes)))
-    found = decode(genes, [number / 4096 for number in numbers], search_space.of(Configuration()))
-    # what the node would say
+    found = decode(genes, [number / 4096 for number in numbers], search_space.configured_gains(Configuration()))
+    # the check of the node
     assert build(PositionControl, flatten(found.control)) == found.control
     assert min(found.velocity) > 0.0
-    for node, values in search_space.parameters(genes, found).items():
-        for name, value in values.items():
-            for number in value if isinstance(value, tuple) else (value,):
-                ours = [gene for gene in genes if gene.name.startswith(name.rpartition('.')[2])]
-                if ours and node != 'controller_type':
-                    assert min(g.low for g in ours) <= number <= max(g.high for g in ours)
+    searched = {name.rpartition('.')[2]: value for parameters in search_space.parameters(genes, found).values()
+                for name, value in parameters.items()}
+    # b1 to b6 are the array b, whose numbers are exchanged until they are in order
+    for name, group in groupby(genes, lambda gene: gene.name if gene.name in searched else gene.name[0]):
+        bounds, value = list(group), searched.pop(name)
+        decoded = value if isinstance(value, tuple) else (value,)
+        assert len(decoded) == len(bounds)
+        assert min(gene.low for gene in bounds) < min(decoded)
+        assert max(decoded) <= max(gene.high for gene in bounds)
+    assert set(searched) <= {'controller_type', 'alpha'}
 
 
-def test_the_ends_of_the_cube_are_valid_too():
+def test_the_corners_of_the_unit_cube_decode_to_valid_controllers():
     for genes in CHROMOSOMES.values():
         for point in ([1.0] * len(genes), [chromosome.LOWEST_POINT] * len(genes)):
-            found = decode(genes, point, search_space.of(Configuration()))
+            found = decode(genes, point, search_space.configured_gains(Configuration()))
             assert build(PositionControl, flatten(found.control)) == found.control
 
 
-def test_shapes_in_order_stay_as_they_are_and_others_are_exchanged():
+def test_corners_in_order_stay_and_others_are_exchanged():
     good = (1.2, 0.5, 0.9, 1.1, 0.1, 0.6)
-    assert shapes(good) == good
+    assert order_corners(good) == good
     # b3 and b4 exchanged, b1 below b2, b5 above b6
-    assert shapes((0.5, 1.2, 1.1, 0.9, 0.6, 0.1)) == (0.9, 0.5, 1.1, 1.2, 0.1, 0.6)
-    b1, b2, b3, b4, b5, b6 = shapes([math.pi] * 6)
+    assert order_corners((0.5, 1.2, 1.1, 0.9, 0.6, 0.1)) == (0.9, 0.5, 1.1, 1.2, 0.1, 0.6)
+    b1, b2, b3, b4, b5, b6 = order_corners([math.pi] * 6)
     assert b2 < b3 < b4 <= math.pi
     assert b2 < b1 <= math.pi
     assert b5 < b4
     assert b5 < b6 <= math.pi
 
 
-def test_velocity_keeps_the_law_and_fuzzy_the_velocity_gains():
-    start = search_space.of(Configuration())
+def test_a_velocity_search_keeps_the_law_and_a_fuzzy_search_the_velocity_gains():
+    start = search_space.configured_gains(Configuration())
     velocity = decode(CHROMOSOMES['velocity'], [0.5] * 4, start)
     assert velocity.velocity == (10.0, 30.0, 10.0, 30.0)
     assert velocity.control == start.control
@@ -78,8 +83,8 @@ def test_velocity_keeps_the_law_and_fuzzy_the_velocity_gains():
     assert fuzzy.control.fuzzy != start.control.fuzzy
 
 
-def test_what_was_searched_is_what_the_file_says():
-    found = decode(CHROMOSOMES['backstepping'], [0.25] * 8, search_space.of(Configuration()))
+def test_searched_gains_have_the_names_of_the_parameter_file():
+    found = decode(CHROMOSOMES['backstepping'], [0.25] * 8, search_space.configured_gains(Configuration()))
     named = search_space.parameters(CHROMOSOMES['backstepping'], found)
     assert named['velocity_controller'] == {'gains.k1': 5.0, 'gains.ti1': 15.0, 'gains.k2': 5.0, 'gains.ti2': 15.0}
     assert named['position_controller'] == {
@@ -88,9 +93,9 @@ def test_what_was_searched_is_what_the_file_says():
     assert configure({'position_controller': named['position_controller']})
 
 
-def test_bounds_can_be_given_and_are_checked():
+def test_given_bounds_are_used_and_checked():
     genes = bounded(CHROMOSOMES['backstepping'], {'k1': (1.0, 2.0)})
-    found = decode(genes, [1.0] * 8, search_space.of(Configuration()))
+    found = decode(genes, [1.0] * 8, search_space.configured_gains(Configuration()))
     assert found.velocity.k1 == 2.0
     with pytest.raises(ParameterError) as refused:
         bounded(CHROMOSOMES['fuzzy'], {'k1': (0.0, 1.0), 'a': (-1.0, 1.0), 'b2': (0.0, 4.0), 'c1': (1.0, 0.0)})

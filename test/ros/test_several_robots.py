@@ -1,5 +1,6 @@
-"""Several robots in one domain: each drives as if it were alone, and none of them grows."""
+"""Several robots in one domain: each drives as if it were alone, and no node's memory grows."""
 
+import contextlib
 import os
 import time
 from pathlib import Path
@@ -7,8 +8,7 @@ from statistics import linear_regression
 
 import pytest
 import rclpy
-from fleet import Fleet
-from harness import CONFIG
+from harness import CONFIG, Robots
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.control.laws import LAWS
@@ -25,31 +25,29 @@ START = {'plant': {'initial_pose': [0.8, 0.1, 0.0]}}
 DURATION = 2.0
 
 
-def _run(folder, monkeypatch, names):
-    """What robots say that run side by side, as fast as they go."""
-    fleet = Fleet(folder, names, monkeypatch)
-    start = folder / 'start.yaml'
-    start.write_text(parameter_file_text(START))
-    try:
+def _run(folder, names):
+    """Run robots side by side, as fast as they go; returns the messages of each."""
+    with contextlib.closing(Robots(folder, names)) as robots:
+        start = folder / 'start.yaml'
+        start.write_text(parameter_file_text(START))
         for name in names:
-            fleet.start(name, [*ROBOTS[name], '--params-file', start, '-p', f'duration:={DURATION}', '-p',
-                               'real_time_factor:=0.0', '-p', 'paused:=true'])
-        fleet.go_on()
-        fleet.finish()
-    finally:
-        fleet.close()
-    return fleet.heard
+            robots.start(namespace=name, composed=True, arguments=[
+                *ROBOTS[name], '--params-file', start, '-p', f'duration:={DURATION}', '-p', 'real_time_factor:=0.0',
+                '-p', 'paused:=true'])
+        robots.resume()
+        robots.finish()
+        return {name: robots.messages(name) for name in names}
 
 
-def test_two_robots_drive_as_each_alone(domain, tmp_path, monkeypatch):
-    alone = {name: _run(tmp_path / name.strip('/'), monkeypatch, [name])[name] for name in ROBOTS}
-    together = _run(tmp_path / 'both', monkeypatch, list(ROBOTS))
+def test_two_robots_drive_as_each_alone(domain, lossless, tmp_path):
+    alone = {name: _run(tmp_path / name.strip('/'), [name])[name] for name in ROBOTS}
+    together = _run(tmp_path / 'both', list(ROBOTS))
     for name, topics in alone.items():
         assert {topic: len(stamps) for topic, stamps in topics.items()} == {
             'odom': 201, 'reference': 201, 'cmd_vel': 201, 'tracking_error': 201, 'joint_states': 1001,
             'wheel_torques': 1001}
-        # to the last bit: not one byte differs in any message, and a repeat says the same again
-        assert all(len(said) == 1 for stamps in topics.values() for said in stamps.values())
+        # equal to the byte, repeats of a stamp included
+        assert all(len(messages) == 1 for stamps in topics.values() for messages in stamps.values())
         assert together[name] == topics
     assert alone['/robot1']['cmd_vel'] != alone['/robot2']['cmd_vel']
 
@@ -58,60 +56,58 @@ SOAK = float(os.environ.get('SOAK_SECONDS', '600'))
 WARM_UP = 30.0
 BYTES_A_STEP = 4.0
 """
-What a node may grow by, beyond the noise. The smallest thing that a step could leave behind is an object of Python or a
-stamp in a list: 8 bytes for the pointer alone, 32 with the number.
+How much a node may grow, beyond the noise. The least that a leak could cost a step is a Python object or a stamp in a
+list: 8 bytes for the pointer alone, 32 with the number.
 """
 NOISE = 0.5e6
 """[bytes] over a whole run: pages that an allocator takes once."""
 
 
 def _memory(pid):
-    """Private memory of a process [bytes]; shared memory counts for whoever made it."""
+    """Private memory of a process [bytes]; shared memory counts for the process that made it."""
     status = dict(line.split(':', 1) for line in Path(f'/proc/{pid}/status').read_text().splitlines())
     return 1024 * int(status['RssAnon'].split()[0])
 
 
 @pytest.mark.soak
 @pytest.mark.timeout(SOAK + 300)
-def test_eight_robots_drive_on_in_flat_memory(domain, tmp_path, monkeypatch):
-    names = [f'/robot{number}' for number in range(1, 9)]
-    fleet, stamps = Fleet(tmp_path / 'fleet', [], monkeypatch), {}
+def test_eight_robots_drive_on_in_flat_memory(domain, tmp_path):
+    names = [f'robot{number}' for number in range(1, 9)]
+    robots, stamps = Robots(tmp_path / 'robots', []), {}
     listener = rclpy.create_node('listener')
-    fleet.add(listener)
+    robots.add(listener)
     for name in names:
-        def hear(message, name=name):
+        def note(message, name=name):
             stamps[name] = serialised_stamp(message) / 1e9
 
-        listener.create_subscription(Odometry, f'{name}/odom', hear, SUBSCRIBED, raw=True)
-    try:
+        listener.create_subscription(Odometry, f'{name}/odom', note, SUBSCRIBED, raw=True)
+    with contextlib.closing(robots):
         for number, name in enumerate(names):
             law = tmp_path / f'{number}.yaml'
             law.write_text(parameter_file_text({'position_controller': {'controller_type': list(LAWS)[number % 3]}}))
-            fleet.start(name, ['--params-file', CONFIG / 'wall_clock.yaml', '--params-file', law, '-p',
-                               'lockstep:=true', '-p', f'publish_clock:={str(number == 0).lower()}'],
-                        composed=False)
-        fleet.spin_until(lambda: len(stamps) == 8 and min(stamps.values()) > 1.0, 120.0)
-        fleet.listen(WARM_UP)
+            robots.start(namespace=f'/{name}', arguments=[
+                '--params-file', CONFIG / 'wall_clock.yaml', '--params-file', law, '-p', 'lockstep:=true', '-p',
+                f'publish_clock:={str(number == 0).lower()}'])
+        robots.spin_until(lambda: len(stamps) == 8 and min(stamps.values()) > 1.0, 120.0)
+        robots.listen(WARM_UP)
         started, begun, samples = time.monotonic(), dict(stamps), {}
         while time.monotonic() < started + SOAK:
-            for key, process in fleet.processes.items():
+            for key, process in robots.processes.items():
                 assert process.exit_code() is None, process.exit_report()
                 samples.setdefault(key, []).append((time.monotonic() - started, _memory(process.pid)))
             print(f'\r{time.monotonic() - started:5.0f} of {SOAK:.0f} s, simulated {min(stamps.values()):.0f} to '
                   f'{max(stamps.values()):.0f} s', end='', flush=True)
-            fleet.listen(min(5.0, SOAK / 20))
+            robots.listen(min(5.0, SOAK / 20))
         steps = {name: 200.0 * (stamps[name] - begun[name]) for name in names}
-    finally:
-        fleet.close()
-    assert 'Traceback' not in fleet.logs()
-    assert [process.exit_code() for process in fleet.processes.values()] == [0] * 32
+    assert 'Traceback' not in robots.log()
+    assert [process.exit_code() for process in robots.processes.values()] == [0] * 32
     assert min(steps.values()) > 0.0
     growth = {key: SOAK * linear_regression(*zip(*taken, strict=True)).slope for key, taken in samples.items()}
     print()
     for node in NODES:
-        of_node = [key for key in samples if key[1] == (node,)]
+        of_node = [key for key in samples if key.endswith(f'/{node}')]
         print(f'{node:20s} {max(samples[key][-1][1] for key in of_node) / 1e6:6.1f} MB at the most, in {SOAK:.0f} s '
               f'grown by {max(growth[key] for key in of_node) / 1e3:6.1f} kB at the most, '
               f'{min(steps.values()):.0f} to {max(steps.values()):.0f} steps')
-    for (name, node), grown in growth.items():
-        assert grown < NOISE + BYTES_A_STEP * steps[name], (name, node, grown)
+    for key, grown in growth.items():
+        assert grown < NOISE + BYTES_A_STEP * steps[key.partition('/')[0]], (key, grown)

@@ -1,4 +1,4 @@
-"""An ear in a ROS domain: hears serialised messages in this process."""
+"""A listener in a ROS domain: takes in serialised messages in this process."""
 
 import time
 from collections.abc import Callable
@@ -20,7 +20,7 @@ def _make_executor(context: Context) -> Executor:
     return EventsExecutor(context=context)
 
 
-class Ear:
+class Listener:
     """
     A node in any domain, whatever other domains this process is in.
 
@@ -35,20 +35,20 @@ class Ear:
         self.domain = domain
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node('ear', context=self._context, enable_rosout=False, start_parameter_services=False)
+        self.node = Node('listener', context=self._context, enable_rosout=False, start_parameter_services=False)
         self._executor = _make_executor(self._context)
         self._executor.add_node(self.node)
 
-    def listen_to(self, topic: str, kind: type, hear: Callable[[bytes], None], quality: QoSProfile) -> Any:
-        """Subscribe; messages come as they are on the wire."""
-        return self.node.create_subscription(kind, topic, hear, quality, raw=True)
+    def listen_to(self, topic: str, kind: type, take: Callable[[bytes], None], quality: QoSProfile) -> Any:
+        """Subscribe to serialised messages, as they are on the wire."""
+        return self.node.create_subscription(kind, topic, take, quality, raw=True)
 
     def until(self, condition: Callable[[], bool], seconds: float, check: Callable[[], None] = lambda: None) -> None:
-        """Listen until a condition holds; raises TimeoutError if it does not."""
+        """Take in messages until a condition holds; raises TimeoutError if it does not in time."""
         deadline = time.monotonic() + seconds
         while not condition():
             if time.monotonic() > deadline:
-                raise TimeoutError(f'waited {seconds} s in vain')
+                raise TimeoutError(f'the condition did not hold within {seconds} s')
             check()
             self._executor.spin_once(timeout_sec=0.02)
 

@@ -1,4 +1,4 @@
-"""The pictures of the README's results: torques and paths side by side, and a run that moves."""
+"""The pictures of docs/results.md: paths and torques side by side, and a run that moves."""
 
 import sys
 from pathlib import Path
@@ -20,7 +20,7 @@ from mobile_robot_control.reporting.path_figure import path_on
 from mobile_robot_control.reporting.run_figures import TORQUE
 
 _WIDTH = 9.0
-"""[in]: as wide as a README is shown."""
+"""[in]: as wide as a page is shown."""
 
 
 def _pair(ordinary: Named, other: Named) -> Figure:
@@ -40,15 +40,9 @@ def _pair(ordinary: Named, other: Named) -> Figure:
 
 def write_pictures(config: Path, folder: Path) -> None:
     """
-    Draw the pictures anew.
+    Draw the pictures with a folder of configurations.
 
-    Parameters
-    ----------
-    config : Path
-        Folder of the configurations.
-    folder : Path
-        Takes `results_lemniscate.png`, `results_trifolium.png` and `hybrid_lemniscate.gif`.
-
+    Writes `results_lemniscate.png`, `results_trifolium.png` and `hybrid_lemniscate.gif` into the other folder.
     """
     runs = Runs(config)
     for curve, ordinary, other, name in (('lemniscate', ORDINARY_LEMNISCATE, HYBRID_LEMNISCATE, 'hybrid'),
@@ -57,7 +51,7 @@ def write_pictures(config: Path, folder: Path) -> None:
                  (('ordinary', ordinary), (name, other))]
         file = folder / f'results_{curve}'
         save(_pair(*shown), file)
-        # a README shows the PNG
+        # the page shows the PNG
         file.with_suffix('.svg').unlink()
     animate(runs.measured(HYBRID_LEMNISCATE).series.until(LAP), folder / 'hybrid_lemniscate.gif')
 

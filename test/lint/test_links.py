@@ -1,0 +1,91 @@
+"""Every link in a Markdown file leads to a file and a heading that exist, and every page is reached from the index."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted({*ROOT.glob('*.md'), *(ROOT / 'docs').rglob('*.md'), *(ROOT / 'test').rglob('*.md')})
+LINK = re.compile(r'\[(?:[^]\[]|\[[^]]*])*]\(([^)\s]+)\)')
+FENCE = re.compile(r'^```.*?^```', re.DOTALL | re.MULTILINE)
+
+
+def anchors(text):
+    """The anchors of a page's headings, as GitHub and MyST name them."""
+    seen = {}
+    for heading in re.findall(r'^#{1,6} (.+)$', FENCE.sub('', text), re.MULTILINE):
+        plain = re.sub(r'\[([^]]*)]\([^)]*\)', r'\1', heading).replace('`', '')
+        name = re.sub(r'[^\w\- ]', '', plain.strip().lower()).replace(' ', '-')
+        count = seen[name] = seen.get(name, -1) + 1
+        yield f'{name}-{count}' if count else name
+
+
+def faults(path, text):
+    """Every link of a page that leads nowhere."""
+    for target in LINK.findall(FENCE.sub('', text)):
+        if re.match(r'[a-z]+:', target):
+            continue
+        place, _, anchor = target.partition('#')
+        file = (path.parent / place).resolve() if place else path
+        if not file.exists():
+            yield f'{target}: no such file'
+        elif anchor and anchor not in anchors(text if file == path else file.read_text(encoding='utf-8')):
+            yield f'{target}: no such heading'
+
+
+@pytest.mark.parametrize('path', FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_every_link_leads_to_a_file_and_a_heading(path):
+    assert not list(faults(path, path.read_text(encoding='utf-8')))
+
+
+@pytest.mark.parametrize(('link', 'found'), [
+    ('[a](other.md)', 'other.md: no such file'), ('[a](#nowhere)', '#nowhere: no such heading'),
+    ('[a](page.md#2-titles-with-code)', None), ('![a](lost.png)', 'lost.png: no such file'),
+    ('[a](https://example.org/x)', None), ('[a [b]](other.md)', 'other.md: no such file'),
+])
+def test_a_broken_link_is_found(tmp_path, link, found):
+    page = tmp_path / 'page.md'
+    page.write_text(f'# A page\n\n## 2. Titles, with `code`\n\n{link}\n')
+    assert list(faults(page, page.read_text())) == ([found] if found else [])
+
+
+def _contents(text):
+    """The pages in the tables of contents of a page."""
+    for lines in re.findall(r'^```\{toctree}\n(.*?)^```', text, re.DOTALL | re.MULTILINE):
+        yield from (line.strip() for line in lines.splitlines() if line.strip() and not line.startswith(':'))
+
+
+def _linked(path):
+    text = path.read_text(encoding='utf-8')
+    for target in LINK.findall(FENCE.sub('', text)):
+        file = (path.parent / target.partition('#')[0]).resolve()
+        if file.suffix == '.md' and file.is_file():
+            yield file
+    yield from filter(Path.is_file, ((path.parent / f'{entry}.md').resolve() for entry in _contents(text)))
+
+
+def test_every_page_is_reached_from_the_index():
+    start = ROOT / 'docs' / 'index.md'
+    reached, waiting = {start}, [start]
+    while waiting:
+        new = set(_linked(waiting.pop())) - reached
+        reached |= new
+        waiting += new
+    assert {path for path in FILES if ROOT / 'docs' in path.parents} <= reached
+
+
+def test_every_page_of_the_index_is_in_its_table_of_contents():
+    text = (ROOT / 'docs' / 'index.md').read_text(encoding='utf-8')
+    assert {target.removesuffix('.md') for target in LINK.findall(FENCE.sub('', text))} == set(_contents(text))
+
+
+def test_no_link_leads_out_of_git():
+    listed = subprocess.run(['git', 'ls-files', '-co', '--exclude-standard'], cwd=ROOT, capture_output=True, text=True,
+                            check=True).stdout.splitlines()
+    for path in FILES:
+        for target in LINK.findall(FENCE.sub('', path.read_text(encoding='utf-8'))):
+            file = (path.parent / target.partition('#')[0]).resolve()
+            if file.is_file() and not re.match(r'[a-z]+:', target):
+                assert str(file.relative_to(ROOT)) in listed, f'{path}: {target}'

@@ -1,0 +1,65 @@
+"""The tests use public names alone, and start nodes only in a ROS domain of their own."""
+
+import ast
+from pathlib import Path
+
+import pytest
+import rclpy
+
+TEST = Path(__file__).parents[1]
+# how NamedTuples name what others may use
+NAMED_TUPLE = {'_replace', '_asdict', '_fields'}
+
+
+def _is_private(name):
+    return name.startswith('_') and not name.endswith('__') and name not in NAMED_TUPLE
+
+
+def private_names(text):
+    """Yield the private names of other modules and objects that a test module reaches into."""
+    for node in ast.walk(ast.parse(text)):
+        names = []
+        if isinstance(node, ast.Attribute):
+            own = isinstance(node.value, ast.Name) and node.value.id in {'self', 'cls'}
+            names = [] if own else [node.attr]
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            imported = [alias.name for alias in node.names] + [getattr(node, 'module', None) or '']
+            names = [part for name in imported for part in name.split('.')]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith('attr'):
+            # getattr, setattr and monkeypatch's
+            names = [argument.value for argument in node.args[1:2] if isinstance(argument, ast.Constant)]
+        yield from filter(_is_private, names)
+
+
+def test_no_test_reaches_into_private_names():
+    found = {(str(path.relative_to(TEST)), name) for path in TEST.rglob('*.py')
+             for name in private_names(path.read_text(encoding='utf-8'))}
+    assert not found
+
+
+@pytest.mark.parametrize('line', [
+    'process._process.stdin.close()', 'from package.module import _helper', 'from package._module import helper',
+    'import package._module', "monkeypatch.setattr(module, '_PATIENCE', 2.0)", "getattr(node, '_parameter_overrides')",
+    'writer._Writer__stream = None',
+])
+def test_a_private_name_is_refused(line):
+    assert list(private_names(line))
+
+
+@pytest.mark.parametrize('line', [
+    'sample._replace(time=1.0)', 'self._process.wait()', 'def _helper(): pass', '_helper()', 'module.__doc__',
+    "setattr(message, 'x', 1.0)", 'from __future__ import annotations',
+])
+def test_public_names_and_those_of_the_test_itself_pass(line):
+    assert not list(private_names(line))
+
+
+def test_without_the_fixture_domain_no_node_starts():
+    with pytest.raises(RuntimeError, match='ROS_DOMAIN_ID'):
+        rclpy.init()
+
+
+def test_a_test_with_the_fixture_domain_is_marked_as_over_dds(request, domain):
+    assert request.node.get_closest_marker('dds')
+    rclpy.init()
+    rclpy.shutdown()

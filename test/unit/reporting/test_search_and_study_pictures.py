@@ -1,0 +1,71 @@
+"""The pictures of `tune` and `study`: a PNG, and beside it an SVG in which every colour turns dark."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from measuring import configuration
+from PIL import Image
+
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reporting.search_picture import draw_search
+from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.tuning.search import Generation
+
+HISTORY = [Generation(1, 8.0, 20.0, 3), Generation(2, 6.5, math.nan, 41), Generation(3, 4.2, 9.0, 0)]
+STARTS = [Start(Pose(1.0, -1.0, 1.0), True), Start(Pose(-1.0, 1.0, -2.0), False)]
+
+
+@pytest.fixture(scope='module')
+def loops():
+    laws = {'before': 'backstepping', 'after': 'fuzzy'}
+    return {name: list(rollout(configuration(position_controller={'controller_type': law}), 0.5))
+            for name, law in laws.items()}
+
+
+def assert_turns_dark(file):
+    """The SVG has a rule for dark ground for each colour that it is drawn with."""
+    rules, drawing = re.fullmatch(r'.*?<style>(.*?)</style>(.*)', file.read_text(encoding='utf-8'), re.DOTALL).groups()
+    assert 'prefers-color-scheme: dark' in rules
+    colors = set(re.findall(r'(?:fill|stroke): #\w{6}', drawing))
+    assert len(colors) > 4
+    for color in colors:
+        assert f'[style*="{color}"]' in rules
+
+
+def assert_wide(file, width):
+    with Image.open(file) as picture:
+        assert picture.format == 'PNG'
+        assert picture.width > width
+        pixels = np.asarray(picture.convert('L'))
+    assert pixels.std() > 5.0
+    for border in (pixels[:2], pixels[-2:], pixels[:, :2], pixels[:, -2:]):
+        assert border.min() == border.max(), 'something is cut off'
+
+
+@pytest.mark.parametrize('name', ['gains', 'gains.of.friday'])
+def test_a_search_is_drawn_as_png_and_as_svg_that_turns_dark(loops, tmp_path, name):
+    draw_search(HISTORY, loops, 'fuzzy: objective 4.2', tmp_path / f'{name}.png')
+    assert {path.name for path in tmp_path.iterdir()} == {f'{name}.png', f'{name}.svg'}
+    assert_wide(tmp_path / f'{name}.png', 1000)
+    assert_turns_dark(tmp_path / f'{name}.svg')
+
+
+def test_a_search_of_one_generation_that_diverged_before_is_drawn(loops, tmp_path):
+    draw_search(HISTORY[:1], loops | {'before': loops['before'][:1]}, 'fuzzy', tmp_path / 'search.png')
+    assert_wide(tmp_path / 'search.png', 1000)
+
+
+@pytest.mark.parametrize('controllers', [1, 3])
+def test_starts_are_drawn_as_png_and_as_svg_that_turns_dark(tmp_path, controllers):
+    draw_starts_map({f'law {n}: 50.00 %': STARTS for n in range(controllers)}, tmp_path / 'starts.png')
+    assert {path.name for path in tmp_path.iterdir()} == {'starts.png', 'starts.svg'}
+    assert_wide(tmp_path / 'starts.png', 600 * controllers)
+    assert_turns_dark(tmp_path / 'starts.svg')
+
+
+def test_a_study_without_a_failure_is_drawn(tmp_path):
+    draw_starts_map({'law: 100.00 %': STARTS[:1]}, tmp_path / 'starts.png')
+    assert_turns_dark(tmp_path / 'starts.svg')

@@ -1,0 +1,23 @@
+"""The parameter file that a search writes."""
+
+import yaml
+
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.tuning.result import parameter_file
+
+
+def test_a_file_of_default_values_loads_and_has_no_empty_section(tmp_path):
+    file = tmp_path / 'gains.yaml'
+    file.write_text(parameter_file(Configuration(), {}, ['found by hand', '']))
+    assert file.read_text().startswith('# found by hand\n#\n')
+    assert configure(load([file])) == Configuration()
+    assert '/**/plant' not in yaml.safe_load(file.read_text())
+
+
+def test_what_differs_from_the_defaults_is_written(tmp_path):
+    plant = Configuration().plant._replace(initial_pose=(2.0, 0.0, 0.0))
+    file = tmp_path / 'gains.yaml'
+    file.write_text(parameter_file(Configuration(plant=plant), {}, []))
+    assert configure(load([file])).plant.initial_pose == (2.0, 0.0, 0.0)
