@@ -5,21 +5,24 @@ A record is built in, comes from an entry point of an installed package, from a 
 environment variable names, or is registered by hand. A value of a parameter never imports code.
 """
 
-import importlib.util
+import hashlib
 import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from importlib import metadata
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Generic, NamedTuple, TypeVar
+
+from mobile_robot_control.parameters.checking import ParameterError
 
 Record = TypeVar('Record')
 _BUILT_IN = 'built in'
 
 
-class PluginError(ValueError):
-    """A record that is refused; the text names where it comes from, the reason and the remedy."""
+class PluginError(ParameterError):
+    """A record that is refused; each violation names where it comes from, the reason and the remedy."""
 
 
 class Source(NamedTuple):
@@ -64,8 +67,6 @@ class Registry(Mapping[str, Record], Generic[Record]):
     ----------
     failures : dict of str to str
         What could not be registered, by entry point or file, and why.
-    version : int
-        Grows with each change.
 
     """
 
@@ -76,12 +77,23 @@ class Registry(Mapping[str, Record], Generic[Record]):
         self._source, self._check, self._function_of = source, check, function_of
         self._records: dict[str, Record] = {}
         self._origins: dict[str, str] = {}
-        self._loaded: set[str] = set()
+        self._loaded: dict[str, str] = {}
         self._discovered = False
         self.failures: dict[str, str] = {}
-        self.version = 0
+        self._version = 0
         for record in built_in:
             self._add(record, _BUILT_IN)
+
+    @property
+    def variable(self) -> str:
+        """Name of the environment variable that names files."""
+        return self._source.variable
+
+    @property
+    def version(self) -> int:
+        """A number that grows with each change."""
+        self._discover()
+        return self._version
 
     def register(self, record: Record) -> Record:
         """Register a record, or replace the one of the same name from the same file or notebook; return it."""
@@ -94,41 +106,50 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def load_file(self, path: str | Path) -> Record:
         """Import a Python file and register its record; raise PluginError if that fails."""
-        file = Path(path).resolve()
-        name = f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", str(file))}'
+        file = os.path.realpath(path)
         try:
-            spec = importlib.util.spec_from_file_location(name, file)
-            if spec is None or spec.loader is None:
-                raise ImportError('it is not a Python file')
-            module = importlib.util.module_from_spec(spec)
-            sys.modules[name] = module
-            spec.loader.exec_module(module)
+            text = Path(file).read_text(encoding='utf-8')
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
+            raise PluginError([f'{path}: cannot be read ({reason}); name a Python file']) from error
+        return self.load_text(file, text)
+
+    def load_text(self, file: str, text: str) -> Record:
+        """Import the text of a Python file, which need not exist here, and register its record, as `load_file`."""
+        module = ModuleType(f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", file)}')
+        module.__file__ = file
+        before = sys.modules.get(module.__name__)
+        sys.modules[module.__name__] = module
+        try:
+            exec(compile(text, file, 'exec'), module.__dict__)  # noqa: S102 (the user's own law)
             record: Record = getattr(module, self._source.attribute)
-            self._add(record, str(file))
-            self._loaded.add(str(file))
+            self._add(record, file)
         except Exception as error:  # a module can raise anything
-            sys.modules.pop(name, None)
-            raise PluginError(self._refusal(str(path), error)) from error
+            del sys.modules[module.__name__]
+            if before is not None:
+                sys.modules[module.__name__] = before
+            raise PluginError([self._refusal(file, error)]) from error
+        self._loaded[file] = text
         return record
 
     def _refusal(self, where: str, error: Exception) -> str:
         if isinstance(error, PluginError):
             return str(error)
-        if isinstance(error, AttributeError) and self._source.attribute in str(error):
+        if isinstance(error, AttributeError) and f"has no attribute '{self._source.attribute}'" in str(error):
             return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
         return f'{where}: cannot be imported ({type(error).__name__}: {error}); mend it, or leave it out'
 
     def _add(self, record: Record, origin: str) -> None:
         violations = list(self._check(record))
         if violations:
-            raise PluginError('\n'.join(f'{origin}: {violation}' for violation in violations))
+            raise PluginError(f'{origin}: {violation}' for violation in violations)
         name: str = record.name  # type: ignore[attr-defined]
         before = self._origins.get(name, origin)
         if before != origin:
-            raise PluginError(f"{origin}: the {self._source.kind} '{name}' is defined in {before} already; "
-                              'rename one of them')
+            raise PluginError([f"{origin}: the {self._source.kind} '{name}' is defined in {before} already; "
+                               'rename one of them'])
         self._records[name], self._origins[name] = record, origin
-        self.version += 1
+        self._version += 1
 
     def _discover(self) -> None:
         """Load what the environment and installed packages offer; what fails stops nothing."""
@@ -136,25 +157,37 @@ class Registry(Mapping[str, Record], Generic[Record]):
             return
         self._discovered = True
         for file in filter(None, os.environ.get(self._source.variable, '').split(os.pathsep)):
-            try:
-                self.load_file(file)
-            except PluginError as error:
-                self.failures[file] = str(error)
+            if os.path.realpath(file) not in self._loaded:
+                try:
+                    self.load_file(file)
+                except PluginError as error:
+                    self._note_failure(file, str(error))
         for point in metadata.entry_points(group=self._source.entry_points):
             try:
                 self._add(point.load(), point.value)
             except Exception as error:  # a module can raise anything
-                self.failures[point.name] = self._refusal(f'entry point {point.name} = {point.value}', error)
+                self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
+
+    def _note_failure(self, name: str, reason: str) -> None:
+        self.failures[name] = reason
+        print(f'not loaded: {reason}', file=sys.stderr)
 
     def origin(self, name: str) -> str:
         """Return where a record was defined: a file, an entry point, '__main__' or 'built in'."""
         self._discover()
         return self._origins[name]
 
-    def files(self) -> list[str]:
-        """List the files that records were loaded from, for other processes to load them too."""
+    def checksum(self, name: str) -> str:
+        """Return a checksum of the source that a record comes from: a file, or all loaded modules of its package."""
+        digest = hashlib.sha256()
+        for source in _sources(self._function_of(self[name])):
+            digest.update(source)
+        return digest.hexdigest()[:16]
+
+    def loaded_texts(self) -> dict[str, str]:
+        """Return the text of each file that a record was loaded from, by path, for other processes to load them."""
         self._discover()
-        return [origin for origin in dict.fromkeys(self._origins.values()) if origin in self._loaded]
+        return dict(self._loaded)
 
     def __getitem__(self, name: str) -> Record:
         self._discover()
@@ -167,6 +200,17 @@ class Registry(Mapping[str, Record], Generic[Record]):
     def __len__(self) -> int:
         self._discover()
         return len(self._records)
+
+
+def _sources(function: Any) -> Iterator[bytes]:
+    """Yield the source of a function's module, of a package's modules, or of the function where it has no file."""
+    package = function.__module__.partition('.')[0]
+    ours = package in ('__main__', __name__.partition('.')[0])
+    files = {os.path.realpath(function.__code__.co_filename)} if ours else {
+        os.path.realpath(module.__file__) for name, module in list(sys.modules.items())
+        if name.partition('.')[0] == package and getattr(module, '__file__', None)}
+    sources = [Path(file).read_bytes() for file in sorted(files) if file.endswith('.py') and os.path.exists(file)]
+    yield from sources or [function.__code__.co_code]
 
 
 def name_violations(kind: str, name: object, reserved: frozenset[str] = frozenset()) -> Iterator[str]:

@@ -34,7 +34,7 @@ class ExperimentResult(NamedTuple):
     Attributes
     ----------
     outcome : str
-        'completed', 'diverged', 'interrupted' or 'node_died'.
+        'completed', 'diverged', 'law_failed', 'interrupted' or 'node_died'.
     reason : str
         What went wrong, naming the node or the file; '' where nothing did.
 
@@ -98,7 +98,7 @@ class _ExperimentRunner:
     def _is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
         ended = any(process.exit_code() is not None for process in self.processes)
-        return ended or self._stop.requested or bool(self._bag.failure)
+        return ended or self._stop.requested or bool(self._bag.failure or self._recorder.law_failure)
 
     def watch(self) -> None:
         """Spin and move the progress bar until the run is over, or nothing moves any more."""
@@ -135,6 +135,8 @@ class _ExperimentRunner:
     def result(self) -> ExperimentResult:
         if self._stop.requested or self._bag.failure:
             return ExperimentResult('interrupted', '')
+        if self._recorder.law_failure:
+            return ExperimentResult('law_failed', self._recorder.law_failure)
         for process in self.processes:
             code = process.exit_code()
             if code == 0 and 'plant' in process.name:
@@ -191,6 +193,8 @@ def run_experiment(
             finally:
                 stop_processes(runner.processes)
                 runner.drain()
+        if result.outcome == 'completed' and recorder.law_failure:  # heard of at the very end
+            result = ExperimentResult('law_failed', recorder.law_failure)
         return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
     finally:
         rclpy.try_shutdown()

@@ -1,11 +1,14 @@
 """Nodes as child processes."""
 
+import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+
+from mobile_robot_control.plugins import plugin_environment
 
 _GRACE = 10.0
 """[s] that a process has to end by itself."""
@@ -38,6 +41,7 @@ class NodeProcess:
             self._process = subprocess.Popen(  # noqa: S603 (our own module)
                 [sys.executable, '-m', 'mobile_robot_control.ros.executables', *names, *arguments],
                 stdin=subprocess.PIPE, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+                env=os.environ | plugin_environment(),
             )
 
     @property

@@ -23,7 +23,7 @@ def _start(text: str) -> Pose:
 def add_scenario_options(parser: argparse.ArgumentParser) -> None:
     """Declare the scenario options: every combination of what is listed is tried; the rest is as configured."""
     group = parser.add_argument_group('scenarios', 'every combination is tried; what is left out is as configured')
-    group.add_argument('--curves', nargs='+', choices=tuple(CURVES), metavar='CURVE')
+    group.add_argument('--curves', nargs='+', choices=CURVES, metavar='CURVE')
     group.add_argument('--scales', nargs='+', type=positive, metavar='M', help='sizes of the curves [m]')
     group.add_argument('--start', type=_start, action='append', default=[], metavar='DX,DY,DYAW', dest='starts',
                        help="offset of the robot's start from the cart's; again and again, as --start=-0.2,0,0")

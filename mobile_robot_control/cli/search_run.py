@@ -12,35 +12,38 @@ from mobile_robot_control import __version__
 from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.scenario_options import scenarios
 from mobile_robot_control.cli.worker_options import TrialRunner
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.search_picture import draw_search
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure, rollout
-from mobile_robot_control.tuning import result, search_space
+from mobile_robot_control.tuning import result, search_gains, search_space
 from mobile_robot_control.tuning.journal import Journal
 from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.search import WORST, Found, Generation, SearchSettings, run_search
-from mobile_robot_control.tuning.search_space import Gains
+from mobile_robot_control.tuning.search_gains import Gains
 
 
 def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
     """Return what the options search for."""
-    genes = search_space.CHROMOSOMES[options.controller]
-    if options.with_velocity and options.controller == 'fuzzy':
-        genes += search_space.VELOCITY_GENES
-    genes = search_space.bounded(genes, dict(options.bounds))
+    genes = search_space.search_genes(options.controller, options.with_velocity)
+    genes = search_space.bounded(search_space.without(genes, options.keep), dict(options.bounds))
+    if not genes:
+        raise ParameterError([f"'{options.controller}' leaves nothing to search; --keep less, or declare ranges: "
+                              'Field(..., search=(low, high))'])
     return Goal(options.controller, genes, tuple(scenarios(options, parameters)), options.laps,
                 options.combine, options.literal_torque)
 
 
 def _settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:
     """Return how the options search."""
-    population = options.population or search_space.POPULATIONS[options.controller]
+    population = options.population or search_space.population_of(options.controller)
     return SearchSettings(options.algorithm, len(goal.genes), population, options.generations, options.seed,
                           options.time_limit or 0.0)
 
@@ -50,7 +53,15 @@ def _purpose(parameters: Configuration, goal: Goal, settings: SearchSettings) ->
     kept = {name: value for name, value in settings._asdict().items() if name not in ('generations', 'seconds')}
     loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
             for name, value in flatten(group).items()}
-    return {'version': __version__, **kept, **goal._asdict(), **loop}
+    return {'version': __version__, **kept, **goal._asdict(), **loop, **_sources(parameters, goal)}
+
+
+def _sources(parameters: Configuration, goal: Goal) -> dict[str, str]:
+    """Return checksums of the source of the law and of the curves that are searched with."""
+    law = goal.controller if goal.controller in LAWS else parameters.position_controller.control.controller_type
+    curves = dict.fromkeys(scenario.curve for scenario in goal.scenarios)
+    return {f"source of the law '{law}'": LAWS.checksum(law),
+            **{f"source of the curve '{curve}'": CURVES.checksum(curve) for curve in curves}}
 
 
 def _with_gains(parameters: Configuration, gains: Gains) -> Configuration:
@@ -66,8 +77,8 @@ def _standing(file: Path, objective: Objective, controller: str) -> float:
     if not file.exists():
         return math.inf
     try:
-        gains = search_space.configured_gains(configure(load([file])))
-        ours = controller in ('velocity', gains.control.controller_type)
+        gains = search_gains.configured_gains(configure(load([file])))
+        ours = controller in (search_space.VELOCITY, gains.control.controller_type)
     except ParameterError:
         ours = False
     if not ours:
@@ -119,7 +130,7 @@ class SearchRun:
         print(f'tune: {error.filename or self._journal_file}: {error.strerror or error}; what was '
               'scored before is kept: mend that and go on with --resume', file=sys.stderr)
         if found is not None and found.point is not None:
-            gains = search_space.parameters(self._goal.genes, self._objective.gains(found.point.tolist()))
+            gains = search_gains.parameters(self._goal.genes, self._objective.gains(found.point.tolist()))
             print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: {gains}',
                   file=sys.stderr)
             self._write(found, standing)
@@ -147,7 +158,7 @@ class SearchRun:
     def _write(self, found: Found, standing: float) -> bool:
         """Write all files, unless a better one is there already."""
         assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
-        gains = search_space.rounded(self._objective.gains(found.point.tolist()))
+        gains = search_gains.rounded(self._objective.gains(found.point.tolist()))
         return self.write(gains, found._replace(score=self._objective.score(gains)), standing)
 
     def write(self, gains: Gains, found: Found, standing: float) -> bool:
@@ -158,7 +169,7 @@ class SearchRun:
             return standing == found.score
         tuned = _with_gains(self._parameters, gains)
         metrics, after = self._drive(tuned)
-        named = {node: tuple(values) for node, values in search_space.parameters(self._goal.genes, gains).items()}
+        named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
         write_atomically(self._output, result.parameter_file(tuned, named, self._notes(found, metrics)))
         write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
         _, before = self._drive(self._parameters)

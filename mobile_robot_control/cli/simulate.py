@@ -17,6 +17,7 @@ from mobile_robot_control.cli.options import (
     positive,
     writable_file,
 )
+from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.recording.csv_table import write_csv
 from mobile_robot_control.simulation.closed_loop import Sample
@@ -33,6 +34,15 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     return made.parse_args(arguments)
 
 
+def _noting(samples: Iterable[Sample], failures: list[str]) -> Iterator[Sample]:
+    """Yield samples; note why the law failed."""
+    try:
+        yield from samples
+    except LawFailedError as error:
+        failures.append(str(error))
+        raise
+
+
 def _until(interrupt: Interrupt, samples: Iterable[Sample]) -> Iterator[Sample]:
     """Yield samples until an interrupt is requested."""
     for sample in samples:
@@ -43,9 +53,10 @@ def _until(interrupt: Interrupt, samples: Iterable[Sample]) -> Iterator[Sample]:
 
 def _run(options: argparse.Namespace) -> int:
     parameters = configuration(options)
+    failures: list[str] = []
     with ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
-        samples: Iterable[Sample] = rollout(parameters, options.duration)
+        samples: Iterable[Sample] = _noting(rollout(parameters, options.duration), failures)
         if options.output:
             path = writable_file(options.output)
             file = stack.enter_context(path.open('w', encoding='utf-8', newline=''))
@@ -66,8 +77,12 @@ def _run(options: argparse.Namespace) -> int:
     if run.outcome == 'completed':
         return 0
     at = f'at t = {metrics["duration"]} s'
-    print(f'simulate: interrupted {at}' if run.outcome == 'interrupted' else
-          f'simulate: the motion diverged {at}; lower the gains or raise the rates', file=sys.stderr)
+    law = parameters.position_controller.control.controller_type
+    print({
+        'interrupted': f'simulate: interrupted {at}',
+        'diverged': f'simulate: the motion diverged {at}; lower the gains or raise the rates',
+        'law_failed': f"simulate: the position law '{law}' failed {' '.join(failures)}",
+    }[run.outcome], file=sys.stderr)
     return 1
 
 

@@ -54,7 +54,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
                       help='one controller each, on top of the other parameters')
     made.add_argument('--laps', type=positive, default=2.0, metavar='N', help='length of each run; success is judged '
                       'over its last quarter')
-    made.add_argument('--curves', nargs='+', choices=tuple(CURVES), default=['trifolium', 'lemniscate'],
+    made.add_argument('--curves', nargs='+', choices=CURVES, default=['trifolium', 'lemniscate'],
                       metavar='CURVE')
     made.add_argument('--scales', nargs='+', type=positive, default=[0.5, 1.0], metavar='M')
     made.add_argument('--within', type=positive, default=1.0, metavar='M', help="of the start from the cart's [m]")

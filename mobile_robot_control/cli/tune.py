@@ -5,13 +5,13 @@ import shlex
 import sys
 from collections.abc import Sequence
 
-from mobile_robot_control.cli.options import configuration, make_main, make_parser, positive, whole_number
+from mobile_robot_control.cli.options import Lazy, configuration, make_main, make_parser, positive, whole_number
 from mobile_robot_control.cli.scenario_options import add_scenario_options
 from mobile_robot_control.cli.search_run import SearchRun
 from mobile_robot_control.cli.worker_options import add_worker_options, runner
 from mobile_robot_control.tuning.objective import COMBINATIONS
 from mobile_robot_control.tuning.search import ALGORITHMS
-from mobile_robot_control.tuning.search_space import CHROMOSOMES
+from mobile_robot_control.tuning.search_space import VELOCITY, searches
 
 
 def _bound(text: str) -> tuple[str, tuple[float, float]]:
@@ -26,8 +26,8 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made = make_parser('tune', __doc__.partition(': ')[2])
-    made.add_argument('controller', choices=tuple(CHROMOSOMES), help="what to search; 'velocity' keeps the position "
-                      "law's gains, 'fuzzy' the velocity gains")
+    made.add_argument('controller', choices=Lazy(searches), help="what to search: a position law's gains, and the "
+                      "velocity gains with them, which 'fuzzy' keeps; or 'velocity', which keeps the position law's")
     made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')
     made.add_argument('--output', required=True, metavar='FILE.yaml', help='parameter file to write; beside it go the '
                       'history (.csv), a picture (.png) and, until the search is done, its journal (.yaml.journal)')
@@ -39,9 +39,11 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made.add_argument('--generations', type=whole_number(1), default=150, metavar='N')
     made.add_argument('--time-limit', type=positive, metavar='S', help='begin no generation after this wall time [s]')
     made.add_argument('--bounds', type=_bound, action='append', default=[], metavar='NAME=LOW:HIGH',
-                      help='of a gene, such as k1=0:5; again and again')
+                      help='of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; again and again')
+    made.add_argument('--keep', nargs='+', action='extend', default=[], metavar='NAME',
+                      help='gains that the search leaves alone, such as k1 or fuzzy.b')
     made.add_argument('--with-velocity', action='store_true',
-                      help="search the velocity gains along with fuzzy, which the chapter keeps; the other searches do")
+                      help="search the velocity gains along with a law that keeps them, such as 'fuzzy'")
     made.add_argument('--combine', choices=tuple(COMBINATIONS), default='mean',
                       help='of the objective over the scenarios')
     made.add_argument('--literal-torque', action='store_true',
@@ -56,7 +58,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def _run(options: argparse.Namespace) -> int:
     parameters = configuration(options)
-    if options.controller != 'velocity':
+    if options.controller != VELOCITY:
         control = parameters.position_controller.control._replace(controller_type=options.controller)
         parameters = parameters._replace(
             position_controller=parameters.position_controller._replace(control=control))

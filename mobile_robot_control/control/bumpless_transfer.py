@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.command_limits import Limits, limit_command
-from mobile_robot_control.control.law import Law
+from mobile_robot_control.control.law import Law, checked_step
 from mobile_robot_control.control.laws import PositionControl, select
 from mobile_robot_control.quantities import BodyVelocity, Observation
 
@@ -59,14 +59,14 @@ def _joining(law: Law) -> Any:
     return law.start if law.joining is None else law.joining
 
 
-def change(running: RunningLaw, parameters: PositionControl, dt: float) -> RunningLaw:
+def change(running: RunningLaw, parameters: PositionControl, dt: float, restart: bool = False) -> RunningLaw:
     """
     Replace the law or its gains from the next step on.
 
-    The same law keeps its state; another one joins the run under way.
+    The same law keeps its state, unless it is to restart; another one joins the run under way.
     """
     law, gains = select(parameters, dt)
-    state = running.state if law is running.law else _joining(law)
+    state = running.state if law is running.law and not restart else _joining(law)
     return running._replace(law=law, gains=gains, state=state, limits=parameters.limits, changed=True)
 
 
@@ -87,8 +87,14 @@ def step(running: RunningLaw, observation: Observation, dt: float) -> tuple[Runn
     -------
     tuple of RunningLaw and BodyVelocity
         For the next step, and the command: the law's + (last before - first after) exp(-t / 0.2 s), within the limits.
+
+    Raises
+    ------
+    LawFailedError
+        If the law raises, or its command is not finite.
+
     """
-    state, asked = running.law.step(running.state, observation, running.gains, dt)
+    state, asked = checked_step(running.law, running.state, observation, running.gains, dt)
     offset, elapsed = running.offset, running.elapsed
     if running.changed:
         offset = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)

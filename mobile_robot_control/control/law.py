@@ -1,8 +1,10 @@
 """What a position law is: its step, its gains, and what the rest of the package may know of it."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
+from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import BodyVelocity, Observation
 
 
@@ -83,3 +85,25 @@ class Law(NamedTuple):
     repair: Callable[[Any], Any] | None = None
     population: int = 51
     with_velocity_gains: bool = True
+
+
+class LawFailedError(RuntimeError):
+    """A position law raised, returned something other than a state and a command, or a command that is not finite."""
+
+
+@jitable
+def is_sound(command: BodyVelocity) -> bool:
+    """Return whether a law's command is finite; where it is not, the law has failed."""
+    return math.isfinite(command.linear) and math.isfinite(command.angular)
+
+
+def checked_step(law: Law, state: Any, observation: Observation, gains: Any, dt: float) -> tuple[Any, BodyVelocity]:
+    """Do one step of a law, as `LawStep`; raise LawFailedError where it fails."""
+    try:
+        after, command = law.step(state, observation, gains, dt)
+        sound = is_sound(command)
+    except Exception as error:  # a law can raise anything
+        raise LawFailedError(f'{type(error).__name__}: {error}') from error
+    if not sound:
+        raise LawFailedError(f'its command is v = {command.linear} m/s, omega = {command.angular} rad/s')
+    return after, command

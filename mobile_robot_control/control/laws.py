@@ -1,16 +1,22 @@
 """The position laws that `controller_type` may name: the built-in list, the registry, and their parameters."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from importlib import import_module
 from typing import Any
 
-from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping
 from mobile_robot_control.control.command_limits import Limits
 from mobile_robot_control.control.law import Law
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
 from mobile_robot_control.registry import Registry, Source, name_violations
 
-BUILT_IN = (backstepping.LAW, hybrid_backstepping.LAW, fuzzy.LAW)
-"""In the order of their parameters."""
+BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (
+    'backstepping',
+    'hybrid_backstepping',
+    'fuzzy',
+))
+"""In the order of their parameters; a further law of the package is a module and a line above."""
 RESERVED = frozenset({
     'velocity', 'controller_type', 'limits', 'input_timeout', 'robot', 'velocity_rate', 'position_rate', 'lockstep',
     'peer_timeout', 'stamp_tolerance', 'stamped_cmd_vel', 'odom_frame_id', 'base_frame_id', 'reference_frame_id',
@@ -85,7 +91,7 @@ class PositionControl:
     @classmethod
     def parameter_members(cls) -> Iterator[tuple[str, type, Any]]:
         """Yield name, type and annotation of each field."""
-        yield 'controller_type', str, Field('', 'which position law runs', choices=tuple(LAWS), live=True)
+        yield 'controller_type', str, Field('', 'which position law runs', choices=LAWS, live=True)
         for law in LAWS.values():
             yield law.name, law.gains, None
         yield 'limits', Limits, None
@@ -115,9 +121,25 @@ class PositionControl:
         return f'PositionControl({", ".join(f"{name}={value!r}" for name, value in self._asdict().items())})'
 
 
+@lru_cache(maxsize=8)
+def _prepared(prepare: Callable[[Any, float], Any], gains: Any, dt: float) -> Any:
+    """Prepare gains, once where several ask for the same."""
+    return prepare(gains, dt)
+
+
 def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
-    """Return the law that checked parameters name, and what its step takes as gains at a period [s]."""
+    """
+    Return the law that checked parameters name, and what its step takes as gains at a period [s].
+
+    Raises ParameterError if the law cannot prepare its gains.
+    """
     law = LAWS[parameters.controller_type]
     groups = tuple(getattr(parameters, name) for name in law.groups or (law.name,))
     gains = groups if len(groups) > 1 else groups[0]
-    return law, gains if law.prepare is None else law.prepare(gains, dt)
+    if law.prepare is None:
+        return law, gains
+    try:
+        return law, _prepared(law.prepare, gains, dt)
+    except Exception as error:  # a law can raise anything
+        raise ParameterError([f"the law '{law.name}' cannot prepare its gains {gains}: {type(error).__name__}: {error}"
+                              ]) from error

@@ -73,10 +73,15 @@ def build(group: type[Parameters], values: Mapping[str, Any]) -> Parameters:
     if violations:
         raise ParameterError(violations)
     instance = _assemble(group, taken, '')
-    violations = list(_broken_rules(instance))
+    violations = rule_violations(instance)
     if violations:
         raise ParameterError(violations)
     return instance
+
+
+def rule_violations(instance: Any) -> list[str]:
+    """List what breaks the rules between the fields of a group and of the groups within it."""
+    return list(_broken_rules(instance))
 
 
 def _assemble(group: type[Parameters], values: Mapping[str, Any], prefix: str) -> Parameters:

@@ -10,7 +10,7 @@ A field whose type is itself a NamedTuple is a group: its fields are named with 
 prefix where it is annotated with ``INLINE``.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 
@@ -28,8 +28,8 @@ class Field(NamedTuple):
         Bounds: value > above, value >= minimum, value <= maximum; for an array, of each element.
     length : int or None
         Number of elements of an array.
-    choices : tuple of str
-        The texts allowed; empty allows any text but an empty one.
+    choices : collection of str
+        The texts allowed, in the order to name them; empty allows any text but an empty one.
     live : bool
         Whether it may change while the node runs.
     search : tuple
@@ -43,7 +43,7 @@ class Field(NamedTuple):
     minimum: float | None = None
     maximum: float | None = None
     length: int | None = None
-    choices: tuple[str, ...] = ()
+    choices: Collection[str] = ()
     live: bool = False
     search: tuple[Any, ...] = ()
 

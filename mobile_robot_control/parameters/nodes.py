@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
-from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.control.laws import PositionControl, select
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
 from mobile_robot_control.model.plant import Imperfections
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters.checking import rule
+from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field
 from mobile_robot_control.reference.cart import CurveParameters
 from mobile_robot_control.stamps import NANOSECONDS, period_nanoseconds
@@ -165,6 +165,14 @@ def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
     if shared.lockstep and not shared.stamped_cmd_vel:
         yield ('stamped_cmd_vel = False needs lockstep = False: in lockstep stamps decide; '
                'set lockstep to false, or leave cmd_vel stamped')
+
+
+@rule
+def _law_prepares(parameters: PositionControllerParameters) -> Iterator[str]:
+    try:
+        select(parameters.control, 1.0 / parameters.shared.position_rate)
+    except ParameterError as error:
+        yield from error.violations
 
 
 @rule

@@ -1,7 +1,7 @@
 """The reference cart: its pose and velocity at a time."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
@@ -9,7 +9,7 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import INLINE, Field
 from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.curves import CURVES, Curve
+from mobile_robot_control.reference.curves import CURVES, CurvePoint
 
 
 class Placement(NamedTuple):
@@ -25,12 +25,12 @@ class Placement(NamedTuple):
 class CurveParameters(NamedTuple):
     """Which curve the reference cart drives, and its placement."""
 
-    curve: Annotated[str, Field('', 'the curve', choices=tuple(CURVES))] = 'trifolium'
+    curve: Annotated[str, Field('', 'the curve', choices=CURVES)] = 'trifolium'
     placement: Annotated[Placement, INLINE] = Placement()
 
 
 @jitable
-def reference_at(curve: Curve, time: float, placement: Placement) -> Reference:
+def reference_at(curve: Callable[[float], CurvePoint], time: float, placement: Placement) -> Reference:
     """
     Compute the reference cart's pose and velocity at a time.
 
@@ -79,13 +79,13 @@ _SLOWEST = 1e-6
 """Of the largest speed on the curve: a slower point is one where the cart stands, and has no heading."""
 
 
-def _squared_speed(curve: Curve, s: float) -> float:
+def _squared_speed(curve: Callable[[float], CurvePoint], s: float) -> float:
     """Return |dr/ds|² of a curve of scale 1."""
     point = curve(s)
     return point.dx * point.dx + point.dy * point.dy
 
 
-def _slowest_point(curve: Curve, begin: float) -> tuple[float, float]:
+def _slowest_point(curve: Callable[[float], CurvePoint], begin: float) -> tuple[float, float]:
     """Return the curve parameter of the slowest point of a lap [rad], and the share of the largest speed there."""
     step = 2.0 * math.pi / (8 * _POINTS)
     lap = [begin + step * n for n in range(8 * _POINTS + 1)]

@@ -1,10 +1,11 @@
-"""The curves of the reference cart, with exact derivatives."""
+"""The curves that the reference cart may drive, with exact derivatives: the built-in ones and the registry."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.registry import Registry, Source, name_violations
 
 
 class CurvePoint(NamedTuple):
@@ -125,7 +126,54 @@ def line(s: float) -> CurvePoint:
     return CurvePoint(s / turn, 0.0, 1.0 / turn, 0.0, 0.0, 0.0)
 
 
-Curve = Callable[[float], CurvePoint]
-CURVES: dict[str, Curve] = {'trifolium': trifolium, 'lemniscate': lemniscate, 'circle': circle, 'line': line}
-CLOSED = ('trifolium', 'lemniscate', 'circle')
-"""The curves that end a lap where they begin."""
+class Curve(NamedTuple):
+    """
+    A curve for the reference cart: a function of the curve parameter. A module of a curve has one, named CURVE.
+
+    Attributes
+    ----------
+    name : str
+        Value of `reference_cart.curve`.
+    point : callable
+        ``point(s) -> CurvePoint``, of scale 1, for every s [rad]; one lap is 2π. Pure; its speed never vanishes.
+    closed : bool
+        Whether a lap ends where it begins.
+
+    """
+
+    name: str
+    point: Callable[[float], CurvePoint]
+    closed: bool = True
+
+    def __call__(self, s: float) -> CurvePoint:
+        """Return the point at a curve parameter [rad]."""
+        return self.point(s)
+
+
+BUILT_IN = (
+    Curve('trifolium', trifolium), Curve('lemniscate', lemniscate), Curve('circle', circle),
+    Curve('line', line, closed=False),
+)
+
+
+def _violations(curve: Curve) -> Iterator[str]:
+    """Yield what is wrong with a curve's record."""
+    if not isinstance(curve, Curve):
+        yield f'CURVE is of type {type(curve).__name__}; write CURVE = Curve(name, point)'
+        return
+    yield from name_violations('curve', curve.name)
+    if not callable(curve.point):
+        yield f"the point of '{curve.name}' is no function"
+        return
+    try:
+        point = curve.point(0.0)
+    except Exception as error:  # a curve can raise anything
+        yield f"the curve '{curve.name}' fails at s = 0.0 rad: {type(error).__name__}: {error}"
+        return
+    if not isinstance(point, tuple) or not all(hasattr(point, name) for name in CurvePoint._fields):
+        yield f"the curve '{curve.name}' returns {point!r} at s = 0.0 rad; return CurvePoint(x, y, dx, dy, ddx, ddy)"
+
+
+CURVES: Registry[Curve] = Registry(
+    Source('curve', 'CURVE', 'mobile_robot_control.curves', 'MOBILE_ROBOT_CONTROL_CURVES'), BUILT_IN, _violations,
+    lambda curve: curve.point)

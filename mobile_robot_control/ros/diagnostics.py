@@ -13,6 +13,8 @@ from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.ros.timers import create_steady_timer
 
+LAW_FAILED = 'law failed'
+"""State of a position controller whose law has failed."""
 SUBSCRIBERS_KEY = 'listeners of '
 """Before a topic, in the key of how many subscriptions to it the node has found."""
 _PERIOD = 1.0
@@ -30,15 +32,18 @@ class Condition(NamedTuple):
         One of DiagnosticStatus: OK; WARN, it works but something is wrong; ERROR, it cannot work; STALE, it has not
         begun, for want of input.
     state : str
-        In a word: running, waiting, stopped, paused, ended, diverged.
+        In a word: running, waiting, stopped, paused, ended, diverged, law failed.
     waits_for : sequence of str
         Node names.
+    detail : str
+        Why, in words; '' where the state says it.
 
     """
 
     level: bytes
     state: str
     waits_for: Sequence[str] = ()
+    detail: str = ''
 
 
 class OverrunCounter(Protocol):
@@ -130,6 +135,10 @@ class Diagnostics:
         self._publish(Condition(level, state))
         flush(self._publisher)
 
+    def publish_now(self) -> None:
+        """Publish the condition at once, in the middle of a period."""
+        self._publish(self.condition())
+
     def _report(self) -> None:
         self._publish(self.condition())
         self._refused_before, self._overruns_before = self._validator.refused.total(), self._overruns()
@@ -139,7 +148,8 @@ class Diagnostics:
         name = self._node.get_fully_qualified_name().lstrip('/')
         waits = f', waits for {" and ".join(condition.waits_for)}' if condition.waits_for else ''
         status = DiagnosticStatus(
-            level=condition.level, name=name, message=condition.state + waits, hardware_id=name.rpartition('/')[0],
+            level=condition.level, name=name, hardware_id=name.rpartition('/')[0],
+            message=condition.state + waits + (f': {condition.detail}' if condition.detail else ''),
             values=[KeyValue(key=key, value=str(value)) for key, value in self._values(condition).items()],
         )
         array = DiagnosticArray(status=[status])

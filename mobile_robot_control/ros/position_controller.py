@@ -1,21 +1,26 @@
 """The node `position_controller`: from odometry and reference to a body velocity command."""
 
 import math
+import time
 from functools import partial
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 
 from mobile_robot_control.control import bumpless_transfer
+from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
 from mobile_robot_control.parameters.nodes import PositionControllerParameters
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
+from mobile_robot_control.ros.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.qos import PUBLISHED, flush, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 
+_ZERO = BodyVelocity(0.0, 0.0)
 _FAR = 0.5
 """[m] from the cart: a start that is worth a warning."""
 
@@ -32,8 +37,9 @@ class PositionController(LoopNode[PositionControllerParameters]):
             make_reader(topic, partial(read_odometry, frame=shared.odom_frame_id, child_frame=child))
             for topic, child in (('odom', shared.base_frame_id), ('reference', shared.reference_frame_id))
         )
-        self._running = bumpless_transfer.begin(self._values.control, under_way=False)
-        self._odom: tuple[int, Pose] | None = None
+        self._running = bumpless_transfer.begin(self._values.control, self._dt, under_way=False)
+        self._failure = ''
+        self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
         self._write_twist = writing.twist_writer(shared.base_frame_id, shared.stamped_cmd_vel)
@@ -48,7 +54,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
 
     def _change(self, values: PositionControllerParameters) -> None:
         super()._change(values)
-        self._running = bumpless_transfer.change(self._running, values.control)
+        self._running = bumpless_transfer.change(self._running, values.control, self._dt, restart=bool(self._failure))
+        self._failure = ''
 
     def _on_odom(self, message: bytes) -> None:
         valid = self._validator.validate('odom', message, self._read_odom, self._policy)
@@ -57,7 +64,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if valid.decision is StampDecision.AGAIN:
             self._publish(valid.stamp)
             return
-        self._odom = (valid.stamp, valid.value[0])
+        self._odom = (valid.stamp, valid.value)
         self._answer_pair()
 
     def _on_reference(self, message: bytes) -> None:
@@ -76,10 +83,14 @@ class PositionController(LoopNode[PositionControllerParameters]):
             return
         if decision is not StampDecision.STEP:
             self._note_run(decision, stamp)
-            self._running = bumpless_transfer.begin(self._values.control, decision is StampDecision.JOIN)
+            self._failure = ''
+            self._begin(decision is StampDecision.JOIN)
             self._check_start(decision)
         self._policy.accept(stamp)
-        self._step(stamp, self._odom[1], self._reference[1])
+        self._step(stamp, *self._odom[1], self._reference[1])
+
+    def _begin(self, under_way: bool) -> None:
+        self._running = bumpless_transfer.begin(self._values.control, self._dt, under_way)
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
@@ -90,19 +101,19 @@ class PositionController(LoopNode[PositionControllerParameters]):
                 self._note_run(StampDecision.HOLD)
                 self._check_start(StampDecision.START)
             if not self._tracking:
-                self._running = bumpless_transfer.begin(self._values.control, under_way=self._answer is not None)
+                self._begin(under_way=self._answer is not None)
             self._tracking = True
-            self._step(stamp, self._odom[1], self._reference[1])
+            self._step(stamp, *self._odom[1], self._reference[1])
         elif self._answer is not None:
             self._tracking = False
             self._diagnostics.note_stop(*silent)
-            self._publish_command(stamp, BodyVelocity(0.0, 0.0))
+            self._publish_command(stamp, _ZERO)
 
     def _check_start(self, decision: StampDecision) -> None:
         """Warn where a run starts far from the cart."""
         if decision is not StampDecision.START or self._odom is None or self._reference is None:
             return
-        pose, cart = self._odom[1], self._reference[1].pose
+        pose, cart = self._odom[1][0], self._reference[1].pose
         apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
         if apart > _FAR:
             self.get_logger().warning(
@@ -112,13 +123,41 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _reached(self) -> int | None:
         return self._policy.accepted
 
-    def _step(self, stamp: int, pose: Pose, reference: Reference) -> None:
-        error = tracking_error(reference.pose, pose)
-        self._running, command = bumpless_transfer.step(self._running, error, reference, self._dt)
-        self._answer = (command, error)
+    def _step(self, stamp: int, pose: Pose, velocity: BodyVelocity, reference: Reference) -> None:
+        observation = Observation(tracking_error(reference.pose, pose), reference, velocity)
+        self._answer = (self._command(stamp, observation), observation.error)
         # publish before updating diagnostics: other nodes wait for the answer
         self._publish(stamp)
         self._diagnostics.note_step()
+
+    def _command(self, stamp: int, observation: Observation) -> BodyVelocity:
+        """Return the law's command; zero once the law has failed, until a parameter of the law is set."""
+        if self._failure:
+            return _ZERO
+        begun = time.monotonic()
+        try:
+            self._running, command = bumpless_transfer.step(self._running, observation, self._dt)
+        except LawFailedError as error:
+            return self._stop_law(stamp, str(error))
+        took = time.monotonic() - begun
+        if not self._shared.lockstep and took > self._values.input_timeout:
+            return self._stop_law(stamp, f'a step took {took:.3g} s, and input_timeout is '
+                                         f'{self._values.input_timeout:g} s')
+        return command
+
+    def _stop_law(self, stamp: int, reason: str) -> BodyVelocity:
+        """Note that the law has failed, and return the command of a robot that stands."""
+        self._failure = reason
+        where = f' at t = {stamp / 1e9:g} s' if self._shared.lockstep else ''
+        self.get_logger().error(
+            f"the position law '{self._running.law.name}' failed{where}: {reason}; the command stays zero until "
+            'controller_type or a gain is set')
+        self._running = self._running._replace(command=_ZERO)
+        self._diagnostics.publish_now()
+        return _ZERO
+
+    def _condition(self) -> Condition | None:
+        return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._failure) if self._failure else None
 
     def _publish(self, stamp: int) -> None:
         if self._answer is not None:
@@ -132,6 +171,6 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def close(self) -> None:
         """Stop a robot that runs on the wall clock; end when the last messages have arrived."""
         if not self._shared.lockstep and self._answer is not None:
-            self._publish_command(self._clock_stamp(), BodyVelocity(0.0, 0.0))
+            self._publish_command(self._clock_stamp(), _ZERO)
         super().close()
         flush(self._cmd_vel, self._tracking_error)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -16,7 +16,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
 from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
-from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.topics import LOOP_TOPICS, VELOCITY_TOPICS
@@ -46,6 +46,8 @@ class Recorder(Node):
     ----------
     newest : dict of str to int
         Stamp [ns] of the newest message on each loop topic, by its relative name.
+    law_failure : str
+        What the position controller said of a law that has failed; '' before.
     received : int
         Wall time [ns] at which the last message of a loop topic was taken in.
 
@@ -57,6 +59,7 @@ class Recorder(Node):
         self._recorded: dict[str, Any] = {}
         self._subscribers: dict[str, int] = {}
         self.newest: dict[str, int] = {}
+        self.law_failure = ''
         self.received = 0
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
@@ -139,6 +142,12 @@ class Recorder(Node):
             if entry.key.startswith(SUBSCRIBERS_KEY) and entry.value.isdecimal()
         )
 
+    def _note_law(self, diagnostics: DiagnosticArray) -> None:
+        name = f'{self.get_namespace().rstrip("/")}/position_controller'.lstrip('/')
+        for status in diagnostics.status:
+            if status.name == name and status.level == DiagnosticStatus.ERROR and status.message.startswith(LAW_FAILED):
+                self.law_failure = self.law_failure or f'position_controller: {status.message}'
+
     def _record(self, topic: str, kind: str, latched: bool, reliable: bool = True) -> None:
         of_loop = self._loop.get(topic)
 
@@ -151,7 +160,9 @@ class Recorder(Node):
                 if self._ahead and self._complete_until() > self._allowed - self._ahead // 2:
                     self._set_on_plant()
             elif topic == '/diagnostics':
-                self._note_subscribers(deserialize_message(message, DiagnosticArray))
+                diagnostics = deserialize_message(message, DiagnosticArray)
+                self._note_subscribers(diagnostics)
+                self._note_law(diagnostics)
             self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(

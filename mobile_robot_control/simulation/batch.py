@@ -12,9 +12,8 @@ from typing import Any
 from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import JITABLE
+from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
-from mobile_robot_control.plugins import load_plugins
-from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation import trial
 from mobile_robot_control.simulation.closed_loop import make_position_tick
 from mobile_robot_control.simulation.trial import Drive, Outcome, Trial, references
@@ -129,6 +128,7 @@ class Pool:
         self._workers = workers or cores()
         self._threads: Executor | None = None
         self._processes: Executor | None = None
+        self._version = 0
         if not COMPILES:
             _warn_that_it_is_slow()
 
@@ -149,10 +149,14 @@ class Pool:
         return self._threads
 
     def _process_pool(self) -> Executor:
+        if self._processes is not None and self._version != LAWS.version:
+            self._processes.shutdown()
+            self._processes = None
         if self._processes is None:
             # Ctrl-C reaches every process of a terminal: the caller decides what it means
             self._processes = ProcessPoolExecutor(
-                self._workers, initializer=_begin_worker, initargs=(LAWS.files(), CURVES.files()))
+                self._workers, initializer=_begin_worker, initargs=(plugin_sources(),))
+            self._version = LAWS.version
         return self._processes
 
     def close(self) -> None:
@@ -162,7 +166,7 @@ class Pool:
                 executor.shutdown(wait=True, cancel_futures=True)
 
 
-def _begin_worker(law_files: Sequence[str], curve_files: Sequence[str]) -> None:
+def _begin_worker(sources: Sequence[PluginSource]) -> None:
     """Prepare a process: it ignores Ctrl-C, and has the laws and curves of the files that its parent has loaded."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    load_plugins(law_files, curve_files)
+    load_sources(sources)

@@ -1,11 +1,12 @@
 """One period of the closed loop of all four nodes: the same functions in the same order as over DDS."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.command_limits import Limits, limit_command
-from mobile_robot_control.control.law import LawStep
+from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.jit import jitable
@@ -15,8 +16,19 @@ from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.model.noise import measured_pose, measured_twist, measured_wheels
 from mobile_robot_control.model.plant import Imperfections, actuated_step
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import (
+    BodyVelocity,
+    Observation,
+    Pose,
+    Reference,
+    TrackingError,
+    WheelTorque,
+    WheelVelocity,
+)
 from mobile_robot_control.reference.cart import Placement
+
+FAILED = BodyVelocity(math.nan, math.nan)
+"""The command of a law that has failed."""
 
 
 class Loop(NamedTuple):
@@ -136,7 +148,8 @@ def make_position_tick(
     -------
     callable
         ``position_tick(state, reference, k, time, loop) -> (state, PositionTick, TrackingError)``, where k counts the
-        steps of the velocity loop and the last is the true error, which noise on the odometry hides.
+        steps of the velocity loop and the last is the true error, which noise on the odometry hides. Where the law
+        has failed, the state's command is FAILED.
     """
 
     def position_tick(
@@ -150,7 +163,8 @@ def make_position_tick(
         velocity = measured_twist(state.plant.velocity, wheels, noise, robot)
         law, asked = law_step(
             state.law, Observation(error, reference, velocity), loop.law_gains, loop.position_dt)
-        command = limit_command(asked, state.command, loop.limits, loop.position_dt)
+        # limits would hide what is not a number
+        command = limit_command(asked, state.command, loop.limits, loop.position_dt) if is_sound(asked) else FAILED
         return (
             LoopState(state.plant, state.pi, law, command, state.line),
             PositionTick(time, pose, velocity, reference, error),
@@ -187,9 +201,3 @@ def velocity_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, Whee
     )
     moved, line, _, applied = actuated_step(state.plant, state.line, torque, k, loop.plant, imperfect, loop.motor_limit)
     return LoopState(moved, pi, state.law, state.command, line), torque, applied
-
-
-@jitable
-def is_sound(command: BodyVelocity) -> bool:
-    """Return whether a law's command is made of numbers; NaN means that the law has failed."""
-    return command.linear == command.linear and command.angular == command.angular  # noqa: PLR0124 (NaN is not)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator
 
+from mobile_robot_control.control.law import LawFailedError, is_sound
 from mobile_robot_control.control.laws import LAWS, select
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
@@ -14,27 +15,9 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample, is_sound, make_position_tick, velocity_tick
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample, make_position_tick, velocity_tick
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.stamps import period_nanoseconds
-
-
-class LawFailedError(RuntimeError):
-    """
-    A position law that raised, or whose command is not a number.
-
-    Parameters
-    ----------
-    time : float
-        Of the position tick [s].
-    reason : str
-        What went wrong.
-
-    """
-
-    def __init__(self, time: float, reason: str) -> None:
-        self.time, self.reason = time, reason
-        super().__init__(f'the position law failed at t = {time:g} s: {reason}')
 
 
 def start(configuration: Configuration) -> tuple[Loop, LoopState]:
@@ -74,6 +57,11 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     Sample
         One for each time of the velocity grid, the last one at the run's end; fewer when the run diverges.
 
+    Raises
+    ------
+    LawFailedError
+        If the position law raises, or its command is not finite.
+
     Examples
     --------
     >>> len(list(rollout(Configuration(), 0.1)))
@@ -95,9 +83,9 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
             try:
                 state, tick, _ = position_tick(state, reference, k, time, loop)
             except Exception as error:  # a law can raise anything
-                raise LawFailedError(time, f'{type(error).__name__}: {error}') from error
+                raise LawFailedError(f'at t = {time:g} s: {type(error).__name__}: {error}') from error
             if not is_sound(state.command):
-                raise LawFailedError(time, f'its command is {tuple(state.command)}')
+                raise LawFailedError(f'at t = {time:g} s: its command is not finite')
         before, over_last_step = state, applied
         state, torque, applied = velocity_tick(state, k, loop)
         yield Sample(

@@ -1,17 +1,18 @@
 """One rollout that is only measured: its inputs, its outcome and the loop itself, plain or to be compiled."""
 
+import sys
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from mobile_robot_control.control.law import LawStep
+from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, is_sound, make_position_tick, velocity_tick
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_position_tick, velocity_tick
 from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.rollout import start
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
@@ -86,6 +87,8 @@ class Outcome(NamedTuple):
         Over the first step [N m].
     totals, late : Totals
         Of the whole run, and of the errors from the late step on. Errors are true ones, whatever the noise.
+    law_failed : bool
+        Whether it ended because the position law failed.
     """
 
     steps: int
@@ -93,6 +96,7 @@ class Outcome(NamedTuple):
     initial_torque: WheelTorque
     totals: Totals
     late: Totals
+    law_failed: bool
 
 
 def make_trial(configuration: Configuration, duration: float, late: float = 0.0) -> Trial:
@@ -154,13 +158,13 @@ def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], R
             pose = state.plant.pose
             state, _, error = position_tick(state, reference_of(given, n), first, first * dt, loop)
             if not is_sound(state.command):
-                return Outcome(first, pose, initial, totals, late_totals)
+                return Outcome(first, pose, initial, totals, late_totals, True)
             for k in range(first, min(first + ratio, steps)):
                 wheels = wheel_velocity(state.plant.velocity, robot)
                 state, _, applied = velocity_tick(state, k, loop)
                 # the period in which the motion diverges is not counted
                 if dynamics.diverged(state.plant):
-                    return Outcome(k, pose, initial, totals, late_totals)
+                    return Outcome(k, pose, initial, totals, late_totals, False)
                 if k == 0:
                     initial = applied
                 totals = add_torque(totals, applied, wheels, dt)
@@ -170,7 +174,7 @@ def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], R
                         late_totals = add_error(late_totals, error, loop.position_dt)
         if steps % ratio == 0:
             pose = state.plant.pose
-        return Outcome(steps, pose, initial, totals, late_totals)
+        return Outcome(steps, pose, initial, totals, late_totals, False)
 
     return roll
 
@@ -178,7 +182,7 @@ def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], R
 def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
     """Return the measured run of an outcome, as that of every other run."""
     return MeasuredRun(
-        'completed' if outcome.steps == trial.steps else 'diverged',
+        'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged',
         outcome.steps * trial.loop.plant.dt,
         outcome.final_pose,
         outcome.initial_torque,
@@ -187,8 +191,15 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
 
 
 def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcome:
-    """Run one trial with a rollout of its law and its references; a law that raises ends it before its first step."""
+    """Run one trial with a rollout of its law and its references; of a law that raises nothing is measured."""
     try:
         return roll(trial.state, trial.loop, given, trial.steps, trial.ratio, trial.late)
-    except Exception:  # a law can raise anything
-        return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING)
+    except Exception as error:  # a law can raise anything
+        _report_failure(trial.law, f'{type(error).__name__}: {error}')
+        return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
+
+
+@lru_cache(maxsize=64)
+def _report_failure(law: str, reason: str) -> None:
+    """Print why a law fails in trials, once for each reason."""
+    print(f"the law '{law}' failed in a trial: {reason}", file=sys.stderr)

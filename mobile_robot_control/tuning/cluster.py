@@ -2,14 +2,22 @@
 
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
+from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.trial import Outcome, Trial
 
 _CHUNKS_A_THREAD = 4
 _POLL_PERIOD = 1.0
 """[s] between two checks whether there are workers."""
+
+
+def _run_with(sources: Sequence[PluginSource], trials: Sequence[Trial]) -> list[Outcome]:
+    """Run trials in a worker, which loads the law files and curve files of the caller first."""
+    load_sources(sources)
+    return batch.run_trials(trials)
 
 
 class Cluster:
@@ -47,7 +55,7 @@ class Cluster:
         size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
         chunks = [list(trials[first:first + size]) for first in range(0, len(trials), size)]
         # not pure: equal trials are run again, as on one machine; retries: a worker may die more than once
-        futures = self._client.map(batch.run_trials, chunks, pure=False, retries=10)
+        futures = self._client.map(partial(_run_with, plugin_sources()), chunks, pure=False, retries=10)
         self._wait(futures)
         return [outcome for part in self._client.gather(futures) for outcome in part]
 

@@ -11,12 +11,13 @@ from mobile_robot_control.control.velocity_stability import is_stable
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.simulation.totals import objective
 from mobile_robot_control.simulation.trial import Outcome, Trial
-from mobile_robot_control.tuning import search_space
+from mobile_robot_control.tuning import search_gains
 from mobile_robot_control.tuning.chromosome import Points
 from mobile_robot_control.tuning.genetic import Scores
 from mobile_robot_control.tuning.scenarios import Scenario, scenario_trial
 from mobile_robot_control.tuning.search import WORST
-from mobile_robot_control.tuning.search_space import Gains, Gene
+from mobile_robot_control.tuning.search_gains import Gains
+from mobile_robot_control.tuning.search_space import VELOCITY, Gene
 
 RunTrials = Callable[[Sequence[Trial]], list[Outcome]]
 COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistics.fmean, 'worst': max}
@@ -29,7 +30,7 @@ class Goal(NamedTuple):
     Attributes
     ----------
     controller : str
-        Of CHROMOSOMES.
+        What is searched, of `searches`.
     genes : tuple of Gene
         With their bounds.
     scenarios : tuple of Scenario
@@ -66,23 +67,24 @@ class Objective:
 
     def __init__(self, configuration: Configuration, goal: Goal, run: RunTrials) -> None:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
-        self._gains = search_space.configured_gains(configuration)
+        self._position_dt = 1.0 / configuration.plant.shared.position_rate
+        self._gains = search_gains.configured_gains(configuration)
         self._trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
-        if goal.controller != 'velocity':
+        if goal.controller != VELOCITY:
             self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
         # velocity gains that the search does not change have been checked with the configuration
-        self._checks = any(gene.name == 'k1' for gene in goal.genes)
+        self._checks_velocity = any(gene.name.startswith('velocity_controller.') for gene in goal.genes)
 
     def gains(self, point: Sequence[float]) -> Gains:
         """Return the gains that a point in (0, 1] encodes; the velocity loop may be unstable with them."""
-        return search_space.decode(self._goal.genes, point, self._gains)
+        return search_gains.decode(self._goal.genes, point, self._gains)
 
     def __call__(self, points: Points) -> Scores:
         """
         Return the scores of a generation, shape (individuals,).
 
-        Points have the shape (individuals, genes) and lie in (0, 1]. A score is WORST if the velocity loop is unstable
-        at its rate, or if the motion diverges in a scenario.
+        Points have the shape (individuals, genes) and lie in (0, 1]. A score is WORST if the gains break a rule of
+        their law, if the velocity loop is unstable at its rate, or if the motion diverges in a scenario.
         """
         scores = np.full(len(points), WORST)
         tried = [(n, gains) for n, gains in enumerate(map(self.gains, points.tolist())) if self._can_run(gains)]
@@ -97,13 +99,15 @@ class Objective:
         return self._score(self._run(self._with(gains)))
 
     def _can_run(self, gains: Gains) -> bool:
-        """Return whether the velocity loop is stable."""
+        """Return whether the gains keep their rules and the velocity loop is stable."""
         shared = self._shared
-        return not self._checks or is_stable(gains.velocity, shared.robot, shared.velocity_rate, shared.lockstep)
+        return not search_gains.violations(self._goal.genes, gains) and (
+            not self._checks_velocity
+            or is_stable(gains.velocity, shared.robot, shared.velocity_rate, shared.lockstep))
 
     def _with(self, gains: Gains) -> list[Trial]:
         """Return the trials of one controller, one a scenario."""
-        law, law_gains = select(gains.control)
+        law, law_gains = select(gains.control, self._position_dt)
         name = gains.control.controller_type
         return [
             trial._replace(

@@ -1,19 +1,19 @@
-"""The search space: which gains are searched, within which bounds, and the gains that a point encodes."""
+"""The search space: which gains are searched, and within which bounds."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+import re
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
 
-from mobile_robot_control.control.backstepping import BacksteppingGains
-from mobile_robot_control.control.fuzzy import FuzzyGains
-from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.parameters.declaration import Declaration, declarations
 from mobile_robot_control.parameters.values import nearest
 
-_CORNER_GAP = 1e-3
-"""[rad]: smallest distance between the corners of a membership function."""
+VELOCITY = 'velocity'
+"""The search for the velocity gains alone; every other search has the name of a position law."""
+_VELOCITY_POPULATION = 51
 
 
 class Gene(NamedTuple):
@@ -23,7 +23,8 @@ class Gene(NamedTuple):
     Attributes
     ----------
     name : str
-        As in the chapter's chromosomes, Fig. 6 and 16.
+        Node and dotted parameter, such as velocity_controller.gains.k1; an element of an array has its number from 1
+        on in brackets, such as position_controller.fuzzy.b[1].
     low, high : float
         Bounds; the lower one is never reached.
     """
@@ -32,150 +33,149 @@ class Gene(NamedTuple):
     low: float
     high: float
 
-
-class Gains(NamedTuple):
-    """What a search may change: the gains of the velocity law and of the position laws."""
-
-    velocity: VelocityGains
-    control: PositionControl
+    @property
+    def short(self) -> str:
+        """The name as in the chapter's chromosomes, Fig. 6 and 16, such as k1 or b1."""
+        return _unbracketed(self.name.rpartition('.')[2])
 
 
-VELOCITY_GENES = (Gene('k1', 0.0, 20.0), Gene('ti1', 0.0, 60.0), Gene('k2', 0.0, 20.0), Gene('ti2', 0.0, 60.0))
-_BACKSTEPPING = (Gene('p', 0.0, 5.0), Gene('q', 0.0, 2.0), Gene('f', 0.0, 20.0), Gene('g', 0.0, 20.0))
-_FUZZY = (
-    Gene('a', 0.0, 1.0),
-    *(Gene(f'b{n}', 0.0, math.pi) for n in range(1, 7)),
-    Gene('c1', -1.0, 0.0), Gene('c2', -0.5, 0.0), Gene('c3', -0.2, 0.2), Gene('c4', 0.0, 0.5), Gene('c5', 0.0, 3.0),
-    Gene('d1', -12.0, 0.0), Gene('d2', -0.5, 0.5), Gene('d3', 0.0, 12.0),
-)
+class Place(NamedTuple):
+    """
+    Where the number of a gene belongs.
 
-CHROMOSOMES = {
-    'velocity': VELOCITY_GENES,
-    'backstepping': _BACKSTEPPING + VELOCITY_GENES,
-    'hybrid_backstepping': _BACKSTEPPING + VELOCITY_GENES,
-    'fuzzy': _FUZZY,
-}
-"""The genes of each search; `velocity` keeps the position law, `fuzzy` the velocity gains."""
+    Attributes
+    ----------
+    node, group, field : str
+        Names.
+    element : int or None
+        Index in an array, from 0 on; None for a single number.
+    """
 
-POPULATIONS = {'velocity': 51, 'backstepping': 51, 'hybrid_backstepping': 51, 'fuzzy': 101}
-"""Individuals of a generation in the chapter's searches."""
+    node: str
+    group: str
+    field: str
+    element: int | None
+
+
+def place_of(name: str) -> Place:
+    """Return where the number of a gene belongs, by the gene's name."""
+    node, group, field = name.split('.')
+    field, _, element = field.rstrip(']').partition('[')
+    return Place(node, group, field, int(element) - 1 if element else None)
+
+
+def _unbracketed(name: str) -> str:
+    return re.sub(r'\[(\d+)\]$', r'\1', name)
+
+
+def searches() -> list[str]:
+    """List what can be searched: the velocity gains alone, and each position law."""
+    return [VELOCITY, *LAWS]
+
+
+def population_of(search: str) -> int:
+    """Return the individuals of a generation, in the chapter's searches those of the chapter."""
+    return _VELOCITY_POPULATION if search == VELOCITY else LAWS[search].population
+
+
+def _genes_of(node: str, prefix: str, group: type) -> list[Gene]:
+    """Return the genes of a group of gains, from the ranges that its fields declare."""
+    genes = []
+    for name, declared in declarations(group).items():
+        field, dotted = declared.field, f'{node}.{prefix}.{name}'
+        if declared.kind is tuple:
+            genes += [Gene(f'{dotted}[{n}]', *bounds) for n, bounds in enumerate(field.search, 1)]
+        elif field.search:
+            genes.append(Gene(dotted, *field.search))
+    return genes
+
+
+def search_genes(search: str, with_velocity: bool = False) -> tuple[Gene, ...]:
+    """
+    Return the genes of a search: those of its law's groups, and of the velocity law where the search includes them.
+
+    Parameters
+    ----------
+    search : str
+        Of `searches`.
+    with_velocity : bool
+        Include the velocity gains even where the law's own searches leave them alone.
+
+    """
+    genes: list[Gene] = []
+    if search != VELOCITY:
+        law = LAWS[search]
+        for group in law.groups or (law.name,):
+            genes += _genes_of('position_controller', group, LAWS[group].gains)
+    if search == VELOCITY or with_velocity or LAWS[search].with_velocity_gains:
+        genes += _genes_of('velocity_controller', 'gains', VelocityGains)
+    return tuple(genes)
+
+
+def _short_forms(name: str) -> set[str]:
+    """Return what may be written for the name of a gene: its ends after a dot, also without brackets."""
+    parts = name.split('.')
+    ends = {'.'.join(parts[n:]) for n in range(len(parts))}
+    return ends | {_unbracketed(end) for end in ends}
+
+
+def _resolve(option: str, genes: Sequence[Gene], given: str, arrays: bool = False) -> list[str]:
+    """Return the names of the genes that a name means; raise ParameterError unless that is one gene or one array."""
+    names = [gene.name for gene in genes]
+    if given in names:
+        return [given]
+    found = [name for name in names if given in _short_forms(name)]
+    if not found and arrays:
+        found = [name for name in names if given in _short_forms(name.partition('[')[0])]
+    parameters = {name.partition('[')[0] if arrays else name for name in found}
+    if len(parameters) > 1:
+        raise ParameterError([f"{option}: '{given}' may be {' or '.join(found)}; write the whole name"])
+    if not found:
+        known = {*names, *(gene.short for gene in genes)}
+        raise ParameterError([f"{option}: there is no gene '{given}' here; {nearest(given, known)}"])
+    return found
+
+
+def _declaration(name: str) -> Declaration:
+    """Return the declaration of the parameter of a gene."""
+    place = place_of(name)
+    group = VelocityGains if place.node == 'velocity_controller' else LAWS[place.group].gains
+    return declarations(group)[place.field]
+
+
+def _outside(name: str, low: float, high: float) -> str:
+    """Return what is wrong with the bounds of a gene; '' if nothing is."""
+    field = _declaration(name).field
+    # the lower bound is never reached
+    least = max((bound for bound in (field.above, field.minimum) if bound is not None), default=-math.inf)
+    most = math.inf if field.maximum is None else field.maximum
+    if least <= low < high <= most:
+        return ''
+    return f'bounds: {name} = {low}:{high} is not allowed; it must hold that {least} <= low < high <= {most}'
 
 
 def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) -> tuple[Gene, ...]:
     """
-    Return genes with other bounds, low and high by name.
+    Return genes with other bounds, low and high by name, or by a short name that only one gene has.
 
-    Raises ParameterError if a name is unknown, or if bounds allow a value that the controller refuses.
+    Raises ParameterError if a name is unknown or ambiguous, or if bounds allow a value that the controller refuses.
     """
-    names = [gene.name for gene in genes]
-    wrong = [f"bounds: there is no gene '{name}' here; {nearest(name, names)}" for name in bounds if name not in names]
-    for name, (low, high) in bounds.items():
-        least = -math.inf if name.startswith(('c', 'd')) else 0.0
-        most = math.pi if name.startswith('b') else math.inf
-        if name in names and not least <= low < high <= most:
-            wrong.append(f'bounds: {name} = {low}:{high} is not allowed; it must hold that '
-                         f'{least} <= low < high <= {most}')
+    wrong: list[str] = []
+    found: dict[str, tuple[float, float]] = {}
+    for given, (low, high) in bounds.items():
+        try:
+            name = _resolve('bounds', genes, given)[0]
+        except ParameterError as error:
+            wrong += error.violations
+            continue
+        wrong += filter(None, [_outside(name, low, high)])
+        found[name] = low, high
     if wrong:
         raise ParameterError(wrong)
-    return tuple(Gene(gene.name, *bounds.get(gene.name, (gene.low, gene.high))) for gene in genes)
+    return tuple(Gene(gene.name, *found.get(gene.name, (gene.low, gene.high))) for gene in genes)
 
 
-def values(genes: Sequence[Gene], point: Sequence[float]) -> dict[str, float]:
-    """Return the numbers that a point in (0, 1] encodes, by the genes' names; those of `fuzzy` not yet in order."""
-    return {gene.name: gene.low + (gene.high - gene.low) * float(u) for gene, u in zip(genes, point, strict=True)}
-
-
-def order_corners(angles: Sequence[float]) -> tuple[float, ...]:
-    """
-    Return the corners b1 to b6 of the bearing's membership functions in an order that leaves no bearing without a rule.
-
-    They are the six given angles, in [0, π], exchanged until b2 < b3 < b4, b2 < b1, b5 < b4 and b5 < b6, and moved
-    apart where they coincide.
-    """
-    b1, b2, b3, b4, b5, b6 = angles
-    b2, b3, b4 = sorted((b2, b3, b4))
-    b2, b1 = sorted((b1, b2))
-    b5, b4 = sorted((b5, b4))
-    b5, b6 = sorted((b5, b6))
-    # upwards from the lowest, which leaves room up to π for those above it
-    b2 = min(b2, math.pi - 2.0 * _CORNER_GAP)
-    b3 = min(max(b3, b2 + _CORNER_GAP), math.pi - _CORNER_GAP)
-    b5 = min(b5, math.pi - _CORNER_GAP)
-    b4 = min(max(b4, b3 + _CORNER_GAP, b5 + _CORNER_GAP), math.pi)
-    return (max(b1, b2 + _CORNER_GAP), b2, b3, b4, b5, min(max(b6, b5 + _CORNER_GAP), math.pi))
-
-
-def _fuzzy(found: Mapping[str, float]) -> FuzzyGains:
-    """Return valid fuzzy gains made of the numbers of a point."""
-    return FuzzyGains(
-        found['a'],
-        order_corners([found[f'b{n}'] for n in range(1, 7)]),
-        tuple(sorted(found[f'c{n}'] for n in range(1, 6))),
-        tuple(sorted(found[f'd{n}'] for n in range(1, 4))),
-    )
-
-
-def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains:
-    """
-    Return the gains that a point encodes.
-
-    Parameters
-    ----------
-    genes : sequence of Gene
-        Whole groups of CHROMOSOMES, with their bounds.
-    point : sequence of float
-        In (0, 1].
-    gains : Gains
-        Kept where no gene changes them.
-
-    Returns
-    -------
-    Gains
-        Always of a valid position law; whether the velocity loop is stable depends on the robot and the rate.
-    """
-    found = values(genes, point)
-    velocity, control = gains
-    if 'p' in found:
-        law = BacksteppingGains(found['p'], found['q'], control.backstepping.alpha, found['f'], found['g'])
-        control = control._replace(backstepping=law)
-    if 'a' in found:
-        control = control._replace(fuzzy=_fuzzy(found))
-    if 'k1' in found:
-        velocity = VelocityGains(found['k1'], found['ti1'], found['k2'], found['ti2'])
-    return Gains(velocity, control)
-
-
-def rounded(gains: Gains) -> Gains:
-    """Return gains rounded to six significant digits, more than a gene resolves."""
-    short: Gains = _rounded(gains)
-    return short
-
-
-def _rounded(value: Any) -> Any:
-    """Round every number in nested tuples."""
-    if isinstance(value, float):
-        return float(f'{value:.6g}')
-    if isinstance(value, tuple):
-        parts = map(_rounded, value)
-        return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
-    return value
-
-
-def configured_gains(configuration: Configuration) -> Gains:
-    """Return the gains of a configuration."""
-    return Gains(configuration.velocity_controller.gains, configuration.position_controller.control)
-
-
-def parameters(genes: Sequence[Gene], gains: Gains) -> dict[str, dict[str, Any]]:
-    """Return the parameters that a search has changed: values by dotted name, by node."""
-    names = {gene.name for gene in genes}
-    found: dict[str, dict[str, Any]] = {}
-    if 'k1' in names:
-        found['velocity_controller'] = {f'gains.{name}': x for name, x in gains.velocity._asdict().items()}
-    for law, first in (('backstepping', 'p'), ('fuzzy', 'a')):
-        if first in names:
-            found['position_controller'] = {
-                'controller_type': gains.control.controller_type,
-                **{f'{law}.{name}': x for name, x in getattr(gains.control, law)._asdict().items()},
-            }
-    return found
+def without(genes: Sequence[Gene], kept: Collection[str]) -> tuple[Gene, ...]:
+    """Return genes without those that a search leaves alone, named as for `bounded`, or as a whole array."""
+    left_out = {name for given in kept for name in _resolve('keep', genes, given, arrays=True)}
+    return tuple(gene for gene in genes if gene.name not in left_out)

@@ -13,7 +13,7 @@ from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, ORDINAR
 from mobile_robot_control.reporting.palette import GREY, GROUND, INK, TINT, style
 from mobile_robot_control.reporting.panels import WIDTH
 from mobile_robot_control.tuning.chromosome import BITS
-from mobile_robot_control.tuning.search_space import CHROMOSOMES
+from mobile_robot_control.tuning.search_space import search_genes
 
 _COLUMNS = 8
 """Genes in a row of the drawing."""
@@ -45,7 +45,7 @@ class GeneValue(NamedTuple):
 
 def _bounded(genes: list[GeneValue], search: str) -> list[GeneValue]:
     """Return the genes with the bounds that a search declares."""
-    bounds = {gene.name: f'{gene.low:.3g} to {gene.high:.3g}' for gene in CHROMOSOMES[search]}
+    bounds = {gene.short: f'{gene.low:.3g} to {gene.high:.3g}' for gene in search_genes(search)}
     return [gene._replace(bounds=bounds[_NAMES.get(gene.symbol, gene.symbol.lower())]) for gene in genes]
 
 

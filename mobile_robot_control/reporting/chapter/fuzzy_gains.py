@@ -5,14 +5,15 @@ import numpy as np
 from mobile_robot_control.control.fuzzy import FuzzyGains
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
 from mobile_robot_control.tuning import chromosome
-from mobile_robot_control.tuning.search_space import CHROMOSOMES, configured_gains, decode
+from mobile_robot_control.tuning.search_gains import configured_gains, decode
+from mobile_robot_control.tuning.search_space import search_genes
 
 _SEED = 2008
 
 
 def initial(runs: Runs) -> FuzzyGains:
     """Return the gains of a random chromosome, as in a first generation; the same in every call."""
-    genes = CHROMOSOMES['fuzzy']
+    genes = search_genes('fuzzy')
     bits = chromosome.random(1, len(genes), np.random.default_rng(_SEED))
     kept = configured_gains(runs.configuration(FUZZY_TRIFOLIUM))
     return decode(genes, chromosome.points(bits)[0].tolist(), kept).control.fuzzy

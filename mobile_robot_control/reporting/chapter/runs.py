@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control import hybrid_backstepping
-from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState
+from mobile_robot_control.control.hybrid_backstepping import HybridState
+from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.quantities import BodyVelocity, Observation
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.closed_loop import Sample, velocity_tick
@@ -128,13 +129,13 @@ class Runs:
     def seeking(self, run: ChapterRun, duration: float) -> Iterator[tuple[Sample, HybridState]]:
         """Run a hybrid law over a duration [s]; yield each position tick and the law's state before its step."""
         configuration = self.configuration(run)
-        control = configuration.position_controller.control
-        gains = HybridGains(control.backstepping, control.hybrid_backstepping)
         dt = 1.0 / configuration.plant.shared.position_rate
+        _, gains = select(configuration.position_controller.control, dt)
         state = HybridState()
         for sample in rollout(configuration, duration):
             tick = sample.tick
             if tick.time == sample.time:
                 yield sample, state
                 # the law is a pure function: the same inputs lead to the same state as in the rollout
-                state, _ = hybrid_backstepping.step(state, tick.error, tick.reference, gains, dt)
+                observation = Observation(tick.error, tick.reference, tick.velocity)
+                state, _ = hybrid_backstepping.step(state, observation, gains, dt)
