@@ -10,6 +10,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -103,6 +104,18 @@ class Registry(Mapping[str, Record], Generic[Record]):
         origin = '__main__' if module == '__main__' or code is None else os.path.realpath(code.co_filename)
         self._add(record, origin)
         return record
+
+    @contextmanager
+    def holding(self, record: Record) -> Iterator[None]:
+        """Hold a record while a block runs, then forget it again; raise PluginError if it is refused."""
+        before = self.get(getattr(record, 'name', '')), dict(self._records), dict(self._origins)
+        if before[0] is not record:
+            self.register(record)
+        try:
+            yield
+        finally:
+            _, self._records, self._origins = before
+            self._version += 1
 
     def load_file(self, path: str | Path) -> Record:
         """Import a Python file and register its record; raise PluginError if that fails."""

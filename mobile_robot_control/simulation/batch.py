@@ -13,9 +13,10 @@ from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import JITABLE
 from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference
 from mobile_robot_control.simulation import trial
 from mobile_robot_control.simulation.closed_loop import make_position_tick
+from mobile_robot_control.simulation.compiler_messages import reason_of
 from mobile_robot_control.simulation.trial import Drive, Outcome, Trial, references
 
 try:
@@ -58,6 +59,21 @@ def compiled_rollout(step: LawStep) -> Callable[..., Outcome]:
 
 
 @lru_cache(maxsize=32)
+def compiled_step(step: LawStep) -> Callable[..., Any]:
+    """Return a law's compiled step, done so many times on one observation: ``(state, observation, gains, dt, times)``."""
+    _register(*JITABLE, step)
+
+    def repeated(state: Any, observation: Observation, gains: Any, dt: float, times: int) -> tuple[Any, BodyVelocity]:
+        command = BodyVelocity(0.0, 0.0)
+        # in a loop, as in a rollout, a state must keep its type
+        for _ in range(times):
+            state, command = step(state, observation, gains, dt)
+        return state, command
+
+    return numba.njit(error_model='numpy')(repeated)
+
+
+@lru_cache(maxsize=32)
 def plain_rollout(step: LawStep) -> Callable[..., Outcome]:
     """Return the rollout of a law's step as Python runs it; references are given as they are."""
     return trial.make_rollout(step, operator.getitem)
@@ -75,7 +91,7 @@ def compiles(one: Trial) -> bool:
     try:
         compiled_rollout(step)(one.state, one.loop, _array(trial.cart_drive(one._replace(steps=0))), 0, one.ratio, 0)
     except numba.core.errors.NumbaError as error:
-        _uncompilable[step] = next((line.strip() for line in str(error).splitlines()[::-1] if line.strip()), 'unknown')
+        _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
               f'({_uncompilable[step]})', file=sys.stderr)
         return False
