@@ -20,6 +20,8 @@ from mobile_robot_control.parameters.checking import ParameterError
 
 Record = TypeVar('Record')
 _BUILT_IN = 'built in'
+PLUGIN_MODULE = 'mobile_robot_control_plugin_'
+"""Begins the names of modules that were loaded from files."""
 
 
 class PluginError(ParameterError):
@@ -129,7 +131,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def load_text(self, file: str, text: str) -> Record:
         """Import the text of a Python file, which need not exist here, and register its record, as `load_file`."""
-        module = ModuleType(f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", file)}')
+        module = ModuleType(PLUGIN_MODULE + re.sub(r'[^0-9a-zA-Z]', '_', file))
         module.__file__ = file
         before = sys.modules.get(module.__name__)
         sys.modules[module.__name__] = module

@@ -1,0 +1,1 @@
+"""The checks of laws and curves that `testing` runs."""

@@ -1,0 +1,126 @@
+"""Checks of a curve: pure, finite, with true derivatives, closed, never standing."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from functools import partial
+from random import Random
+
+from mobile_robot_control.conformance.checks import Check, Conformance, LeftOutError, refused, run_checks, with_dds
+from mobile_robot_control.conformance.fingerprints import fingerprint
+from mobile_robot_control.conformance.over_dds import equal_over_dds, file_option
+from mobile_robot_control.control.laws import BUILT_IN
+from mobile_robot_control.parameters.checking import rule_violations
+from mobile_robot_control.reference.cart import CurveParameters
+from mobile_robot_control.reference.curves import CURVES, Curve, CurvePoint
+from mobile_robot_control.registry import PluginError
+
+_LAP = 2.0 * math.pi
+_H = 1e-3
+"""[rad]: step of the differences."""
+_TOLERANCE = 1e-5
+"""Of a derivative, in units of the largest one of a lap: differences of the fourth order are better by far."""
+_CLOSURE = 1e-9
+"""By how much a lap may fail to close, in the same units."""
+_BOTH = (-2, -1, 0, 1, 2)
+_AHEAD = (0, 1, 2, 3, 4)
+# weights of the differences of fourth and third order, at the points above, times 12
+_STENCILS = (
+    (_BOTH, (1.0, -8.0, 0.0, 8.0, -1.0), (-1.0, 16.0, -30.0, 16.0, -1.0)),
+    (_AHEAD, (-25.0, 48.0, -36.0, 16.0, -3.0), (35.0, -104.0, 114.0, -56.0, 11.0)),
+    (tuple(-n for n in _AHEAD), (25.0, -48.0, 36.0, -16.0, 3.0), (35.0, -104.0, 114.0, -56.0, 11.0)),
+)
+
+
+def _parameters() -> list[float]:
+    """Return curve parameters [rad]: a grid over a lap, random ones before and after it."""
+    draws = Random(50)  # noqa: S311 (no secret)
+    return [*(_LAP * n / 64 for n in range(65)), *(draws.uniform(-_LAP, 2.0 * _LAP) for _ in range(64))]
+
+
+def _scale(curve: Curve) -> float:
+    """Return the largest coordinate or derivative of a lap."""
+    return max(abs(value) for n in range(65) for value in curve(_LAP * n / 64))
+
+
+def curve_is_pure(curve: Curve) -> Iterator[str]:
+    """Yield where a curve gives another point later, or after others."""
+    first = {s: curve(s) for s in _parameters()}
+    for s in [*first, *reversed(first)]:
+        again = curve(s)
+        if fingerprint(tuple(again)) != fingerprint(tuple(first[s])):
+            yield f'returned {first[s]} first and {again} later at s = {s!r} rad'
+
+
+def curve_is_finite(curve: Curve) -> Iterator[str]:
+    """Yield where a curve has a point that is not finite; a cart drives on for many laps."""
+    for s in [*_parameters(), 1e-300, -1e-9, 0.5 * math.pi, math.pi, 1e3 * _LAP, 1e6]:
+        try:
+            point = curve(s)
+            found = '' if all(map(math.isfinite, point)) else f'returns {point}'
+        except Exception as error:  # a curve can raise anything
+            found = f'{type(error).__name__}: {error}'
+        if found:
+            yield f'{found} at s = {s!r} rad'
+
+
+def derivatives_are_true(curve: Curve) -> Iterator[str]:
+    """Yield where derivatives disagree with differences of the positions."""
+    scale = _scale(curve)
+    for s in _parameters():
+        at = {n: curve(s + n * _H) for n in range(-4, 5)}
+        for axis, first, second in (('x', 'dx', 'ddx'), ('y', 'dy', 'ddy')):
+            places = {n: float(getattr(point, axis)) for n, point in at.items()}
+            for name, weights_of, power in ((first, 1, 1), (second, 2, 2)):
+                told = getattr(at[0], name)
+                # a derivative may jump where pieces join: there one side agrees
+                differences = [_difference(places, stencil[0], stencil[weights_of], power) for stencil in _STENCILS]
+                if all(abs(told - difference) > _TOLERANCE * scale for difference in differences):
+                    yield f'{name} = {told!r} at s = {s!r} rad, where differences of {axis} give {differences[0]:.9g}'
+
+
+def _difference(places: dict[int, float], points: Sequence[int], weights: Sequence[float], power: int) -> float:
+    return sum(weight * places[n] for n, weight in zip(points, weights, strict=True)) / (12.0 * _H**power)
+
+
+def lap_closes(curve: Curve) -> Iterator[str]:
+    """Yield where a lap of a closed curve does not end as it began, in position or derivatives."""
+    if not curve.closed:
+        raise LeftOutError('the curve is open')
+    scale = _scale(curve)
+    for s in (0.0, *_parameters()[1:64:9]):
+        begin, end = curve(s), curve(s + _LAP)
+        for name, one, other in zip(CurvePoint._fields, begin, end, strict=True):
+            if abs(one - other) > _CLOSURE * scale:
+                yield (f'{name} = {one!r} at s = {s!r} rad and {other!r} a lap later; write closed=False if the curve '
+                       'is open')
+
+
+def speed_never_vanishes(curve: Curve) -> Iterator[str]:
+    """Yield where the cart stands, or cannot follow a lap, as the reference cart would refuse it."""
+    yield from rule_violations(CurveParameters(curve.name))
+
+
+CURVE_CHECKS: dict[str, Callable[[Curve], Iterator[str]]] = {
+    'pure': curve_is_pure,
+    'finite': curve_is_finite,
+    'derivatives': derivatives_are_true,
+    'closed': lap_closes,
+    'speed': speed_never_vanishes,
+}
+
+
+def _over_dds(curve: Curve) -> Iterator[str]:
+    yield from equal_over_dds(file_option(CURVES, curve, curve.point, '--curve'), BUILT_IN[0].name, curve.name)
+
+
+def checked_curve(curve: Curve, over_dds: bool) -> Conformance:
+    """Make all checks of a curve; see `testing.check_curve`."""
+    subject = f"the curve '{getattr(curve, 'name', curve)}'"
+    with ExitStack() as held:
+        try:
+            held.enter_context(CURVES.holding(curve))
+        except PluginError as error:
+            refused(subject, error.violations)
+        checks: dict[str, Check] = {name: partial(check, curve) for name, check in CURVE_CHECKS.items()}
+        return run_checks(subject, with_dds(checks, partial(_over_dds, curve), over_dds))

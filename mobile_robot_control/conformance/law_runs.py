@@ -1,0 +1,153 @@
+"""Checks of a law in runs: joined by a switch, begun again, behind a cart that stands."""
+
+import operator
+from collections.abc import Iterator, Sequence
+from itertools import cycle, islice
+from random import Random
+from typing import Any
+
+from mobile_robot_control.conformance.fingerprints import fingerprint
+from mobile_robot_control.conformance.gain_sampling import decoded, gain_violations, searched_points
+from mobile_robot_control.conformance.sampling import (
+    DT,
+    FARTHEST,
+    default_cases,
+    default_control,
+    drawn_observations,
+    extreme_observations,
+    failure_of,
+    follow,
+)
+from mobile_robot_control.control import bumpless_transfer
+from mobile_robot_control.control.bumpless_transfer import RunningLaw
+from mobile_robot_control.control.law import Law, LawFailedError
+from mobile_robot_control.control.laws import BUILT_IN
+from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
+from mobile_robot_control.simulation.trial import Trial, cart_drive, make_rollout, make_trial, references
+
+_DURATION = 1.0
+"""[s] of each simulated run."""
+_STARTS = ((1.0, 0.0, 1.5707), (0.9, 0.1, 1.0), (-2.0, 1.0, 3.0))
+"""Poses [m], [m], [rad]: on the cart, beside it, and far from it."""
+_SEED = 30
+
+
+class _Watched:
+    """A law's step that keeps its newest observation."""
+
+    def __init__(self, law: Law) -> None:
+        self._step = law.step
+        self.newest: Observation | None = None
+
+    def __call__(self, state: Any, observation: Observation, gains: Any, dt: float) -> tuple[Any, BodyVelocity]:
+        self.newest = observation
+        return self._step(state, observation, gains, dt)
+
+
+def _trial(law: Law, start: Sequence[float]) -> Trial:
+    return make_trial(configure({
+        'position_controller': {'controller_type': law.name}, 'plant': {'initial_pose': start},
+    }), _DURATION)
+
+
+def _failed_run(law: Law, trial: Trial, given: Sequence[Reference], what: str) -> Iterator[str]:
+    """Yield why a law fails in a simulated run."""
+    watched = _Watched(law)
+    try:
+        outcome = make_rollout(watched, operator.getitem)(
+            trial.state, trial.loop, given, trial.steps, trial.ratio, trial.late)
+        reason = 'the command is not finite' if outcome.law_failed else ''
+    except Exception as error:  # a law can raise anything
+        reason = f'{type(error).__name__}: {error}'
+    seen = watched.newest
+    # a run that diverges is no failure of the law
+    if reason and (seen is None or distance(seen.error) <= FARTHEST):
+        yield f'{reason}, in a simulated run {what} from {trial.state.plant.pose}, at {seen}'
+
+
+def _standing(given: Sequence[Reference], first: int) -> list[Reference]:
+    """Return references of a cart that stands from a tick on."""
+    place = Reference(given[first].pose, BodyVelocity(0.0, 0.0))
+    return [*given[:first], *[place] * (len(given) - first)]
+
+
+def survives_a_standing_cart(law: Law) -> Iterator[str]:
+    """Yield how a law fails behind a cart that stands from the beginning, or stops."""
+    for observation in extreme_observations():
+        still = observation._replace(reference=observation.reference._replace(velocity=BodyVelocity(0.0, 0.0)))
+        for case in follow(law, law.start, [still] * 3, default_control(law), DT):
+            yield from filter(None, [failure_of(law, case)])
+    for start in _STARTS:
+        trial = _trial(law, start)
+        given = references(cart_drive(trial))
+        for first in (0, len(given) // 2):
+            yield from _failed_run(law, trial, _standing(given, first), 'behind a cart that stands')
+
+
+def survives_a_run(law: Law) -> Iterator[str]:
+    """Yield how a law fails in a simulated run with its default gains, or with those that a search may draw."""
+    for start in _STARTS:
+        trial = _trial(law, start)
+        yield from _failed_run(law, trial, references(cart_drive(trial)), 'with default gains')
+    for point in islice(searched_points(law, Random(_SEED)), 8):  # noqa: S311 (no secret)
+        control = decoded(law, point)
+        if not gain_violations(law, control):
+            trial = make_trial(configure({})._replace(
+                position_controller=configure({}).position_controller._replace(control=control)), 0.3)
+            yield from _failed_run(law, trial, references(cart_drive(trial)), f'with {control}')
+
+
+def _joining(law: Law) -> Any:
+    return law.start if law.joining is None else law.joining
+
+
+def _steps(running: RunningLaw, observations: Sequence[Observation]) -> tuple[RunningLaw, list[BodyVelocity]]:
+    """Do steps of a running law, as a position controller does."""
+    commands = []
+    for observation in observations:
+        try:
+            running, command = bumpless_transfer.step(running, observation, DT)
+        except LawFailedError as error:
+            raise LawFailedError(f'{error}, in state {running.state!r} at {observation}') from error
+        commands.append(command)
+    return running, commands
+
+
+def survives_a_switch(law: Law) -> Iterator[str]:
+    """Yield how a law fails that joins a run under way, from another law and back, or with other gains."""
+    for observation in extreme_observations():
+        for case in follow(law, _joining(law), [observation] * 3, default_control(law), DT):
+            yield from (f'joining a run: {text}' for text in filter(None, [failure_of(law, case)]))
+    other = next(each for each in BUILT_IN if each.name != law.name)
+    seen = list(drawn_observations(Random(_SEED), 40))  # noqa: S311 (no secret)
+    ours, theirs = default_control(law), default_control(other)
+    running = bumpless_transfer.begin(theirs, DT, under_way=False)
+    for control, restart in ((theirs, False), (ours, False), (theirs, False), (ours, True), (ours, False)):
+        running = bumpless_transfer.change(running, control, DT, restart)
+        try:
+            running, _ = _steps(running, seen)
+        except LawFailedError as error:
+            yield f'after a switch: {error}'
+            return
+    for start in _STARTS:
+        trial = _trial(law, start)
+        trial = trial._replace(state=trial.state._replace(law=_joining(law)))
+        yield from _failed_run(law, trial, references(cart_drive(trial)), 'that the law joins')
+
+
+def begins_again(law: Law) -> Iterator[str]:
+    """Yield how a run that begins again differs from the first one, after the law has done something else."""
+    seen = [case.observation for case in islice(cycle(default_cases(law)[320:]), 60) if not failure_of(law, case)]
+    control = default_control(law)
+
+    def commands(under_way: bool, observations: Sequence[Observation]) -> list[BodyVelocity]:
+        return _steps(bumpless_transfer.begin(control, DT, under_way), observations)[1]
+
+    first = commands(False, seen)
+    commands(True, seen[::-1])
+    for n, (before, after) in enumerate(zip(first, commands(False, seen), strict=True)):
+        if fingerprint(before) != fingerprint(after):
+            yield (f'step {n} of a run from start gives {after} where the first run gave {before}, '
+                   f'at {seen[n]}; keep what changes in the state')

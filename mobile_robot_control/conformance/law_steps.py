@@ -1,0 +1,133 @@
+"""Checks of a law's single steps: pure, finite, safe over the bounds of its gains."""
+
+import copy
+from collections.abc import Iterable, Iterator
+from random import Random
+
+from mobile_robot_control.conformance.checks import LeftOutError
+from mobile_robot_control.conformance.fingerprints import fingerprint
+from mobile_robot_control.conformance.gain_sampling import (
+    bounded_controls,
+    decoded,
+    describe_point,
+    gain_violations,
+    searched_points,
+)
+from mobile_robot_control.conformance.sampling import (
+    DT,
+    Case,
+    default_cases,
+    default_control,
+    describe,
+    describe_gains,
+    extreme_observations,
+    failure_of,
+    follow,
+    taken_gains,
+)
+from mobile_robot_control.control.law import Law
+from mobile_robot_control.control.laws import LAWS, PositionControl
+from mobile_robot_control.parameters.checking import ParameterError
+
+_SEED = 20
+_PURE = 400
+"""Inputs on which a law is asked again and again."""
+
+
+def defaults_fit(law: Law) -> Iterator[str]:
+    """Yield what is wrong with the groups and the defaults of a law's gains."""
+    missing = [group for group in law.groups if group not in LAWS]
+    if missing:
+        yield f"groups names '{missing[0]}', which is no law; name the laws whose gains the step takes"
+        return
+    yield from gain_violations(law, default_control(law))
+
+
+def _some_cases(law: Law) -> list[Case]:
+    """Return inputs on which the law does not fail."""
+    cases = Random(_SEED).sample(default_cases(law), _PURE)  # noqa: S311 (no secret)
+    return [case for case in cases if not failure_of(law, case)]
+
+
+def pure(law: Law) -> Iterator[str]:
+    """Yield inputs with which a law gives another result later, or after others."""
+    cases = _some_cases(law)
+    given = [(case, copy.deepcopy(taken_gains(case.control, case.dt))) for case in cases]
+    order = list(range(len(given)))
+
+    def results(those: Iterable[int]) -> dict[int, object]:
+        found = {}
+        for n in those:
+            case, gains = given[n]
+            # copies: whether inputs are left unchanged is a check of its own
+            found[n] = law.step(*copy.deepcopy((case.state, case.observation, gains)), case.dt)
+        return found
+
+    first = results(order)
+    shuffled = Random(_SEED).sample(order, len(order))  # noqa: S311 (no secret)
+    for again, when in ((order, 'in the same order'), (order[::-1], 'in reverse order'), (shuffled, 'in another order')):
+        for n, after in results(again).items():
+            if fingerprint(after) != fingerprint(first[n]):
+                yield (f'returned {first[n]} first and {after} later, when asked again {when}, '
+                       f'{describe(law, cases[n])}')
+
+
+def inputs_unchanged(law: Law) -> Iterator[str]:
+    """Yield inputs that a law changes: state, observation, gains, or what its `prepare` has returned."""
+    for case in _some_cases(law):
+        inputs = {'state': case.state, 'observation': case.observation,
+                  'gains' if law.prepare is None else 'prepared gains': taken_gains(case.control, case.dt)}
+        given = copy.deepcopy(inputs)
+        law.step(*given.values(), case.dt)
+        for name, before in inputs.items():
+            if fingerprint(given[name]) != fingerprint(before):
+                yield f'the step changes its {name}, {describe(law, case)}'
+
+
+def finite(law: Law) -> Iterator[str]:
+    """Yield finite inputs on which a law raises, or returns what is no state and finite command."""
+    for case in default_cases(law):
+        yield from filter(None, [failure_of(law, case)])
+
+
+def _failures(law: Law, control: PositionControl) -> Iterator[str]:
+    """Yield inputs on which a law fails with gains."""
+    try:
+        taken_gains(control, DT)
+    except ParameterError as error:
+        yield str(error)
+        return
+    # every eleventh has each distance, angle and velocity
+    for case in follow(law, law.start, extreme_observations()[::11], control, DT):
+        yield from filter(None, [failure_of(law, case)])
+
+
+def gains_are_safe(law: Law) -> Iterator[str]:
+    """Yield gains within their bounds with which a law fails; where a gain has no bound, 1e12 is one."""
+    draws = Random(_SEED)  # noqa: S311 (no secret)
+    for control in bounded_controls(law, draws):
+        yield from (f'{text}; bound the gain by its Field or a rule' for text in _failures(law, control))
+    for point in searched_points(law, draws):
+        try:
+            control = decoded(law, point)
+        except Exception:  # a repair that raises fails a check of its own
+            return
+        if not gain_violations(law, control):
+            yield from (f'{text}; narrow what the Field names as search' for text in _failures(law, control))
+
+
+def repair_is_sound(law: Law) -> Iterator[str]:
+    """Yield drawn gains of which a law's `repair` makes such as a node refuses."""
+    if law.repair is None:
+        raise LeftOutError('the law has no repair')
+    points = searched_points(law, Random(_SEED))  # noqa: S311 (no secret)
+    if not points:
+        raise LeftOutError('no gain of the law has a range to search')
+    for point in points:
+        try:
+            control = decoded(law, point)
+        except Exception as error:  # a repair can raise anything
+            yield f'repair raises {type(error).__name__}: {error}, of drawn {describe_point(law, point)}'
+            return
+        yield from (f'repair returns gains that break bounds or rules: {violation}, with '
+                    f'{describe_gains(law, control)}' for violation in gain_violations(law, control))

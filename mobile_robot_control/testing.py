@@ -1,0 +1,131 @@
+"""Check a law or a curve of one's own: in a test, or by hand with ``python -m mobile_robot_control.testing FILE.py``."""
+
+import argparse
+import sys
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mobile_robot_control.conformance.checks import Conformance
+    from mobile_robot_control.control.law import Law
+    from mobile_robot_control.reference.curves import Curve
+
+
+def check_law(law: 'Law', over_dds: bool = True) -> 'Conformance':
+    """
+    Check what a position law must satisfy; all checks are made before the error is raised.
+
+    Parameters
+    ----------
+    law : Law
+        The record; it need not be registered, and is not afterwards.
+    over_dds : bool
+        Whether to run the law over DDS, too, where rclpy is installed: one simulated second, which takes some seconds.
+
+    Returns
+    -------
+    Conformance
+        The checks that were passed, and those that were left out, with the reason. Printed, it has a line for each.
+
+    Raises
+    ------
+    ConformanceError
+        An AssertionError that names each failed check with the input that shows it; `failures` has them by name.
+
+    Warns
+    -----
+    ConformanceWarning
+        If the law does not compile, or if its compiled form differs in last bits, with file and line.
+
+    Examples
+    --------
+    >>> from mobile_robot_control.control.backstepping import LAW
+    >>> check_law(LAW, over_dds=False).passed[:4]
+    ('record', 'pure', 'inputs unchanged', 'finite')
+
+    """
+    # imported late, and so below: a test that imports this module need not run
+    from mobile_robot_control.conformance.laws import checked_law  # noqa: PLC0415
+
+    return checked_law(law, over_dds)
+
+
+def check_curve(curve: 'Curve', over_dds: bool = True) -> 'Conformance':
+    """
+    Check what a curve must satisfy; all checks are made before the error is raised.
+
+    Parameters
+    ----------
+    curve : Curve
+        The record; it need not be registered, and is not afterwards.
+    over_dds : bool
+        Whether to drive the curve over DDS, too, where rclpy is installed.
+
+    Returns
+    -------
+    Conformance
+        The checks that were passed, and those that were left out, with the reason.
+
+    Raises
+    ------
+    ConformanceError
+        An AssertionError that names each failed check with the curve parameter that shows it.
+
+    Examples
+    --------
+    >>> from mobile_robot_control.reference.curves import CURVES
+    >>> print(check_curve(CURVES['line'], over_dds=False))
+    the curve 'line':
+      passed: record
+      passed: pure
+      passed: finite
+      passed: derivatives
+      passed: speed
+      left out: closed (the curve is open)
+      left out: over DDS (over_dds=False)
+
+    """
+    from mobile_robot_control.conformance.curves import checked_curve  # noqa: PLC0415
+
+    return checked_curve(curve, over_dds)
+
+
+def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    made = argparse.ArgumentParser(prog='mobile_robot_control.testing', allow_abbrev=False,
+                                   description='check the LAW and the CURVE of a Python file')
+    made.add_argument('file', metavar='FILE.py', help='has a LAW, a CURVE or both')
+    made.add_argument('--no-dds', action='store_false', dest='over_dds', help='leave out the run over DDS')
+    return made.parse_args(arguments)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Check what a file has; return 1 if any check fails."""
+    from mobile_robot_control.conformance.loading import records_of  # noqa: PLC0415
+
+    law, curve = records_of(options.file)
+    failed = False
+    for record, check in ((law, check_law), (curve, check_curve)):
+        if record is None:
+            continue
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter('always')
+            try:
+                print(check(record, options.over_dds))  # type: ignore[operator]
+            except AssertionError as error:
+                failed = True
+                print(f'testing: {error}', file=sys.stderr)
+        for warning in caught:
+            print(f'testing: {warning.message}', file=sys.stderr)
+    return 1 if failed else 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Check a file; return the exit code: 0 passed, 1 failed, 2 for a file that cannot be checked."""
+    from mobile_robot_control.cli.options import make_main  # noqa: PLC0415
+
+    return int(make_main('testing', _parse, _run)(arguments))
+
+
+if __name__ == '__main__':
+    sys.exit(main())
