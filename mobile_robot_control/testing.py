@@ -1,9 +1,14 @@
-"""Check a law or a curve of one's own: in a test, or by hand with ``python -m mobile_robot_control.testing FILE.py``."""
+"""
+Check a law or a curve of one's own.
+
+In a test: ``check_law(LAW)``. By hand: ``python -m mobile_robot_control.testing FILE.py``.
+"""
 
 import argparse
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -104,20 +109,28 @@ def _run(options: argparse.Namespace) -> int:
     from mobile_robot_control.conformance.loading import records_of  # noqa: PLC0415
 
     law, curve = records_of(options.file)
-    failed = False
-    for record, check in ((law, check_law), (curve, check_curve)):
-        if record is None:
-            continue
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter('always')
-            try:
-                print(check(record, options.over_dds))  # type: ignore[operator]
-            except AssertionError as error:
-                failed = True
-                print(f'testing: {error}', file=sys.stderr)
-        for warning in caught:
-            print(f'testing: {warning.message}', file=sys.stderr)
+    checks: list[Callable[[], Conformance]] = []
+    if law is not None:
+        checks.append(partial(check_law, law, options.over_dds))
+    if curve is not None:
+        checks.append(partial(check_curve, curve, options.over_dds))
+    failed = [check for check in checks if not _printed(check)]
     return 1 if failed else 0
+
+
+def _printed(check: 'Callable[[], Conformance]') -> bool:
+    """Make a check and print what it finds; return whether it is passed."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter('always')
+        try:
+            print(check())
+        except AssertionError as error:
+            print(f'testing: {error}', file=sys.stderr)
+            return False
+        finally:
+            for warning in caught:
+                print(f'testing: {warning.message}', file=sys.stderr)
+    return True
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,7 +1,7 @@
 """The check of a law's compiled form against the plain one."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from random import Random
 from typing import Any
 
@@ -43,8 +43,9 @@ def _compiled(law: Law, case: Case) -> Any:
     """Return the compiled step, compiled for a case; raise LeftOutError where that cannot be done."""
     if not batch.COMPILES:
         raise LeftOutError('numba is not installed')
-    step = batch.compiled_step(law.step)
+    plain: Callable[..., Any] = law.step
     try:
+        step = batch.compiled_step(plain)
         step(case.state, case.observation, taken_gains(case.control, case.dt), case.dt, 0)
     except Exception as error:  # an object that is no function raises other errors than those of numba
         reason = reason_of(error)
@@ -57,7 +58,7 @@ def _compiled(law: Law, case: Case) -> Any:
 def _lines(law: Law) -> str:
     """Return the expressions that are known to round otherwise when compiled, with file and line."""
     found = '; '.join(map(str, suspects(law.step)))
-    return f'see {found}' if found else 'no expression is known to round otherwise; divisions by zero do not raise there'
+    return f'see {found}' if found else 'no expression is known to round otherwise; a division by zero does not raise'
 
 
 def _share(plain: Any, compiled: Any) -> float:

@@ -3,6 +3,7 @@
 import copy
 from collections.abc import Iterable, Iterator
 from random import Random
+from typing import Any
 
 from mobile_robot_control.conformance.checks import LeftOutError
 from mobile_robot_control.conformance.fingerprints import fingerprint
@@ -55,7 +56,7 @@ def pure(law: Law) -> Iterator[str]:
     given = [(case, copy.deepcopy(taken_gains(case.control, case.dt))) for case in cases]
     order = list(range(len(given)))
 
-    def results(those: Iterable[int]) -> dict[int, object]:
+    def results(those: Iterable[int]) -> dict[int, Any]:
         found = {}
         for n in those:
             case, gains = given[n]
@@ -65,10 +66,10 @@ def pure(law: Law) -> Iterator[str]:
 
     first = results(order)
     shuffled = Random(_SEED).sample(order, len(order))  # noqa: S311 (no secret)
-    for again, when in ((order, 'in the same order'), (order[::-1], 'in reverse order'), (shuffled, 'in another order')):
+    for again, when in ((order, 'in the same'), (order[::-1], 'in reverse'), (shuffled, 'in another')):
         for n, after in results(again).items():
             if fingerprint(after) != fingerprint(first[n]):
-                yield (f'returned {first[n]} first and {after} later, when asked again {when}, '
+                yield (f'returned {first[n]} first and {after} later, when asked again {when} order, '
                        f'{describe(law, cases[n])}')
 
 
@@ -78,7 +79,8 @@ def inputs_unchanged(law: Law) -> Iterator[str]:
         inputs = {'state': case.state, 'observation': case.observation,
                   'gains' if law.prepare is None else 'prepared gains': taken_gains(case.control, case.dt)}
         given = copy.deepcopy(inputs)
-        law.step(*given.values(), case.dt)
+        state, observation, gains = given.values()
+        law.step(state, observation, gains, case.dt)
         for name, before in inputs.items():
             if fingerprint(given[name]) != fingerprint(before):
                 yield f'the step changes its {name}, {describe(law, case)}'

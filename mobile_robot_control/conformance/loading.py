@@ -10,14 +10,22 @@ from mobile_robot_control.registry import PluginError
 
 def records_of(file: str) -> tuple[Law | None, Curve | None]:
     """Return LAW and CURVE of a file, None for the one that it lacks; raise PluginError where it has neither."""
-    law: Law | None = None
+    law = curve = None
+    refusals: list[str] = []
     try:
         law = LAWS.load_file(file)
     except PluginError as refusal:
-        # a file of a curve alone is refused as that of a law
-        curve = CURVES.load_file(file) if 'has no LAW' in str(refusal) else None
-        if curve is None:
+        refusals.append(str(refusal))
+    if law is None and 'has no LAW' not in refusals[0]:
+        raise PluginError(refusals)
+    if law is None or 'CURVE' in vars(sys.modules[law.step.__module__]):
+        try:
+            curve = CURVES.load_file(file)
+        except PluginError as refusal:
+            if law is None and 'has no CURVE' in str(refusal):
+                raise PluginError([f'{file}: has neither LAW nor CURVE; see docs/extending.md']) from None
             raise
-        return None, curve
-    has_curve = hasattr(sys.modules[law.step.__module__], 'CURVE')
-    return law, CURVES.load_file(file) if has_curve else None
+    if law is not None and curve is not None:
+        # the file was imported again, and its newest records belong together
+        law = LAWS.register(vars(sys.modules[curve.point.__module__])['LAW'])
+    return law, curve

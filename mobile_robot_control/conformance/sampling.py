@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 from random import Random
 from typing import Any, NamedTuple
 
@@ -94,13 +95,14 @@ def _observation(error: Sequence[float], reference: Sequence[float], velocity: S
     return Observation(TrackingError(*error), Reference(pose, BodyVelocity(*reference)), BodyVelocity(*velocity))
 
 
-def extreme_observations() -> list[Observation]:
+@lru_cache(maxsize=1)
+def extreme_observations() -> tuple[Observation, ...]:
     """Return observations on a grid: on the cart and far from it, any heading, standing, slow and fast carts."""
     distances, angles = (0.0, -1e-9, 0.5, -FARTHEST), (0.0, 1e-9, 0.5 * math.pi, math.pi, -3.0)
     velocities = ((0.0, 0.0), (0.5, -0.5), (1e-9, 0.0), (10.0, 20.0))
     grid = itertools.product(distances, distances, angles, velocities)
-    return [_observation((e1, e2, e3), velocity, (0.0, 0.0) if n % 2 else velocity)
-            for n, (e1, e2, e3, velocity) in enumerate(grid)]
+    return tuple(_observation((e1, e2, e3), velocity, (0.0, 0.0) if n % 2 else velocity)
+                 for n, (e1, e2, e3, velocity) in enumerate(grid))
 
 
 def drawn_observations(draws: Random, count: int) -> Iterator[Observation]:
@@ -108,7 +110,7 @@ def drawn_observations(draws: Random, count: int) -> Iterator[Observation]:
     def number(extremes: Sequence[float], widest: float, least: float = -1.0) -> float:
         if draws.random() < 0.3:
             return draws.choice(extremes)
-        return draws.uniform(least, 1.0) * min(widest, 10.0 ** draws.uniform(-6.0, 3.0))
+        return draws.uniform(least, 1.0) * min(widest, math.pow(10.0, draws.uniform(-6.0, 3.0)))
 
     for _ in range(count):
         error = number(_DISTANCES, FARTHEST), number(_DISTANCES, FARTHEST), number(_ANGLES, math.pi)

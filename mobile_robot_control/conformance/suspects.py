@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator
 from types import FunctionType
 from typing import Any, NamedTuple
 
-DIFFERENT = {'hypot': 'math.sqrt(x * x + y * y)', 'pow': 'products', 'gamma': 'no such function', 'lgamma': 'no such function'}
+DIFFERENT = {'hypot': 'math.sqrt(x * x + y * y)', 'pow': 'products', 'gamma': 'a table', 'lgamma': 'a table'}
 """Functions whose compiled form rounds otherwise, and what to write instead."""
 UNCOMPILED = {
     'fmod': 'x % y', 'remainder': 'angles.wrap_angle', 'dist': 'math.sqrt', 'cbrt': 'a power', 'fsum': 'sum',
-    'modf': 'math.floor', 'prod': 'products', 'comb': 'products', 'isclose': 'abs(x - y) < tolerance',
+    'modf': 'math.floor', 'prod': 'products', 'comb': 'products', 'isclose': 'abs(x - y) <= tolerance',
     'is_integer': 'x == math.floor(x)', 'any': 'or', 'all': 'and',
 }
 """Functions that do not compile, and what to write instead."""

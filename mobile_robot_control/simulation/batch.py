@@ -59,8 +59,8 @@ def compiled_rollout(step: LawStep) -> Callable[..., Outcome]:
 
 
 @lru_cache(maxsize=32)
-def compiled_step(step: LawStep) -> Callable[..., Any]:
-    """Return a law's compiled step, done so many times on one observation: ``(state, observation, gains, dt, times)``."""
+def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a law's compiled step, done so often on one observation: ``(state, observation, gains, dt, times)``."""
     _register(*JITABLE, step)
 
     def repeated(state: Any, observation: Observation, gains: Any, dt: float, times: int) -> tuple[Any, BodyVelocity]:

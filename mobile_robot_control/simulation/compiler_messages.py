@@ -7,7 +7,7 @@ _BEGIN = 'Failed in nopython mode pipeline'
 
 
 def reason_of(error: Exception) -> str:
-    """
+    r"""
     Return why a function cannot be compiled, and where, in one line.
 
     Parameters
@@ -22,7 +22,7 @@ def reason_of(error: Exception) -> str:
 
     Examples
     --------
-    >>> reason_of(ValueError('Failed in nopython mode pipeline (step: frontend)\\nUnknown attribute\\n\\nat law.py (8)'))
+    >>> reason_of(ValueError('Failed in nopython mode pipeline (step: frontend)\nUnknown attribute\nat law.py (8)'))
     'Unknown attribute, at law.py, line 8'
 
     """

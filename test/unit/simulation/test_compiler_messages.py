@@ -17,7 +17,7 @@ def _outer(x):
 
 def test_the_reason_is_that_of_the_innermost_function():
     numba = pytest.importorskip('numba')
-    from numba.extending import register_jitable  # noqa: PLC0415 (where numba is installed)
+    from numba.extending import register_jitable
     register_jitable(_remainder)
     with pytest.raises(numba.core.errors.NumbaError) as refusal:
         numba.njit(_outer)(1.0)
