@@ -100,6 +100,8 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def register(self, record: Record) -> Record:
         """Register a record, or replace the one of the same name from the same file or notebook; return it."""
+        if any(self._check(record)):
+            self._add(record, '__main__')
         function = self._function_of(record)
         module, code = getattr(function, '__module__', None), getattr(function, '__code__', None)
         # cells of a notebook have a file name each

@@ -15,8 +15,8 @@ from mobile_robot_control.quantities import LARGEST, SMALLEST
 from mobile_robot_control.tuning.search_gains import Gains, decode
 from mobile_robot_control.tuning.search_space import Gene, search_genes
 
-_CORNERS = 32
-_DRAWN = 48
+_CORNERS = 16
+_DRAWN = 24
 _LEAST = 1e-9
 """The lower end of a search is never reached."""
 
@@ -116,6 +116,17 @@ def searched_points(law: Law, draws: Random) -> list[list[float]]:
 def decoded(law: Law, point: list[float]) -> PositionControl:
     """Return the gains that a point encodes, put in order by the law's `repair`, as in a search."""
     return decode(searched_genes(law), point, Gains(VelocityGains(), default_control(law))).control
+
+
+def searched_controls(law: Law, draws: Random) -> Iterator[PositionControl]:
+    """Yield gains that a search may take, those that a node would refuse left out."""
+    for point in searched_points(law, draws):
+        try:
+            control = decoded(law, point)
+        except Exception:  # a repair that raises fails a check of its own
+            return
+        if not gain_violations(law, control):
+            yield control
 
 
 def describe_point(law: Law, point: list[float]) -> str:

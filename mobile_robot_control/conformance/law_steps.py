@@ -12,6 +12,7 @@ from mobile_robot_control.conformance.gain_sampling import (
     decoded,
     describe_point,
     gain_violations,
+    searched_controls,
     searched_points,
 )
 from mobile_robot_control.conformance.sampling import (
@@ -31,7 +32,7 @@ from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.parameters.checking import ParameterError
 
 _SEED = 20
-_PURE = 400
+_PURE = 250
 """Inputs on which a law is asked again and again."""
 
 
@@ -47,7 +48,10 @@ def defaults_fit(law: Law) -> Iterator[str]:
 def _some_cases(law: Law) -> list[Case]:
     """Return inputs on which the law does not fail."""
     cases = Random(_SEED).sample(default_cases(law), _PURE)  # noqa: S311 (no secret)
-    return [case for case in cases if not failure_of(law, case)]
+    sound = [case for case in cases if not failure_of(law, case)]
+    if not sound:
+        raise LeftOutError('the law fails on every input')
+    return sound
 
 
 def pure(law: Law) -> Iterator[str]:
@@ -109,13 +113,8 @@ def gains_are_safe(law: Law) -> Iterator[str]:
     draws = Random(_SEED)  # noqa: S311 (no secret)
     for control in bounded_controls(law, draws):
         yield from (f'{text}; bound the gain by its Field or a rule' for text in _failures(law, control))
-    for point in searched_points(law, draws):
-        try:
-            control = decoded(law, point)
-        except Exception:  # a repair that raises fails a check of its own
-            return
-        if not gain_violations(law, control):
-            yield from (f'{text}; narrow what the Field names as search' for text in _failures(law, control))
+    for control in searched_controls(law, draws):
+        yield from (f'{text}; narrow what the Field names as search' for text in _failures(law, control))
 
 
 def repair_is_sound(law: Law) -> Iterator[str]:

@@ -118,6 +118,13 @@ def drawn_observations(draws: Random, count: int) -> Iterator[Observation]:
                            (number(_SPEEDS, 10.0), number(_TURNS, 20.0)))
 
 
+def near_observations(draws: Random, count: int) -> Iterator[Observation]:
+    """Yield random observations as a robot near its cart has them."""
+    for _ in range(count):
+        e1, e2, omega_r, v, omega = (draws.uniform(-2.0, 2.0) for _ in range(5))
+        yield _observation((e1, e2, draws.uniform(-math.pi, math.pi)), (draws.uniform(0.0, 2.0), omega_r), (v, omega))
+
+
 def follow(
     law: Law, state: Any, observations: Iterable[Observation], control: PositionControl, dt: float
 ) -> Iterator[Case]:

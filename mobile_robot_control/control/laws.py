@@ -8,7 +8,7 @@ from typing import Any
 from mobile_robot_control.control.command_limits import Limits
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
+from mobile_robot_control.parameters.declaration import Declaration, Field, declarations, members
 from mobile_robot_control.registry import Registry, Source, name_violations
 
 BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (
@@ -28,11 +28,15 @@ RESERVED = frozenset({
 def _gains_violations(law: Law) -> Iterator[str]:
     """Yield what is wrong with the gains that a law declares."""
     try:
+        if not hasattr(law.gains, '_fields'):
+            raise TypeError(f'{law.gains!r} has no fields')
         declared = declarations(law.gains)
     except Exception as error:  # a class can raise anything
         yield (f"the gains of '{law.name}' are no NamedTuple of fields annotated with Field, each with a default "
                f'({type(error).__name__}: {error})')
         return
+    yield from (f"the gain '{law.name}.{name}' is not annotated with Field; write {name}: Annotated[float, Field(...)]"
+                for name, kind, annotation in members(law.gains) if annotation is None and not hasattr(kind, '_fields'))
     for one in declared.values():
         yield from (f"the gain '{law.name}.{one.name}' {wrong}" for wrong in _field_violations(one))
 

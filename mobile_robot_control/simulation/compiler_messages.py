@@ -1,5 +1,6 @@
 """What a compiler reports, in one line."""
 
+import os
 import re
 
 _BEGIN = 'Failed in nopython mode pipeline'
@@ -22,8 +23,8 @@ def reason_of(error: Exception) -> str:
 
     Examples
     --------
-    >>> reason_of(ValueError('Failed in nopython mode pipeline (step: frontend)\nUnknown attribute\nat law.py (8)'))
-    'Unknown attribute, at law.py, line 8'
+    >>> reason_of(ValueError('Failed in nopython mode pipeline (step: nopython frontend)\nUnknown attribute'))
+    'Unknown attribute'
 
     """
     lines = [line.strip() for line in str(error).rpartition(_BEGIN)[2].splitlines()]
@@ -32,5 +33,5 @@ def reason_of(error: Exception) -> str:
         return type(error).__name__
     # a module is named with the path of its library
     reason = re.sub(r"(<module '[^']+').*?>", r'\1>', told[0])
-    found = next(filter(None, (re.search(r'(?:^| )at (\S.*) \((\d+)\)$', line) for line in told)), None)
-    return f'{reason}, at {found[1]}, line {found[2]}' if found else reason
+    found = next(filter(None, (re.search(r'^File "(.+)", line (\d+):$', line) for line in told)), None)
+    return f'{reason}, at {os.path.realpath(found[1])}, line {found[2]}' if found else reason

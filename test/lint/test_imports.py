@@ -36,6 +36,9 @@ LAYERS = {
     'tuning': {'quantities', 'files', 'simulation'} | PARAMETERS | DOMAIN,
     'reporting': {'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
+    # checks of laws and curves; `testing` has the commands' exit codes
+    'conformance': {'quantities', 'registry', 'plugins', 'simulation', 'recording', 'tuning'} | PARAMETERS | DOMAIN,
+    'testing': {'conformance', 'control', 'reference', 'cli'},
     'cli': {'messages', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS | DOMAIN,
 }
 MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing'}

@@ -1,0 +1,177 @@
+"""Laws that are broken, each in one way, and sound ones beside them."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control import BodyVelocity, Field, Law, rule
+
+
+class Gains(NamedTuple):
+    k: Annotated[float, Field('1/s', 'larger closes the gap sooner', above=0.0, maximum=2.0, live=True,
+                              search=(0.0, 2.0))] = 1.0
+
+
+class Count(NamedTuple):
+    ticks: float = 0.0
+
+
+def command(observation, k=1.0):
+    """Return what a sound law commands."""
+    e1, e2, e3 = observation.error
+    v_r, omega_r = observation.reference.velocity
+    return BodyVelocity(v_r * math.cos(e3) + k * e1, omega_r + v_r * e2 + math.sin(e3))
+
+
+def sound_step(state, observation, gains, dt):
+    return state, command(observation, gains.k)
+
+
+SOUND = Law('sound', sound_step, Gains)
+
+_calls = []
+
+
+def counting_step(state, observation, gains, dt):
+    _calls.append(1)
+    return state, command(observation, gains.k + 1e-9 * len(_calls))
+
+
+def table_of(gains, dt):
+    return [gains.k, 0.0]
+
+
+def table_writing_step(state, observation, table, dt):
+    table[1] = observation.error.longitudinal
+    return state, command(observation, table[0])
+
+
+def not_a_number_step(state, observation, gains, dt):
+    return state, command(observation, gains.k if observation.error.longitudinal != 0.0 else math.nan)
+
+
+def dividing_by_speed_step(state, observation, gains, dt):
+    return state, command(observation, gains.k / observation.reference.velocity.linear)
+
+
+def no_command_step(state, observation, gains, dt):
+    return state, tuple(command(observation, gains.k))
+
+
+def waiting_step(state, observation, gains, dt):
+    """Fails when the cart has stood for ten ticks."""
+    ticks = state.ticks + 1.0 if observation.reference.velocity == (0.0, 0.0) else 0.0
+    return Count(ticks), command(observation, gains.k / max(10.0 - ticks, 0.0))
+
+
+def tiring_step(state, observation, gains, dt):
+    """Fails at the 81st tick of a run."""
+    return Count(state.ticks + 1.0), command(observation, gains.k / max(80.0 - state.ticks, 0.0))
+
+
+def pole_step(state, observation, gains, dt):
+    return state, command(observation, 1.0 / (2.0 - gains.k))
+
+
+def growing_step(state, observation, gains, dt):
+    return state, command(observation, math.exp(gains.k))
+
+
+def joining_step(state, observation, gains, dt):
+    """Fails in the state in which it joins."""
+    return state, command(observation, gains.k / (1.0 + state.ticks))
+
+
+class Memory(NamedTuple):
+    seen: list
+
+
+def remembering_step(state, observation, gains, dt):
+    """Keeps what it has seen in its start."""
+    state.seen[0] = (state.seen[0] + 1.0) % 7.0
+    return state, command(observation, gains.k + state.seen[0])
+
+
+class Unbounded(NamedTuple):
+    k: Annotated[float, Field('', 'larger grows', above=0.0, live=True, search=(0.0, 2.0))] = 1.0
+
+
+class Searched(NamedTuple):
+    k: Annotated[float, Field('', 'larger grows', above=0.0, live=True, search=(0.0, 2.0))] = 1.0
+
+
+class Pair(NamedTuple):
+    low: Annotated[float, Field('', 'larger is nearer to high', minimum=0.0, maximum=1.0, live=True,
+                                search=(0.0, 1.0))] = 0.2
+    high: Annotated[float, Field('', 'larger is farther from low', minimum=0.0, maximum=1.0, live=True,
+                                 search=(0.0, 1.0))] = 0.8
+
+
+@rule
+def _low_is_lower(pair: Pair):
+    if not pair.low < pair.high:
+        yield f'low = {pair.low} must be below high = {pair.high}; lower it'
+
+
+def between_step(state, observation, gains, dt):
+    """Divides by what a rule keeps positive."""
+    return state, command(observation, 1e-3 / (gains.high - gains.low))
+
+
+def ordered(pair):
+    low, high = sorted(pair)
+    return Pair(low, high if high > low else low + 1e-6) if low < 1.0 else Pair(0.5, 1.0)
+
+
+def unordered(pair):
+    return Pair(pair.high, pair.low)
+
+
+def raising_repair(pair):
+    raise ArithmeticError(f'cannot mend {pair.low}')
+
+
+def unprepared(gains, dt):
+    if gains.k >= 2.0:
+        raise ValueError('no solution')
+    return gains
+
+
+PAIR = Law('pair', between_step, Pair, repair=ordered)
+
+BROKEN = {
+    # what is broken: the law, the checks that fail, and what the error names
+    'impure by a counter': (Law('broken', counting_step, Gains), {'pure', 'restart'}, ('pure', 'later', 'e1 = ')),
+    'writes its prepared table': (Law('broken', table_writing_step, Gains, prepare=table_of), {'inputs unchanged'},
+                                  ('inputs unchanged', 'changes its prepared gains', 'e1 = ')),
+    'not a number at e1 = 0': (Law('broken', not_a_number_step, Gains),
+                               {'finite', 'gains', 'run', 'switch', 'standing cart'},
+                               ('finite', 'v = nan m/s', 'e1 = 0.0 m')),
+    'divides by v_r': (Law('broken', dividing_by_speed_step, Gains), {'finite', 'gains', 'switch', 'standing cart'},
+                       ('standing cart', 'ZeroDivisionError', 'v_r = 0.0 m/s')),
+    'returns no command': (Law('broken', no_command_step, Gains),
+                           {'finite', 'gains', 'run', 'switch', 'standing cart'},
+                           ('finite', "no attribute 'linear'", 'e1 = 0.0 m')),
+    'fails when the cart stands for long': (
+        Law('broken', waiting_step, Gains, Count()), {'standing cart'},
+        ('standing cart', 'in a simulated run behind a cart that stands', 'error=')),
+    'fails in a long run': (Law('broken', tiring_step, Gains, Count()), {'run', 'switch', 'standing cart'},
+                            ('run', 'ZeroDivisionError: float division by zero, in a simulated run', 'error=')),
+    'has a pole at the bound of a gain': (Law('broken', pole_step, Gains), {'gains', 'run'},
+                                          ('gains', 'broken.k = 2.0; bound the gain by its Field', 'e1 = ')),
+    'has a gain without a bound': (Law('broken', growing_step, Unbounded), {'gains'},
+                                   ('gains', 'OverflowError', 'broken.k = 1000000000000.0; bound the gain')),
+    'has a pole within its search': (Law('broken', pole_step, Searched), {'gains', 'run'},
+                                     ('gains', 'broken.k = 2.0; narrow what the Field names as search', 'e1 = ')),
+    'cannot prepare gains at a bound': (
+        Law('broken', sound_step, Gains, prepare=unprepared), {'gains'},
+        ('gains', 'cannot prepare its gains Gains(k=2.0): ValueError', 'bound the gain')),
+    'its repair breaks a rule': (Law('broken', between_step, Pair, repair=unordered), {'repair'},
+                                 ('repair', 'must be below high', 'broken.low = ')),
+    'its repair raises': (Law('broken', between_step, Pair, repair=raising_repair), {'repair'},
+                          ('repair', 'ArithmeticError: cannot mend', 'low = 1e-09')),
+    'fails in the state in which it joins': (Law('broken', joining_step, Gains, Count(), joining=Count(-1.0)),
+                                             {'switch'}, ('switch', 'joining a run: ZeroDivisionError', 'ticks=-1.0')),
+    'keeps what it has seen in its start': (Law('broken', remembering_step, Gains, Memory([0.0])),
+                                            {'inputs unchanged', 'restart'},
+                                            ('restart', 'keep what changes in the state', 'error=')),
+}

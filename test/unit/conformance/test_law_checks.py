@@ -1,0 +1,112 @@
+"""The checks of laws: sound ones pass, and what is broken in one way is named with the input that shows it."""
+
+import warnings
+from functools import partial
+from typing import Annotated, NamedTuple
+
+import pytest
+from broken_laws import BROKEN, PAIR, SOUND
+
+from mobile_robot_control import Field
+from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, run_checks
+from mobile_robot_control.conformance.laws import LAW_CHECKS
+from mobile_robot_control.conformance.over_dds import file_option
+from mobile_robot_control.control.laws import BUILT_IN, LAWS
+from mobile_robot_control.testing import check_law
+
+PLAIN = [name for name in LAW_CHECKS if name != 'compiled']
+"""All but the one that compiles, which takes a second."""
+
+
+def checked_plain(law):
+    with LAWS.holding(law):
+        return run_checks(law.name, {name: partial(LAW_CHECKS[name], law) for name in PLAIN})
+
+
+@pytest.mark.parametrize('law', BUILT_IN, ids=lambda law: law.name)
+def test_the_laws_of_the_package_pass_and_are_compiled_to_the_last_bit(law):
+    pytest.importorskip('numba')
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        result = check_law(law, over_dds=False)
+    assert {*result.passed, *result.left_out} == {'record', *LAW_CHECKS, 'over DDS'}
+    assert result.left_out == {'over DDS': 'over_dds=False'} | (
+        {} if law.repair else {'repair': 'the law has no repair'})
+
+
+@pytest.mark.parametrize('law', [SOUND, PAIR], ids=lambda law: law.name)
+def test_a_sound_law_passes_and_gains_that_a_rule_refuses_are_not_tried(law):
+    assert set(PLAIN) - {'repair'} <= set(checked_plain(law).passed)
+
+
+@pytest.mark.parametrize('what', BROKEN)
+def test_what_is_broken_is_named_with_an_input(what):
+    law, failing, (check, *texts) = BROKEN[what]
+    with pytest.raises(AssertionError) as failure:
+        checked_plain(law)
+    assert set(failure.value.failures) == failing
+    line = next(line for line in str(failure.value).splitlines() if line.startswith(f'  {check}: '))
+    for text in texts:
+        assert text in line
+
+
+@pytest.mark.parametrize(('record', 'text'), [
+    ('kanayama', 'LAW is of type str'),
+    (SOUND._replace(name='No name'), "the name 'No name' of a law is no ROS name"),
+    (SOUND._replace(name='fuzzy'), "the law 'fuzzy' is defined in built in already"),
+    (SOUND._replace(gains=dict), "the gains of 'sound' are no NamedTuple"),
+    (SOUND._replace(step=None), "the step of 'sound' is no function"),
+    (SOUND._replace(groups=('sound', 'nothing')), "groups names 'nothing', which is no law"),
+])
+def test_an_incomplete_record_is_refused_alone(record, text):
+    with pytest.raises(ConformanceError) as failure:
+        check_law(record, over_dds=False)
+    assert list(failure.value.failures) == ['record']
+    assert text in str(failure.value)
+
+
+class TooLarge(NamedTuple):
+    k: Annotated[float, Field('1/s', 'larger closes the gap sooner', above=0.0, maximum=2.0, live=True)] = 3.0
+
+
+class Undeclared(NamedTuple):
+    k: float = 1.0
+
+
+@pytest.mark.parametrize(('gains', 'text'), [
+    (TooLarge, 'k = 3.0 is not allowed; it must be above 0.0 1/s, at most 2.0 1/s'),
+    (Undeclared, "the gain 'sound.k' is not annotated with Field"),
+])
+def test_gains_outside_their_own_bounds_or_without_a_field_are_refused(gains, text):
+    with pytest.raises(ConformanceError) as failure:
+        check_law(SOUND._replace(gains=gains), over_dds=False)
+    assert list(failure.value.failures) == ['record']
+    assert text in str(failure.value)
+
+
+def test_a_check_leaves_the_registry_as_it_was():
+    before = dict(LAWS)
+    checked_plain(SOUND)
+    with pytest.raises(ConformanceError):
+        check_law(SOUND._replace(groups=('nothing',)), over_dds=False)
+    assert dict(LAWS) == before
+
+
+def test_a_law_that_is_not_of_a_file_is_left_out_over_dds():
+    with LAWS.holding(SOUND), pytest.raises(LeftOutError, match='not the LAW of a file or an installed package'):
+        file_option(LAWS, SOUND, SOUND.step, '--law')
+
+
+def test_what_is_left_out_is_told():
+    def missing():
+        raise LeftOutError('no numba')
+
+    result = run_checks('a law', {'pure': lambda: [], 'compiled': missing})
+    assert str(result) == 'a law:\n  passed: record\n  passed: pure\n  left out: compiled (no numba)'
+
+
+def test_each_failed_check_is_named_with_its_first_input():
+    with pytest.raises(ConformanceError) as failure:
+        run_checks('a law', {'pure': lambda: ['at 1', 'at 2'], 'finite': lambda: 1 / 0, 'gains': lambda: []})
+    assert str(failure.value) == (
+        'a law fails 2 checks:\n  pure: at 1\n  finite: ZeroDivisionError: division by zero')
