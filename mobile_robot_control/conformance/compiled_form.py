@@ -7,7 +7,7 @@ from random import Random
 from typing import Any
 
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError
-from mobile_robot_control.conformance.fingerprints import fingerprint, numbers
+from mobile_robot_control.conformance.bits import bits_of, numbers
 from mobile_robot_control.conformance.gain_sampling import searched_controls
 from mobile_robot_control.conformance.sampling import (
     DT,
@@ -74,7 +74,7 @@ def _share(plain: Any, compiled: Any) -> float:
     largest = 0.0
     for one, other in zip(ours, theirs, strict=True):
         difference = abs(one - other)
-        if fingerprint(one) != fingerprint(other):
+        if bits_of(one) != bits_of(other):
             # not a number, or infinite, on one side alone
             largest = max(largest, difference / (TOLERANCE * max(1.0, abs(one)))
                           if difference < float('inf') else float('inf'))

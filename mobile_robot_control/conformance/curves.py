@@ -7,7 +7,7 @@ from functools import partial
 from random import Random
 
 from mobile_robot_control.conformance.checks import Check, Conformance, LeftOutError, refused, run_checks, with_dds
-from mobile_robot_control.conformance.fingerprints import fingerprint
+from mobile_robot_control.conformance.bits import bits_of
 from mobile_robot_control.conformance.over_dds import equal_over_dds, file_option
 from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.parameters.checking import rule_violations
@@ -48,7 +48,7 @@ def curve_is_pure(curve: Curve) -> Iterator[str]:
     first = {s: curve(s) for s in _parameters()}
     for s in [*first, *reversed(first)]:
         again = curve(s)
-        if fingerprint(tuple(again)) != fingerprint(tuple(first[s])):
+        if bits_of(tuple(again)) != bits_of(tuple(first[s])):
             yield f'returned {first[s]} first and {again} later at s = {s!r} rad'
 
 

@@ -8,7 +8,7 @@ from random import Random
 from typing import Any
 
 from mobile_robot_control.conformance.checks import LeftOutError
-from mobile_robot_control.conformance.fingerprints import fingerprint
+from mobile_robot_control.conformance.bits import bits_of
 from mobile_robot_control.conformance.gain_sampling import searched_controls
 from mobile_robot_control.conformance.sampling import (
     DT,
@@ -159,6 +159,6 @@ def begins_again(law: Law) -> Iterator[str]:
     with suppress(LawFailedError):  # which is the check of a switch
         commands(True, seen[::-1])
     for n, (before, after) in enumerate(zip(first, commands(False, seen), strict=True)):
-        if fingerprint(before) != fingerprint(after):
+        if bits_of(before) != bits_of(after):
             yield (f'step {n} of a run from start gives {after} where the first run gave {before}, '
                    f'at {seen[n]}; keep what changes in the state')

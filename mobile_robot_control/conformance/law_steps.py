@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 from mobile_robot_control.conformance.checks import LeftOutError
-from mobile_robot_control.conformance.fingerprints import fingerprint
+from mobile_robot_control.conformance.bits import bits_of
 from mobile_robot_control.conformance.gain_sampling import (
     bounded_controls,
     decoded,
@@ -72,7 +72,7 @@ def pure(law: Law) -> Iterator[str]:
     shuffled = Random(_SEED).sample(order, len(order))  # noqa: S311 (no secret)
     for again, when in ((order, 'in the same'), (order[::-1], 'in reverse'), (shuffled, 'in another')):
         for n, after in results(again).items():
-            if fingerprint(after) != fingerprint(first[n]):
+            if bits_of(after) != bits_of(first[n]):
                 yield (f'returned {first[n]} first and {after} later, when asked again {when} order, '
                        f'{describe(law, cases[n])}')
 
@@ -86,7 +86,7 @@ def inputs_unchanged(law: Law) -> Iterator[str]:
         state, observation, gains = given.values()
         law.step(state, observation, gains, case.dt)
         for name, before in inputs.items():
-            if fingerprint(given[name]) != fingerprint(before):
+            if bits_of(given[name]) != bits_of(before):
                 yield f'the step changes its {name}, {describe(law, case)}'
 
 

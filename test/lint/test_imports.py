@@ -25,8 +25,10 @@ LAYERS = {
     'messages': {'quantities', 'stamps'},
     'messages.writing': {'quantities', 'messages'},
     'model': {'quantities', 'angles', 'jit', 'parameters'},
-    'control': {'quantities', 'angles', 'jit', 'parameters', 'model'},
-    'reference': {'quantities', 'angles', 'jit', 'parameters'},
+    'registry': {'parameters'},
+    'plugins': {'registry', 'control', 'reference'},
+    'control': {'quantities', 'angles', 'jit', 'parameters', 'model', 'registry'},
+    'reference': {'quantities', 'angles', 'jit', 'parameters', 'registry'},
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.nodes': {'parameters', 'stamps'} | DOMAIN,
     'parameters.configuration': {'parameters', 'parameters.nodes', 'reference'},
@@ -103,6 +105,7 @@ def test_an_import_in_the_wrong_direction_is_refused(layer, name):
 
 @pytest.mark.parametrize(('module', 'absent'), [
     ('mobile_robot_control.cli.simulate', ROS | HEAVY),
+    ('mobile_robot_control.testing', ROS | HEAVY),
     *((f'mobile_robot_control.ros.{node}', HEAVY - {'numpy'} | {'rosbags', 'tqdm'})
       for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')),
 ])

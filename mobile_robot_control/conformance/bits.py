@@ -5,7 +5,7 @@ import struct
 from typing import Any
 
 
-def fingerprint(value: Any) -> Any:
+def bits_of(value: Any) -> Any:
     """Return what is equal for two values only if they are equal to the last bit, all that they contain included."""
     if isinstance(value, float):
         # what is not a number is equal to itself here, and a zero has its sign
@@ -13,13 +13,13 @@ def fingerprint(value: Any) -> Any:
     elif value is None or isinstance(value, bool | int | str | bytes):
         found = value
     elif isinstance(value, tuple | list):
-        found = tuple(map(fingerprint, value))
+        found = tuple(map(bits_of, value))
     elif isinstance(value, dict):
-        found = tuple((fingerprint(key), fingerprint(each)) for key, each in value.items())
+        found = tuple((bits_of(key), bits_of(each)) for key, each in value.items())
     elif hasattr(value, 'tobytes'):  # an array of numpy, or one of its numbers
         found = str(getattr(value, 'dtype', '')), str(getattr(value, 'shape', '')), value.tobytes()
     else:
-        found = fingerprint(vars(value)) if hasattr(value, '__dict__') and not callable(value) else None
+        found = bits_of(vars(value)) if hasattr(value, '__dict__') and not callable(value) else None
     return type(value).__name__, found
 
 
