@@ -99,6 +99,39 @@ class Searched(NamedTuple):
     k: Annotated[float, Field('', 'larger grows', above=0.0, live=True, search=(0.0, 2.0))] = 1.0
 
 
+class Mixed(NamedTuple):
+    """Gains of every kind."""
+
+    table: Annotated[tuple[float, ...], Field('', 'larger drives faster', minimum=0.0, maximum=1.0, length=2, live=True,
+                                              search=((0.0, 1.0), (0.0, 1.0)))] = (0.5, 0.5)
+    order: Annotated[int, Field('', 'larger drives faster', minimum=0, maximum=3, live=True)] = 1
+    mode: Annotated[str, Field('', 'how it drives', choices=('slow', 'fast'), live=True)] = 'slow'
+    reverse: Annotated[bool, Field('', 'whether it drives backwards', live=True)] = False
+
+
+def mixed_step(state, observation, gains, dt):
+    return state, command(observation, sum(gains.table) + gains.order)
+
+
+def table_end_step(state, observation, gains, dt):
+    return state, command(observation, 1.0 / (1.0 - gains.table[1]))
+
+
+def order_step(state, observation, gains, dt):
+    return state, command(observation, 1.0 / gains.order)
+
+
+def mode_step(state, observation, gains, dt):
+    return state, command(observation, {'slow': 1.0}[gains.mode])
+
+
+def reverse_step(state, observation, gains, dt):
+    return state, command(observation, [1.0][int(gains.reverse)])
+
+
+MIXED = Law('mixed', mixed_step, Mixed)
+
+
 class Pair(NamedTuple):
     low: Annotated[float, Field('', 'larger is nearer to high', minimum=0.0, maximum=1.0, live=True,
                                 search=(0.0, 1.0))] = 0.2
@@ -162,6 +195,11 @@ BROKEN = {
                                    ('gains', 'OverflowError', 'broken.k = 1000000000000.0; bound the gain')),
     'has a pole within its search': (Law('broken', pole_step, Searched), {'gains', 'run'},
                                      ('gains', 'broken.k = 2.0; narrow what the Field names as search', 'e1 = ')),
+    'fails at the end of an element': (Law('broken', table_end_step, Mixed), {'gains', 'run'},
+                                       ('gains', 'broken.table = (0.5, 1.0); bound')),
+    'fails for a whole number': (Law('broken', order_step, Mixed), {'gains'}, ('gains', 'broken.order = 0; bound')),
+    'fails for a choice': (Law('broken', mode_step, Mixed), {'gains'}, ('gains', "broken.mode = 'fast'; bound")),
+    'fails for a switch': (Law('broken', reverse_step, Mixed), {'gains'}, ('gains', 'broken.reverse = True; bound')),
     'cannot prepare gains at a bound': (
         Law('broken', sound_step, Gains, prepare=unprepared), {'gains'},
         ('gains', 'cannot prepare its gains Gains(k=2.0): ValueError', 'bound the gain')),

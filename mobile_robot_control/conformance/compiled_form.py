@@ -6,8 +6,8 @@ from itertools import islice
 from random import Random
 from typing import Any
 
-from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError
 from mobile_robot_control.conformance.bits import bits_of, numbers
+from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError
 from mobile_robot_control.conformance.gain_sampling import searched_controls
 from mobile_robot_control.conformance.sampling import (
     DT,
@@ -55,9 +55,18 @@ def _compiled(law: Law, case: Case) -> Any:
     except Exception as error:  # an object that is no function raises other errors than those of numba
         reason = reason_of(error)
         text = f"the law '{law.name}' runs plain, some hundred times slower: numba cannot compile it ({reason})"
-        warnings.warn(text, ConformanceWarning, stacklevel=2)
+        _warn(law, text)
         raise LeftOutError(f'numba cannot compile it: {reason}') from error
     return step
+
+
+def _warn(law: Law, text: str) -> None:
+    """Warn of what lies in the source of a law: at the first suspicious expression, or at the law's step."""
+    found = suspects(law.step)
+    code = getattr(law.step, '__code__', None)
+    file, line = (found[0].file, found[0].line) if found else (
+        getattr(code, 'co_filename', law.name), getattr(code, 'co_firstlineno', 1))
+    warnings.warn_explicit(text, ConformanceWarning, file, line)
 
 
 def _lines(law: Law) -> str:
@@ -102,4 +111,4 @@ def compiled_equals_plain(law: Law) -> Iterator[str]:
         case, plain, result = rounded
         text = (f"the law '{law.name}' returns {plain} plain and {result} compiled, equal within {TOLERANCE:g} only, "
                 f'{describe(law, case)}; {_lines(law)}')
-        warnings.warn(text, ConformanceWarning, stacklevel=2)
+        _warn(law, text)

@@ -6,8 +6,8 @@ from contextlib import ExitStack
 from functools import partial
 from random import Random
 
-from mobile_robot_control.conformance.checks import Check, Conformance, LeftOutError, refused, run_checks, with_dds
 from mobile_robot_control.conformance.bits import bits_of
+from mobile_robot_control.conformance.checks import Check, Conformance, LeftOutError, refused, run_checks, with_dds
 from mobile_robot_control.conformance.over_dds import equal_over_dds, file_option
 from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.parameters.checking import rule_violations

@@ -58,8 +58,11 @@ def _slots_of(group: str, declared: Declaration) -> Iterator[Slot]:
         yield Slot(group, name, None, (False, True))
     elif declared.kind is str:
         yield Slot(group, name, None, tuple(field.choices) or (declared.default,))
+    elif declared.kind is int:
+        low, high = _ends(field)
+        yield Slot(group, name, None, (math.ceil(low), math.floor(high)))
     else:
-        yield Slot(group, name, None, tuple(map(declared.kind, _ends(field))))
+        yield Slot(group, name, None, _ends(field))
 
 
 def slots_of(law: Law) -> list[Slot]:

@@ -7,8 +7,8 @@ from itertools import cycle, islice
 from random import Random
 from typing import Any
 
-from mobile_robot_control.conformance.checks import LeftOutError
 from mobile_robot_control.conformance.bits import bits_of
+from mobile_robot_control.conformance.checks import LeftOutError
 from mobile_robot_control.conformance.gain_sampling import searched_controls
 from mobile_robot_control.conformance.sampling import (
     DT,

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 from random import Random
 from typing import Any
 
-from mobile_robot_control.conformance.checks import LeftOutError
 from mobile_robot_control.conformance.bits import bits_of
+from mobile_robot_control.conformance.checks import LeftOutError
 from mobile_robot_control.conformance.gain_sampling import (
     bounded_controls,
     decoded,

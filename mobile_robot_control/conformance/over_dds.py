@@ -21,7 +21,7 @@ _DURATION = 1.0
 """[s] of simulated time."""
 _TOLERANCE = 1e-9
 """Of the larger of a number and 1, in SI units."""
-_PATIENCE = 60.0
+_PATIENCE = 180.0
 """[s] of wall time for the nodes to start and run."""
 _COMPARED = ('command', 'torque', 'applied', 'wheels')
 _MODULES = ('rclpy', 'rosbags', 'mcap')

@@ -41,7 +41,7 @@ CURVE = Curve('ellipse', ellipse)
 def check(*arguments):
     return subprocess.run(
         [sys.executable, '-m', 'mobile_robot_control.testing', *map(str, arguments)],
-        capture_output=True, text=True, timeout=90, check=False,
+        capture_output=True, text=True, timeout=110, check=False,
     )
 
 
@@ -54,6 +54,16 @@ def test_a_law_that_differs_over_dds_fails_and_a_curve_of_the_same_file_passes(d
     assert '  over DDS: at t = 0 s the command is BodyVelocity' in done.stderr
     assert "the curve 'ellipse':\n  passed: record" in done.stdout
     assert '  passed: over DDS' in done.stdout
+
+
+def test_a_file_of_a_curve_alone_passes(tmp_path):
+    file = tmp_path / 'curve.py'
+    file.write_text(BOTH.replace("LAW = Law('process_dependent', step, Gains)\n", ''))
+    done = check(file, '--no-dds')
+    assert (done.returncode, done.stderr) == (0, '')
+    assert done.stdout.splitlines() == [
+        "the curve 'ellipse':", '  passed: record', '  passed: pure', '  passed: finite', '  passed: derivatives',
+        '  passed: closed', '  passed: speed', '  left out: over DDS (over_dds=False)']
 
 
 @pytest.mark.parametrize(('text', 'message'), [

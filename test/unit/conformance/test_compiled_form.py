@@ -50,7 +50,8 @@ def compared(step):
     with LAWS.holding(law), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter('always')
         found = list(compiled_equals_plain(law))
-    return found, [str(warning.message) for warning in caught if warning.category is ConformanceWarning]
+    caught = [warning for warning in caught if warning.category is ConformanceWarning]
+    return found, [f'{warning.filename}:{warning.lineno}: {warning.message}' for warning in caught]
 
 
 def line_of(step, offset):
@@ -67,6 +68,7 @@ def test_products_and_safe_functions_are_equal_to_the_last_bit():
 def test_a_difference_in_last_bits_is_a_warning_that_names_the_line(step, offset, expression):
     found, (warning,) = compared(step)
     assert not found
+    assert warning.startswith(f"{line_of(step, offset)}: the law 'compared' returns (")
     assert f'{line_of(step, offset)}: {expression}' in warning
     assert 'equal within 1e-12 only, at e1 = ' in warning
 

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Annotated, NamedTuple
 
 import pytest
-from broken_laws import BROKEN, PAIR, SOUND
+from broken_laws import BROKEN, MIXED, PAIR, SOUND
 
 from mobile_robot_control import Field
 from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, run_checks
@@ -34,7 +34,7 @@ def test_the_laws_of_the_package_pass_and_are_compiled_to_the_last_bit(law):
         {} if law.repair else {'repair': 'the law has no repair'})
 
 
-@pytest.mark.parametrize('law', [SOUND, PAIR], ids=lambda law: law.name)
+@pytest.mark.parametrize('law', [SOUND, MIXED, PAIR], ids=lambda law: law.name)
 def test_a_sound_law_passes_and_gains_that_a_rule_refuses_are_not_tried(law):
     assert set(PLAIN) - {'repair'} <= set(checked_plain(law).passed)
 
