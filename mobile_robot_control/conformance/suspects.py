@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 DIFFERENT = {'hypot': 'math.sqrt(x * x + y * y)', 'pow': 'products', 'gamma': 'a table', 'lgamma': 'a table'}
 """Functions whose compiled form rounds otherwise, and what to write instead."""
 UNCOMPILED = {
-    'fmod': 'x % y', 'remainder': 'angles.wrap_angle', 'dist': 'math.sqrt', 'cbrt': 'a power', 'fsum': 'sum',
-    'modf': 'math.floor', 'prod': 'products', 'comb': 'products', 'isclose': 'abs(x - y) <= tolerance',
-    'is_integer': 'x == math.floor(x)', 'any': 'or', 'all': 'and',
+    'fmod': 'x % y', 'remainder': 'wrap_angle of mobile_robot_control.angles', 'dist': 'math.sqrt',
+    'cbrt': 'math.exp(math.log(x) / 3.0)', 'fsum': 'sum', 'modf': 'math.floor', 'prod': 'products', 'comb': 'products',
+    'isclose': 'abs(x - y) <= tolerance', 'is_integer': 'x == math.floor(x)', 'any': 'or', 'all': 'and',
 }
 """Functions that do not compile, and what to write instead."""
 
@@ -44,8 +44,6 @@ class Suspect(NamedTuple):
     def __str__(self) -> str:
         """Return file, line, expression and remedy."""
         return f'{self.file}:{self.line}: {self.text} (write {self.remedy} instead)'
-
-
 
 
 def _called(node: ast.Call) -> str:
