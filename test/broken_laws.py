@@ -81,6 +81,16 @@ def joining_step(state, observation, gains, dt):
     return state, command(observation, gains.k / (1.0 + state.ticks))
 
 
+class Kept(NamedTuple):
+    k: float = 0.0
+
+
+def keeping_step(state, observation, gains, dt):
+    """Fails when a gain changes in mid-run."""
+    k = gains.k if state.k == 0.0 else state.k
+    return Kept(k), command(observation, 1.0 / float(k == gains.k))
+
+
 class Memory(NamedTuple):
     seen: list
 
@@ -209,6 +219,9 @@ BROKEN = {
                           ('repair', 'ArithmeticError: cannot mend', 'low = 1e-09')),
     'fails in the state in which it joins': (Law('broken', joining_step, Gains, Count(), joining=Count(-1.0)),
                                              {'switch'}, ('switch', 'joining a run: ZeroDivisionError', 'ticks=-1.0')),
+    'fails when a gain changes': (Law('broken', keeping_step, Gains, Kept()), {'switch'}, (
+        'switch', 'after a switch, with broken.k = 2e-09: ZeroDivisionError',
+        'Kept(k=1.0)')),
     'keeps what it has seen in its start': (Law('broken', remembering_step, Gains, Memory([0.0])),
                                             {'inputs unchanged', 'restart'},
                                             ('restart', 'keep what changes in the state', 'error=')),

@@ -131,13 +131,14 @@ def survives_a_switch(law: Law) -> Iterator[str]:
     other = next(each for each in BUILT_IN if each.name != law.name)
     seen = list(drawn_observations(Random(_SEED), 40))  # noqa: S311 (no secret)
     ours, theirs = default_control(law), default_control(other)
+    changed = next(searched_controls(law, Random(_SEED)), ours)  # noqa: S311 (no secret)
     running = bumpless_transfer.begin(theirs, DT, under_way=False)
-    for control, restart in ((theirs, False), (ours, False), (theirs, False), (ours, True), (ours, False)):
+    for control, restart in ((ours, False), (changed, False), (theirs, False), (ours, True)):
         running = bumpless_transfer.change(running, control, DT, restart)
         try:
             running, _ = _steps(running, seen)
         except LawFailedError as error:
-            yield f'after a switch: {error}'
+            yield f'after a switch, with {describe_gains(law, control)}: {error}'
             return
     for start in _STARTS:
         trial = _trial(law, start)
