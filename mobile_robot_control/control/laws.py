@@ -52,13 +52,14 @@ def _field_violations(declared: Declaration) -> Iterator[str]:
             yield f'has a range to search of {field.search}; write (low, high) with low < high'
 
 
-def _violations(law: Law) -> Iterator[str]:
+def _violations(law: Any) -> Iterator[str]:
     """Yield what is wrong with a law's record."""
     if not isinstance(law, Law):
         yield f'LAW is of type {type(law).__name__}; write LAW = Law(name, step, Gains)'
         return
     yield from name_violations('law', law.name, RESERVED)
-    if not callable(law.step):
+    step: Any = law.step
+    if not callable(step):
         yield f"the step of '{law.name}' is no function"
     yield from _gains_violations(law)
 
