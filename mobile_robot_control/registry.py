@@ -8,7 +8,7 @@ environment variable names, or is registered by hand. A value of a parameter nev
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -57,7 +57,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
     built_in : sequence of Record
         Each has a `name`.
     check, function_of : callable
-        Yields what is wrong with a record, in words; returns the function of a record.
+        Yields what is wrong with a record beside those known, in words; returns the function of a record.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
     """
 
     def __init__(
-        self, source: Source, built_in: tuple[Record, ...], check: Callable[[Record], Iterator[str]],
+        self, source: Source, built_in: tuple[Record, ...], check: Callable[[Any, Collection[str]], Iterator[str]],
         function_of: Callable[[Record], Any],
     ) -> None:
         self._source, self._check, self._function_of = source, check, function_of
@@ -133,7 +133,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         return f'{where}: cannot be imported ({type(error).__name__}: {error}); mend it, or leave it out'
 
     def _add(self, record: Record, origin: str = '') -> None:
-        violations = list(self._check(record))
+        violations = list(self._check(record, self._records))
         if violations:
             raise PluginError(f'{origin}: {violation}' if origin else violation for violation in violations)
         origin = origin or origin_of(self._function_of(record))

@@ -101,6 +101,18 @@ def _slowest_point(curve: CurveFunction, begin: float) -> tuple[float, float]:
     return refined, math.sqrt(least / fastest) if fastest > 0.0 else 0.0
 
 
+def _failure(curve: CurveParameters) -> str:
+    """Return where a curve raises or is not finite, in words; '' if it never does in a lap."""
+    for n in range(_POINTS + 1):
+        s = 2.0 * math.pi * (curve.placement.phase + n / _POINTS)
+        try:
+            if not all(map(math.isfinite, CURVES[curve.curve](s))):
+                return f"curve = '{curve.curve}' is not finite at s = {s:g} rad; mend it, or take another"
+        except Exception as error:  # a curve can raise anything
+            return f"curve = '{curve.curve}' fails at s = {s:g} rad ({type(error).__name__}: {error}); mend it"
+    return ''
+
+
 def _standstill(curve: CurveParameters) -> str:
     """Return where the cart stands, in words; '' if it never does."""
     placement = curve.placement
@@ -116,9 +128,9 @@ def _standstill(curve: CurveParameters) -> str:
 @rule
 def _lap_can_be_followed(curve: CurveParameters) -> Iterator[str]:
     """Refuse a cart without a heading, and one that leaves what messages may hold: the run would wait for ever."""
-    placement, standstill = curve.placement, _standstill(curve)
-    if standstill:
-        yield standstill
+    placement, unfit = curve.placement, _failure(curve) or _standstill(curve)
+    if unfit:
+        yield unfit
         return
     lap = [reference_at(CURVES[curve.curve], placement.period * n / _POINTS, placement) for n in range(_POINTS)]
     far = max(abs(value) for reference in lap for value in (reference.pose.x, reference.pose.y))

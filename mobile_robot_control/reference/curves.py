@@ -1,7 +1,7 @@
 """The curves that the reference cart may drive, with exact derivatives: the built-in ones and the registry."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
@@ -163,8 +163,8 @@ BUILT_IN = (
 )
 
 
-def _violations(curve: Any) -> Iterator[str]:
-    """Yield what is wrong with a curve's record."""
+def curve_violations(curve: Any, known: Collection[str] = ()) -> Iterator[str]:  # noqa: ARG001 (as for laws)
+    """Yield what is wrong with the record of a curve."""
     if not isinstance(curve, Curve):
         yield f'CURVE is of type {type(curve).__name__}; write CURVE = Curve(name, point)'
         return
@@ -180,5 +180,5 @@ def _violations(curve: Any) -> Iterator[str]:
 
 
 CURVES: Registry[Curve] = Registry(
-    Source('curve', 'CURVE', 'mobile_robot_control.curves', 'MOBILE_ROBOT_CONTROL_CURVES'), BUILT_IN, _violations,
+    Source('curve', 'CURVE', 'mobile_robot_control.curves', 'MOBILE_ROBOT_CONTROL_CURVES'), BUILT_IN, curve_violations,
     lambda curve: curve.point)

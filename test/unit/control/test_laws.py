@@ -7,9 +7,12 @@ from mobile_robot_control.control import backstepping, fuzzy, hybrid_backsteppin
 from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains
 from mobile_robot_control.control.law import NoState
-from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.control.laws import LAWS, RESERVED, PositionControl, select
 from mobile_robot_control.control.membership import FuzzyGains
 from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.parameters.files import is_ros_parameter
+from mobile_robot_control.parameters.nodes import PositionControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 PARAMETERS = PositionControl(
@@ -47,3 +50,9 @@ def test_every_law_steps_from_its_states(name):
 def test_an_unknown_law_is_refused_with_the_nearest_name():
     with pytest.raises(ParameterError, match="did you mean 'hybrid_backstepping'"):
         build(PositionControl, {'controller_type': 'hybrid_backsteping'})
+
+
+def test_the_names_that_no_law_may_have_are_those_of_the_node():
+    first_words = {name.partition('.')[0] for name in declarations(PositionControllerParameters)} - set(LAWS)
+    assert first_words <= RESERVED
+    assert not any(is_ros_parameter(name) for name in LAWS)
