@@ -58,6 +58,14 @@ def is_ros_parameter(name: str) -> bool:
     return name in ('use_sim_time', 'start_type_description_service') or name.startswith('qos_overrides.')
 
 
+def _law_hint(name: str, known: Iterable[str]) -> str:
+    """Return what to do about a parameter of a group that no node has."""
+    group = name.partition('.')[0]
+    if group == name or any(one.startswith(f'{group}.') for one in known):
+        return ''
+    return f"; if '{group}' is a law of your own, name its file with --law"
+
+
 def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], source: str) -> Iterator[str]:
     """Yield what is wrong with the names of a section that is for some of our nodes."""
     known = set().union(*(parameter_names()[node] for node in nodes))
@@ -73,7 +81,7 @@ def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], 
         if owners:
             yield f"{source}: '{name}' of '{section}' belongs to {' and '.join(owners)}; write it there"
         else:
-            yield f"{source}: unknown parameter '{name}' of '{section}'; {nearest(name, known)}"
+            yield f"{source}: unknown parameter '{name}' of '{section}'; {nearest(name, known)}{_law_hint(name, known)}"
 
 
 def read_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
