@@ -8,6 +8,7 @@ from random import Random
 
 from mobile_robot_control.conformance.bits import bits_of
 from mobile_robot_control.conformance.checks import Check, Conformance, LeftOutError, refused, run_checks, with_dds
+from mobile_robot_control.conformance.holding import holding
 from mobile_robot_control.conformance.over_dds import equal_over_dds, file_option
 from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.parameters.checking import rule_violations
@@ -119,7 +120,7 @@ def checked_curve(curve: Curve, over_dds: bool) -> Conformance:
     subject = f"the curve '{getattr(curve, 'name', curve)}'"
     with ExitStack() as held:
         try:
-            held.enter_context(CURVES.holding(curve))
+            held.enter_context(holding(CURVES, curve))
         except PluginError as error:
             refused(subject, error.violations)
         checks: dict[str, Check] = {name: partial(check, curve) for name, check in CURVE_CHECKS.items()}

@@ -19,7 +19,6 @@ from mobile_robot_control.conformance.sampling import (
     DT,
     Case,
     default_cases,
-    default_control,
     describe,
     describe_gains,
     extreme_observations,
@@ -28,21 +27,12 @@ from mobile_robot_control.conformance.sampling import (
     taken_gains,
 )
 from mobile_robot_control.control.law import Law
-from mobile_robot_control.control.laws import LAWS, PositionControl
+from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.parameters.checking import ParameterError
 
 _SEED = 20
 _PURE = 250
 """Inputs on which a law is asked again and again."""
-
-
-def defaults_fit(law: Law) -> Iterator[str]:
-    """Yield what is wrong with the groups and the defaults of a law's gains."""
-    missing = [group for group in law.groups if group not in LAWS]
-    if missing:
-        yield f"groups names '{missing[0]}', which is no law; name the laws whose gains the step takes"
-        return
-    yield from gain_violations(law, default_control(law))
 
 
 def _some_cases(law: Law) -> list[Case]:

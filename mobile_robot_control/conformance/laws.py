@@ -6,6 +6,7 @@ from functools import partial
 
 from mobile_robot_control.conformance.checks import Check, Conformance, refused, run_checks, with_dds
 from mobile_robot_control.conformance.compiled_form import compiled_equals_plain
+from mobile_robot_control.conformance.holding import holding
 from mobile_robot_control.conformance.law_runs import (
     begins_again,
     survives_a_run,
@@ -13,7 +14,6 @@ from mobile_robot_control.conformance.law_runs import (
     survives_a_switch,
 )
 from mobile_robot_control.conformance.law_steps import (
-    defaults_fit,
     finite,
     gains_are_safe,
     inputs_unchanged,
@@ -49,11 +49,8 @@ def checked_law(law: Law, over_dds: bool) -> Conformance:
     subject = f"the law '{getattr(law, 'name', law)}'"
     with ExitStack() as held:
         try:
-            held.enter_context(LAWS.holding(law))
+            held.enter_context(holding(LAWS, law))
         except PluginError as error:
             refused(subject, error.violations)
-        violations = list(defaults_fit(law))
-        if violations:
-            refused(subject, violations)
         checks: dict[str, Check] = {name: partial(check, law) for name, check in LAW_CHECKS.items()}
         return run_checks(subject, with_dds(checks, partial(_over_dds, law), over_dds))

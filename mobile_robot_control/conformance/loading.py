@@ -27,5 +27,6 @@ def records_of(file: str) -> tuple[Law | None, Curve | None]:
             raise
     if law is not None and curve is not None:
         # the file was imported again, and its newest records belong together
-        law = LAWS.register(vars(sys.modules[curve.point.__module__])['LAW'])
+        law = vars(sys.modules[curve.point.__module__])['LAW']
+        LAWS.register(law)
     return law, curve

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from mobile_robot_control.conformance.checks import LeftOutError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.plugins import plugin_environment
-from mobile_robot_control.registry import PLUGIN_MODULE, Registry
+from mobile_robot_control.registry import Registry
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.rollout import rollout
 
@@ -24,6 +25,8 @@ _TOLERANCE = 1e-9
 _PATIENCE = 180.0
 """[s] of wall time for the nodes to start and run."""
 _COMPARED = ('command', 'torque', 'applied', 'wheels')
+_PLUGIN = 'mobile_robot_control_plugin_'
+"""Begins the names of modules that a registry has loaded from files."""
 _MODULES = ('rclpy', 'rosbags', 'mcap')
 
 
@@ -48,15 +51,21 @@ def file_option(registry: Registry[Any], record: Any, function: Any, option: str
         If the record is not the one of a file.
 
     """
-    origin, attribute = registry.origin(record.name), option[2:].upper()
-    if origin != '__main__' and not os.path.isabs(origin):
-        return []  # built in, or an entry point
+    attribute = option[2:].upper()
+    if registry.origin(record.name) == 'built in' or _is_installed(record, f'mobile_robot_control.{option[2:]}s'):
+        return []
     loaded = [module for name, module in list(sys.modules.items())
-              if name == getattr(function, '__module__', '') != '__main__' or name.startswith(PLUGIN_MODULE)]
+              if name == getattr(function, '__module__', '') != '__main__' or name.startswith(_PLUGIN)]
     files = [module.__file__ for module in loaded if vars(module).get(attribute) is record and module.__file__]
     if not files:
         raise LeftOutError(f'it is not the {attribute} of a file or an installed package, which is what nodes load')
     return [option, os.path.realpath(files[0])]
+
+
+def _is_installed(record: Any, group: str) -> bool:
+    """Return whether a record is that of an entry point of an installed package."""
+    return any(record is getattr(sys.modules.get(point.module), point.attr, None)
+               for point in metadata.entry_points(group=group))
 
 
 def _overrides(law: str, curve: str) -> list[str]:

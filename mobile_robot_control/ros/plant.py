@@ -160,10 +160,10 @@ class Plant(LoopNode[PlantParameters]):
             self.exit_code = 1
         return self._applied != acting
 
+    def _last_condition(self) -> Condition:
+        return Condition(DiagnosticStatus.ERROR, 'diverged') if self.exit_code == 1 else super()._last_condition()
+
     def close(self) -> None:
         """End when the last messages have arrived."""
-        if self.exit_code == 1:
-            self._diagnostics.end(DiagnosticStatus.ERROR, 'diverged')
-        else:
-            super().close()
+        super().close()
         self._plant_publishers.flush()

@@ -4,17 +4,20 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from processes import wait_until
 
 from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.plugins import load_plugins
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.scenarios import configured_scenario
 from mobile_robot_control.tuning.search import SearchSettings, run_search
-from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded
+from mobile_robot_control.tuning.search_space import bounded, search_genes
 
+KANAYAMA = Path(__file__).parents[1] / 'plugins' / 'kanayama.py'
 distributed = pytest.importorskip('distributed')
 
 # a worker without numba: the compilation would take longer than all else
@@ -50,14 +53,17 @@ def cluster(tmp_path):
 
 
 @pytest.mark.soak
-def test_a_killed_worker_does_not_change_the_result(cluster, monkeypatch):
+@pytest.mark.parametrize('law', ['backstepping', 'kanayama'])
+def test_a_killed_worker_does_not_change_the_result(cluster, monkeypatch, registered, law):
     from mobile_robot_control.tuning.cluster import Cluster
     monkeypatch.setattr(batch, 'COMPILES', False)
+    # the workers have never seen the file of the law
+    load_plugins([str(KANAYAMA)], [])
     address, workers = cluster
     parameters = configure({'reference_cart': {'period': 1.0, 'scale': 0.1}})
-    genes = bounded(CHROMOSOMES['backstepping'], {'k1': (0.0, 2.0), 'k2': (0.0, 2.0)})
-    goal = Goal('backstepping', genes, (configured_scenario(parameters),))
-    settings = SearchSettings('genetic', 8, 21, 8, 1)
+    genes = bounded(search_genes(law), {'gains.k1': (0.0, 2.0), 'k2': (0.0, 2.0)})
+    goal = Goal(law, genes, (configured_scenario(parameters),))
+    settings = SearchSettings('genetic', len(genes), 21, 8, 1)
     alone = run_search(settings, Objective(parameters, goal, lambda trials: batch.run_trials(trials, False)))
     remote, done = Cluster(address), []
 

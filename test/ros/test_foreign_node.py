@@ -40,28 +40,6 @@ OTHERS = ('plant', 'velocity_controller', 'reference_cart')
 STEP = foreign_position_controller.LINEAR_ACCELERATION * foreign_position_controller.PERIOD / 1e9
 """[m/s]: what the rate limiter lets the command grow by in one step."""
 
-FASTDDS = """<?xml version="1.0" encoding="UTF-8"?>
-<profiles xmlns="http://www.eprosima.com">
-  <participant profile_name="quick" is_default_profile="true">
-    <rtps><builtin><discovery_config><initialAnnouncements>
-      <count>40</count><period><sec>0</sec><nanosec>100000000</nanosec></period>
-    </initialAnnouncements></discovery_config></builtin></rtps>
-  </participant>
-  <data_writer profile_name="quick" is_default_profile="true">
-    <times><heartbeat_period><sec>0</sec><nanosec>50000000</nanosec></heartbeat_period></times>
-  </data_writer>
-</profiles>
-"""
-"""Discovery and the last acknowledgements without the waits of Fast DDS's defaults, 3 s each."""
-
-
-@pytest.fixture(autouse=True)
-def quick_discovery(monkeypatch, tmp_path):
-    """Let every node announce itself for 4 s: after 0.5 s Fast DDS goes over to every 3 s, and one may be missed."""
-    file = tmp_path / 'fastdds.xml'
-    file.write_text(FASTDDS, encoding='utf-8')
-    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', str(file))
-
 
 @pytest.fixture
 def start_foreign(robot):

@@ -9,6 +9,7 @@ from broken_laws import Gains
 from mobile_robot_control import BodyVelocity, Law
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError
 from mobile_robot_control.conformance.compiled_form import compiled_equals_plain
+from mobile_robot_control.conformance.holding import holding
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 
 pytest.importorskip('numba')
@@ -47,7 +48,7 @@ def guarded_step(state, observation, gains, dt):
 def compared(step):
     """Return what a check yields and warns of."""
     law = Law('compared', step, Gains)
-    with LAWS.holding(law), warnings.catch_warnings(record=True) as caught:
+    with holding(LAWS, law), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter('always')
         found = list(compiled_equals_plain(law))
     caught = [warning for warning in caught if warning.category is ConformanceWarning]
@@ -76,13 +77,13 @@ def test_a_difference_in_last_bits_is_a_warning_that_names_the_line(step, offset
 def test_a_law_of_the_package_may_not_differ_in_last_bits(monkeypatch):
     law = Law('compared', cube_step, Gains)
     monkeypatch.setattr('mobile_robot_control.conformance.compiled_form.BUILT_IN', (*BUILT_IN, law))
-    with LAWS.holding(law):
+    with holding(LAWS, law):
         assert f'{line_of(cube_step, 2)}: e1 ** 3' in next(compiled_equals_plain(law))
 
 
 def test_a_law_that_does_not_compile_is_left_out_with_a_warning():
     law = Law('compared', remainder_step, Gains)
-    with LAWS.holding(law), pytest.warns(ConformanceWarning) as warned, pytest.raises(LeftOutError, match='fmod'):
+    with holding(LAWS, law), pytest.warns(ConformanceWarning) as warned, pytest.raises(LeftOutError, match='fmod'):
         list(compiled_equals_plain(law))
     file, _, line = line_of(remainder_step, 1).rpartition(':')
     assert f"Unknown attribute 'fmod' of type Module(<module 'math'>), at {file}, line {line}" in str(warned[0].message)

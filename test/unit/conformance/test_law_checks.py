@@ -9,6 +9,7 @@ from broken_laws import BROKEN, MIXED, PAIR, SOUND
 
 from mobile_robot_control import Field
 from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, run_checks
+from mobile_robot_control.conformance.holding import holding
 from mobile_robot_control.conformance.laws import LAW_CHECKS
 from mobile_robot_control.conformance.over_dds import file_option
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
@@ -19,7 +20,7 @@ PLAIN = [name for name in LAW_CHECKS if name != 'compiled']
 
 
 def checked_plain(law):
-    with LAWS.holding(law):
+    with holding(LAWS, law):
         return run_checks(law.name, {name: partial(LAW_CHECKS[name], law) for name in PLAIN})
 
 
@@ -54,9 +55,9 @@ def test_what_is_broken_is_named_with_an_input(what):
     ('kanayama', 'LAW is of type str'),
     (SOUND._replace(name='No name'), "the name 'No name' of a law is no ROS name"),
     (SOUND._replace(name='fuzzy'), "the law 'fuzzy' is defined in built in already"),
-    (SOUND._replace(gains=dict), "the gains of 'sound' are no NamedTuple"),
+    (SOUND._replace(gains=dict), "'sound': its gains are no NamedTuple"),
     (SOUND._replace(step=None), "the step of 'sound' is no function"),
-    (SOUND._replace(groups=('sound', 'nothing')), "groups names 'nothing', which is no law"),
+    (SOUND._replace(groups=('sound', 'nothing')), "uses the groups nothing, which no law has"),
 ])
 def test_an_incomplete_record_is_refused_alone(record, text):
     with pytest.raises(ConformanceError) as failure:
@@ -75,7 +76,7 @@ class Undeclared(NamedTuple):
 
 @pytest.mark.parametrize(('gains', 'text'), [
     (TooLarge, 'k = 3.0 is not allowed; it must be above 0.0 1/s, at most 2.0 1/s'),
-    (Undeclared, "the gain 'sound.k' is not annotated with Field"),
+    (Undeclared, "its gains are no NamedTuple of fields annotated with Field"),
 ])
 def test_gains_outside_their_own_bounds_or_without_a_field_are_refused(gains, text):
     with pytest.raises(ConformanceError) as failure:
@@ -93,7 +94,7 @@ def test_a_check_leaves_the_registry_as_it_was():
 
 
 def test_a_law_that_is_not_of_a_file_is_left_out_over_dds():
-    with LAWS.holding(SOUND), pytest.raises(LeftOutError, match='not the LAW of a file or an installed package'):
+    with holding(LAWS, SOUND), pytest.raises(LeftOutError, match='not the LAW of a file or an installed package'):
         file_option(LAWS, SOUND, SOUND.step, '--law')
 
 
