@@ -58,6 +58,8 @@ LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 VELOCITY_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'velocity_rate')
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')
 """Names by the rate at which they come."""
+MEASURED_TOPICS = ('odom', 'joint_states')
+"""What a robot measures, and its drivers publish."""
 ANSWERS = (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques'))
 """
 Question and answer, in the order in which a lockstep run needs them: a message of the first topic is answered by one of
@@ -68,6 +70,11 @@ the second with the same stamp.
 def inputs_of(node: str) -> dict[str, str]:
     """Return the loop topics that a node needs, each with the node that publishes it."""
     return {topic.name: topic.publisher for topic in _TABLE if node in topic.subscribers}
+
+
+def topics_of(node: str) -> list[str]:
+    """List the loop topics that a node needs or publishes."""
+    return [topic.name for topic in _TABLE if node == topic.publisher or node in topic.subscribers]
 
 
 def first_silent(newest: Mapping[str, int], stamp: int, tick: int) -> str | None:

@@ -116,6 +116,10 @@ class PositionControllerParameters(NamedTuple):
         float, Field('s', 'wall clock: time without odom or reference after which cmd_vel falls to zero: larger '
                      'drives on longer', above=0.0)
     ] = 0.5
+    stop_on_odom_conflict: Annotated[
+        bool, Field('', 'wall clock: stop the robot while odom has several publishers that contradict each other',
+                    live=True)
+    ] = True
 
 
 class ReferenceCartParameters(NamedTuple):

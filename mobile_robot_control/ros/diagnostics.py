@@ -10,6 +10,7 @@ from rclpy.node import Node
 
 from mobile_robot_control.ros.input_monitor import InputMonitor
 from mobile_robot_control.ros.input_validation import InputValidator
+from mobile_robot_control.ros.publisher_watch import PublisherWatch
 from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.ros.timers import create_steady_timer
 
@@ -64,6 +65,8 @@ class Diagnostics:
         Counts refused messages.
     monitor : InputMonitor
         Has the ages of the inputs.
+    watch : PublisherWatch
+        Names other publishers, and endpoints that do not fit.
     pace : OverrunCounter or None
         Where the node keeps a pace of its own.
     override : callable
@@ -72,11 +75,12 @@ class Diagnostics:
     """
 
     def __init__(
-        self, node: Node, validator: InputValidator, monitor: InputMonitor, pace: OverrunCounter | None,
+        self, node: Node, validator: InputValidator, monitor: InputMonitor, watch: PublisherWatch,
+        pace: OverrunCounter | None,
         override: Callable[[], Condition | None] = lambda: None,
     ) -> None:
         self._node, self._validator, self._monitor = node, validator, monitor
-        self._pace, self._override = pace, override
+        self._watch, self._pace, self._override = watch, pace, override
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._refused_before = self._overruns_before = 0
         self._ever_stepped = False
@@ -124,8 +128,10 @@ class Diagnostics:
             or self._validator.refused.total() > self._refused_before
             or self._overruns() > self._overruns_before
             or self._saturated > _OFTEN_SATURATED * self._steps
+            or bool(self._watch.problems())
         )
-        return Condition(DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK, 'running', missing)
+        return Condition(DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK, 'running', missing,
+                         '; '.join(self._watch.problems()))
 
     def _overruns(self) -> int:
         return self._pace.overruns if self._pace is not None else 0
@@ -140,6 +146,7 @@ class Diagnostics:
         self._publish(self.condition())
 
     def _report(self) -> None:
+        self._watch.look()
         self._publish(self.condition())
         self._refused_before, self._overruns_before = self._validator.refused.total(), self._overruns()
         self._begin_period()
@@ -165,6 +172,8 @@ class Diagnostics:
             'saturation share': f'{self._saturated / self._steps:.3f}' if self._steps else '0.000',
             'refused': refused.total(), **{f'refused {reason}': count for reason, count in sorted(refused.items())},
         }
+        values |= {f'publishers of {topic}': names for topic, names in self._watch.several.items()}
+        values |= {f'quality of service of {topic}': text for topic, text in self._watch.unfit.items()}
         for publisher in self._node.publishers:
             values[SUBSCRIBERS_KEY + publisher.topic_name] = publisher.get_subscription_count()
         if self._intervals:

@@ -18,6 +18,8 @@ from mobile_robot_control.topics import LOOP_TOPICS
 
 _WARN_EVERY = 2.0
 """[s]"""
+_KEPT = 8
+"""Messages of each topic that are compared with later ones of their stamp."""
 
 
 def make_reader(topic: str, read: Callable[[Any], Any]) -> Callable[[bytes], Any]:
@@ -81,6 +83,8 @@ class InputValidator:
         Whose inputs.
     monitor : InputMonitor
         Told of what is taken; a refused message changes nothing, no timeout either.
+    patience : float
+        Wall time without a message that could be taken after which a repeated stamp is joined, in lockstep [s].
 
     Attributes
     ----------
@@ -89,8 +93,10 @@ class InputValidator:
 
     """
 
-    def __init__(self, node: Node, monitor: InputMonitor) -> None:
-        self._node, self._monitor = node, monitor
+    def __init__(self, node: Node, monitor: InputMonitor, patience: float) -> None:
+        self._node, self._monitor, self._patience = node, monitor, patience
+        self._taken: dict[str, dict[int, bytes]] = {}
+        self._refused_stamps: dict[str, int] = {}
         self.refused: Counter[str] = Counter()
         self._warned_at: dict[str, float] = {}
 
@@ -119,15 +125,50 @@ class InputValidator:
         """
         try:
             stamp = serialised_stamp(message)
-            decision = policy.decide(stamp)
+            decision = self._decide(topic, stamp, policy)
             if decision is StampDecision.REFUSED:
                 raise policy.refusal(stamp)
             value = read(message)
+            if decision is not StampDecision.HOLD:
+                self._compare(topic, stamp, message, value, read, decision)
         except RefusedMessageError as refusal:
             self._note_refusal(f'{topic}: {refusal.reason}', f'refused a message on {topic}: {refusal}')
             return None
         self._monitor.note_input(topic)
         return ValidInput(stamp, decision, value)
+
+    def _decide(self, topic: str, stamp: int, policy: StampPolicy) -> StampDecision:
+        """
+        Return what a stamp means to a policy.
+
+        Another plant on the same topics may have taken this node out of the run. When nothing could be taken for a
+        while and one stamp is asked again and again, the node joins there.
+        """
+        decision = policy.decide(stamp)
+        if decision is StampDecision.REFUSED:
+            again = self._refused_stamps.get(topic) == stamp
+            self._refused_stamps[topic] = stamp
+            if again and self._monitor.age(topic) > self._patience and policy.forget():
+                decision = policy.decide(stamp)
+        return decision
+
+    def _compare(
+        self, topic: str, stamp: int, message: bytes, value: Any, read: Callable[[bytes], Any], decision: StampDecision
+    ) -> None:
+        """
+        Count a message with other numbers than the first of its stamp, which counts; stamp 0 may be of another run.
+
+        It is not refused: a node that was started again may answer otherwise, and the run must go on.
+        """
+        taken = self._taken.setdefault(topic, {})
+        if decision in (StampDecision.START, StampDecision.JOIN):
+            taken.clear()
+        first = taken.setdefault(stamp, message)
+        if len(taken) > _KEPT:
+            del taken[next(iter(taken))]
+        if stamp and first != message and read(first) != value:
+            self._note_refusal(f'{topic}: other numbers for a stamp', f'a second message on {topic} for stamp '
+                               f'{stamp / 1e9} s has other numbers; is there a second publisher?')
 
     def _note_refusal(self, reason: str, text: str) -> None:
         """Count a refusal, and warn at most every two seconds for each topic and reason."""

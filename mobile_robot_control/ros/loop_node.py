@@ -1,10 +1,19 @@
 """What the four nodes have in common: checked parameters, validated inputs, a rate of their own, diagnostics."""
 
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
 from collections.abc import Callable
-from typing import Generic, Protocol, TypeVar
+from functools import partial
+from typing import Any, Generic, Protocol, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+try:
+    from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+except ImportError:  # before iron
+    from rclpy.qos_event import PublisherEventCallbacks, SubscriptionEventCallbacks
 
 from mobile_robot_control.parameters.nodes import Shared
 from mobile_robot_control.ros.diagnostics import Condition, Diagnostics, OverrunCounter
@@ -13,8 +22,10 @@ from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.pacing import FixedRateTimer
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.parameter_service import CheckedParameterService
+from mobile_robot_control.ros.publisher_watch import PublisherWatch
+from mobile_robot_control.ros.qos import SENSORS, SUBSCRIBED, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision
-from mobile_robot_control.topics import inputs_of
+from mobile_robot_control.topics import MEASURED_TOPICS, inputs_of, topics_of
 
 
 class _NodeParameters(Protocol):
@@ -54,15 +65,27 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._values = declare(self, group)
         self._shared = self._values.shared
         self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout)
-        self._validator = InputValidator(self, self._monitor)
+        self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
+        self._watch = PublisherWatch(self, topics_of(name))
 
     def _start(self, rate: float, tick: Callable[[], None], pace: OverrunCounter | None = None) -> None:
         """Begin to serve parameters, to publish diagnostics and, on the wall clock, to tick at a rate [Hz]."""
         if pace is None and not self._shared.lockstep:
             pace = FixedRateTimer(self, rate, tick)
-        self._diagnostics = Diagnostics(self, self._validator, self._monitor, pace, self._condition)
+        self._diagnostics = Diagnostics(self, self._validator, self._monitor, self._watch, pace, self._condition)
         CheckedParameterService(self, type(self._values), self._change)
         self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
+
+    def _subscribe(self, topic: str, take: Callable[[bytes], None]) -> None:
+        """Subscribe to a loop topic; on the wall clock take what robots measure from best-effort publishers, too."""
+        quality = SENSORS if topic in MEASURED_TOPICS and not self._shared.lockstep else SUBSCRIBED
+        subscribe_to(self, topic, take, quality, event_callbacks=SubscriptionEventCallbacks(
+            incompatible_qos=partial(self._watch.note_unfit, topic, 'publisher')))
+
+    def _publish_on(self, topic: str) -> Publisher[Any]:
+        """Make a publisher on a loop topic."""
+        return publish_on(self, topic, event_callbacks=PublisherEventCallbacks(
+            incompatible_qos=partial(self._watch.note_unfit, topic, 'subscription')))
 
     def _note_run(self, decision: StampDecision, stamp: int = 0) -> None:
         """Log that a run begins, begins anew or is joined at a stamp [ns]."""

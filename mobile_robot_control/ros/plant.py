@@ -14,7 +14,6 @@ from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.pacing import LockstepPacer
 from mobile_robot_control.ros.plant_publishers import PlantPublishers
-from mobile_robot_control.ros.qos import subscribe_to
 from mobile_robot_control.ros.stall_detector import StallDetector
 from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy, StampDecision, StampPolicy, WallClockStampPolicy
 from mobile_robot_control.stamps import period_nanoseconds
@@ -43,7 +42,7 @@ class Plant(LoopNode[PlantParameters]):
         self._applied = self._torque = _NO_TORQUE
         self._line = empty_line(self._values.imperfections.delay)
         self._k = 0  # steps so far
-        self._plant_publishers = PlantPublishers(self, self._values)
+        self._plant_publishers = PlantPublishers(self, self._values, self._publish_on)
         self._stall_detector = StallDetector(self, shared.peer_timeout)
         self._read = make_reader('wheel_torques', read_torque)
         self._pacer: LockstepPacer | None = None
@@ -53,7 +52,7 @@ class Plant(LoopNode[PlantParameters]):
             self._pacer = LockstepPacer(self, answers, self._values.real_time_factor, self._publish, self._repeat)
         else:
             self._policy = WallClockStampPolicy(self.get_clock(), shared.stamp_tolerance)
-        subscribe_to(self, 'wheel_torques', self._on_wheel_torques)
+        self._subscribe('wheel_torques', self._on_wheel_torques)
         self._start(shared.velocity_rate, self._tick, self._pacer)
         if self._pacer is not None:
             self._pacer.ask(self._now)

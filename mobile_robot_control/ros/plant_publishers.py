@@ -1,6 +1,7 @@
 """The plant's publishers: odometry and joint states as measured, and what follows from odometry."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -18,7 +19,7 @@ from mobile_robot_control.model.noise import (
 )
 from mobile_robot_control.parameters.nodes import PlantParameters
 from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
-from mobile_robot_control.ros.qos import PUBLISHED, flush, publish_on
+from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.transforms import make_broadcaster
 
 
@@ -36,10 +37,12 @@ class PlantPublishers:
         The plant's.
     values : PlantParameters
         What it was started with.
+    publish_on : callable
+        Makes the node's publisher on a loop topic.
 
     """
 
-    def __init__(self, node: Node, values: PlantParameters) -> None:
+    def __init__(self, node: Node, values: PlantParameters, publish_on: Callable[[str], Any]) -> None:
         shared = values.shared
         self._robot, self._noise = shared.robot, values.imperfections.noise
         frames = shared.odom_frame_id, shared.base_frame_id
@@ -51,7 +54,7 @@ class PlantPublishers:
         noisy = any(injected[0] + injected[1])
         self._ground_truth = node.create_publisher(Odometry, 'ground_truth', PUBLISHED) if noisy else None
         self._write_joints, self._write_clock = writing.joints_writer(), writing.clock_writer()
-        self._odom, self._joint_states = publish_on(node, 'odom'), publish_on(node, 'joint_states')
+        self._odom, self._joint_states = publish_on('odom'), publish_on('joint_states')
         publish_clock = values.publish_clock and shared.lockstep
         self._clock = node.create_publisher(Clock, '/clock', PUBLISHED) if publish_clock else None
         self._broadcast = make_broadcaster(node, *frames) if values.publish_tf else None

@@ -17,7 +17,8 @@ from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Ref
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
-from mobile_robot_control.ros.qos import PUBLISHED, flush, publish_on, subscribe_to
+from mobile_robot_control.ros.odom_conflict import CONFLICT, OdomConflict
+from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 
 _ZERO = BodyVelocity(0.0, 0.0)
@@ -39,16 +40,17 @@ class PositionController(LoopNode[PositionControllerParameters]):
         )
         self._running = bumpless_transfer.begin(self._values.control, self._dt, under_way=False)
         self._failure = ''
+        self._conflict = OdomConflict(self, self._watch, self._values.input_timeout)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
         self._write_twist = writing.twist_writer(shared.base_frame_id, shared.stamped_cmd_vel)
         self._write_error = writing.error_writer(shared.base_frame_id)
-        self._cmd_vel = (publish_on(self, 'cmd_vel') if shared.stamped_cmd_vel
+        self._cmd_vel = (self._publish_on('cmd_vel') if shared.stamped_cmd_vel
                          else self.create_publisher(Twist, 'cmd_vel', PUBLISHED))
-        self._tracking_error = publish_on(self, 'tracking_error')
-        subscribe_to(self, 'odom', self._on_odom)
-        subscribe_to(self, 'reference', self._on_reference)
+        self._tracking_error = self._publish_on('tracking_error')
+        self._subscribe('odom', self._on_odom)
+        self._subscribe('reference', self._on_reference)
         self._tracking = False
         self._start(shared.position_rate, self._tick)
 
@@ -65,6 +67,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._publish(valid.stamp)
             return
         self._odom = (valid.stamp, valid.value)
+        if valid.decision is StampDecision.HOLD:
+            self._conflict.note(valid.stamp, *valid.value)
         self._answer_pair()
 
     def _on_reference(self, message: bytes) -> None:
@@ -96,7 +100,10 @@ class PositionController(LoopNode[PositionControllerParameters]):
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
         stamp = self._clock_stamp()
         silent = [topic for topic in self._monitor.sources if self._monitor.age(topic) > self._values.input_timeout]
-        if self._odom is not None and self._reference is not None and not silent:
+        if self._values.stop_on_odom_conflict and self._conflict.present:
+            self._tracking = False
+            self._publish_command(stamp, _ZERO)
+        elif self._odom is not None and self._reference is not None and not silent:
             if not self._in_run:
                 self._note_run(StampDecision.HOLD)
                 self._check_start(StampDecision.START)
@@ -157,10 +164,14 @@ class PositionController(LoopNode[PositionControllerParameters]):
         return _ZERO
 
     def _condition(self) -> Condition | None:
-        return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._failure) if self._failure else None
+        if self._failure:
+            return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._failure)
+        if self._values.stop_on_odom_conflict and self._conflict.present:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *self._watch.problems()]))
+        return None
 
     def _last_condition(self) -> Condition:
-        return self._condition() or super()._last_condition()
+        return (self._condition() if self._failure else None) or super()._last_condition()
 
     def _publish(self, stamp: int) -> None:
         if self._answer is not None:

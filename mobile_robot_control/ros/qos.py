@@ -21,6 +21,9 @@ Of subscriptions to loop topics: reliable, the newest few messages. The loop nee
 one, a message from another publisher would replace it before it is taken.
 """
 
+SENSORS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Of subscriptions to what a robot measures, on the wall clock: most drivers publish it without repetitions."""
+
 PUBLISHED = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 """
 Of publishers on loop topics: a slow subscriber, such as a recorder, can ask again for what it lost. Fast DDS tells
@@ -37,14 +40,16 @@ def message_class(kind: str) -> Any:
     return getattr(importlib.import_module(f'{package}.msg'), name)
 
 
-def publish_on(node: Node, topic: str) -> Publisher[Any]:
+def publish_on(node: Node, topic: str, **options: Any) -> Publisher[Any]:
     """Make a node's publisher on a loop topic."""
-    return node.create_publisher(message_class(LOOP_TOPICS[topic].kind), topic, PUBLISHED)
+    return node.create_publisher(message_class(LOOP_TOPICS[topic].kind), topic, PUBLISHED, **options)
 
 
-def subscribe_to(node: Node, topic: str, take: Callable[[bytes], None]) -> Subscription[Any]:
+def subscribe_to(
+    node: Node, topic: str, take: Callable[[bytes], None], quality: QoSProfile = SUBSCRIBED, **options: Any
+) -> Subscription[Any]:
     """Make a node's subscription to a loop topic; messages are taken as bytes."""
-    return node.create_subscription(message_class(LOOP_TOPICS[topic].kind), topic, take, SUBSCRIBED, raw=True)
+    return node.create_subscription(message_class(LOOP_TOPICS[topic].kind), topic, take, quality, raw=True, **options)
 
 
 def flush(*publishers: Publisher[Any]) -> None:

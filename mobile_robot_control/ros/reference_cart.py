@@ -12,7 +12,7 @@ from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
-from mobile_robot_control.ros.qos import LATCHED, flush, publish_on, subscribe_to
+from mobile_robot_control.ros.qos import LATCHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 
 _PATH_POINTS = 400
@@ -29,13 +29,13 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._read = make_reader(
             'odom', partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id))
         self._write = writing.odometry_writer(shared.odom_frame_id, shared.reference_frame_id)
-        self._reference = publish_on(self, 'reference')
+        self._reference = self._publish_on('reference')
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
         self._path.publish(writing.path_message(shared.odom_frame_id, [
             reference_at(self._curve, self._placement.period * n / _PATH_POINTS, self._placement).pose
             for n in range(_PATH_POINTS + 1)
         ]))
-        subscribe_to(self, 'odom', self._on_odom)
+        self._subscribe('odom', self._on_odom)
         self._began: float | None = None
         self._start(shared.position_rate, self._tick)
 

@@ -30,6 +30,9 @@ class StampPolicy(Protocol):
     def refusal(self, stamp: int) -> RefusedMessageError:
         """Return why a stamp is refused."""
 
+    def forget(self) -> bool:
+        """Leave the run that the policy was in, to join another one; return whether it can."""
+
 
 class LockstepStampPolicy:
     """
@@ -70,6 +73,11 @@ class LockstepStampPolicy:
                                        f'{stamp / 1e9} s; the period is {self.period / 1e9} s')
         return RefusedMessageError('not the next stamp', f'{stamp / 1e9} s after {(self.accepted or 0) / 1e9} s')
 
+    def forget(self) -> bool:
+        """Leave the run; the next stamp on the grid is joined or starts one."""
+        self.accepted = None
+        return True
+
     def accept(self, stamp: int) -> None:
         """Take a stamp [ns] as the one of the last step."""
         self.accepted = stamp
@@ -107,6 +115,10 @@ class AnswerStampPolicy:
         """Return why a stamp [ns] is refused."""
         return RefusedMessageError('not the present stamp', f'{stamp / 1e9} s at {self.present / 1e9} s')
 
+    def forget(self) -> bool:
+        """Do nothing: the plant's own time counts."""
+        return False
+
 
 class WallClockStampPolicy:
     """
@@ -142,6 +154,10 @@ class WallClockStampPolicy:
         return RefusedMessageError(
             reason, f'by {abs(age):.3f} s; stamp_tolerance is {self._tolerance} s: stamp messages with the time at '
             'which they are sent, set the clocks of both machines alike, or raise it')
+
+    def forget(self) -> bool:
+        """Do nothing: there are no runs on the wall clock."""
+        return False
 
     def accept(self, stamp: int) -> None:
         """Do nothing: no stamp is answered on the wall clock."""

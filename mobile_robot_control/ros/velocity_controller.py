@@ -13,7 +13,7 @@ from mobile_robot_control.parameters.nodes import VelocityControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
 from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
-from mobile_robot_control.ros.qos import SUBSCRIBED, flush, publish_on, subscribe_to
+from mobile_robot_control.ros.qos import SUBSCRIBED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 from mobile_robot_control.stamps import period_nanoseconds
 
@@ -40,10 +40,10 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._command: tuple[int, BodyVelocity] | None = None
         self._torque = WheelTorque(0.0, 0.0)
         self._write = writing.torque_writer()
-        self._wheel_torques = publish_on(self, 'wheel_torques')
-        subscribe_to(self, 'joint_states', self._on_joint_states)
+        self._wheel_torques = self._publish_on('wheel_torques')
+        self._subscribe('joint_states', self._on_joint_states)
         if shared.stamped_cmd_vel:
-            subscribe_to(self, 'cmd_vel', self._on_cmd_vel)
+            self._subscribe('cmd_vel', self._on_cmd_vel)
         else:
             self.create_subscription(Twist, 'cmd_vel', self._on_twist, SUBSCRIBED)
         self._start(shared.velocity_rate, self._tick)

@@ -11,9 +11,9 @@ from mobile_robot_control.ros.stamp_policy import LockstepStampPolicy
 def _validator(monkeypatch):
     warnings, clock = [], types.SimpleNamespace(now=100.0)
     node = types.SimpleNamespace(get_logger=lambda: types.SimpleNamespace(warning=warnings.append))
-    monitor = types.SimpleNamespace(note_input=lambda topic: None)
+    monitor = types.SimpleNamespace(note_input=lambda topic: None, age=lambda topic: 0.0)
     monkeypatch.setattr(input_validation, 'time', types.SimpleNamespace(monotonic=lambda: clock.now))
-    return InputValidator(node, monitor), warnings, clock
+    return InputValidator(node, monitor, 2.0), warnings, clock
 
 
 def _message(nanoseconds):

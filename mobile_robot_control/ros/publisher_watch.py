@@ -1,0 +1,85 @@
+"""Who else publishes on a node's topics, and whose quality of service does not fit."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import qos_policy_name_from_kind
+
+_REMEDY = 'stop all but one, or give each robot a namespace or a ROS_DOMAIN_ID of its own'
+
+
+class PublisherWatch:
+    """
+    Counts the publishers of topics that should have one, and notes endpoints that do not fit.
+
+    Parameters
+    ----------
+    node : Node
+        Whose inputs and outputs.
+    topics : sequence of str
+        Loop topics, by relative name.
+
+    Attributes
+    ----------
+    several : dict of str to str
+        The names of all publishers of a topic that has more than one, joined by ' and ', since the last look.
+    unfit : dict of str to str
+        What does not fit about the quality of service of other endpoints, by topic.
+
+    """
+
+    def __init__(self, node: Node, topics: Sequence[str]) -> None:
+        self._node = node
+        self._topics = {topic: node.resolve_topic_name(topic) for topic in topics}
+        self.several: dict[str, str] = {}
+        self.unfit: dict[str, str] = {}
+
+    def publishers(self, topic: str) -> int:
+        """Return how many publishers a topic has now, as far as they are discovered."""
+        return self._node.count_publishers(self._topics[topic])
+
+    def look(self) -> None:
+        """Count publishers; name those of a topic that has come to have several, in the log once."""
+        found = {topic: self._names(resolved) for topic, resolved in self._topics.items()
+                 if self._node.count_publishers(resolved) > 1}
+        # the name of a node is discovered after its publishers
+        found = {topic: names for topic, names in found.items() if '_UNKNOWN_' not in names}
+        for topic, names in found.items():
+            if topic not in self.several:
+                self._node.get_logger().warning(f'{topic} has several publishers: {names}; {_REMEDY}')
+        for topic in self.several:
+            if topic not in found:
+                self._node.get_logger().info(f'{topic} has one publisher again')
+        self.several = found
+
+    def _names(self, resolved: str) -> str:
+        infos = self._node.get_publishers_info_by_topic(resolved)
+        return ' and '.join(sorted(f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos))
+
+    def note_unfit(self, topic: str, whose: str, event: Any) -> None:
+        """
+        Note that DDS does not connect an endpoint of another node, whose quality of service does not fit.
+
+        Parameters
+        ----------
+        topic : str
+            By relative name.
+        whose : str
+            'publisher' or 'subscription'.
+        event : object
+            Of rclpy: QoSRequestedIncompatibleQoSInfo or QoSOfferedIncompatibleQoSInfo.
+
+        """
+        policy = qos_policy_name_from_kind(event.last_policy_kind).lower()
+        ours = 'subscription' if whose == 'publisher' else 'publisher'
+        text = (f'a {whose} on {topic} is not connected: its {policy} does not fit the {ours} of this node; make both '
+                f'reliable and volatile')
+        if self.unfit.get(topic) != text:
+            self.unfit[topic] = text
+            self._node.get_logger().warning(text)
+
+    def problems(self) -> list[str]:
+        """List what is wrong, in words."""
+        return [*(f'{topic} has several publishers ({names})' for topic, names in self.several.items()),
+                *self.unfit.values()]

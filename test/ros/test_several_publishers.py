@@ -1,0 +1,131 @@
+"""Other publishers on the topics of a robot: counted and named, contradictions refused, and no run stuck for good."""
+
+import math
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from harness import CONFIG
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from watching import Timeline
+
+from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
+
+BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+WALL_CLOCK = ['--params-file', str(CONFIG / 'wall_clock.yaml')]
+
+
+class Stranger(Node):
+    """A node of this process that publishes beside those of a robot."""
+
+    def __init__(self, robot, name='stranger'):
+        super().__init__(name)
+        robot.add(self)
+
+    def odometry(self, x, v=0.0):
+        """Return odometry of a robot elsewhere."""
+        message = Odometry(child_frame_id='base_link')
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.header.frame_id = 'odom'
+        message.pose.pose.position.x, message.pose.pose.orientation.w = x, 1.0
+        message.twist.twist.linear.x = v
+        return message
+
+
+@pytest.fixture
+def said(robot):
+    """Diagnostics by node: the newest status, its values as a mapping."""
+    found = {}
+
+    def take(array):
+        for status in array.status:
+            found[status.name] = (status.level, status.message, {one.key: one.value for one in status.values})
+
+    robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', take, 10)
+    return found
+
+
+def test_a_stranger_that_answers_with_other_numbers_is_counted_and_named(robot, said):
+    stranger = Stranger(robot)
+    other = stranger.create_publisher(TwistStamped, 'cmd_vel', PUBLISHED)
+
+    def answer_too(message):
+        if message.twist.angular.z != 9.0:
+            message.twist.angular.z = 9.0
+            other.publish(message)
+
+    stranger.create_subscription(TwistStamped, 'cmd_vel', answer_too, SUBSCRIBED)
+    robot.start(arguments=['-p', 'duration:=3.0', '-p', 'paused:=true'], composed=True)
+    robot.resume()
+    reason = 'refused cmd_vel: other numbers for a stamp'
+    robot.spin_until(lambda: int(said.get('velocity_controller', (0, '', {}))[2].get(reason, 0)) > 10)
+    level, message, values = said['velocity_controller']
+    assert level == b'\x01'
+    assert 'cmd_vel has several publishers (/position_controller and /stranger)' in message
+    assert values['publishers of cmd_vel'] == '/position_controller and /stranger'
+    robot.spin_until(lambda: 'publishers of cmd_vel' in said.get('position_controller', (0, '', {}))[2])
+    robot.finish()
+    # the first answer counted every time
+    assert max(abs(sample.wheels.right) for sample in robot.recording().samples) < 60.0
+    assert 'cmd_vel has several publishers: /position_controller and /stranger; stop all but one' in robot.log()
+
+
+def test_a_second_plant_that_comes_and_goes_does_not_hold_the_run_up(robot, tmp_path):
+    robot.start(arguments=['-p', 'duration:=1.0', '-p', 'hold_at:=0.5', '-p', 'peer_timeout:=0.5'], composed=True)
+    robot.spin_until(lambda: robot.time() == 0.5)
+    second = NodeProcess(['plant'], ['--ros-args', '-p', 'peer_timeout:=0.5'], tmp_path / 'second.log')
+    # its question at t = 0 begins a run of its own for the others
+    robot.spin_until(lambda: robot.log().count('a new run begins') >= 2)
+    second.kill()
+    stop_processes([second])
+    result, = robot.set('plant', hold_at=0.0)
+    assert result.successful
+    robot.finish()
+    assert 'joined a run under way at t = ' in robot.log()
+
+
+def test_contradicting_odometry_stops_the_robot_on_the_wall_clock(robot, said):
+    line = Timeline(robot.recorder)
+    robot.start(arguments=WALL_CLOCK)
+    robot.spin_until(lambda: len(line.speeds) > 50 and line.speeds[-1][1] > 0.2)
+    stranger = Stranger(robot)
+    odom = stranger.create_publisher(Odometry, 'odom', PUBLISHED)
+    timer = stranger.create_timer(0.05, lambda: odom.publish(stranger.odometry(-3.0)))
+    robot.spin_until(lambda: 'contradict' in said.get('position_controller', (0, ''))[1])
+    level, message, _ = said['position_controller']
+    assert level == b'\x02'
+    assert message.startswith('stopped: odom has several publishers that contradict each other')
+    assert '/plant and /stranger' in message
+    robot.spin_until(lambda: line.commands[-1][1] == 0.0)
+    begun = line.commands[-1][0]
+    robot.listen(1.0)
+    assert all(value == 0.0 for at, value in line.commands if at > begun)
+    # who takes the risk may switch it off
+    result, = robot.set('position_controller', stop_on_odom_conflict=False)
+    assert result.successful
+    robot.spin_until(lambda: line.commands[-1][1] > 0.0)
+    result, = robot.set('position_controller', stop_on_odom_conflict=True)
+    robot.spin_until(lambda: line.commands[-1][1] == 0.0)
+    stranger.destroy_timer(timer)
+    stranger.destroy_publisher(odom)
+    robot.spin_until(lambda: line.commands[-1][1] > 0.1 and said['position_controller'][1] == 'running')
+    robot.stop()
+
+
+def test_best_effort_odometry_is_taken_on_the_wall_clock_and_what_does_not_fit_is_told(robot, said):
+    line = Timeline(robot.recorder)
+    base = Stranger(robot, 'base')
+    odom = base.create_publisher(Odometry, 'odom', BEST_EFFORT)
+    # a command that is not repeated is not taken: the velocity controller must not miss one
+    base.create_publisher(TwistStamped, 'cmd_vel', BEST_EFFORT)
+    base.create_timer(0.05, lambda: odom.publish(base.odometry(1.0)))
+    robot.start('position_controller', 'reference_cart', 'velocity_controller', arguments=WALL_CLOCK)
+    robot.spin_until(lambda: line.errors and math.isfinite(line.errors[-1][1]))
+    text = 'a publisher on cmd_vel is not connected: its reliability does not fit the subscription of this node'
+    robot.spin_until(lambda: text in said.get('velocity_controller', (0, '', {}))[2].get(
+        'quality of service of cmd_vel', ''))
+    assert text in robot.log('velocity_controller')
+    robot.stop()
