@@ -97,10 +97,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def register(self, record: Record) -> Record:
         """Register a record, or replace the one of the same name from the same file or notebook; return it."""
-        function = self._function_of(record)
-        module, code = getattr(function, '__module__', None), getattr(function, '__code__', None)
-        # cells of a notebook have a file name each
-        origin = '__main__' if module == '__main__' or code is None else os.path.realpath(code.co_filename)
+        origin = self._defined_in(record) or '__main__'
         self._add(record, origin)
         return record
 
@@ -124,7 +121,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
             exec(compile(text, file, 'exec'), module.__dict__)  # noqa: S102 (the user's own law)
             record: Record = getattr(module, self._source.attribute)
             self._add(record, file)
-        except Exception as error:  # a module can raise anything
+        except (Exception, SystemExit) as error:  # a module can raise anything
             del sys.modules[module.__name__]
             if before is not None:
                 sys.modules[module.__name__] = before
@@ -132,9 +129,16 @@ class Registry(Mapping[str, Record], Generic[Record]):
         self._loaded[file] = text
         return record
 
-    def _refusal(self, where: str, error: Exception) -> str:
+    def _defined_in(self, record: Any) -> str:
+        """Return the file of a record's function, '__main__' for that of a notebook; '' where there is none."""
+        function = self._function_of(record) if not list(self._check(record)) else None
+        module, code = getattr(function, '__module__', None), getattr(function, '__code__', None)
+        # cells of a notebook have a file name each
+        return '' if code is None else '__main__' if module == '__main__' else os.path.realpath(code.co_filename)
+
+    def _refusal(self, where: str, error: BaseException) -> str:
         if isinstance(error, PluginError):
-            return str(error)
+            return '; '.join(error.violations)
         if isinstance(error, AttributeError) and f"has no attribute '{self._source.attribute}'" in str(error):
             return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
         return f'{where}: cannot be imported ({type(error).__name__}: {error}); mend it, or leave it out'
@@ -146,8 +150,8 @@ class Registry(Mapping[str, Record], Generic[Record]):
         name: str = record.name  # type: ignore[attr-defined]
         before = self._origins.get(name, origin)
         if before != origin:
-            raise PluginError([f"{origin}: the {self._source.kind} '{name}' is defined in {before} already; "
-                               'rename one of them'])
+            there = before if before == _BUILT_IN else f'defined in {before}'
+            raise PluginError([f"{origin}: the {self._source.kind} '{name}' is {there} already; rename one of them"])
         self._records[name], self._origins[name] = record, origin
         self._version += 1
 
@@ -163,17 +167,20 @@ class Registry(Mapping[str, Record], Generic[Record]):
                 except PluginError as error:
                     self._note_failure(file, str(error))
         for point in metadata.entry_points(group=self._source.entry_points):
+            where = f'entry point {point.name} = {point.value}'
             try:
-                self._add(point.load(), point.value)
-            except Exception as error:  # a module can raise anything
-                self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
+                record = point.load()
+                # the same file may be registered by hand, too, as in a test or a notebook
+                self._add(record, self._defined_in(record) or where)
+            except (Exception, SystemExit) as error:  # a module can raise anything
+                self._note_failure(point.name, self._refusal(where, error))
 
     def _note_failure(self, name: str, reason: str) -> None:
         self.failures[name] = reason
         print(f'not loaded: {reason}', file=sys.stderr)
 
     def origin(self, name: str) -> str:
-        """Return where a record was defined: a file, an entry point, '__main__' or 'built in'."""
+        """Return where a record was defined: a file, '__main__' or 'built in'."""
         self._discover()
         return self._origins[name]
 
