@@ -1,5 +1,5 @@
 """
-The commands of the README and of the pages run as printed, in order, from a clean folder with the parameter files.
+The commands of the README and of the pages run as printed, in order, from a clean folder with config/ and examples/.
 
 What needs `ros2`, make, git or a desktop is not run: its executables, targets, parameters and files are checked. Long
 commands get the options of SHORTER, each of which the page itself names. Without the long tests (make soak) the README
@@ -23,7 +23,8 @@ from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.topics import LOOP_TOPICS
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').rglob('*.md')])
+PAGES = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').rglob('*.md'),
+                *(ROOT / 'examples').rglob('*.md')])
 FENCE = re.compile(r'^```(\S*)\n(.*?)^```$', re.DOTALL | re.MULTILINE)
 COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study'}
 ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff', 'git', 'PYTHONPATH=.'}
@@ -117,8 +118,9 @@ def script(path, skipped=frozenset()):
 
 
 def _run(text, folder, timeout):
-    """Run a script in a clean folder that has the parameter files and this environment."""
-    shutil.copytree(ROOT / 'config', folder / 'config')
+    """Run a script in a clean folder that has the parameter files, the examples and this environment."""
+    for name in ('config', 'examples'):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns('__pycache__'))
     (folder / '.venv').symlink_to(sys.prefix)
     paths = [str(ROOT / 'test'), os.environ.get('PYTHONPATH', '')]
     environment = os.environ | {'PATH': f'{sys.prefix}/bin:{os.environ["PATH"]}',
