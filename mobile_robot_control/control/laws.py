@@ -121,6 +121,15 @@ class PositionControl:
         return f'PositionControl({", ".join(f"{name}={value!r}" for name, value in self._asdict().items())})'
 
 
+def groups_of(law: Law) -> tuple[str, ...]:
+    """Return the groups that a law's step takes; raise ParameterError if one belongs to a law that is not there."""
+    lacking = [name for name in law.groups if name not in LAWS]
+    if lacking:
+        raise ParameterError(f"the law '{law.name}' takes the gains of '{name}', which is no law here; load that law "
+                             'too, with --law or by installing it' for name in lacking)
+    return law.groups or (law.name,)
+
+
 @lru_cache(maxsize=8)
 def _prepared(prepare: Callable[[Any, float], Any], gains: Any, dt: float) -> Any:
     """Prepare gains, once where several ask for the same."""
@@ -131,10 +140,10 @@ def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
     """
     Return the law that checked parameters name, and what its step takes as gains at a period [s].
 
-    Raises ParameterError if the law cannot prepare its gains.
+    Raises ParameterError if the law cannot prepare its gains, or takes those of a law that is not there.
     """
     law = LAWS[parameters.controller_type]
-    groups = tuple(getattr(parameters, name) for name in law.groups or (law.name,))
+    groups = tuple(getattr(parameters, name) for name in groups_of(law))
     gains = groups if len(groups) > 1 else groups[0]
     if law.prepare is None:
         return law, gains

@@ -108,6 +108,20 @@ def test_a_node_refuses_it_too(domain, tmp_path):
     assert 'Traceback' not in done.stderr
 
 
+@pytest.mark.parametrize(('command', 'options'), [
+    ('simulate', ['--duration', '0.1']), ('tune', ['borrower', '--seed', '1', '--output', 'gains.yaml']),
+    ('study', ['--runs', '1', '--seed', '1', '--output', 'study']),
+])
+def test_a_law_that_takes_the_gains_of_an_absent_one_is_refused(tmp_path, monkeypatch, command, options):
+    monkeypatch.chdir(tmp_path)
+    install(tmp_path / 'installed', borrower=LAW.replace('Gains)', "Gains, groups=('lender', 'borrower'))"))
+    done = run(tmp_path / 'installed', '-m', f'mobile_robot_control.cli.{command}', *options, '-p',
+               'position_controller.controller_type:=borrower')
+    assert done.returncode == 2
+    line, = done.stderr.splitlines()
+    assert "the law 'borrower' takes the gains of 'lender', which is no law here" in line
+
+
 TWICE = '''
 from mobile_robot_control import register
 from mobile_robot_control.control.laws import LAWS
