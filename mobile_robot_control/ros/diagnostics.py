@@ -130,9 +130,9 @@ class Diagnostics:
     def _overruns(self) -> int:
         return self._pace.overruns if self._pace is not None else 0
 
-    def end(self, level: bytes = DiagnosticStatus.OK, state: str = 'ended') -> None:
+    def end(self, condition: Condition) -> None:
         """Publish the last report of a node that ends, and wait until it has arrived."""
-        self._publish(Condition(level, state))
+        self._publish(condition)
         flush(self._publisher)
 
     def publish_now(self) -> None:

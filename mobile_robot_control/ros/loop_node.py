@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
 from mobile_robot_control.parameters.nodes import Shared
@@ -87,6 +88,10 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Return a condition that only the node itself can know, or None."""
         return None
 
+    def _last_condition(self) -> Condition:
+        """Return the condition in which the node ends."""
+        return Condition(DiagnosticStatus.OK, 'ended')
+
     def _change(self, values: NodeGroup) -> None:
         """Take the parameters after a live change."""
         self._values = values
@@ -97,6 +102,6 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def close(self) -> None:
         """Publish what must be published last, and wait until it has arrived."""
-        self._diagnostics.end()
+        self._diagnostics.end(self._last_condition())
         reached = self._reached() if self._in_run else None
         self.get_logger().info('ended' if reached is None else f'ended at t = {reached / 1e9:g} s')

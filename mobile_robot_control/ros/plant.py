@@ -163,7 +163,7 @@ class Plant(LoopNode[PlantParameters]):
     def close(self) -> None:
         """End when the last messages have arrived."""
         if self.exit_code == 1:
-            self._diagnostics.end(DiagnosticStatus.ERROR, 'diverged')
+            self._diagnostics.end(Condition(DiagnosticStatus.ERROR, 'diverged'))
         else:
             super().close()
         self._plant_publishers.flush()
