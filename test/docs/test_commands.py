@@ -35,6 +35,7 @@ SHORTER = {
     'tune': '--generations 2', 'study': '--runs 20', 'experiment': '-p plant.real_time_factor:=0.0',
     'plant': '-p real_time_factor:=0.0', ('README.md', 'experiment'): '-p plant.real_time_factor:=0.0 --composed '
     '--no-report', ('docs/own_robot.md', 'experiment'): '--duration 4',
+    ('docs/extending.md', 'experiment'): '-p plant.real_time_factor:=0.0 --duration 4',
 }
 """Options for a command, or for one of a page."""
 
@@ -165,7 +166,7 @@ def test_no_command_hides_in_a_block_that_does_not_run(path):
 
 def test_every_command_is_one_that_is_known():
     """A new kind of command is run knowingly, or listed in ELSEWHERE."""
-    known = COMMANDS | ELSEWHERE | set(NODES) | {'.', 'cat', 'cp', 'kill', 'sleep'}
+    known = COMMANDS | ELSEWHERE | set(NODES) | {'.', 'cat', 'cp', 'export', 'kill', 'pip', 'sleep'}
     for path in PAGES:
         for kind, content in blocks(path.read_text(encoding='utf-8')):
             assert kind == 'python' or {first_word(command) for command in commands(content)} <= known, _name(path)
