@@ -95,6 +95,7 @@ def test_a_run_that_asks_for_it_is_refused_with_the_reason(simulated, name):
     assert f'{name} ended with 2\n' in simulated.stdout
     line, = (line for line in simulated.stderr.splitlines() if f"controller_type = '{name}' is not allowed" in line)
     assert WRONG[name][1] in line
+    assert line.count('not loaded: ') == 1
     assert 'Traceback' not in simulated.stderr
 
 
