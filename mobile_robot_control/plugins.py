@@ -10,7 +10,8 @@ from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.reference.curves import CURVES, Curve
 from mobile_robot_control.registry import Registry
 
-_REGISTRIES: tuple[Registry[Any], ...] = (LAWS, CURVES)
+REGISTRIES: tuple[Registry[Any], ...] = (LAWS, CURVES)
+"""The registries of laws and of curves."""
 _LOADING = threading.Lock()
 
 
@@ -52,7 +53,9 @@ def register(record: Law | Curve) -> Law | Curve:
         If the record is incomplete, or its name is taken by one from elsewhere.
 
     """
-    return CURVES.register(record) if isinstance(record, Curve) else LAWS.register(record)
+    registry: Registry[Any] = CURVES if isinstance(record, Curve) else LAWS
+    registry.register(record)
+    return record
 
 
 def load_plugins(law_files: Sequence[str], curve_files: Sequence[str]) -> None:
@@ -66,12 +69,12 @@ def load_plugins(law_files: Sequence[str], curve_files: Sequence[str]) -> None:
 def plugin_environment() -> dict[str, str]:
     """Return the environment variables by which child processes, such as nodes, load the same files."""
     return {registry.variable: os.pathsep.join(registry.loaded_texts())
-            for registry in _REGISTRIES if registry.loaded_texts()}
+            for registry in REGISTRIES if registry.loaded_texts()}
 
 
 def plugin_sources() -> tuple[PluginSource, ...]:
     """Return the files that laws and curves were loaded from, for `load_sources` in another process."""
-    return tuple(PluginSource(number, file, text) for number, registry in enumerate(_REGISTRIES)
+    return tuple(PluginSource(number, file, text) for number, registry in enumerate(REGISTRIES)
                  for file, text in registry.loaded_texts().items())
 
 
@@ -79,6 +82,6 @@ def load_sources(sources: Iterable[PluginSource]) -> None:
     """Load files that another process has loaded, unless this one has the same content already."""
     with _LOADING:
         for source in sources:
-            registry = _REGISTRIES[source.registry]
+            registry = REGISTRIES[source.registry]
             if registry.loaded_texts().get(source.file) != source.text:
                 registry.load_text(source.file, source.text)

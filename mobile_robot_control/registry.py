@@ -5,20 +5,22 @@ A record is built in, comes from an entry point of an installed package, from a 
 environment variable names, or is registered by hand. A value of a parameter never imports code.
 """
 
-import hashlib
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.sources import origin_of, source_checksum
 
 Record = TypeVar('Record')
 _BUILT_IN = 'built in'
+_ANYTHING = (Exception, SystemExit)
+"""What a module may raise while it is imported."""
 
 
 class PluginError(ParameterError):
@@ -31,14 +33,10 @@ class Source(NamedTuple):
 
     Attributes
     ----------
-    kind : str
-        'law' or 'curve', for messages.
-    attribute : str
-        Name of the record in its module.
-    entry_points : str
-        Group of entry points.
-    variable : str
-        Environment variable that names files, separated by `os.pathsep`.
+    kind, attribute : str
+        'law' or 'curve', for messages; name of the record in its module.
+    entry_points, variable : str
+        Group of entry points; environment variable that names files, separated by `os.pathsep`.
 
     """
 
@@ -58,10 +56,8 @@ class Registry(Mapping[str, Record], Generic[Record]):
         Where further ones come from; they are looked for when the names are first needed.
     built_in : sequence of Record
         Each has a `name`.
-    check : callable
-        Yields what is wrong with a record, in words.
-    function_of : callable
-        Returns the function of a record that says where it was defined.
+    check, function_of : callable
+        Yields what is wrong with a record beside those known, in words; returns the function of a record.
 
     Attributes
     ----------
@@ -71,16 +67,15 @@ class Registry(Mapping[str, Record], Generic[Record]):
     """
 
     def __init__(
-        self, source: Source, built_in: tuple[Record, ...], check: Callable[[Record], Iterator[str]],
+        self, source: Source, built_in: tuple[Record, ...], check: Callable[[Any, Collection[str]], Iterator[str]],
         function_of: Callable[[Record], Any],
     ) -> None:
         self._source, self._check, self._function_of = source, check, function_of
         self._records: dict[str, Record] = {}
         self._origins: dict[str, str] = {}
         self._loaded: dict[str, str] = {}
-        self._discovered = False
         self.failures: dict[str, str] = {}
-        self._version = 0
+        self._discovered, self._version = False, 0
         for record in built_in:
             self._add(record, _BUILT_IN)
 
@@ -95,11 +90,16 @@ class Registry(Mapping[str, Record], Generic[Record]):
         self._discover()
         return self._version
 
-    def register(self, record: Record) -> Record:
-        """Register a record, or replace the one of the same name from the same file or notebook; return it."""
-        origin = self._defined_in(record) or '__main__'
-        self._add(record, origin)
-        return record
+    def register(self, record: Record) -> None:
+        """Register a record, or replace the one of the same name from the same file or notebook."""
+        self._add(record)
+
+    def remove(self, name: str) -> None:
+        """Forget a record; a built-in one stays."""
+        if self._origins.get(name) not in (None, _BUILT_IN):
+            self._loaded.pop(self._origins.pop(name), None)
+            del self._records[name]
+            self._version += 1
 
     def load_file(self, path: str | Path) -> Record:
         """Import a Python file and register its record; raise PluginError if that fails."""
@@ -114,27 +114,16 @@ class Registry(Mapping[str, Record], Generic[Record]):
     def load_text(self, file: str, text: str) -> Record:
         """Import the text of a Python file, which need not exist here, and register its record, as `load_file`."""
         module = ModuleType(f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", file)}')
-        module.__file__ = file
-        before = sys.modules.get(module.__name__)
-        sys.modules[module.__name__] = module
+        module.__file__, sys.modules[module.__name__] = file, module
         try:
-            exec(compile(text, file, 'exec'), module.__dict__)  # noqa: S102 (the user's own law)
+            exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own law)
             record: Record = getattr(module, self._source.attribute)
             self._add(record, file)
-        except (Exception, SystemExit) as error:  # a module can raise anything
-            del sys.modules[module.__name__]
-            if before is not None:
-                sys.modules[module.__name__] = before
+        except _ANYTHING as error:
+            sys.modules.pop(module.__name__, None)
             raise PluginError([self._refusal(file, error)]) from error
         self._loaded[file] = text
         return record
-
-    def _defined_in(self, record: Any) -> str:
-        """Return the file of a record's function, '__main__' for that of a notebook; '' where there is none."""
-        function = self._function_of(record) if not list(self._check(record)) else None
-        module, code = getattr(function, '__module__', None), getattr(function, '__code__', None)
-        # cells of a notebook have a file name each
-        return '' if code is None else '__main__' if module == '__main__' else os.path.realpath(code.co_filename)
 
     def _refusal(self, where: str, error: BaseException) -> str:
         if isinstance(error, PluginError):
@@ -143,15 +132,15 @@ class Registry(Mapping[str, Record], Generic[Record]):
             return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
         return f'{where}: cannot be imported ({type(error).__name__}: {error}); mend it, or leave it out'
 
-    def _add(self, record: Record, origin: str) -> None:
-        violations = list(self._check(record))
+    def _add(self, record: Record, origin: str = '') -> None:
+        violations = list(self._check(record, self._records))
         if violations:
-            raise PluginError(f'{origin}: {violation}' for violation in violations)
+            raise PluginError(f'{origin}: {violation}' if origin else violation for violation in violations)
+        origin = origin or origin_of(self._function_of(record))
         name: str = record.name  # type: ignore[attr-defined]
-        before = self._origins.get(name, origin)
-        if before != origin:
-            there = before if before == _BUILT_IN else f'defined in {before}'
-            raise PluginError([f"{origin}: the {self._source.kind} '{name}' is {there} already; rename one of them"])
+        if self._origins.get(name, origin) != origin:
+            raise PluginError([f"{origin}: the {self._source.kind} '{name}' is defined in {self._origins[name]} "
+                               'already; rename one of them'])
         self._records[name], self._origins[name] = record, origin
         self._version += 1
 
@@ -167,13 +156,10 @@ class Registry(Mapping[str, Record], Generic[Record]):
                 except PluginError as error:
                     self._note_failure(file, str(error))
         for point in metadata.entry_points(group=self._source.entry_points):
-            where = f'entry point {point.name} = {point.value}'
             try:
-                record = point.load()
-                # the same file may be registered by hand, too, as in a test or a notebook
-                self._add(record, self._defined_in(record) or where)
-            except (Exception, SystemExit) as error:  # a module can raise anything
-                self._note_failure(point.name, self._refusal(where, error))
+                self._add(point.load())
+            except _ANYTHING as error:
+                self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
 
     def _note_failure(self, name: str, reason: str) -> None:
         self.failures[name] = reason
@@ -186,10 +172,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def checksum(self, name: str) -> str:
         """Return a checksum of the source that a record comes from: a file, or all loaded modules of its package."""
-        digest = hashlib.sha256()
-        for source in _sources(self._function_of(self[name])):
-            digest.update(source)
-        return digest.hexdigest()[:16]
+        return source_checksum(self._function_of(self[name]))
 
     def loaded_texts(self) -> dict[str, str]:
         """Return the text of each file that a record was loaded from, by path, for other processes to load them."""
@@ -207,17 +190,6 @@ class Registry(Mapping[str, Record], Generic[Record]):
     def __len__(self) -> int:
         self._discover()
         return len(self._records)
-
-
-def _sources(function: Any) -> Iterator[bytes]:
-    """Yield the source of a function's module, of a package's modules, or of the function where it has no file."""
-    package = function.__module__.partition('.')[0]
-    ours = package in ('__main__', __name__.partition('.')[0])
-    files = {os.path.realpath(function.__code__.co_filename)} if ours else {
-        os.path.realpath(module.__file__) for name, module in list(sys.modules.items())
-        if name.partition('.')[0] == package and getattr(module, '__file__', None)}
-    sources = [Path(file).read_bytes() for file in sorted(files) if file.endswith('.py') and os.path.exists(file)]
-    yield from sources or [function.__code__.co_code]
 
 
 def name_violations(kind: str, name: object, reserved: frozenset[str] = frozenset()) -> Iterator[str]:

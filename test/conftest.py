@@ -39,3 +39,15 @@ def domain(monkeypatch):
             monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
             yield
         return
+
+
+@pytest.fixture
+def registered():
+    """Registers laws and curves for one test; what comes from files is forgotten after it, too."""
+    from mobile_robot_control.plugins import REGISTRIES, register
+
+    before = [set(registry) for registry in REGISTRIES]
+    yield register
+    for registry, names in zip(REGISTRIES, before, strict=True):
+        for name in set(registry) - names:
+            registry.remove(name)

@@ -10,14 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli.options import (
-    configuration,
-    configuration_text,
-    distinct,
-    make_main,
-    make_parser,
-    positive,
-)
+from mobile_robot_control.cli.command_parser import make_parser
+from mobile_robot_control.cli.options import configuration, configuration_text, distinct, make_main, positive
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration

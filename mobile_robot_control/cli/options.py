@@ -2,9 +2,8 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from mobile_robot_control.files import explain, is_disk_full
 from mobile_robot_control.parameters.checking import ParameterError
@@ -12,67 +11,6 @@ from mobile_robot_control.parameters.configuration import at_cart_start, configu
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.files import Values, load, parameter_file_text
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.plugins import load_plugins
-
-
-def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group('laws and curves of your own')
-    group.add_argument('--law', action='append', default=[], metavar='FILE.py', dest='law_files',
-                       help='Python file with a position law LAW; again and again')
-    group.add_argument('--curve', action='append', default=[], metavar='FILE.py', dest='curve_files',
-                       help='Python file with a curve CURVE; again and again')
-
-
-class _CommandParser(argparse.ArgumentParser):
-    """Loads the files of ``--law`` and ``--curve`` before other options may name what these define."""
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        plugins = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-        _add_plugin_options(plugins)
-        try:
-            early, _ = plugins.parse_known_args(args)
-            load_plugins(early.law_files, early.curve_files)
-        except argparse.ArgumentError:
-            pass  # the whole parser says so in its own words
-        except ParameterError as error:
-            self.exit(2, ''.join(f'{self.prog}: {violation}\n' for violation in error.violations))
-        return super().parse_known_args(args, namespace)
-
-
-def make_parser(name: str, description: str) -> argparse.ArgumentParser:
-    """Make a command's parser with what all commands take: ``--params-file``, ``-p``, ``--law`` and ``--curve``."""
-    # an abbreviated --law would be read after the options that need its law
-    made = _CommandParser(prog=name, description=description, allow_abbrev=False)
-    made.add_argument('--params-file', action='append', default=[], metavar='FILE', dest='params_files',
-                      help='ROS 2 parameter file, as the nodes take it; again and again: later wins')
-    made.add_argument('-p', action='append', default=[], metavar='NODE.PARAMETER:=VALUE', dest='overrides',
-                      help="one parameter, such as plant.max_wheel_torque:=3.0 or '/**.position_rate:=50.0'")
-    _add_plugin_options(made)
-    return made
-
-
-class Lazy(Collection[str]):
-    """
-    Choices of an option that are known only once ``--law`` and ``--curve`` are read.
-
-    Parameters
-    ----------
-    names : callable
-        Returns the present choices, in the order to name them.
-
-    """
-
-    def __init__(self, names: Callable[[], Iterable[str]]) -> None:
-        self._names = names
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._names()
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names())
-
-    def __len__(self) -> int:
-        return len(list(self._names()))
 
 
 def _float(text: str) -> float:

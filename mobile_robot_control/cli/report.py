@@ -7,7 +7,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli.options import configuration, distinct, make_main, make_parser
+from mobile_robot_control.cli.command_parser import make_parser
+from mobile_robot_control.cli.options import configuration, distinct, make_main
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load

@@ -53,15 +53,14 @@ def _purpose(parameters: Configuration, goal: Goal, settings: SearchSettings) ->
     kept = {name: value for name, value in settings._asdict().items() if name not in ('generations', 'seconds')}
     loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
             for name, value in flatten(group).items()}
-    return {'version': __version__, **kept, **goal._asdict(), **loop, **_sources(parameters, goal)}
+    return {'version': __version__, **kept, **goal._asdict(), **loop, **_checksums(parameters, goal)}
 
 
-def _sources(parameters: Configuration, goal: Goal) -> dict[str, str]:
+def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
     """Return checksums of the source of the law and of the curves that are searched with."""
-    law = goal.controller if goal.controller in LAWS else parameters.position_controller.control.controller_type
-    curves = dict.fromkeys(scenario.curve for scenario in goal.scenarios)
-    return {f"source of the law '{law}'": LAWS.checksum(law),
-            **{f"source of the curve '{curve}'": CURVES.checksum(curve) for curve in curves}}
+    law = parameters.position_controller.control.controller_type
+    curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve) for one in goal.scenarios}
+    return {f"source of the law '{law}'": LAWS.checksum(law), **curves}
 
 
 def _with_gains(parameters: Configuration, gains: Gains) -> Configuration:

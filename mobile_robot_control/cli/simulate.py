@@ -8,15 +8,9 @@ from contextlib import ExitStack
 
 from tqdm import tqdm
 
+from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.interrupt import Interrupt
-from mobile_robot_control.cli.options import (
-    configuration,
-    configuration_text,
-    make_main,
-    make_parser,
-    positive,
-    writable_file,
-)
+from mobile_robot_control.cli.options import configuration, configuration_text, make_main, positive, writable_file
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.recording.csv_table import write_csv

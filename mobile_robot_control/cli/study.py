@@ -11,12 +11,12 @@ from typing import Any
 
 from tqdm import tqdm
 
+from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.options import (
     configuration,
     fraction,
     make_main,
-    make_parser,
     non_negative,
     positive,
     whole_number,

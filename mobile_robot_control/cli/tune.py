@@ -5,7 +5,8 @@ import shlex
 import sys
 from collections.abc import Sequence
 
-from mobile_robot_control.cli.options import Lazy, configuration, make_main, make_parser, positive, whole_number
+from mobile_robot_control.cli.command_parser import Lazy, make_parser
+from mobile_robot_control.cli.options import configuration, make_main, positive, whole_number
 from mobile_robot_control.cli.scenario_options import add_scenario_options
 from mobile_robot_control.cli.search_run import SearchRun
 from mobile_robot_control.cli.worker_options import add_worker_options, runner

@@ -1,13 +1,15 @@
 """The position laws that `controller_type` may name: the built-in list, the registry, and their parameters."""
 
-from collections.abc import Callable, Iterator
+import inspect
+import math
+from collections.abc import Callable, Collection, Iterator
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
 from mobile_robot_control.control.command_limits import Limits
 from mobile_robot_control.control.law import Law
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
 from mobile_robot_control.registry import Registry, Source, name_violations
 
@@ -25,46 +27,55 @@ RESERVED = frozenset({
 """A law's group of parameters has the law's name, which must not be that of another parameter or of a search."""
 
 
-def _gains_violations(law: Law) -> Iterator[str]:
-    """Yield what is wrong with the gains that a law declares."""
-    try:
-        declared = declarations(law.gains)
-    except Exception as error:  # a class can raise anything
-        yield (f"the gains of '{law.name}' are no NamedTuple of fields annotated with Field, each with a default "
-               f'({type(error).__name__}: {error})')
-        return
-    for one in declared.values():
-        yield from (f"the gain '{law.name}.{one.name}' {wrong}" for wrong in _field_violations(one))
-
-
-def _field_violations(declared: Declaration) -> Iterator[str]:
-    field = declared.field
-    if declared.kind not in (float, tuple) or not field.live:
-        return
-    bounds = (field.above, field.minimum, field.maximum)
-    if not field.search and all(bound is None for bound in bounds):
-        yield 'has neither bounds nor a range to search; give it above, minimum, maximum or search=(low, high)'
-    if field.search:
-        pairs = field.search if declared.kind is tuple else (field.search,)
-        if declared.kind is tuple and len(pairs) != len(declared.default):
-            yield f'has {len(declared.default)} elements and {len(pairs)} ranges to search; give a pair for each'
-        elif not all(len(pair) == 2 and pair[0] < pair[1] for pair in pairs):
-            yield f'has a range to search of {field.search}; write (low, high) with low < high'
-
-
-def _violations(law: Law) -> Iterator[str]:
-    """Yield what is wrong with a law's record."""
+def law_violations(law: Any, known: Collection[str]) -> Iterator[str]:
+    """Yield what is wrong with the record of a law, where these laws are known."""
     if not isinstance(law, Law):
         yield f'LAW is of type {type(law).__name__}; write LAW = Law(name, step, Gains)'
         return
     yield from name_violations('law', law.name, RESERVED)
-    if not callable(law.step):
-        yield f"the step of '{law.name}' is no function"
-    yield from _gains_violations(law)
+    try:
+        inspect.signature(law.step).bind('state', 'observation', 'gains', 'dt')
+    except (TypeError, ValueError):
+        yield f"the step of '{law.name}' is no function step(state, observation, gains, dt)"
+    unknown = [group for group in law.groups if group not in (law.name, *known)]
+    if unknown:
+        yield f"'{law.name}' uses the groups {', '.join(unknown)}, which no law has; known are {', '.join(known)}"
+    yield from (f"'{law.name}': {wrong}" for wrong in _gains_violations(law.gains))
+
+
+def _gains_violations(gains: Any) -> Iterator[str]:
+    try:
+        declared = declarations(gains)
+        flat = tuple(declared) == gains._fields
+    except Exception:  # a class can raise anything
+        flat = False
+    if not flat:
+        yield 'its gains are no NamedTuple of fields annotated with Field, each with a default'
+        return
+    for name, one in declared.items():
+        yield from (f"its gain '{name}' {wrong}" for wrong in _field_violations(one))
+    try:
+        build(gains, {})
+    except ParameterError as error:
+        yield from (f'its default {violation}' for violation in error.violations)
+
+
+def _field_violations(declared: Declaration) -> Iterator[str]:
+    field, is_array = declared.field, declared.kind is tuple
+    low = max((bound for bound in (field.above, field.minimum) if bound is not None), default=-math.inf)
+    high = math.inf if field.maximum is None else field.maximum
+    ranges = field.search if is_array else (field.search,) if field.search else ()
+    if not ranges:
+        if declared.kind in (float, tuple) and (low, high) == (-math.inf, math.inf):
+            yield 'has neither bounds nor a range to search; give it above, minimum, maximum or search=(low, high)'
+    elif is_array and len(ranges) != len(declared.default):
+        yield f'has {len(declared.default)} elements and {len(ranges)} ranges to search; give a pair for each'
+    elif not all(len(pair) == 2 and low <= pair[0] < pair[1] <= high for pair in ranges):
+        yield f'has a range to search of {field.search}; it must hold that {low} <= low < high <= {high}'
 
 
 LAWS: Registry[Law] = Registry(
-    Source('law', 'LAW', 'mobile_robot_control.laws', 'MOBILE_ROBOT_CONTROL_LAWS'), BUILT_IN, _violations,
+    Source('law', 'LAW', 'mobile_robot_control.laws', 'MOBILE_ROBOT_CONTROL_LAWS'), BUILT_IN, law_violations,
     lambda law: law.step)
 
 

@@ -2,29 +2,15 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.parameters.nodes import NODES, parameter_names
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
 from mobile_robot_control.parameters.values import nearest
 
 Values = dict[str, dict[str, Any]]
-
-
-def _declared() -> dict[str, set[str]]:
-    """Return the names of the parameters of each node."""
-    return _declared_with(LAWS.version)
-
-
-@lru_cache(maxsize=1)
-def _declared_with(_version: int) -> dict[str, set[str]]:
-    """Return the names of the parameters of each node, with a version of the registered laws."""
-    return {node: set(declarations(group)) for node, group in NODES.items()}
 
 
 def _flat(tree: Mapping[Any, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
@@ -64,7 +50,7 @@ def addressed_nodes(section: str, namespace: str) -> list[str]:
 
 def is_declared(name: str) -> bool:
     """Return whether any of the four nodes declares a parameter of this dotted name."""
-    return any(name in declared for declared in _declared().values())
+    return any(name in declared for declared in parameter_names().values())
 
 
 def is_ros_parameter(name: str) -> bool:
@@ -74,7 +60,7 @@ def is_ros_parameter(name: str) -> bool:
 
 def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], source: str) -> Iterator[str]:
     """Yield what is wrong with the names of a section that is for some of our nodes."""
-    known = set().union(*(_declared()[node] for node in nodes))
+    known = set().union(*(parameter_names()[node] for node in nodes))
     for name, value in values.items():
         if name in known or is_ros_parameter(name):
             if value is None:
@@ -83,7 +69,7 @@ def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], 
                 yield (f"{source}: '{name}' of '{section}' = {value} mixes kinds of numbers, which ROS refuses; "
                        f'write a decimal point in each: {[float(v) if type(v) is int else v for v in value]}')
             continue
-        owners = [node for node, declared in _declared().items() if name in declared]
+        owners = [node for node, declared in parameter_names().items() if name in declared]
         if owners:
             yield f"{source}: '{name}' of '{section}' belongs to {' and '.join(owners)}; write it there"
         else:
@@ -150,7 +136,7 @@ def merge_sections(sources: Iterable[tuple[str, str, Mapping[str, Any]]], namesp
             continue
         violations += _check_names(section, given, nodes, source)
         for node in nodes:
-            values[node].update({name: value for name, value in given.items() if name in _declared()[node]})
+            values[node].update({name: value for name, value in given.items() if name in parameter_names()[node]})
     if violations:
         raise ParameterError(violations)
     return values

@@ -2,15 +2,16 @@
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
-from mobile_robot_control.control.laws import PositionControl, select
+from mobile_robot_control.control.laws import LAWS, PositionControl, select
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
 from mobile_robot_control.model.plant import Imperfections
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import ParameterError, rule
-from mobile_robot_control.parameters.declaration import INLINE, Field
+from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
 from mobile_robot_control.reference.cart import CurveParameters
 from mobile_robot_control.stamps import NANOSECONDS, period_nanoseconds
 
@@ -135,6 +136,17 @@ class Configuration(NamedTuple):
 
 NODES: dict[str, Any] = dict(Configuration.__annotations__)
 """The parameters' class of each node, by node name."""
+
+
+def parameter_names() -> dict[str, set[str]]:
+    """Return the dotted names of the parameters of each node, with the laws that are registered now."""
+    return _parameter_names(LAWS.version)
+
+
+@lru_cache(maxsize=1)
+def _parameter_names(_version: int) -> dict[str, set[str]]:
+    """Return the names, which depend on the registered laws alone."""
+    return {node: set(declarations(group)) for node, group in NODES.items()}
 
 
 def _whole_nanoseconds(rate: float) -> bool:

@@ -1,7 +1,7 @@
 """The reference cart: its pose and velocity at a time."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
@@ -9,7 +9,7 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import INLINE, Field
 from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.curves import CURVES, CurvePoint
+from mobile_robot_control.reference.curves import CURVES, CurveFunction
 
 
 class Placement(NamedTuple):
@@ -30,7 +30,7 @@ class CurveParameters(NamedTuple):
 
 
 @jitable
-def reference_at(curve: Callable[[float], CurvePoint], time: float, placement: Placement) -> Reference:
+def reference_at(curve: CurveFunction, time: float, placement: Placement) -> Reference:
     """
     Compute the reference cart's pose and velocity at a time.
 
@@ -79,13 +79,13 @@ _SLOWEST = 1e-6
 """Of the largest speed on the curve: a slower point is one where the cart stands, and has no heading."""
 
 
-def _squared_speed(curve: Callable[[float], CurvePoint], s: float) -> float:
+def _squared_speed(curve: CurveFunction, s: float) -> float:
     """Return |dr/ds|² of a curve of scale 1."""
     point = curve(s)
     return point.dx * point.dx + point.dy * point.dy
 
 
-def _slowest_point(curve: Callable[[float], CurvePoint], begin: float) -> tuple[float, float]:
+def _slowest_point(curve: CurveFunction, begin: float) -> tuple[float, float]:
     """Return the curve parameter of the slowest point of a lap [rad], and the share of the largest speed there."""
     step = 2.0 * math.pi / (8 * _POINTS)
     lap = [begin + step * n for n in range(8 * _POINTS + 1)]
@@ -99,6 +99,18 @@ def _slowest_point(curve: Callable[[float], CurvePoint], begin: float) -> tuple[
     least = min(squares[slowest], _squared_speed(curve, refined))
     fastest = max(squares.values())
     return refined, math.sqrt(least / fastest) if fastest > 0.0 else 0.0
+
+
+def _failure(curve: CurveParameters) -> str:
+    """Return where a curve raises or is not finite, in words; '' if it never does in a lap."""
+    for n in range(_POINTS + 1):
+        s = 2.0 * math.pi * (curve.placement.phase + n / _POINTS)
+        try:
+            if not all(map(math.isfinite, CURVES[curve.curve](s))):
+                return f"curve = '{curve.curve}' is not finite at s = {s:g} rad; mend it, or take another"
+        except Exception as error:  # a curve can raise anything
+            return f"curve = '{curve.curve}' fails at s = {s:g} rad ({type(error).__name__}: {error}); mend it"
+    return ''
 
 
 def _standstill(curve: CurveParameters) -> str:
@@ -116,9 +128,9 @@ def _standstill(curve: CurveParameters) -> str:
 @rule
 def _lap_can_be_followed(curve: CurveParameters) -> Iterator[str]:
     """Refuse a cart without a heading, and one that leaves what messages may hold: the run would wait for ever."""
-    placement, standstill = curve.placement, _standstill(curve)
-    if standstill:
-        yield standstill
+    placement, unfit = curve.placement, _failure(curve) or _standstill(curve)
+    if unfit:
+        yield unfit
         return
     lap = [reference_at(CURVES[curve.curve], placement.period * n / _POINTS, placement) for n in range(_POINTS)]
     far = max(abs(value) for reference in lap for value in (reference.pose.x, reference.pose.y))

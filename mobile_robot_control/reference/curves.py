@@ -1,8 +1,8 @@
 """The curves that the reference cart may drive, with exact derivatives: the built-in ones and the registry."""
 
 import math
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Collection, Iterator
+from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.registry import Registry, Source, name_violations
@@ -126,6 +126,13 @@ def line(s: float) -> CurvePoint:
     return CurvePoint(s / turn, 0.0, 1.0 / turn, 0.0, 0.0, 0.0)
 
 
+class CurveFunction(Protocol):
+    """A function of the curve parameter, such as `circle`."""
+
+    def __call__(self, s: float, /) -> CurvePoint:
+        """Return the point at a curve parameter [rad]."""
+
+
 class Curve(NamedTuple):
     """
     A curve for the reference cart: a function of the curve parameter. A module of a curve has one, named CURVE.
@@ -142,10 +149,10 @@ class Curve(NamedTuple):
     """
 
     name: str
-    point: Callable[[float], CurvePoint]
+    point: CurveFunction
     closed: bool = True
 
-    def __call__(self, s: float) -> CurvePoint:
+    def __call__(self, s: float, /) -> CurvePoint:
         """Return the point at a curve parameter [rad]."""
         return self.point(s)
 
@@ -156,17 +163,15 @@ BUILT_IN = (
 )
 
 
-def _violations(curve: Curve) -> Iterator[str]:
-    """Yield what is wrong with a curve's record."""
+def curve_violations(curve: Any, known: Collection[str] = ()) -> Iterator[str]:  # noqa: ARG001 (as for laws)
+    """Yield what is wrong with the record of a curve."""
     if not isinstance(curve, Curve):
         yield f'CURVE is of type {type(curve).__name__}; write CURVE = Curve(name, point)'
         return
     yield from name_violations('curve', curve.name)
-    if not callable(curve.point):
-        yield f"the point of '{curve.name}' is no function"
-        return
+    evaluate: Any = curve.point
     try:
-        point = curve.point(0.0)
+        point = evaluate(0.0)
     except Exception as error:  # a curve can raise anything
         yield f"the curve '{curve.name}' fails at s = 0.0 rad: {type(error).__name__}: {error}"
         return
@@ -175,5 +180,5 @@ def _violations(curve: Curve) -> Iterator[str]:
 
 
 CURVES: Registry[Curve] = Registry(
-    Source('curve', 'CURVE', 'mobile_robot_control.curves', 'MOBILE_ROBOT_CONTROL_CURVES'), BUILT_IN, _violations,
+    Source('curve', 'CURVE', 'mobile_robot_control.curves', 'MOBILE_ROBOT_CONTROL_CURVES'), BUILT_IN, curve_violations,
     lambda curve: curve.point)

@@ -9,7 +9,6 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
-from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import JITABLE
 from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
@@ -47,7 +46,7 @@ def _register(*functions: Callable[..., Any]) -> None:
 
 
 @lru_cache(maxsize=32)
-def compiled_rollout(step: LawStep) -> Callable[..., Outcome]:
+def compiled_rollout(step: Callable[..., Any]) -> Callable[..., Outcome]:
     """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
     _register(*JITABLE, _row, step)
     position_tick = make_position_tick(step)
@@ -58,18 +57,18 @@ def compiled_rollout(step: LawStep) -> Callable[..., Outcome]:
 
 
 @lru_cache(maxsize=32)
-def plain_rollout(step: LawStep) -> Callable[..., Outcome]:
+def plain_rollout(step: Callable[..., Any]) -> Callable[..., Outcome]:
     """Return the rollout of a law's step as Python runs it; references are given as they are."""
     return trial.make_rollout(step, operator.getitem)
 
 
-_uncompilable: dict[LawStep, str] = {}
+_uncompilable: dict[Callable[..., Any], str] = {}
 """Steps that numba cannot compile, and why."""
 
 
 def compiles(one: Trial) -> bool:
     """Return whether the law of a trial compiles; where it does not, print the reason once."""
-    step = LAWS[one.law].step
+    step: Callable[..., Any] = LAWS[one.law].step
     if not COMPILES or step in _uncompilable:
         return False
     try:
@@ -90,12 +89,20 @@ def _array(drive: Drive) -> Any:
 
 def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
     """Run trials on one core; with numba if `compile_them`, or where the law compiles if that is None."""
-    chosen = {law: compiles(first) if compile_them is None else compile_them for law, first in _first_of(trials).items()}
-    return [
-        trial.roll_trial(one, compiled_rollout(LAWS[one.law].step), _array(trial.cart_drive(one))) if chosen[one.law]
-        else trial.roll_trial(one, plain_rollout(LAWS[one.law].step), references(trial.cart_drive(one)))
-        for one in trials
-    ]
+    chosen = {law: _rollout_of(first, compile_them) for law, first in _first_of(trials).items()}
+    outcomes = []
+    for one in trials:
+        roll, references_of = chosen[one.law]
+        outcomes.append(trial.roll_trial(one, roll, references_of(trial.cart_drive(one))))
+    return outcomes
+
+
+def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[[Drive], Any]]:
+    """Return the rollout of the law of a trial, and what makes the references that it takes."""
+    step: Callable[..., Any] = LAWS[one.law].step
+    if compiles(one) if compile_it is None else compile_it:
+        return compiled_rollout(step), _array
+    return plain_rollout(step), references
 
 
 def _first_of(trials: Sequence[Trial]) -> dict[str, Trial]:
@@ -137,8 +144,8 @@ class Pool:
         if self._workers == 1 or not trials:
             return run_trials(trials)
         # compile before the threads would all do so
-        all_compile = all([compiles(one) for one in _first_of(trials).values()])
-        executor = self._thread_pool() if all_compile else self._process_pool()
+        plain = [law for law, one in _first_of(trials).items() if not compiles(one)]
+        executor = self._process_pool() if plain else self._thread_pool()
         size = -(-len(trials) // (_CHUNKS_A_WORKER * self._workers))
         chunks = [trials[first:first + size] for first in range(0, len(trials), size)]
         return [outcome for part in executor.map(run_trials, chunks) for outcome in part]

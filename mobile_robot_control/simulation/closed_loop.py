@@ -133,9 +133,7 @@ class Sample(NamedTuple):
     torque: WheelTorque
 
 
-def make_position_tick(
-    law_step: LawStep,
-) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
+def make_position_tick(law_step: LawStep) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
     """
     Make the slow loop's step for a law, chosen by closure so that it compiles.
 
@@ -161,8 +159,7 @@ def make_position_tick(
         error = true if pose == state.plant.pose else tracking_error(reference.pose, pose)
         wheels = measured_wheels(wheel_velocity(state.plant.velocity, robot), noise, k)
         velocity = measured_twist(state.plant.velocity, wheels, noise, robot)
-        law, asked = law_step(
-            state.law, Observation(error, reference, velocity), loop.law_gains, loop.position_dt)
+        law, asked = law_step(state.law, Observation(error, reference, velocity), loop.law_gains, loop.position_dt)
         # limits would hide what is not a number
         command = limit_command(asked, state.command, loop.limits, loop.position_dt) if is_sound(asked) else FAILED
         return (

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 from mobile_robot_control.control.law import LawFailedError, is_sound
 from mobile_robot_control.control.laws import LAWS, select
@@ -12,7 +13,7 @@ from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.noise import measured_wheels
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample, make_position_tick, velocity_tick
@@ -41,6 +42,11 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     )
 
 
+def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
+    """Do a step in place of a law that has failed."""
+    return state, BodyVelocity(0.0, 0.0)
+
+
 def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     """
     Run the closed loop and yield what the topics carry.
@@ -60,7 +66,7 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     Raises
     ------
     LawFailedError
-        If the position law raises, or its command is not finite.
+        If the position law raises, or its command is not finite; after the sample of that time, whose command is zero.
 
     Examples
     --------
@@ -81,17 +87,22 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
             time = nanoseconds / 1e9
             reference = reference_at(curve, time, loop.placement)
             try:
-                state, tick, _ = position_tick(state, reference, k, time, loop)
+                after, tick, _ = position_tick(state, reference, k, time, loop)
+                failure = '' if is_sound(after.command) else 'its command is not finite'
             except Exception as error:  # a law can raise anything
-                raise LawFailedError(f'at t = {time:g} s: {type(error).__name__}: {error}') from error
-            if not is_sound(state.command):
-                raise LawFailedError(f'at t = {time:g} s: its command is not finite')
+                failure = f'{type(error).__name__}: {error}'
+            if failure:
+                after, tick, _ = make_position_tick(_stand)(state, reference, k, time, loop)
+                after = after._replace(command=BodyVelocity(0.0, 0.0))
+            state = after
         before, over_last_step = state, applied
         state, torque, applied = velocity_tick(state, k, loop)
         yield Sample(
             nanoseconds / 1e9, tick, before.command, before.plant.right_angle, before.plant.left_angle,
             measured_wheels(wheel_velocity(before.plant.velocity, shared.robot), noise, k), over_last_step, torque,
         )
+        if failure:
+            raise LawFailedError(f'at t = {time:g} s: {failure}')
         if dynamics.diverged(state.plant):
             return
 

@@ -129,19 +129,9 @@ def references(drive: Drive) -> tuple[Reference, ...]:
 
 def make_rollout(law_step: LawStep, reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:
     """
-    Make the rollout of a law, chosen by closure so that it compiles.
+    Make the rollout of a law's step: ``roll(state, loop, references, steps, ratio, late) -> Outcome``.
 
-    Parameters
-    ----------
-    law_step : callable
-        The step of a law.
-    reference_of : callable
-        Returns the n-th of the references given to the rollout.
-
-    Returns
-    -------
-    callable
-        ``roll(state, loop, references, steps, ratio, late) -> Outcome``.
+    `reference_of` returns the n-th of the references given to it.
     """
     return bind(make_position_tick(law_step), reference_of)
 

@@ -1,5 +1,6 @@
 """Trials on a Dask cluster, whose workers have this package installed."""
 
+import pickle
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -14,10 +15,10 @@ _POLL_PERIOD = 1.0
 """[s] between two checks whether there are workers."""
 
 
-def _run_with(sources: Sequence[PluginSource], trials: Sequence[Trial]) -> list[Outcome]:
-    """Run trials in a worker, which loads the law files and curve files of the caller first."""
+def _run_with(sources: Sequence[PluginSource], trials: bytes) -> list[Outcome]:
+    """Run pickled trials in a worker, which loads the law files and curve files of the caller before it unpickles."""
     load_sources(sources)
-    return batch.run_trials(trials)
+    return batch.run_trials(pickle.loads(trials))  # noqa: S301 (from our own client)
 
 
 class Cluster:
@@ -53,7 +54,7 @@ class Cluster:
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Run trials; the outcomes are in the same order. Raises OSError where no worker came within the patience."""
         size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
-        chunks = [list(trials[first:first + size]) for first in range(0, len(trials), size)]
+        chunks = [pickle.dumps(list(trials[first:first + size])) for first in range(0, len(trials), size)]
         # not pure: equal trials are run again, as on one machine; retries: a worker may die more than once
         futures = self._client.map(partial(_run_with, plugin_sources()), chunks, pure=False, retries=10)
         self._wait(futures)

@@ -73,7 +73,8 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
 
 def _with_kept(group: Any, before: Any, genes: Sequence[Gene], node: str, name: str) -> Any:
     """Return a group in which the numbers that no gene changes are as before."""
-    places = {(place.field, place.element) for place in _places(tuple(genes)) if (place.node, place.group) == (node, name)}
+    places = {(place.field, place.element) for place in _places(tuple(genes))
+              if (place.node, place.group) == (node, name)}
     kept: dict[str, Any] = {}
     for field, value in before._asdict().items():
         if isinstance(value, tuple):

@@ -10,11 +10,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+from observation import observed
 
 from bench.progress import show
 from bench.row import at_least, at_most
 from mobile_robot_control.control import backstepping
-from mobile_robot_control.control.backstepping import NoState
+from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.parameters.nodes import Configuration
@@ -26,7 +27,7 @@ from mobile_robot_control.simulation.trial import cart_drive, make_trial, refere
 from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.scenarios import configured_scenario
 from mobile_robot_control.tuning.search import SearchSettings, run_search
-from mobile_robot_control.tuning.search_space import CHROMOSOMES
+from mobile_robot_control.tuning.search_space import search_genes
 
 LAP = 16.0
 ROUNDS = 7
@@ -93,7 +94,7 @@ class Continuous:
         x, y, heading, v, omega, common, differential = state[:7]
         reference = reference_at(CURVES[self._trial.curve], time, loop.placement)
         error = tracking_error(reference.pose, Pose(x, y, heading))
-        _, command = backstepping.step(NoState(), error, reference, loop.law_gains, 0.0)
+        _, command = backstepping.step(NoState(), observed(error, reference), loop.law_gains, 0.0)
         r, R = robot.wheel_radius, half_separation(robot)
         both, apart = R / r * gains.k1 * (command.linear - v), R / r * gains.k2 * (command.angular - omega)
         return [
@@ -149,7 +150,7 @@ def _whole_search():
         spent += time.process_time() - begun
         return outcomes
 
-    goal = Goal('fuzzy', CHROMOSOMES['fuzzy'], (configured_scenario(parameters),))
+    goal = Goal('fuzzy', search_genes('fuzzy'), (configured_scenario(parameters),))
     objective = Objective(parameters, goal, run)
     objective.score(objective.gains([0.5] * 15))
     spent = 0.0

@@ -13,7 +13,7 @@ from mobile_robot_control.simulation.batch import Pool
 from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.scenarios import configured_scenario
 from mobile_robot_control.tuning.search import ALGORITHMS, SearchSettings, run_search
-from mobile_robot_control.tuning.search_space import CHROMOSOMES, POPULATIONS, bounded
+from mobile_robot_control.tuning.search_space import bounded, population_of, search_genes
 
 CONFIG = Path(__file__).parents[2] / 'config'
 SEEDS = range(1, 6)
@@ -27,10 +27,10 @@ TARGETS = {'backstepping': (2.75, 2.6), 'hybrid_backstepping': (1.75, 1.65), 'fu
 def scores(law, algorithm, run):
     """Search with each seed; yields the objectives found."""
     parameters = configure(load([CONFIG / f'{law}.yaml']))
-    genes = bounded(CHROMOSOMES[law], BOUNDS[law])
+    genes = bounded(search_genes(law), BOUNDS[law])
     objective = Objective(parameters, Goal(law, genes, (configured_scenario(parameters),)), run)
     for seed in SEEDS:
-        found = run_search(SearchSettings(algorithm, len(genes), POPULATIONS[law], GENERATIONS, seed), objective)
+        found = run_search(SearchSettings(algorithm, len(genes), population_of(law), GENERATIONS, seed), objective)
         print(f'{law} {algorithm} seed {seed}: {found.score:.4f}', flush=True)
         yield found.score
 

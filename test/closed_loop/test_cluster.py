@@ -13,7 +13,7 @@ from mobile_robot_control.simulation import batch
 from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.scenarios import configured_scenario
 from mobile_robot_control.tuning.search import SearchSettings, run_search
-from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded
+from mobile_robot_control.tuning.search_space import bounded, search_genes
 
 distributed = pytest.importorskip('distributed')
 
@@ -55,7 +55,7 @@ def test_a_killed_worker_does_not_change_the_result(cluster, monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
     address, workers = cluster
     parameters = configure({'reference_cart': {'period': 1.0, 'scale': 0.1}})
-    genes = bounded(CHROMOSOMES['backstepping'], {'k1': (0.0, 2.0), 'k2': (0.0, 2.0)})
+    genes = bounded(search_genes('backstepping'), {'k1': (0.0, 2.0), 'k2': (0.0, 2.0)})
     goal = Goal('backstepping', genes, (configured_scenario(parameters),))
     settings = SearchSettings('genetic', 8, 21, 8, 1)
     alone = run_search(settings, Objective(parameters, goal, lambda trials: batch.run_trials(trials, False)))

@@ -4,10 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from observation import observed
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import backstepping
-from mobile_robot_control.control.backstepping import BacksteppingGains, NoState, lyapunov, lyapunov_rate
+from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate
+from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 from mobile_robot_control.reference.cart import Placement, reference_at
@@ -18,7 +20,7 @@ STEEP = GAINS._replace(alpha=2.0)
 
 
 def ask(error, reference, gains):
-    return backstepping.step(NoState(), error, reference, gains, 0.0)[1]
+    return backstepping.step(NoState(), observed(error, reference), gains, 0.0)[1]
 
 
 def drive(curve, gains, start, seconds):

@@ -20,23 +20,28 @@ LAYERS = {
     'files': set(),
     'jit': set(),
     'angles': {'jit'},
+    # where laws and curves come from: what a registry is stands below them, what commands do with both above
+    'sources': set(),
+    'registry': {'parameters', 'sources'},
+    'plugins': {'registry', 'control', 'reference'},
     # how parameters are declared and checked ...
     'parameters': {'quantities'},
     'messages': {'quantities', 'stamps'},
     'messages.writing': {'quantities', 'messages'},
     'model': {'quantities', 'angles', 'jit', 'parameters'},
-    'control': {'quantities', 'angles', 'jit', 'parameters', 'model'},
-    'reference': {'quantities', 'angles', 'jit', 'parameters'},
+    'control': {'quantities', 'angles', 'jit', 'parameters', 'model', 'registry'},
+    'reference': {'quantities', 'angles', 'jit', 'parameters', 'registry'},
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.nodes': {'parameters', 'stamps'} | DOMAIN,
     'parameters.configuration': {'parameters', 'parameters.nodes', 'reference'},
     'parameters.files': {'parameters', 'parameters.nodes'},
-    'simulation': {'quantities', 'angles', 'jit', 'stamps', 'parameters', 'parameters.nodes'} | DOMAIN,
+    'simulation': {'quantities', 'angles', 'jit', 'stamps', 'parameters', 'parameters.nodes', 'plugins'} | DOMAIN,
     'recording': {'quantities', 'stamps', 'topics', 'files', 'messages', 'simulation'},
-    'tuning': {'quantities', 'files', 'simulation'} | PARAMETERS | DOMAIN,
+    'tuning': {'quantities', 'files', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
     'reporting': {'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
-    'cli': {'messages', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS | DOMAIN,
+    'cli': {'messages', 'plugins', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
+           | DOMAIN,
 }
 MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}

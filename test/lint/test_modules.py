@@ -79,7 +79,7 @@ def test_a_renamed_module_is_refused(line):
 
 @pytest.mark.parametrize('line', [
     'import numpy as np', 'from hypothesis import strategies as st', 'from pathlib import Path as P', 'import json',
-    'from mobile_robot_control.control.fuzzy import step as fuzzy_step',
+    'from mobile_robot_control.control.fuzzy import step as fuzzy_step'
 ])
 def test_abbreviations_of_the_field_and_renamed_functions_pass(line):
     assert not list(renamed_modules(line))

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from observation import observed
 
 from mobile_robot_control.control import backstepping, bumpless_transfer, fuzzy, hybrid_backstepping, velocity_pi
-from mobile_robot_control.control.backstepping import BacksteppingGains, NoState, lyapunov, lyapunov_rate
-from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
-from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains, fade_step
+from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate
+from mobile_robot_control.control.fuzzy import surface
+from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains, fade_step
+from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.laws import LAWS, PositionControl
+from mobile_robot_control.control.membership import FuzzyGains, memberships
 from mobile_robot_control.control.tracking_error import bearing, distance, tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.model.robot import Robot
@@ -116,14 +119,14 @@ def test_the_bearing_is_wrapped_and_points_at_the_cart(error):
 
 @given(ANY_ERRORS, ANY_REFERENCES, BACKSTEPPING_GAINS)
 def test_backstepping_gives_finite_commands_for_finite_inputs(error, reference, gains):
-    _, command = backstepping.step(NoState(), error, reference, gains, 0.01)
+    _, command = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
     assert all(map(math.isfinite, command))
 
 
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS)
 def test_backstepping_is_mirror_symmetric(error, reference, gains):
-    _, command = backstepping.step(NoState(), error, reference, gains, 0.01)
-    _, other = backstepping.step(NoState(), *mirrored(error, reference), gains, 0.01)
+    _, command = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
+    _, other = backstepping.step(NoState(), observed(*mirrored(error, reference)), gains, 0.01)
     assert (other.linear, -other.angular) == command
 
 
@@ -133,7 +136,7 @@ def test_equations_25_to_28_along_the_error_dynamics_24(error, reference, gains)
     e1, e2, e3 = error
     v_r, omega_r = reference.velocity
     p, q, alpha, _, _ = gains
-    _, (v, omega) = backstepping.step(NoState(), error, reference, gains, 0.01)
+    _, (v, omega) = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
     e1_rate = omega * e2 + v_r * math.cos(e3) - v
     e2_rate = -omega * e1 + v_r * math.sin(e3)
     e3_rate = omega_r - omega
@@ -156,8 +159,8 @@ def test_equations_25_to_28_along_the_error_dynamics_24(error, reference, gains)
 def test_deviation_3_at_alpha_1_only_three_products_of_gains_matter(error, reference, gains, scale):
     gains = gains._replace(alpha=1.0)
     twin = BacksteppingGains(gains.p * scale, gains.q * scale, 1.0, gains.f / scale, gains.g / scale)
-    _, one = backstepping.step(NoState(), error, reference, gains, 0.01)
-    _, other = backstepping.step(NoState(), error, reference, twin, 0.01)
+    _, one = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
+    _, other = backstepping.step(NoState(), observed(error, reference), twin, 0.01)
     assert other == pytest.approx(one, rel=1e-12, abs=1e-9)
 
 
@@ -168,7 +171,7 @@ def test_deviation_3_at_alpha_1_only_three_products_of_gains_matter(error, refer
 def test_the_hybrid_law_gives_finite_commands_for_finite_inputs(error, reference, inner, seeking, seen, fade, last):
     state = HybridState(seen, fade, 0.0, 0.0, last)
     for _ in range(3):
-        state, command = hybrid_backstepping.step(state, error, reference, HybridGains(inner, seeking), 0.01)
+        state, command = hybrid_backstepping.step(state, observed(error, reference), (inner, seeking), 0.01)
         assert all(map(math.isfinite, (*state, *command)))
 
 
@@ -177,11 +180,11 @@ def test_the_hybrid_law_is_mirror_symmetric(error, reference, inner, seeking, la
     # straight behind counts as left on both sides
     assume(abs(bearing(error)) < math.pi)
     assume(abs(last) < math.pi)
-    gains = HybridGains(inner, seeking)
+    gains = (inner, seeking)
     state, other = HybridState(last_bearing=last), HybridState(last_bearing=-last)
     for _ in range(3):
-        state, command = hybrid_backstepping.step(state, error, reference, gains, 0.1)
-        other, opposite = hybrid_backstepping.step(other, *mirrored(error, reference), gains, 0.1)
+        state, command = hybrid_backstepping.step(state, observed(error, reference), gains, 0.1)
+        other, opposite = hybrid_backstepping.step(other, observed(*mirrored(error, reference)), gains, 0.1)
         assert (opposite.linear, -opposite.angular) == command
         assert (other.seen, other.fade, -other.seek, -other.last_bearing) == (
             state.seen, state.fade, state.seek, state.last_bearing)
@@ -200,10 +203,10 @@ def test_equation_32_rises_from_0_to_1_without_overshoot(gains, dt):
 
 @given(st.lists(ERRORS, min_size=1, max_size=30), REFERENCES, SEEKING_GAINS)
 def test_equation_33_latches_for_good_and_the_seeking_stays_within_its_speed(errors, reference, seeking):
-    state, gains = HybridState(), HybridGains(BacksteppingGains(), seeking)
+    state, gains = HybridState(), (BacksteppingGains(), seeking)
     for error in errors:
         before = state
-        state, _ = hybrid_backstepping.step(state, error, reference, gains, 0.05)
+        state, _ = hybrid_backstepping.step(state, observed(error, reference), gains, 0.05)
         assert state.seen >= before.seen
         assert abs(state.seek) <= seeking.seek_speed
         assert abs(state.seek - before.seek) <= seeking.seek_acceleration * 0.05 * (1.0 + 1e-12)
@@ -238,7 +241,7 @@ def test_deviation_6_some_rule_always_fires_and_the_weights_sum_to_1(i1, i2, gai
 
 @given(ANY_ERRORS, ANY_REFERENCES, FUZZY_GAINS)
 def test_fuzzy_outputs_never_leave_their_limits(error, reference, gains):
-    _, (v, omega) = fuzzy.step(NoState(), error, reference, gains, 0.02)
+    _, (v, omega) = fuzzy.step(NoState(), observed(error, reference), gains, 0.02)
     assert gains.c[0] <= v <= gains.c[4]
     assert gains.d[0] <= omega <= gains.d[2]
 
@@ -289,9 +292,9 @@ def test_equation_17_without_a_limit_both_channels_always_integrate(gains, v, om
     Reference, st.just(Pose(0.0, 0.0, 0.0)), st.builds(BodyVelocity, WITHIN, WITHIN))), min_size=1, max_size=4),
     st.booleans())
 def test_no_gains_give_a_command_beyond_1e12(control, inputs, under_way):
-    running = bumpless_transfer.begin(control, under_way=under_way)
+    running = bumpless_transfer.begin(control, 0.01, under_way=under_way)
     for error, reference in inputs:
-        running, command = bumpless_transfer.step(running, error, reference, 0.01)
+        running, command = bumpless_transfer.step(running, observed(error, reference), 0.01)
         # written so that NaN does not pass
         assert abs(command.linear) <= LARGEST
         assert abs(command.angular) <= LARGEST

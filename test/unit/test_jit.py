@@ -21,7 +21,7 @@ def test_jitable_returns_the_function_itself_and_registers_it(monkeypatch):
 
 def test_everything_a_rollout_calls_is_marked():
     assert {law.step for law in LAWS.values()} <= set(jit.JITABLE)
-    assert set(CURVES.values()) <= set(jit.JITABLE)
+    assert {curve.point for curve in CURVES.values()} <= set(jit.JITABLE)
     for function in (backstepping.step, fuzzy.surface, hybrid_backstepping.fade_step, velocity_pi.step, dynamics.step,
                      dynamics.diverged, closed_loop.velocity_tick):
         assert function in jit.JITABLE

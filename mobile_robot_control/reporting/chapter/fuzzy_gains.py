@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mobile_robot_control.control.fuzzy import FuzzyGains
+from mobile_robot_control.control.membership import FuzzyGains
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
 from mobile_robot_control.tuning import chromosome
 from mobile_robot_control.tuning.search_gains import configured_gains, decode
@@ -16,9 +16,11 @@ def initial(runs: Runs) -> FuzzyGains:
     genes = search_genes('fuzzy')
     bits = chromosome.random(1, len(genes), np.random.default_rng(_SEED))
     kept = configured_gains(runs.configuration(FUZZY_TRIFOLIUM))
-    return decode(genes, chromosome.points(bits)[0].tolist(), kept).control.fuzzy
+    found: FuzzyGains = decode(genes, chromosome.points(bits)[0].tolist(), kept).control.fuzzy
+    return found
 
 
 def evolved(runs: Runs) -> FuzzyGains:
     """Return the gains of the chapter's fuzzy run, from its parameter file."""
-    return runs.configuration(FUZZY_TRIFOLIUM).position_controller.control.fuzzy
+    gains: FuzzyGains = runs.configuration(FUZZY_TRIFOLIUM).position_controller.control.fuzzy
+    return gains

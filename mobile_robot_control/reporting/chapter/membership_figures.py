@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
+from mobile_robot_control.control.fuzzy import surface
+from mobile_robot_control.control.membership import FuzzyGains, memberships
 from mobile_robot_control.reporting.chapter import fuzzy_gains
 from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
 from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs

@@ -9,7 +9,8 @@ from matplotlib.patches import FancyBboxPatch
 from matplotlib.transforms import Bbox
 
 from mobile_robot_control.angles import wrap_angle
-from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
+from mobile_robot_control.control.fuzzy import surface
+from mobile_robot_control.control.membership import FuzzyGains, memberships
 from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
 from mobile_robot_control.reporting.chapter.membership_figures import ANGULAR_NAMES, LINEAR_NAMES
 from mobile_robot_control.reporting.chapter.runs import Runs

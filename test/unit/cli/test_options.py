@@ -4,7 +4,8 @@ import argparse
 
 import pytest
 
-from mobile_robot_control.cli.options import configuration, make_main, make_parser, positive, writable_file
+from mobile_robot_control.cli.command_parser import make_parser
+from mobile_robot_control.cli.options import configuration, make_main, positive, writable_file
 from mobile_robot_control.parameters.checking import ParameterError
 
 

@@ -5,7 +5,8 @@ import json
 import pytest
 
 from mobile_robot_control.cli import simulate
-from mobile_robot_control.cli.options import configuration, make_parser
+from mobile_robot_control.cli.command_parser import make_parser
+from mobile_robot_control.cli.options import configuration
 from mobile_robot_control.cli.scenario_options import add_scenario_options, scenarios
 from mobile_robot_control.parameters.configuration import at_cart_start, configure
 from mobile_robot_control.parameters.files import load

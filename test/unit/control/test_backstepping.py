@@ -3,9 +3,11 @@
 import math
 
 import pytest
+from observation import observed
 
 from mobile_robot_control.control import backstepping
-from mobile_robot_control.control.backstepping import BacksteppingGains, NoState, lyapunov, lyapunov_rate
+from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate
+from mobile_robot_control.control.law import NoState
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
@@ -17,7 +19,7 @@ STEEP = BacksteppingGains(p=1.5, q=0.5, alpha=2.0, f=2.0, g=3.0)
 
 def command(error, gains, v_r=2.0, omega_r=0.5):
     reference = Reference(Pose(9.0, 9.0, 9.0), BodyVelocity(v_r, omega_r))
-    state, velocity = backstepping.step(NoState(), error, reference, gains, 0.01)
+    state, velocity = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
     assert state == NoState()
     return velocity
 

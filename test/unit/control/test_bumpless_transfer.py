@@ -3,15 +3,18 @@
 import math
 
 import pytest
+from observation import observed
 
 from mobile_robot_control.control import bumpless_transfer
-from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
+from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.hybrid_backstepping import TRACKING, HybridState
+from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 REFERENCE = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.5, 0.2))
 ERROR = TrackingError(0.2, 0.1, -0.3)
+SEEN = observed(ERROR, REFERENCE)
 DT = 0.05
 GENTLE = PositionControl(backstepping=BacksteppingGains(p=1.0, q=1.0, f=1.0, g=1.0))
 BRISK = PositionControl(backstepping=BacksteppingGains(p=2.0, q=1.0, f=4.0, g=3.0))
@@ -19,24 +22,24 @@ BRISK = PositionControl(backstepping=BacksteppingGains(p=2.0, q=1.0, f=4.0, g=3.
 
 def settled(parameters):
     law = LAWS[parameters.controller_type]
-    return law.step(law.start, ERROR, REFERENCE, getattr(parameters, parameters.controller_type), DT)[1]
+    return law.step(law.start, SEEN, getattr(parameters, parameters.controller_type), DT)[1]
 
 
 def test_without_a_change_the_command_is_that_of_the_law():
-    running = bumpless_transfer.begin(GENTLE, under_way=False)
+    running = bumpless_transfer.begin(GENTLE, DT, under_way=False)
     for _ in range(3):
-        running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
+        running, command = bumpless_transfer.step(running, SEEN, DT)
         assert command == settled(GENTLE)
         assert running.command == command
 
 
 def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second():
-    running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, under_way=False), ERROR, REFERENCE, DT)
-    running = bumpless_transfer.change(running, BRISK)
+    running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, DT, under_way=False), SEEN, DT)
+    running = bumpless_transfer.change(running, BRISK, DT)
     new = settled(BRISK)
     assert new != pytest.approx(before, rel=1e-3)
     for k in range(40):
-        running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
+        running, command = bumpless_transfer.step(running, SEEN, DT)
         # law + (last before - first after) exp(-t / 0.2 s)
         fade = math.exp(-k * DT / 0.2)
         expected = tuple(after + (last - after) * fade for last, after in zip(before, new, strict=True))
@@ -44,49 +47,49 @@ def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second(
 
 
 def test_a_second_change_during_the_transfer_does_not_jump():
-    running, _ = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, under_way=False), ERROR, REFERENCE, DT)
-    running = bumpless_transfer.change(running, BRISK)
-    running, _ = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
-    running, before = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
-    running, command = bumpless_transfer.step(bumpless_transfer.change(running, GENTLE), ERROR, REFERENCE, DT)
+    running, _ = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, DT, under_way=False), SEEN, DT)
+    running = bumpless_transfer.change(running, BRISK, DT)
+    running, _ = bumpless_transfer.step(running, SEEN, DT)
+    running, before = bumpless_transfer.step(running, SEEN, DT)
+    running, command = bumpless_transfer.step(bumpless_transfer.change(running, GENTLE, DT), SEEN, DT)
     assert command == pytest.approx(before, rel=1e-14)
 
 
 def test_another_law_takes_over_without_a_jump():
-    running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, under_way=False), ERROR, REFERENCE, DT)
+    running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, DT, under_way=False), SEEN, DT)
     fuzzy = GENTLE._replace(controller_type='fuzzy')
-    running = bumpless_transfer.change(running, fuzzy)
-    running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
+    running = bumpless_transfer.change(running, fuzzy, DT)
+    running, command = bumpless_transfer.step(running, SEEN, DT)
     assert command == pytest.approx(before, rel=1e-14)
     for _ in range(200):
-        running, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
+        running, command = bumpless_transfer.step(running, SEEN, DT)
     assert command == pytest.approx(settled(fuzzy), rel=1e-12)
 
 
 def test_a_hybrid_law_switched_in_live_starts_tracking():
     hybrid = GENTLE._replace(controller_type='hybrid_backstepping')
-    running = bumpless_transfer.begin(GENTLE, under_way=False)
+    running = bumpless_transfer.begin(GENTLE, DT, under_way=False)
     assert running.state == NoState()
-    assert bumpless_transfer.change(running, hybrid).state == TRACKING
+    assert bumpless_transfer.change(running, hybrid, DT).state == TRACKING
 
 
 @pytest.mark.parametrize(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
 def test_a_hybrid_law_seeks_the_cart_only_at_the_start_of_a_run(under_way, state):
     hybrid = GENTLE._replace(controller_type='hybrid_backstepping')
-    assert bumpless_transfer.begin(hybrid, under_way).state == state
+    assert bumpless_transfer.begin(hybrid, DT, under_way).state == state
 
 
 def test_new_gains_keep_the_state_of_the_law():
     hybrid = GENTLE._replace(controller_type='hybrid_backstepping')
-    running, _ = bumpless_transfer.step(bumpless_transfer.begin(hybrid, under_way=False), ERROR, REFERENCE, DT)
+    running, _ = bumpless_transfer.step(bumpless_transfer.begin(hybrid, DT, under_way=False), SEEN, DT)
     assert running.state.seek != 0.0
-    changed = bumpless_transfer.change(running, hybrid._replace(backstepping=BRISK.backstepping))
+    changed = bumpless_transfer.change(running, hybrid._replace(backstepping=BRISK.backstepping), DT)
     assert changed.state == running.state
-    assert changed.gains.backstepping == BRISK.backstepping
+    assert changed.gains[0] == BRISK.backstepping
 
 
 def test_a_change_before_the_first_step_starts_from_rest():
     # no command has been published yet: the robot stands
-    running = bumpless_transfer.change(bumpless_transfer.begin(GENTLE, under_way=False), BRISK)
-    _, command = bumpless_transfer.step(running, ERROR, REFERENCE, DT)
+    running = bumpless_transfer.change(bumpless_transfer.begin(GENTLE, DT, under_way=False), BRISK, DT)
+    _, command = bumpless_transfer.step(running, SEEN, DT)
     assert command == pytest.approx((0.0, 0.0), abs=1e-15)

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from observation import observed
 
 from mobile_robot_control.control import bumpless_transfer
 from mobile_robot_control.control.command_limits import Limits, limit_command
@@ -39,13 +40,14 @@ def test_a_command_within_its_limits_is_unchanged():
 
 def test_limits_changed_live_hold_for_the_running_law():
     reference, error = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(1.0, 1.0)), TrackingError(0.0, 0.0, 0.0)
-    running = bumpless_transfer.begin(PositionControl(), under_way=False)
-    running, command = bumpless_transfer.step(running, error, reference, 0.1)
+    running = bumpless_transfer.begin(PositionControl(), 0.1, under_way=False)
+    running, command = bumpless_transfer.step(running, observed(error, reference), 0.1)
     assert command == pytest.approx((1.0, 1.0))
     limits = Limits(linear_velocity=0.4, angular_acceleration=1.0)
-    running = bumpless_transfer.change(running, PositionControl(limits=limits))
-    running, command = bumpless_transfer.step(running, error, Reference(reference.pose, BodyVelocity(1.0, 5.0)), 0.1)
+    faster = observed(error, Reference(reference.pose, BodyVelocity(1.0, 5.0)))
+    running = bumpless_transfer.change(running, PositionControl(limits=limits), 0.1)
+    running, command = bumpless_transfer.step(running, faster, 0.1)
     assert command == pytest.approx((0.4, 1.0))
     # the step to 5 rad/s fades in within 0.2 s, faster than 1 rad/s² allows
-    _, command = bumpless_transfer.step(running, error, Reference(reference.pose, BodyVelocity(1.0, 5.0)), 0.1)
+    _, command = bumpless_transfer.step(running, faster, 0.1)
     assert command == pytest.approx((0.4, 1.1))

@@ -3,10 +3,12 @@
 import math
 
 import pytest
+from observation import observed
 
 from mobile_robot_control.control import fuzzy
-from mobile_robot_control.control.backstepping import NoState
-from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
+from mobile_robot_control.control.fuzzy import surface
+from mobile_robot_control.control.law import NoState
+from mobile_robot_control.control.membership import FuzzyGains, memberships
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
@@ -86,14 +88,14 @@ def test_equation_34_the_law_sees_distance_and_bearing_alone():
     for heading in (0.0, 2.0, -3.0):
         for velocity in ((0.0, 0.0), (3.0, -1.0)):
             reference = Reference(Pose(1.0, 2.0, 3.0), BodyVelocity(*velocity))
-            state, command = fuzzy.step(NoState(), error._replace(heading=heading), reference, GAINS, 0.02)
+            state, command = fuzzy.step(NoState(), observed(error._replace(heading=heading), reference), GAINS, 0.02)
             assert command == pytest.approx(expected, rel=1e-14)
             assert state == NoState()
 
 
 def test_on_the_cart_the_stop_rule_fires():
     reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(1.0, 1.0))
-    _, command = fuzzy.step(NoState(), TrackingError(0.0, 0.0, 1.0), reference, GAINS, 0.02)
+    _, command = fuzzy.step(NoState(), observed(TrackingError(0.0, 0.0, 1.0), reference), GAINS, 0.02)
     assert command == (S, ST)
 
 

@@ -4,31 +4,32 @@ import math
 
 import numpy as np
 import pytest
+from observation import observed
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from mobile_robot_control.control import backstepping, hybrid_backstepping
-from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
+from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.hybrid_backstepping import (
     TRACKING,
-    HybridGains,
     HybridState,
     SeekingGains,
     fade_step,
 )
+from mobile_robot_control.control.law import NoState
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 BACKSTEPPING = BacksteppingGains(p=1.5, q=0.5, alpha=1.0, f=2.0, g=3.0)
 SEEKING = SeekingGains(b0=0.25, b1=1.25, seek_acceleration=0.5, seek_speed=1.0)
-GAINS = HybridGains(BACKSTEPPING, SEEKING)
+GAINS = (BACKSTEPPING, SEEKING)
 REFERENCE = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.6, -0.2))
 DT = 0.1
 LEFT, RIGHT = TrackingError(1.0, 0.5, 0.3), TrackingError(1.0, -0.5, 0.3)
 
 
 def step(state, error, gains=GAINS, dt=DT):
-    return hybrid_backstepping.step(state, error, REFERENCE, gains, dt)
+    return hybrid_backstepping.step(state, observed(error, REFERENCE), gains, dt)
 
 
 def towards(bearing, distance=1.0):
@@ -47,14 +48,14 @@ def test_equation_30_before_the_cart_is_seen_the_robot_only_turns():
 
 
 def test_equation_30_while_fading_in():
-    _, inner = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
+    _, inner = backstepping.step(NoState(), observed(LEFT, REFERENCE), BACKSTEPPING, DT)
     _, command = step(HybridState(seen=1.0, fade=0.25, fade_rate=0.5, seek=-0.4), LEFT)
     # alpha u1 and alpha u2 + (1 - alpha) omega_s
     assert command == pytest.approx((0.25 * inner.linear, 0.25 * inner.angular - 0.75 * 0.4), rel=1e-14)
 
 
 def test_equation_30_once_faded_in_it_is_backstepping():
-    _, inner = backstepping.step(NoState(), LEFT, REFERENCE, BACKSTEPPING, DT)
+    _, inner = backstepping.step(NoState(), observed(LEFT, REFERENCE), BACKSTEPPING, DT)
     state, command = step(TRACKING, LEFT)
     assert command == inner
     assert (state.seen, state.fade, state.fade_rate) == (1.0, 1.0, 0.0)

@@ -1,13 +1,18 @@
 """The registry of position laws."""
 
 import pytest
+from observation import observed
 
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping
-from mobile_robot_control.control.backstepping import BacksteppingGains, NoState
-from mobile_robot_control.control.fuzzy import FuzzyGains
-from mobile_robot_control.control.hybrid_backstepping import HybridGains, HybridState, SeekingGains
-from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.control.backstepping import BacksteppingGains
+from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains
+from mobile_robot_control.control.law import NoState
+from mobile_robot_control.control.laws import LAWS, RESERVED, PositionControl, select
+from mobile_robot_control.control.membership import FuzzyGains
 from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.parameters.files import is_ros_parameter
+from mobile_robot_control.parameters.nodes import PositionControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 PARAMETERS = PositionControl(
@@ -17,27 +22,27 @@ PARAMETERS = PositionControl(
 @pytest.mark.parametrize(('name', 'step', 'gains'), [
     ('backstepping', backstepping.step, PARAMETERS.backstepping),
     ('hybrid_backstepping', hybrid_backstepping.step,
-     HybridGains(PARAMETERS.backstepping, PARAMETERS.hybrid_backstepping)),
+     (PARAMETERS.backstepping, PARAMETERS.hybrid_backstepping)),
     ('fuzzy', fuzzy.step, PARAMETERS.fuzzy),
 ])
 def test_select_gives_the_law_with_its_gains(name, step, gains):
-    law, selected = select(PARAMETERS._replace(controller_type=name))
+    law, selected = select(PARAMETERS._replace(controller_type=name), 0.01)
     assert law.step is step
     assert selected == gains
 
 
 def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
-    assert LAWS['backstepping'][1:] == (NoState(), NoState())
-    assert LAWS['fuzzy'][1:] == (NoState(), NoState())
-    assert LAWS['hybrid_backstepping'][1:] == (HybridState(), hybrid_backstepping.TRACKING)
+    assert {name: (law.start, law.joining) for name, law in LAWS.items()} == {
+        'backstepping': (NoState(), None), 'fuzzy': (NoState(), None),
+        'hybrid_backstepping': (HybridState(), hybrid_backstepping.TRACKING)}
 
 
 @pytest.mark.parametrize('name', LAWS)
 def test_every_law_steps_from_its_states(name):
-    law, gains = select(PositionControl(controller_type=name))
+    law, gains = select(PositionControl(controller_type=name), 0.01)
     reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.3, 0.1))
-    for state in (law.start, law.joining):
-        after, command = law.step(state, TrackingError(0.2, 0.1, -0.1), reference, gains, 0.01)
+    for state in (law.start, law.joining or law.start):
+        after, command = law.step(state, observed(TrackingError(0.2, 0.1, -0.1), reference), gains, 0.01)
         assert type(after) is type(state)
         assert isinstance(command, BodyVelocity)
 
@@ -45,3 +50,9 @@ def test_every_law_steps_from_its_states(name):
 def test_an_unknown_law_is_refused_with_the_nearest_name():
     with pytest.raises(ParameterError, match="did you mean 'hybrid_backstepping'"):
         build(PositionControl, {'controller_type': 'hybrid_backsteping'})
+
+
+def test_the_names_that_no_law_may_have_are_those_of_the_node():
+    first_words = {name.partition('.')[0] for name in declarations(PositionControllerParameters)} - set(LAWS)
+    assert first_words <= RESERVED
+    assert not any(is_ros_parameter(name) for name in LAWS)

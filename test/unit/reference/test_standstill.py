@@ -6,7 +6,7 @@ import pytest
 
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.reference.cart import CurveParameters, Placement
-from mobile_robot_control.reference.curves import CURVES, CurvePoint
+from mobile_robot_control.reference.curves import CURVES, Curve, CurvePoint
 
 
 def _cusp(at):
@@ -26,12 +26,12 @@ def _point(s):
     (_cusp(0.0), 't = 0 s, at (0, 0)'), (_cusp(1.2345), f't = {16.0 * 1.2345 / (2.0 * math.pi):g} s, at ('),
     (_point, 'at (1, 2) times the scale'),
 ])
-def test_a_standing_cart_is_refused_with_the_place(monkeypatch, curve, place):
-    monkeypatch.setitem(CURVES, 'trifolium', curve)
+def test_a_standing_cart_is_refused_with_the_place(registered, curve, place):
+    registered(Curve('standing', curve))
     with pytest.raises(ParameterError) as refused:
-        build(CurveParameters, {})
+        build(CurveParameters, {'curve': 'standing'})
     violation, = refused.value.violations
-    assert "curve = 'trifolium' stands still" in violation
+    assert "curve = 'standing' stands still" in violation
     assert place in violation
     assert 'speed never vanishes' in violation
 

@@ -10,7 +10,8 @@ from browser import CHROMIUM, Browser
 from harness import CONFIG
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mobile_robot_control.cli.options import make_parser, positive
+from mobile_robot_control.cli.command_parser import make_parser
+from mobile_robot_control.cli.options import positive
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
@@ -20,7 +21,7 @@ from mobile_robot_control.reporting.chapter.membership_figures import EVOLVED_FI
 from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, Runs
 from mobile_robot_control.reporting.chapter.structure_figures import STRUCTURE_FIGURES, rules
 from mobile_robot_control.reporting.palette import save
-from mobile_robot_control.tuning.search_space import CHROMOSOMES
+from mobile_robot_control.tuning.search_space import search_genes
 
 RUNS = Runs(CONFIG)
 
@@ -71,12 +72,12 @@ def test_the_chromosomes_show_the_bounds_of_the_search():
     for genes, search in ((chromosomes.backstepping_genes(RUNS), 'backstepping'),
                           (chromosomes.fuzzy_genes(RUNS), 'fuzzy')):
         assert [gene.bounds for gene in genes] == [
-            f'{gene.low:.3g} to {gene.high:.3g}' for gene in CHROMOSOMES[search][:len(genes)]]
+            f'{gene.low:.3g} to {gene.high:.3g}' for gene in search_genes(search)[:len(genes)]]
 
 
 def test_initial_gains_are_within_the_bounds_of_the_search():
     found = fuzzy_gains.initial(RUNS)
-    bounds = {gene.name: (gene.low, gene.high) for gene in CHROMOSOMES['fuzzy']}
+    bounds = {gene.short: (gene.low, gene.high) for gene in search_genes('fuzzy')}
     for name, number in [('a', found.a), *((f'c{n}', c) for n, c in enumerate(found.c, 1)),
                          *((f'd{n}', d) for n, d in enumerate(found.d, 1))]:
         assert bounds[name][0] <= number <= bounds[name][1]

@@ -6,6 +6,7 @@ import math
 import chapter
 import pytest
 from measuring import configuration, measured
+from observation import observed
 
 from mobile_robot_control.control import backstepping, velocity_pi
 from mobile_robot_control.control.hybrid_backstepping import HybridState
@@ -83,7 +84,7 @@ def test_every_sample_follows_from_the_one_before():
             dx, dy = reference.pose.x - state.pose.x, reference.pose.y - state.pose.y
             e3 = chapter.wrapped_difference(reference.pose.heading, state.pose.heading)
             assert sample.tick.error == pytest.approx((cos * dx + sin * dy, cos * dy - sin * dx, e3), abs=1e-12)
-            _, command = backstepping.step(backstepping.NoState(), sample.tick.error, reference, law, 0.01)
+            _, command = backstepping.step(backstepping.NoState(), observed(sample.tick.error, reference), law, 0.01)
             assert sample.tick.pose == pytest.approx(state.pose, abs=1e-12)
             assert sample.tick.velocity == pytest.approx(state.velocity, abs=1e-12)
         assert sample.command == pytest.approx(command, abs=1e-11)

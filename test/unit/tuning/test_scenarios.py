@@ -25,7 +25,8 @@ from mobile_robot_control.tuning.monte_carlo import (
 from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
 from mobile_robot_control.tuning.search import WORST
-from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded, configured_gains
+from mobile_robot_control.tuning.search_gains import configured_gains
+from mobile_robot_control.tuning.search_space import bounded, search_genes
 
 SHORT = {'reference_cart': {'period': 1.0, 'scale': 0.05}}
 DISTRIBUTION = ScenarioDistribution(('trifolium', 'lemniscate'), (0.5, 1.0), longest_delay=2,
@@ -42,7 +43,7 @@ def run(trials):
 
 
 def goal(*scenarios, **other):
-    return Goal('backstepping', CHROMOSOMES['backstepping'], scenarios, **other)
+    return Goal('backstepping', search_genes('backstepping'), scenarios, **other)
 
 
 def test_the_configured_scenario_makes_the_configured_trial():
@@ -119,7 +120,7 @@ def test_unstable_gains_and_diverging_runs_score_worst():
         tried.extend(trials)
         return run(trials)
 
-    genes = bounded(CHROMOSOMES['backstepping'], {'k1': (0.0, 200.0)})
+    genes = bounded(search_genes('backstepping'), {'k1': (0.0, 200.0)})
     objective = Objective(parameters, goal(configured_scenario(parameters))._replace(genes=genes), counting)
     # 200 N s/m at 500 Hz is unstable in the sampled loop: refused without a rollout
     assert objective(np.array([[0.5, 0.5, 0.5, 0.5, 1.0, 0.5, 1.0, 0.5]])).tolist() == [WORST]

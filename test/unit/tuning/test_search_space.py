@@ -9,12 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.control.membership import FuzzyGains, repair
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.tuning import chromosome, search_space
-from mobile_robot_control.tuning.search_space import CHROMOSOMES, bounded, decode, order_corners
+from mobile_robot_control.tuning import chromosome, search_gains
+from mobile_robot_control.tuning.search_gains import decode
+from mobile_robot_control.tuning.search_space import bounded, population_of, search_genes, searches, without
 
 
 def test_twelve_bits_encode_4096_evenly_spaced_points():
@@ -26,26 +28,26 @@ def test_twelve_bits_encode_4096_evenly_spaced_points():
 
 
 def test_genes_and_populations_are_those_of_the_chapter():
-    assert [gene.name for gene in CHROMOSOMES['backstepping']] == ['p', 'q', 'f', 'g', 'k1', 'ti1', 'k2', 'ti2']
-    assert [gene.name for gene in CHROMOSOMES['fuzzy']] == [
+    assert [gene.short for gene in search_genes('backstepping')] == ['p', 'q', 'f', 'g', 'k1', 'ti1', 'k2', 'ti2']
+    assert [gene.short for gene in search_genes('fuzzy')] == [
         'a', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6', 'c1', 'c2', 'c3', 'c4', 'c5', 'd1', 'd2', 'd3']
-    assert (search_space.POPULATIONS['backstepping'], search_space.POPULATIONS['fuzzy']) == (51, 101)
+    assert (population_of('backstepping'), population_of('fuzzy')) == (51, 101)
 
 
-@pytest.mark.parametrize('controller', CHROMOSOMES)
+@pytest.mark.parametrize('controller', searches())
 @settings(max_examples=60)
 @given(data=st.data())
 def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller, data):
-    genes = CHROMOSOMES[controller]
+    genes = search_genes(controller)
     numbers = data.draw(st.lists(st.integers(1, 4096), min_size=len(genes), max_size=len(genes)))
-    found = decode(genes, [number / 4096 for number in numbers], search_space.configured_gains(Configuration()))
+    found = decode(genes, [number / 4096 for number in numbers], search_gains.configured_gains(Configuration()))
     # the check of the node
     assert build(PositionControl, flatten(found.control)) == found.control
     assert min(found.velocity) > 0.0
-    searched = {name.rpartition('.')[2]: value for parameters in search_space.parameters(genes, found).values()
+    searched = {name.rpartition('.')[2]: value for parameters in search_gains.parameters(genes, found).values()
                 for name, value in parameters.items()}
     # b1 to b6 are the array b, whose numbers are exchanged until they are in order
-    for name, group in groupby(genes, lambda gene: gene.name if gene.name in searched else gene.name[0]):
+    for name, group in groupby(genes, lambda gene: gene.name.rpartition('.')[2].partition('[')[0]):
         bounds, value = list(group), searched.pop(name)
         decoded = value if isinstance(value, tuple) else (value,)
         assert len(decoded) == len(bounds)
@@ -55,18 +57,22 @@ def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller
 
 
 def test_the_corners_of_the_unit_cube_decode_to_valid_controllers():
-    for genes in CHROMOSOMES.values():
+    for genes in map(search_genes, searches()):
         for point in ([1.0] * len(genes), [chromosome.LOWEST_POINT] * len(genes)):
-            found = decode(genes, point, search_space.configured_gains(Configuration()))
+            found = decode(genes, point, search_gains.configured_gains(Configuration()))
             assert build(PositionControl, flatten(found.control)) == found.control
+
+
+def repaired(*corners):
+    return repair(FuzzyGains(b=corners)).b
 
 
 def test_corners_in_order_stay_and_others_are_exchanged():
     good = (1.2, 0.5, 0.9, 1.1, 0.1, 0.6)
-    assert order_corners(good) == good
+    assert repaired(*good) == good
     # b3 and b4 exchanged, b1 below b2, b5 above b6
-    assert order_corners((0.5, 1.2, 1.1, 0.9, 0.6, 0.1)) == (0.9, 0.5, 1.1, 1.2, 0.1, 0.6)
-    b1, b2, b3, b4, b5, b6 = order_corners([math.pi] * 6)
+    assert repaired(0.5, 1.2, 1.1, 0.9, 0.6, 0.1) == (0.9, 0.5, 1.1, 1.2, 0.1, 0.6)
+    b1, b2, b3, b4, b5, b6 = repaired(*[math.pi] * 6)
     assert b2 < b3 < b4 <= math.pi
     assert b2 < b1 <= math.pi
     assert b5 < b4
@@ -74,18 +80,18 @@ def test_corners_in_order_stay_and_others_are_exchanged():
 
 
 def test_a_velocity_search_keeps_the_law_and_a_fuzzy_search_the_velocity_gains():
-    start = search_space.configured_gains(Configuration())
-    velocity = decode(CHROMOSOMES['velocity'], [0.5] * 4, start)
+    start = search_gains.configured_gains(Configuration())
+    velocity = decode(search_genes('velocity'), [0.5] * 4, start)
     assert velocity.velocity == (10.0, 30.0, 10.0, 30.0)
     assert velocity.control == start.control
-    fuzzy = decode(CHROMOSOMES['fuzzy'], [0.5] * 15, start)
+    fuzzy = decode(search_genes('fuzzy'), [0.5] * 15, start)
     assert fuzzy.velocity == start.velocity
     assert fuzzy.control.fuzzy != start.control.fuzzy
 
 
 def test_searched_gains_have_the_names_of_the_parameter_file():
-    found = decode(CHROMOSOMES['backstepping'], [0.25] * 8, search_space.configured_gains(Configuration()))
-    named = search_space.parameters(CHROMOSOMES['backstepping'], found)
+    found = decode(search_genes('backstepping'), [0.25] * 8, search_gains.configured_gains(Configuration()))
+    named = search_gains.parameters(search_genes('backstepping'), found)
     assert named['velocity_controller'] == {'gains.k1': 5.0, 'gains.ti1': 15.0, 'gains.k2': 5.0, 'gains.ti2': 15.0}
     assert named['position_controller'] == {
         'controller_type': 'backstepping', 'backstepping.p': 1.25, 'backstepping.q': 0.5, 'backstepping.alpha': 1.0,
@@ -94,10 +100,52 @@ def test_searched_gains_have_the_names_of_the_parameter_file():
 
 
 def test_given_bounds_are_used_and_checked():
-    genes = bounded(CHROMOSOMES['backstepping'], {'k1': (1.0, 2.0)})
-    found = decode(genes, [1.0] * 8, search_space.configured_gains(Configuration()))
+    genes = bounded(search_genes('backstepping'), {'k1': (1.0, 2.0)})
+    found = decode(genes, [1.0] * 8, search_gains.configured_gains(Configuration()))
     assert found.velocity.k1 == 2.0
     with pytest.raises(ParameterError) as refused:
-        bounded(CHROMOSOMES['fuzzy'], {'k1': (0.0, 1.0), 'a': (-1.0, 1.0), 'b2': (0.0, 4.0), 'c1': (1.0, 0.0)})
+        bounded(search_genes('fuzzy'), {'k1': (0.0, 1.0), 'a': (-1.0, 1.0), 'b2': (0.0, 4.0), 'c1': (1.0, 0.0)})
     assert len(refused.value.violations) == 4
     assert 'k1' in str(refused.value)
+
+
+def test_genes_have_the_names_of_nodes_and_parameters():
+    names = [gene.name for gene in search_genes('fuzzy', with_velocity=True)]
+    assert names[:2] == ['position_controller.fuzzy.a', 'position_controller.fuzzy.b[1]']
+    assert names[-1] == 'velocity_controller.gains.ti2'
+
+
+@pytest.mark.parametrize(('given', 'name'), [
+    ('b1', 'position_controller.fuzzy.b[1]'), ('b[1]', 'position_controller.fuzzy.b[1]'),
+    ('fuzzy.b[1]', 'position_controller.fuzzy.b[1]'),
+    ('position_controller.fuzzy.b[1]', 'position_controller.fuzzy.b[1]'),
+])
+def test_bounds_take_the_whole_name_or_an_end_of_it(given, name):
+    found = {gene.name: gene for gene in bounded(search_genes('fuzzy'), {given: (0.5, 1.5)})}
+    assert found[name][1:] == (0.5, 1.5)
+
+
+def test_a_search_leaves_alone_what_it_is_told_to_keep():
+    start = search_gains.configured_gains(Configuration())
+    genes = without(search_genes('fuzzy', with_velocity=True), ['b', 'c5', 'gains.k1'])
+    assert [gene.short for gene in genes] == ['a', 'c1', 'c2', 'c3', 'c4', 'd1', 'd2', 'd3', 'ti1', 'k2', 'ti2']
+    found = decode(genes, [0.5] * len(genes), start)
+    assert found.control.fuzzy.b == start.control.fuzzy.b
+    assert found.control.fuzzy.c[4] == start.control.fuzzy.c[4]
+    assert found.velocity.k1 == start.velocity.k1
+    assert found.control.fuzzy.a == 0.5
+
+
+def test_gains_that_break_a_rule_around_a_kept_one_are_named():
+    start = search_gains.configured_gains(Configuration())
+    genes = without(search_genes('fuzzy'), ['b4'])
+    # the third corner is drawn beyond the fourth, which stays
+    beyond = decode(bounded(genes, {'b3': (2.9, 3.0)}), [0.5] * len(genes), start)
+    assert beyond.control.fuzzy.b[3] == start.control.fuzzy.b[3]
+    assert 'b2 < b3 < b4' in search_gains.violations(genes, beyond)[0]
+    assert not search_gains.violations(genes, start)
+
+
+def test_an_unknown_gain_to_keep_is_refused_with_the_nearest_name():
+    with pytest.raises(ParameterError, match="no gene 'k3' here; did you mean 'k"):
+        without(search_genes('backstepping'), ['k3'])

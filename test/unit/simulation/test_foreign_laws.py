@@ -1,0 +1,145 @@
+"""Laws from outside the package in rollouts: compiled or plain for each, compiled anew, and failures that are told."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import pytest
+
+from mobile_robot_control import BodyVelocity, Field, Law, Observation, jitable
+from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.simulation import batch
+from mobile_robot_control.simulation.batch import Pool, run_trials
+from mobile_robot_control.simulation.rollout import measure, rollout
+from mobile_robot_control.simulation.trial import make_trial, measured_run
+
+
+class Gains(NamedTuple):
+    gain: Annotated[float, Field('1/s', 'larger is faster', above=0.0, live=True, search=(0.0, 2.0))] = 1.0
+
+
+@jitable
+def forward(state, observation, gains, dt):
+    return state, BodyVelocity(gains.gain * observation.error.longitudinal, 0.0)
+
+
+@jitable
+def backward(state, observation, gains, dt):
+    return state, BodyVelocity(-gains.gain * observation.error.longitudinal, 0.0)
+
+
+def with_set(state, observation, gains, dt):
+    """Compute what `forward` does, in a way that numba does not know."""
+    return state, BodyVelocity(*sorted({gains.gain * observation.error.longitudinal, 0.0}, key=abs, reverse=True)
+                               if observation.error.longitudinal else (0.0, 0.0))
+
+
+def nan_at_last(state, observation, gains, dt):
+    return state, BodyVelocity(math.nan if observation.error.longitudinal > 0.05 else 0.1, 0.0)
+
+
+def raising(state, observation, gains, dt):
+    raise ArithmeticError('no way')
+
+
+def configured(law='mine', **gains):
+    values = {f'{law}.{name}': value for name, value in gains.items()}
+    return configure({'position_controller': {'controller_type': law, **values}})
+
+
+def trial_of(duration=0.5, **gains):
+    return make_trial(configured(**gains), duration)
+
+
+@pytest.mark.skipif(not batch.COMPILES, reason='numba is not installed')
+def test_a_law_that_is_registered_again_is_compiled_anew(registered):
+    registered(Law('mine', forward, Gains))
+    first, = run_trials([trial_of()])
+    registered(Law('mine', backward, Gains))
+    second, = run_trials([trial_of()])
+    assert first.final_pose != second.final_pose
+    assert second == run_trials([trial_of()], compile_them=False)[0]
+    registered(Law('mine', forward, Gains))
+    assert run_trials([trial_of()]) == [first]
+
+
+@pytest.mark.skipif(not batch.COMPILES, reason='numba is not installed')
+def test_a_law_that_does_not_compile_runs_plain_on_all_cores_and_says_why_once(registered, capfd):
+    registered(Law('mine', with_set, Gains))
+    registered(Law('other', forward, Gains))
+    trials = [trial_of(gain=0.1 * n) for n in range(1, 9)]
+    pool = Pool(2)
+    try:
+        found = pool(trials)
+        assert found == pool(trials)
+    finally:
+        pool.close()
+    told = [line for line in capfd.readouterr().err.splitlines() if "'mine' runs plain" in line]
+    assert len(told) == 1
+    assert 'numba cannot compile it (' in told[0]
+    # the other law's numbers are the same, whether compiled or not
+    assert found == run_trials([one._replace(law='other') for one in trials], compile_them=False)
+
+
+def test_a_pool_follows_a_law_that_is_registered_again(registered, monkeypatch):
+    monkeypatch.setattr(batch, 'COMPILES', False)
+    pool = Pool(2)
+    try:
+        registered(Law('mine', forward, Gains))
+        first = pool([trial_of()])
+        registered(Law('mine', backward, Gains))
+        assert pool([trial_of()]) == run_trials([trial_of()]) != first
+    finally:
+        pool.close()
+
+
+@pytest.mark.parametrize(('step', 'reason'), [
+    (nan_at_last, 'its command is not finite'), (raising, 'ArithmeticError: no way')])
+def test_a_law_that_fails_ends_the_rollout_with_its_outcome(registered, step, reason):
+    registered(Law('mine', step, Gains))
+    parameters = configured()
+    with pytest.raises(LawFailedError, match=reason):
+        list(rollout(parameters, 1.0))
+    run = measure(parameters, 1.0)
+    assert run.outcome == 'law_failed'
+
+
+@pytest.mark.parametrize('compiled', [False, pytest.param(True, marks=pytest.mark.skipif(
+    not batch.COMPILES, reason='numba is not installed'))])
+def test_a_law_that_fails_is_an_outcome_of_a_trial(registered, compiled):
+    registered(Law('mine', nan_at_last, Gains))
+    one = trial_of(1.0)
+    outcome, = run_trials([one], compile_them=compiled)
+    assert 0 < outcome.steps < one.steps
+    assert measured_run(one, outcome).outcome == 'law_failed'
+    assert outcome.totals.time == pytest.approx(measure(configured(), 1.0).totals.time)
+
+
+def test_a_law_that_raises_in_trials_is_reported_once_for_each_reason(registered, capsys):
+    registered(Law('mine', raising, Gains))
+    outcomes = run_trials([trial_of(), trial_of()], compile_them=False)
+    assert [outcome.law_failed for outcome in outcomes] == [True, True]
+    assert capsys.readouterr().err == "the law 'mine' failed in a trial: ArithmeticError: no way\n"
+
+
+def test_a_law_sees_error_reference_and_odometrys_velocity(registered):
+    seen = []
+
+    def watching(state, observation, gains, dt):
+        seen.append(observation)
+        return state, BodyVelocity(0.3, 0.1)
+
+    registered(Law('mine', watching, Gains))
+    samples = list(rollout(configured(), 0.2))
+    ticks = [sample.tick for sample in samples if sample.tick.time == sample.time]
+    assert seen == [Observation(tick.error, tick.reference, tick.velocity) for tick in ticks]
+    assert seen[-1].velocity.linear > 0.0
+
+
+def test_prepared_gains_replace_the_gains_of_the_step(registered):
+    def prepared_step(state, observation, prepared, dt):
+        return state, BodyVelocity(prepared, 0.0)
+
+    registered(Law('mine', prepared_step, Gains, prepare=lambda gains, dt: gains.gain / dt))
+    first = next(rollout(configured(gain=0.5), 0.1))
+    assert first.command == (0.5 / 0.01, 0.0)
