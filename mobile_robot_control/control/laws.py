@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
@@ -27,8 +27,8 @@ RESERVED = frozenset({
 """A law's group of parameters has the law's name, which must not be that of another parameter or of a search."""
 
 
-def law_violations(law: Any, known: Collection[str]) -> Iterator[str]:
-    """Yield what is wrong with the record of a law, where these laws are known."""
+def law_violations(law: Any) -> Iterator[str]:
+    """Yield what is wrong with the record of a law by itself; for its groups see `groups_of`."""
     if not isinstance(law, Law):
         yield f'LAW is of type {type(law).__name__}; write LAW = Law(name, step, Gains)'
         return
@@ -37,9 +37,6 @@ def law_violations(law: Any, known: Collection[str]) -> Iterator[str]:
         inspect.signature(law.step).bind('state', 'observation', 'gains', 'dt')
     except (TypeError, ValueError):
         yield f"the step of '{law.name}' is no function step(state, observation, gains, dt)"
-    unknown = [group for group in law.groups if group not in (law.name, *known)]
-    if unknown:
-        yield f"'{law.name}' uses the groups {', '.join(unknown)}, which no law has; known are {', '.join(known)}"
     yield from (f"'{law.name}': {wrong}" for wrong in _gains_violations(law.gains))
 
 

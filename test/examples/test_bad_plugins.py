@@ -31,11 +31,12 @@ WRONG = {
     'ends': ('raise SystemExit(3)\n', 'cannot be imported (SystemExit: 3)'),
     'no_law': (LAW.replace('LAW = ', 'OTHER = '), 'has no LAW; a law is a record of that name'),
     'no_record': (LAW + "LAW = 'mine'\n", 'LAW is of type str; write LAW = Law(name, step, Gains)'),
-    'no_default': (LAW.replace(')] = 1.0', ')]'), "the gains of 'no_default' are no NamedTuple"
-                   ' of fields annotated with Field, each with a default'),
-    'no_bounds': (LAW.replace(' above=0.0,', ''), "the gain 'no_bounds.p' has neither bounds nor a range to search"),
+    'no_default': (LAW.replace(')] = 1.0', ')]'), "'no_default': its gains are no NamedTuple of "
+                   'fields annotated with Field, each with a default'),
+    'no_bounds': (LAW.replace(' above=0.0,', ''), "'no_bounds': its gain 'p' has neither bounds nor a range to search"),
     'no_step': (LAW.replace('step, Gains', 'None, Gains'), "the step of 'no_step' is no function"),
-    'taken': (LAW.replace('NAME', 'fuzzy'), "the law 'fuzzy' is built in already; rename one of them"),
+    'taken': (LAW.replace('NAME', 'fuzzy'),
+              "the law 'fuzzy' is defined in mobile_robot_control already; rename one of them"),
     'no_ros_name': (LAW.replace('NAME', 'My law'), "the name 'My law' of a law is no ROS name"),
     'reserved': (LAW.replace('NAME', 'limits'), "the law 'limits' has the name of a parameter; take another name"),
 }
@@ -86,7 +87,7 @@ def test_a_law_that_is_no_good_does_no_harm_to_others(simulated, name):
 @pytest.mark.parametrize('name', WRONG)
 def test_it_is_named_with_the_reason(simulated, name):
     line, = (line for line in simulated.stderr.splitlines()
-             if line.startswith('not loaded: ') and (f' {name} = {name}:LAW: ' in line or f'/{name}.py: ' in line))
+             if line.startswith(f'not loaded: entry point {name} = {name}:LAW: '))
     assert WRONG[name][1] in line
 
 
@@ -123,6 +124,12 @@ def test_a_law_that_takes_the_gains_of_an_absent_one_is_refused(tmp_path, monkey
     assert "the law 'borrower' takes the gains of 'lender', which is no law here" in line
 
 
+def test_an_installed_law_takes_the_gains_of_one_that_is_found_after_it(tmp_path):
+    install(tmp_path, borrower=LAW.replace('Gains)', "Gains, groups=('lender', 'borrower'))"), lender=LAW)
+    done = run(tmp_path, '-c', SIMULATE, 'borrower')
+    assert (done.stdout.splitlines()[-1], done.stderr) == ('borrower ended with 0', '')
+
+
 TWICE = '''
 from mobile_robot_control import register
 from mobile_robot_control.control.laws import LAWS
@@ -147,8 +154,8 @@ def test_two_installed_laws_of_one_name_are_refused_with_both_origins(tmp_path):
     assert 'same ended with 0\nfuzzy' in '\n'.join(
         line for line in done.stdout.splitlines() if 'ended with' in line)
     line, = (line for line in done.stderr.splitlines() if line.startswith('not loaded: '))
-    assert line == (f"not loaded: {tmp_path}/second.py: the law 'same' is defined in {tmp_path}/first.py already; "
-                    'rename one of them')
+    assert line == (f"not loaded: entry point second = second:LAW: {tmp_path}/second.py: the law 'same' is defined in "
+                    f'{tmp_path}/first.py already; rename one of them')
 
 
 def test_what_is_no_record_is_refused_by_hand_too():
