@@ -112,7 +112,6 @@ def test_a_node_refuses_it_too(domain, tmp_path):
 
 @pytest.mark.parametrize(('command', 'options'), [
     ('simulate', ['--duration', '0.1']), ('tune', ['borrower', '--seed', '1', '--output', 'gains.yaml']),
-    ('study', ['--runs', '1', '--seed', '1', '--output', 'study']),
 ])
 def test_a_law_that_takes_the_gains_of_an_absent_one_is_refused(tmp_path, monkeypatch, command, options):
     monkeypatch.chdir(tmp_path)
