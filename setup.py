@@ -80,6 +80,7 @@ setup(
             'ruff==0.17.5',
             'scipy==1.15.3',
             'types-PyYAML==6.0.12.20261113',
+            'wheel==0.45.1',
         ],
     },
     zip_safe=False,

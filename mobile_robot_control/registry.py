@@ -8,7 +8,7 @@ environment variable names, or is registered by hand. A value of a parameter nev
 import os
 import re
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -18,7 +18,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.sources import origin_of, source_checksum
 
 Record = TypeVar('Record')
-_BUILT_IN = 'built in'
+_BUILT_IN = 'mobile_robot_control'
 _ANYTHING = (Exception, SystemExit)
 """What a module may raise while it is imported."""
 
@@ -57,7 +57,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
     built_in : sequence of Record
         Each has a `name`.
     check, function_of : callable
-        Yields what is wrong with a record beside those known, in words; returns the function of a record.
+        Yields what is wrong with a record, in words; returns the function of a record.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
     """
 
     def __init__(
-        self, source: Source, built_in: tuple[Record, ...], check: Callable[[Any, Collection[str]], Iterator[str]],
+        self, source: Source, built_in: tuple[Record, ...], check: Callable[[Any], Iterator[str]],
         function_of: Callable[[Record], Any],
     ) -> None:
         self._source, self._check, self._function_of = source, check, function_of
@@ -127,13 +127,13 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def _refusal(self, where: str, error: BaseException) -> str:
         if isinstance(error, PluginError):
-            return '; '.join(error.violations)
+            return '; '.join(text if text.startswith(where) else f'{where}: {text}' for text in error.violations)
         if isinstance(error, AttributeError) and f"has no attribute '{self._source.attribute}'" in str(error):
             return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
         return f'{where}: cannot be imported ({type(error).__name__}: {error}); mend it, or leave it out'
 
     def _add(self, record: Record, origin: str = '') -> None:
-        violations = list(self._check(record, self._records))
+        violations = list(self._check(record))
         if violations:
             raise PluginError(f'{origin}: {violation}' if origin else violation for violation in violations)
         origin = origin or origin_of(self._function_of(record))
@@ -166,7 +166,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         print(f'not loaded: {reason}', file=sys.stderr)
 
     def origin(self, name: str) -> str:
-        """Return where a record was defined: a file, '__main__' or 'built in'."""
+        """Return where a record was defined: a file, '__main__' or 'mobile_robot_control'."""
         self._discover()
         return self._origins[name]
 

@@ -22,7 +22,7 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.search_picture import draw_search
 from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.rollout import measure, rollout
+from mobile_robot_control.simulation.rollout import recorded
 from mobile_robot_control.tuning import result, search_gains, search_space
 from mobile_robot_control.tuning.journal import Journal
 from mobile_robot_control.tuning.objective import Goal, Objective
@@ -180,8 +180,8 @@ class SearchRun:
     def _drive(self, parameters: Configuration) -> tuple[dict[str, Any], list[Any]]:
         """Run the configured loop once."""
         duration = self._goal.laps * parameters.reference_cart.curve.placement.period
-        samples = list(rollout(parameters, duration))
-        return summary(measure(parameters, duration, samples)), samples
+        run, samples = recorded(parameters, duration)
+        return summary(run), samples
 
     def _notes(self, found: Found, metrics: dict[str, Any]) -> list[str]:
         """Return the comments at the head of the parameter file."""

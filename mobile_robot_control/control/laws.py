@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
@@ -28,8 +28,8 @@ RESERVED = frozenset({
 """A law's group of parameters has the law's name, which must not be that of another parameter or of a search."""
 
 
-def law_violations(law: Any, known: Collection[str]) -> Iterator[str]:
-    """Yield what is wrong with the record of a law, where these laws are known."""
+def law_violations(law: Any) -> Iterator[str]:
+    """Yield what is wrong with the record of a law by itself; for its groups see `groups_of`."""
     if not isinstance(law, Law):
         yield f'LAW is of type {type(law).__name__}; write LAW = Law(name, step, Gains)'
         return
@@ -38,9 +38,6 @@ def law_violations(law: Any, known: Collection[str]) -> Iterator[str]:
         inspect.signature(law.step).bind('state', 'observation', 'gains', 'dt')
     except (TypeError, ValueError):
         yield f"the step of '{law.name}' is no function step(state, observation, gains, dt)"
-    unknown = [group for group in law.groups if group not in (law.name, *known)]
-    if unknown:
-        yield f"'{law.name}' uses the groups {', '.join(unknown)}, which no law has; known are {', '.join(known)}"
     yield from (f"'{law.name}': {wrong}" for wrong in _gains_violations(law.gains))
 
 
@@ -133,6 +130,15 @@ class PositionControl:
         return f'PositionControl({", ".join(f"{name}={value!r}" for name, value in self._asdict().items())})'
 
 
+def groups_of(law: Law) -> tuple[str, ...]:
+    """Return the groups that a law's step takes; raise ParameterError if one belongs to a law that is not there."""
+    lacking = [name for name in law.groups if name not in LAWS]
+    if lacking:
+        raise ParameterError(f"the law '{law.name}' takes the gains of '{name}', which is no law here; load that law "
+                             'too, with --law or by installing it' for name in lacking)
+    return law.groups or (law.name,)
+
+
 @lru_cache(maxsize=8)
 def _prepared(prepare: Callable[[Any, float], Any], gains: Any, dt: float) -> Any:
     """Prepare gains, once where several ask for the same."""
@@ -143,10 +149,10 @@ def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
     """
     Return the law that checked parameters name, and what its step takes as gains at a period [s].
 
-    Raises ParameterError if the law cannot prepare its gains.
+    Raises ParameterError if the law cannot prepare its gains, or takes those of a law that is not there.
     """
     law = LAWS[parameters.controller_type]
-    groups = tuple(getattr(parameters, name) for name in law.groups or (law.name,))
+    groups = tuple(getattr(parameters, name) for name in groups_of(law))
     gains = groups if len(groups) > 1 else groups[0]
     if law.prepare is None:
         return law, gains

@@ -112,7 +112,9 @@ def check_value(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
     )
     if wrong:
         hint = f'; {nearest(typed, field.choices)}' if field.choices else ''
-        hint += ''.join(f'; not loaded: {reason}' for reason in getattr(field.choices, 'failures', {}).values())
+        failures = getattr(field.choices, 'failures', {})
+        reasons = [failures[typed]] if typed in failures else failures.values()
+        hint += ''.join(f'; not loaded: {reason}' for reason in reasons)
         return typed, [f'{what} is not allowed; it must be {allowed}{hint}']
     if typed == '':
         return typed, [f"{what} is empty; write a text such as '{declared.default}'"]

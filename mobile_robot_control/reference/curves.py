@@ -1,7 +1,7 @@
 """The curves that the reference cart may drive, with exact derivatives: the built-in ones and the registry."""
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
@@ -163,7 +163,7 @@ BUILT_IN = (
 )
 
 
-def curve_violations(curve: Any, known: Collection[str] = ()) -> Iterator[str]:  # noqa: ARG001 (as for laws)
+def curve_violations(curve: Any) -> Iterator[str]:
     """Yield what is wrong with the record of a curve."""
     if not isinstance(curve, Curve):
         yield f'CURVE is of type {type(curve).__name__}; write CURVE = Curve(name, point)'

@@ -40,14 +40,15 @@ def draw_search(history: Sequence[Generation], loops: Mapping[str, Sequence[Samp
     history : sequence of Generation
         At least one.
     loops : mapping of str to sequence of Sample
-        Runs of the same length by name, such as before and after.
+        Runs of the same length by name, such as before and after; one without samples, whose law failed at once, is
+        left out.
     title : str
         Above the picture.
     file : Path
         PNG to write, and an SVG of the same name beside it.
     """
     # the last one, which the search has found, takes the first colour
-    runs = [Named(name, collect(samples)) for name, samples in loops.items()][::-1]
+    runs = [Named(name, collect(samples)) for name, samples in loops.items() if samples][::-1]
     with style():
         figure = Figure(figsize=(11.0, 7.0), layout='constrained')
         axes = figure.subplot_mosaic([['search', 'distance'], ['path', 'heading'], ['path', 'torque']],

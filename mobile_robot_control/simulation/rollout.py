@@ -134,9 +134,24 @@ def measure(
         for sample in rollout(configuration, duration) if samples is None else samples:
             meter.add(sample)
     except LawFailedError:
+        if meter.last is None:  # at the very first step
+            start = Pose(*configuration.plant.initial_pose)
+            return MeasuredRun('law_failed', 0.0, start, meter.initial_torque, meter.totals)
         return meter.run('law_failed')
     complete = meter.last is not None and is_complete(meter.last, duration, shared.velocity_rate)
     return meter.run('completed' if complete else 'diverged')
+
+
+def recorded(configuration: Configuration, duration: float) -> tuple[MeasuredRun, list[Sample]]:
+    """Run the closed loop to its end or until the law fails; return the measured run, and the samples up to there."""
+    samples: list[Sample] = []
+
+    def kept() -> Iterator[Sample]:
+        for sample in rollout(configuration, duration):
+            samples.append(sample)
+            yield sample
+
+    return measure(configuration, duration, kept()), samples
 
 
 def is_complete(last: Sample, duration: float, velocity_rate: float) -> bool:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
-from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.laws import LAWS, groups_of
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Declaration, declarations
@@ -105,7 +105,7 @@ def search_genes(search: str, with_velocity: bool = False) -> tuple[Gene, ...]:
     genes: list[Gene] = []
     if search != VELOCITY:
         law = LAWS[search]
-        for group in law.groups or (law.name,):
+        for group in groups_of(law):
             genes += _genes_of('position_controller', group, LAWS[group].gains)
     if search == VELOCITY or with_velocity or LAWS[search].with_velocity_gains:
         genes += _genes_of('velocity_controller', 'gains', VelocityGains)

@@ -1,5 +1,5 @@
 """
-The commands of the README and of the pages run as printed, in order, from a clean folder with the parameter files.
+The commands of the README and of the pages run as printed, in order, from a clean folder with config/ and examples/.
 
 What needs `ros2`, make, git or a desktop is not run: its executables, targets, parameters and files are checked. Long
 commands get the options of SHORTER, each of which the page itself names. Without the long tests (make soak) the README
@@ -23,7 +23,8 @@ from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.topics import LOOP_TOPICS
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').rglob('*.md')])
+PAGES = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').rglob('*.md'),
+                *(ROOT / 'examples').rglob('*.md')])
 FENCE = re.compile(r'^```(\S*)\n(.*?)^```$', re.DOTALL | re.MULTILINE)
 COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study'}
 ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff', 'git', 'PYTHONPATH=.'}
@@ -34,6 +35,7 @@ SHORTER = {
     'tune': '--generations 2', 'study': '--runs 20', 'experiment': '-p plant.real_time_factor:=0.0',
     'plant': '-p real_time_factor:=0.0', ('README.md', 'experiment'): '-p plant.real_time_factor:=0.0 --composed '
     '--no-report', ('docs/own_robot.md', 'experiment'): '--duration 4',
+    ('docs/extending.md', 'experiment'): '-p plant.real_time_factor:=0.0 --duration 4',
 }
 """Options for a command, or for one of a page."""
 
@@ -117,8 +119,9 @@ def script(path, skipped=frozenset()):
 
 
 def _run(text, folder, timeout):
-    """Run a script in a clean folder that has the parameter files and this environment."""
-    shutil.copytree(ROOT / 'config', folder / 'config')
+    """Run a script in a clean folder that has the parameter files, the examples and this environment."""
+    for name in ('config', 'examples'):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns('__pycache__'))
     (folder / '.venv').symlink_to(sys.prefix)
     paths = [str(ROOT / 'test'), os.environ.get('PYTHONPATH', '')]
     environment = os.environ | {'PATH': f'{sys.prefix}/bin:{os.environ["PATH"]}',
@@ -163,7 +166,7 @@ def test_no_command_hides_in_a_block_that_does_not_run(path):
 
 def test_every_command_is_one_that_is_known():
     """A new kind of command is run knowingly, or listed in ELSEWHERE."""
-    known = COMMANDS | ELSEWHERE | set(NODES) | {'.', 'cat', 'cp', 'kill', 'sleep'}
+    known = COMMANDS | ELSEWHERE | set(NODES) | {'.', 'cat', 'cp', 'export', 'kill', 'pip', 'sleep'}
     for path in PAGES:
         for kind, content in blocks(path.read_text(encoding='utf-8')):
             assert kind == 'python' or {first_word(command) for command in commands(content)} <= known, _name(path)

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PLACES = ('README.md', 'CONTRIBUTING.md', 'CHANGELOG.rst', 'Makefile', 'docs', 'config', 'mobile_robot_control', 'test')
+PLACES = ('README.md', 'CONTRIBUTING.md', 'CHANGELOG.rst', 'Makefile', 'docs', 'config', 'examples',
+          'mobile_robot_control', 'test')
 """Files and folders that are checked."""
 ENDINGS = ('.md', '.rst', '.py', '.yaml', '.yml', '.cff', '.cfg')
 

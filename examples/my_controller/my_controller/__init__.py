@@ -1,0 +1,1 @@
+"""A position law of one's own for mobile_robot_control."""

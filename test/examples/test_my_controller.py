@@ -1,0 +1,105 @@
+"""The example package: built, installed, and its law driven, tuned, studied and compared by its name alone."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from mobile_robot_control.recording import bag_reader
+from mobile_robot_control.recording.csv_table import Rows
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / 'examples' / 'my_controller'
+SHIPPED = ROOT / 'config' / 'backstepping.yaml'
+
+DRIVE = '''
+import sys
+from mobile_robot_control.cli import experiment, simulate
+from mobile_robot_control.control.laws import LAWS
+
+print('origin', LAWS.origin('kanayama'))
+file, folder = sys.argv[1:]
+run = ['--duration', '1.5', '--params-file', file, '-p', 'plant.initial_pose:=[0.9, 0.1, 1.2]']
+assert experiment.main([*run, '--output', f'{folder}/run', '--composed', '--no-report',
+                        '-p', 'plant.real_time_factor:=0.0']) == 0
+assert simulate.main([*run, '--output', f'{folder}/run.csv']) == 0
+'''
+SEARCH = '''
+import sys
+import pytest
+from mobile_robot_control.cli import study, tune
+
+file, shipped, folder, tests = sys.argv[1:]
+assert tune.main(['kanayama', '--seed', '1', '--params-file', file, '--generations', '2', '--population', '6',
+                  '--keep', 'gains.k1', 'ti1', 'k2', 'ti2', '--output', f'{folder}/gains.yaml']) == 0
+assert study.main(['--runs', '4', '--seed', '1', '--compare', f'{folder}/gains.yaml', shipped,
+                   '--output', f'{folder}/study']) == 0
+sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', tests]))
+'''
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A copy of the example, in a workspace."""
+    folder = tmp_path / 'workspace' / 'src' / 'my_controller'
+    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns('__pycache__', '*.egg-info', 'build'))
+    return folder
+
+
+def _printed(command, folder, **environment):
+    """Run a command in a folder; return what it printed, once it has ended well."""
+    done = subprocess.run([*map(str, command)], cwd=folder, env=os.environ | environment, capture_output=True,
+                          text=True, timeout=150, check=False)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    assert 'not loaded' not in done.stderr
+    return done.stdout
+
+
+def test_the_law_has_fewer_than_60_lines():
+    assert len((EXAMPLE / 'my_controller' / 'kanayama.py').read_text(encoding='utf-8').splitlines()) < 60
+
+
+@pytest.mark.timeout(200)
+def test_colcon_builds_a_law_that_is_driven_by_its_name_and_equals_simulate(domain, package, tmp_path):
+    workspace = package.parents[1]
+    colcon = Path(sys.executable).with_name('colcon')
+    assert _printed([colcon, 'list'], workspace).split() == ['my_controller', 'src/my_controller', '(ros.ament_python)']
+    _printed([colcon, 'build'], workspace)
+    prefix = workspace / 'install' / 'my_controller'
+    assert (prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'my_controller').is_file()
+    # as a user does, but with the interpreter of this test
+    script = f'. install/setup.sh && exec {sys.executable} -c "$0" "$@"'
+    printed = _printed(['sh', '-c', script, DRIVE, prefix / 'share' / 'my_controller' / 'config' / 'kanayama.yaml',
+                        tmp_path], workspace)
+    assert f'origin {prefix}/lib/' in printed
+    recording = bag_reader.read_bag(tmp_path / 'run' / 'bag')
+    assert not recording.problems
+    with (tmp_path / 'run.csv').open(encoding='utf-8') as file:
+        simulated = list(Rows(file))
+    assert len(recording.samples) == len(simulated) == 751
+    for sample, other in zip(recording.samples, simulated, strict=True):
+        assert sample.time == other.time
+        for one in ('command', 'torque', 'wheels'):
+            assert getattr(sample, one) == pytest.approx(getattr(other, one), rel=1e-9, abs=1e-9), (one, sample.time)
+        assert sample.tick.error == pytest.approx(other.tick.error, rel=1e-9, abs=1e-9)
+    assert abs(simulated[0].tick.error.lateral) > 0.05
+
+
+@pytest.mark.timeout(200)
+def test_pip_installs_a_law_that_is_tuned_compared_and_passes_its_own_test(domain, package, tmp_path):
+    place = tmp_path / 'installed'
+    _printed([sys.executable, '-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-build-isolation',
+              '--target', place, package], tmp_path)
+    paths = os.pathsep.join(filter(None, [str(place), os.environ.get('PYTHONPATH', '')]))
+    _printed([sys.executable, '-c', SEARCH, place / 'share' / 'my_controller' / 'config' / 'kanayama.yaml', SHIPPED,
+              tmp_path, package / 'test'], tmp_path, PYTHONPATH=paths)
+    gains = (tmp_path / 'gains.yaml').read_text(encoding='utf-8')
+    assert gains.startswith('# kanayama gains found')
+    assert 'controller_type: kanayama' in gains
+    study = json.loads((tmp_path / 'study' / 'study.json').read_text(encoding='utf-8'))
+    assert study['outcome'] == 'completed'
+    assert list(study['controllers']) == ['gains', 'backstepping']
