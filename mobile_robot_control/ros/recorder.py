@@ -15,15 +15,17 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
-from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
+from mobile_robot_control.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS, VELOCITY_TOPICS
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
 """Steps that a lockstep run may be ahead of what is recorded."""
+_DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 _SHARED = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """Topics that all namespaces have in common."""
 Sink = Callable[[str, str, int, bytes, bool], None]
@@ -126,18 +128,27 @@ class Recorder(Node):
                 continue
             latched = all(offer.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
             reliable = all(offer.qos_profile.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
-            if self._is_known(kinds[0]):
-                self._record(topic, kinds[0], latched, reliable)
-            else:
-                self._recorded[topic] = None
+            self._recorded[topic] = None
+            if not self._is_known(kinds[0]):
                 self.get_logger().warning(f'{topic} is not recorded: its type {kinds[0]} is not a common one')
+                continue
+            try:
+                self._record(topic, kinds[0], latched, reliable)
+            except Exception as error:  # a package that is not installed, a name that rcl does not take
+                self.get_logger().warning(f'{topic} is not recorded: {shortened(str(error))}')
 
-    def _note_subscribers(self, diagnostics: DiagnosticArray) -> None:
-        self._subscribers.update(
-            (entry.key.removeprefix(SUBSCRIBERS_KEY), int(entry.value))
-            for status in diagnostics.status for entry in status.values
-            if entry.key.startswith(SUBSCRIBERS_KEY) and entry.value.isdecimal()
-        )
+    def _note_subscribers(self, message: bytes) -> None:
+        """Note what a node's diagnostics report; others publish there as well, whatever they like."""
+        with suppress(RefusedMessageError):
+            self._subscribers.update(read_or_refuse(
+                _DIAGNOSTICS, (lambda data: deserialize_message(data, DiagnosticArray), self._subscriber_counts),
+                message))
+
+    def _subscriber_counts(self, diagnostics: DiagnosticArray) -> dict[str, int]:
+        """Return how many subscriptions to each loop topic its publisher has found, as far as they are reported."""
+        found = {entry.key.removeprefix(SUBSCRIBERS_KEY): int(entry.value)
+                 for status in diagnostics.status for entry in status.values if entry.key.startswith(SUBSCRIBERS_KEY)}
+        return {topic: count for topic, count in found.items() if topic in self._loop}
 
     def _record(self, topic: str, kind: str, latched: bool, reliable: bool = True) -> None:
         of_loop = self._loop.get(topic)
@@ -151,7 +162,7 @@ class Recorder(Node):
                 if self._ahead and self._complete_until() > self._allowed - self._ahead // 2:
                     self._set_on_plant()
             elif topic == '/diagnostics':
-                self._note_subscribers(deserialize_message(message, DiagnosticArray))
+                self._note_subscribers(message)
             self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(

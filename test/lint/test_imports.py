@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 
 # each layer may import from those named, and from itself; a module with a row of its own is a layer of its own
-FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'jit', 'angles'}
+FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'texts', 'jit', 'angles'}
 PARAMETERS = {'parameters', 'parameters.nodes', 'parameters.configuration', 'parameters.files'}
 DOMAIN = {'model', 'control', 'reference'}
 LAYERS = {
@@ -18,11 +18,12 @@ LAYERS = {
     'stamps': set(),
     'topics': set(),
     'files': set(),
+    'texts': set(),
     'jit': set(),
     'angles': {'jit'},
     # how parameters are declared and checked ...
     'parameters': {'quantities'},
-    'messages': {'quantities', 'stamps'},
+    'messages': {'quantities', 'stamps', 'texts'},
     'messages.writing': {'quantities', 'messages'},
     'model': {'quantities', 'angles', 'jit', 'parameters'},
     'control': {'quantities', 'angles', 'jit', 'parameters', 'model'},
@@ -30,10 +31,10 @@ LAYERS = {
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.nodes': {'parameters', 'stamps'} | DOMAIN,
     'parameters.configuration': {'parameters', 'parameters.nodes', 'reference'},
-    'parameters.files': {'parameters', 'parameters.nodes'},
+    'parameters.files': {'files', 'parameters', 'parameters.nodes'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'parameters', 'parameters.nodes'} | DOMAIN,
-    'recording': {'quantities', 'stamps', 'topics', 'files', 'messages', 'simulation'},
-    'tuning': {'quantities', 'files', 'simulation'} | PARAMETERS | DOMAIN,
+    'recording': {'quantities', 'stamps', 'topics', 'files', 'texts', 'messages', 'simulation'},
+    'tuning': {'quantities', 'files', 'texts', 'simulation'} | PARAMETERS | DOMAIN,
     'reporting': {'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
     'cli': {'messages', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS | DOMAIN,
