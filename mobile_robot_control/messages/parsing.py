@@ -61,7 +61,7 @@ def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: by
             found = step(found)
     except RefusedMessageError:
         raise
-    except Exception as error:  # any bytes can come, and rclpy raises a bare RCLError
+    except Exception as error:  # any bytes can come
         raise RefusedMessageError('not readable', f'{error}; it is no {kind}') from None
     return found
 
@@ -99,8 +99,8 @@ def _check_frame(field: str, found: str, expected: str) -> None:
     """Raise RefusedMessageError where a frame is not the expected one."""
     if expected not in ('', found):
         raise RefusedMessageError(
-            f'{field} is not {expected}', f"it is '{shortened(found, 60)}'; the parameters odom_frame_id, base_frame_id and "
-            'reference_frame_id say what is expected')
+            f'{field} is not {expected}', f"it is '{shortened(found, 60)}'; the parameters odom_frame_id, "
+            'base_frame_id and reference_frame_id say what is expected')
 
 
 def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple[Pose, BodyVelocity]:

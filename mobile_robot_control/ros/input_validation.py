@@ -8,12 +8,10 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 
-from mobile_robot_control.messages.cdr import deserialise, is_little_endian
+from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.ros.input_monitor import InputMonitor
-from mobile_robot_control.ros.qos import message_class
 from mobile_robot_control.ros.stamp_policy import StampDecision, StampPolicy
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -41,13 +39,7 @@ def make_reader(topic: str, read: Callable[[Any], Any], other_kind: str = '') ->
 
     """
     kind = other_kind or LOOP_TOPICS[topic].kind
-
-    def deserialised(message: bytes) -> Any:
-        # rclpy knows every encoding
-        return (deserialise(kind, message) if is_little_endian(message)
-                else deserialize_message(message, message_class(kind)))
-
-    return partial(read_or_refuse, kind, (deserialised, read))
+    return partial(read_or_refuse, kind, (partial(deserialise, kind), read))
 
 
 class ValidInput(NamedTuple):

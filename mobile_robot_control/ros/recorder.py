@@ -5,17 +5,18 @@ from __future__ import annotations  # rclpy's classes are generic from kilted on
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
+from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
+from mobile_robot_control.messages.types import DiagnosticArray
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
@@ -141,8 +142,7 @@ class Recorder(Node):
         """Note what a node's diagnostics report; others publish there as well, whatever they like."""
         with suppress(RefusedMessageError):
             self._subscribers.update(read_or_refuse(
-                _DIAGNOSTICS, (lambda data: deserialize_message(data, DiagnosticArray), self._subscriber_counts),
-                message))
+                _DIAGNOSTICS, (partial(deserialise, _DIAGNOSTICS), self._subscriber_counts), message))
 
     def _subscriber_counts(self, diagnostics: DiagnosticArray) -> dict[str, int]:
         """Return how many subscriptions to each loop topic its publisher has found, as far as they are reported."""

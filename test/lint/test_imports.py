@@ -22,7 +22,7 @@ LAYERS = {
     'jit': set(),
     'angles': {'jit'},
     # how parameters are declared and checked ...
-    'parameters': {'quantities'},
+    'parameters': {'quantities', 'texts'},
     'messages': {'quantities', 'stamps', 'texts'},
     'messages.writing': {'quantities', 'messages'},
     'model': {'quantities', 'angles', 'jit', 'parameters'},
@@ -31,7 +31,7 @@ LAYERS = {
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.nodes': {'parameters', 'stamps'} | DOMAIN,
     'parameters.configuration': {'parameters', 'parameters.nodes', 'reference'},
-    'parameters.files': {'files', 'parameters', 'parameters.nodes'},
+    'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'parameters', 'parameters.nodes'} | DOMAIN,
     'recording': {'quantities', 'stamps', 'topics', 'files', 'texts', 'messages', 'simulation'},
     'tuning': {'quantities', 'files', 'texts', 'simulation'} | PARAMETERS | DOMAIN,
