@@ -25,7 +25,7 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = make_parser('tune', __doc__.partition(': ')[2])
+    made = make_parser('tune', __doc__)
     made.add_argument('controller', choices=tuple(CHROMOSOMES), help="what to search; 'velocity' keeps the position "
                       "law's gains, 'fuzzy' the velocity gains")
     made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')

@@ -1,23 +1,29 @@
 """Runs read from bags, whole or damaged, as signals: memory holds numbers, never messages."""
 
-import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 from rosbags.rosbag2 import Reader
 
+from mobile_robot_control.files import BAG, METADATA, open_bounded, read_bounded
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.recording import gaps
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.recording.joining import joined
 from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, ProgressCallback
 from mobile_robot_control.recording.signals import READ, Signal
+from mobile_robot_control.recording.unpacking import check_packed_file
 from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS
+
+_LATEST = 1 << 63
+"""[ns]: times of receipt are kept in 64 bits."""
 
 
 class Recording(NamedTuple):
@@ -80,18 +86,22 @@ class _Bag:
         """Read metadata.yaml, which only compressed bags need: None where it is missing or broken."""
         file = self._path / 'metadata.yaml'
         try:
-            found = yaml.safe_load(file.read_text(encoding='utf-8'))['rosbag2_bagfile_information']
-        except (OSError, ValueError, TypeError, KeyError, yaml.YAMLError):
+            found = yaml.safe_load(read_bounded(file, METADATA).decode())['rosbag2_bagfile_information']
+        except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError):
             return None
         return found if isinstance(found, dict) else None
 
     def _by_rosbags(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
         """Read sqlite3 files, and bags whose files or messages are compressed one by one."""
         try:
+            for file in [path] if path.is_file() else (file for file in path.iterdir() if not file.is_dir()):
+                open_bounded(file, METADATA if file.suffix == '.yaml' else BAG).close()
+                if file.suffix == '.zstd':
+                    check_packed_file(file)
             reader = Reader(path)
             reader.open()
         except Exception as error:  # a broken file can raise anything
-            raise BagError(f'{path}: cannot be read as a bag ({error}); '
+            raise BagError(f'{path}: cannot be read as a bag ({shortened(str(error))}); '
                            'name one that `experiment` or `ros2 bag record` wrote') from error
         try:
             self.topics.update(connection.topic for connection in reader.connections)
@@ -104,7 +114,7 @@ class _Bag:
                 yield Message(connection.topic, connection.msgtype, received, data)
             self._progress(total, total)
         except Exception as error:
-            self.problems.append(f'the recording was cut off: {path.name} is damaged ({error}), '
+            self.problems.append(f'the recording was cut off: {path.name} is damaged ({shortened(str(error))}), '
                                  'and was read up to there')
         finally:
             reader.close()
@@ -141,17 +151,24 @@ def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = _no_
     names = {prefix + name: name for name in LOOP_TOPICS}
     bag, collector = _Bag(path, progress), Collector()
     left_out: Counter[str] = Counter()
+    found: dict[str, str] = {}
     for topic, kind, received, data in bag.messages(names.__contains__):
         name = names[topic]
-        if kind != LOOP_TOPICS[name].kind:
-            left_out[f'{topic} is of type {kind}, not {LOOP_TOPICS[name].kind}'] += 1
-            continue
         try:
-            collector.add(name, serialised_stamp(data), READ[name](deserialise(kind, data)), received)
-        except RefusedMessageError as reason:
-            left_out[f'{topic}: {reason}'] += 1
-        except (ValueError, struct.error):
-            left_out[f'{topic}: cannot be deserialised'] += 1
+            if kind != LOOP_TOPICS[name].kind:
+                raise RefusedMessageError(f'is of type {shortened(str(kind), 60)}, not {LOOP_TOPICS[name].kind}')
+            if not (isinstance(received, int) and 0 <= received < _LATEST):
+                raise RefusedMessageError('received at no possible time', f'{received} ns')
+            if not isinstance(data, bytes):
+                raise RefusedMessageError('not readable', f'{type(data).__name__} instead of bytes')
+            stamp = serialised_stamp(data)
+            values = read_or_refuse(kind, (partial(deserialise, kind), READ[name]), data)
+        except RefusedMessageError as refusal:
+            # the first of each kind stands for all
+            reason = found.setdefault(f'{topic}: {refusal.reason}', f'{topic}: {refusal}')
+            left_out[reason] += 1
+        else:
+            collector.add(name, stamp, values, received)
     return Recording(collector.signals, tuple(_problems(bag, collector, left_out, prefix)))
 
 
@@ -166,5 +183,5 @@ def _problems(bag: _Bag, collector: Collector, left_out: Counter[str], prefix: s
         yield f'{collector.earlier_runs} earlier runs left out; the last one is taken'
     if not any(prefix + name in bag.topics for name in LOOP_TOPICS):
         yield (f'none of the topics {", ".join(prefix + name for name in LOOP_TOPICS)}; the bag holds '
-               f'{", ".join(sorted(bag.topics)) or "nothing"}: name the robot with --namespace')
+               f'{shortened(", ".join(sorted(map(str, bag.topics)))) or "nothing"}: name the robot with --namespace')
     yield from gaps.describe_gaps(collector.signals)

@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 
 # each layer may import from those named, and from itself; a module with a row of its own is a layer of its own
-FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'texts', 'jit', 'angles'}
+FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'texts', 'streams', 'jit', 'angles'}
 PARAMETERS = {'parameters', 'parameters.nodes', 'parameters.configuration', 'parameters.files'}
 DOMAIN = {'model', 'control', 'reference'}
 LAYERS = {
@@ -19,6 +19,7 @@ LAYERS = {
     'topics': set(),
     'files': set(),
     'texts': set(),
+    'streams': set(),
     'jit': set(),
     'angles': {'jit'},
     # how parameters are declared and checked ...
