@@ -89,7 +89,7 @@ def _parameters(file: Path, configure: Configure) -> tuple[Configuration | None,
         return configure(file), []
     except ParameterError as error:
         first, *others = error.violations
-        return None, [f'its parameters are not known: {first}' + (f' (and {len(others)} more)' if others else '')]
+        return None, [f'{file.name} is not read: {first}' + (f' (and {len(others)} more)' if others else '')]
 
 
 def _measured(
