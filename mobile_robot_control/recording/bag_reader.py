@@ -2,9 +2,11 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import yaml
 from rosbags.rosbag2 import Reader
@@ -17,11 +19,12 @@ from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.recording.joining import joined
 from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, ProgressCallback
 from mobile_robot_control.recording.signals import READ, Signal
-from mobile_robot_control.recording.unpacking import check_packed_file
+from mobile_robot_control.recording.unpacking import unpack_file, unpack_message
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS
 
+_ENDINGS = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 _LATEST = 1 << 63
 """[ns]: times of receipt are kept in 64 bits."""
 
@@ -47,10 +50,6 @@ class Recording(NamedTuple):
         return list(joined(self.signals))
 
 
-def _no_progress(_read: int, _all: int) -> None:
-    """Ignore progress."""
-
-
 class _Bag:
     """A bag's messages from whatever files it is made of."""
 
@@ -63,46 +62,57 @@ class _Bag:
         """Yield the messages of wanted topics, in the order of the files."""
         if not self._path.exists():
             raise BagError(f'{self._path}: does not exist; name a bag that `experiment` or `ros2 bag record` wrote')
-        metadata = self._metadata()
         files = [self._path] if self._path.is_file() else sorted(
-            (file for ending in ('mcap', 'db3') for file in self._path.glob(f'*.{ending}')),
+            (file for ending in _ENDINGS for file in self._path.glob(f'*{ending}')),
             key=lambda file: (len(file.name), file.name))  # bag_10 after bag_9
-        if metadata is not None and (_is_compressed(metadata) or not files):
-            yield from self._by_rosbags(self._path, wanted)
-            return
         if not files:
             raise BagError(f'{self._path}: is not a bag: there is no .mcap or .db3 file in it; '
                            'name the folder that `experiment` or `ros2 bag record` wrote')
+        unpacked = self._unpacked if self._compression() == 'message' else iter
         for file in files:
-            if file.suffix == '.mcap':
-                stream = McapStream(file, self._progress)
-                yield from stream.messages(wanted)
-                self.problems += stream.problems
-                self.topics.update(stream.topics())
-            else:
-                yield from self._by_rosbags(file, wanted)
+            yield from unpacked(self._of_file(file, wanted))
 
-    def _metadata(self) -> dict[str, Any] | None:
-        """Read metadata.yaml, which only compressed bags need: None where it is missing or broken."""
-        file = self._path / 'metadata.yaml'
+    def _of_file(self, file: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Yield the messages of one file."""
+        if file.suffix == '.zstd':
+            with TemporaryDirectory() as folder:
+                try:
+                    plain = unpack_file(file, Path(folder))
+                except (OSError, ValueError) as error:
+                    raise _unreadable(file, error) from error
+                yield from self._of_file(plain, wanted)
+        elif file.suffix == '.mcap':
+            stream = McapStream(file, self._progress)
+            yield from stream.messages(wanted)
+            self.problems += stream.problems
+            self.topics.update(stream.topics())
+        else:
+            yield from self._by_rosbags(file, wanted)
+
+    def _unpacked(self, messages: Iterator[Message]) -> Iterator[Message]:
+        """Yield messages that were packed one by one; what cannot be unpacked is empty, and counted as not readable."""
+        for message in messages:
+            data = b''
+            with suppress(ValueError):
+                data = unpack_message(message.data)
+            yield message._replace(data=data)
+
+    def _compression(self) -> str:
+        """Return what is compressed, by metadata.yaml, such as 'message'; 'none' where that is missing or broken."""
         try:
-            found = yaml.safe_load(read_bounded(file, METADATA).decode())['rosbag2_bagfile_information']
+            text = read_bounded(self._path / 'metadata.yaml', METADATA).decode()
+            return str(yaml.safe_load(text)['rosbag2_bagfile_information']['compression_mode']).lower()
         except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError):
-            return None
-        return found if isinstance(found, dict) else None
+            return 'none'
 
     def _by_rosbags(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
-        """Read sqlite3 files, and bags whose files or messages are compressed one by one."""
+        """Read an sqlite3 file."""
         try:
-            for file in [path] if path.is_file() else (file for file in path.iterdir() if not file.is_dir()):
-                open_bounded(file, METADATA if file.suffix == '.yaml' else BAG).close()
-                if file.suffix == '.zstd':
-                    check_packed_file(file)
+            open_bounded(path, BAG).close()
             reader = Reader(path)
             reader.open()
         except Exception as error:  # a broken file can raise anything
-            raise BagError(f'{path}: cannot be read as a bag ({shortened(str(error))}); '
-                           'name one that `experiment` or `ros2 bag record` wrote') from error
+            raise _unreadable(path, error) from error
         try:
             self.topics.update(connection.topic for connection in reader.connections)
             connections = [connection for connection in reader.connections if wanted(connection.topic)]
@@ -120,11 +130,13 @@ class _Bag:
             reader.close()
 
 
-def _is_compressed(metadata: dict[str, Any]) -> bool:
-    return str(metadata.get('compression_mode') or 'none').lower() != 'none'
+def _unreadable(file: Path, error: Exception) -> BagError:
+    """Return the error of a file that is no part of a bag."""
+    return BagError(f'{file}: cannot be read as a bag ({shortened(str(error))}); '
+                    'name one that `experiment` or `ros2 bag record` wrote')
 
 
-def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = _no_progress) -> Recording:
+def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = lambda *_: None) -> Recording:
     """
     Read a run from a bag.
 

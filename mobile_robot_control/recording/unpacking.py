@@ -5,6 +5,8 @@ from pathlib import Path
 
 from mcap.records import Chunk
 
+from mobile_robot_control.files import BAG, open_bounded
+
 LARGEST = 1 << 28
 """Bytes of a record, packed or not; recorders write chunks of one or a few megabytes."""
 _PIECE = 1 << 20
@@ -41,8 +43,10 @@ def _unpacked(compression: str, data: bytes, most: int) -> bytes:
     if compression == 'zstd':
         import zstandard  # noqa: PLC0415
 
-        with zstandard.ZstdDecompressor(max_window_size=LARGEST).stream_reader(io.BytesIO(data)) as stream:
-            return stream.read(most)
+        try:
+            return zstandard.ZstdDecompressor(max_window_size=LARGEST).stream_reader(io.BytesIO(data)).read(most)
+        except zstandard.ZstdError as error:
+            raise ValueError(str(error)) from error
     if compression == 'lz4':
         import lz4.frame  # type: ignore[import-untyped]  # noqa: PLC0415
 
@@ -51,14 +55,32 @@ def _unpacked(compression: str, data: bytes, most: int) -> bytes:
     raise ValueError(f"unknown compression '{compression}'")
 
 
-def check_packed_file(file: Path) -> None:
-    """Raise TooLargeError if a file packed by zstd as a whole unpacks to implausibly much."""
+def unpack_message(data: bytes) -> bytes:
+    """Return a message that was packed by itself; raise ValueError if it is damaged or unpacks to over LARGEST."""
+    unpacked = _unpacked('zstd', data, LARGEST + 1)
+    if len(unpacked) > LARGEST:
+        raise TooLargeError(f'a message unpacks to more than {LARGEST} bytes')
+    return unpacked
+
+
+def unpack_file(file: Path, folder: Path) -> Path:
+    """
+    Unpack a file that was packed by zstd as a whole into a folder, as far as it goes; return the unpacked file.
+
+    Raises TooLargeError if it unpacks to implausibly much, OSError if it cannot be read or there is no room, and
+    ValueError if it is damaged from the start.
+    """
     import zstandard  # noqa: PLC0415 (late, as above)
 
     most = max(_UNSUSPICIOUS, _RATIO * file.stat().st_size)
-    unpacked = 0
-    with file.open('rb') as packed, zstandard.ZstdDecompressor(max_window_size=LARGEST).stream_reader(packed) as stream:
-        while piece := stream.read(_PIECE):
-            unpacked += len(piece)
-            if unpacked > most:
-                raise TooLargeError(f'{file.name} unpacks to more than {most} bytes')
+    with open_bounded(file, BAG) as packed, (folder / file.stem).open('wb') as out:
+        stream = zstandard.ZstdDecompressor(max_window_size=LARGEST).stream_reader(packed)
+        try:
+            while piece := stream.read(_PIECE):
+                if out.tell() + len(piece) > most:
+                    raise TooLargeError(f'{file.name} unpacks to more than {most} bytes')
+                out.write(piece)
+        except zstandard.ZstdError as error:
+            if not out.tell():
+                raise ValueError(str(error)) from error
+    return folder / file.stem

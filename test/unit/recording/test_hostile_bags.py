@@ -16,7 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 from zstandard import ZstdCompressor
 
 from mobile_robot_control.recording import bag_reader
-from mobile_robot_control.recording.unpacking import LARGEST
+from mobile_robot_control.recording.unpacking import LARGEST, unpack_message
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -105,6 +105,13 @@ def test_a_packed_bag_that_unpacks_to_implausibly_much_is_refused(tmp_path, samp
     packed.write_bytes(_zeros(b'zstd', (1 << 30) + (1 << 24)))
     with pytest.raises(bag_reader.BagError, match='unpacks to more than'):
         bag_reader.read_bag(tmp_path / 'bag')
+
+
+def test_a_packed_message_that_unpacks_to_too_much_or_is_damaged_is_a_value_error():
+    for packed, reason in ((_zeros(b'zstd', LARGEST + (1 << 24)), 'unpacks to more than'), (b'garbage', 'zstd')):
+        with pytest.raises(ValueError, match=reason):
+            unpack_message(packed)
+    assert unpack_message(ZstdCompressor().compress(b'message')) == b'message'
 
 
 @pytest.mark.parametrize('received', [1 << 63, (1 << 64) - 1])
