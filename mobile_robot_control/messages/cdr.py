@@ -66,12 +66,13 @@ def _count(order: _Order, data: bytes, at: int) -> tuple[int, int]:
 
 def _text(order: _Order, data: bytes, at: int) -> tuple[str, int]:
     """Read a string; return it and the position behind it."""
-    length, at = _count(order, data, at)
-    end = at + length
+    # its length is read here, not by `_count`: every message has several texts
+    at = aligned(at, 4) + 4
+    end = at + int(order.length.unpack_from(data, at - 4)[0])
     if end > len(data):
-        raise ValueError(f'a text of {length} bytes ends behind the message')
+        raise ValueError(f'a text of {end - at} bytes ends behind the message')
     # the last byte is zero
-    return data[at:max(at, end - 1)].decode(), end
+    return data[at:end - 1 if end > at else at].decode(), end
 
 
 def _header(order: _Order, data: bytes) -> tuple[Header, int]:
