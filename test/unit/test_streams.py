@@ -28,18 +28,21 @@ def test_with_closed_streams_files_contain_their_own_content_alone(tmp_path, clo
     assert json.loads((tmp_path / 'run.metrics.json').read_text())['outcome'] == 'completed'
 
 
-def test_a_full_standard_output_is_an_error_in_one_line():
-    done = _run('>/dev/full')
+@pytest.mark.parametrize('unbuffered', ['', '1'])
+def test_a_full_standard_output_is_an_error_in_one_line(unbuffered):
+    done = _run('>/dev/full', environment={'PYTHONUNBUFFERED': unbuffered})
     assert done.returncode == 1
     assert done.stderr.startswith('simulate: ')
     assert 'No space left on device' in done.stderr
     assert done.stderr.count('\n') == 1
 
 
-def test_an_output_that_nothing_reads_is_an_error_in_one_line():
+@pytest.mark.parametrize('unbuffered', ['', '1'])
+def test_an_output_that_nothing_reads_is_an_error_in_one_line(unbuffered):
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run(SIMULATE, stdout=write, stderr=subprocess.PIPE, text=True, timeout=60, check=False)
+    done = subprocess.run(SIMULATE, stdout=write, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+                          env=os.environ | {'PYTHONUNBUFFERED': unbuffered})
     os.close(write)
     assert done.returncode == 1
     assert done.stderr == ('simulate: nothing reads the standard output any more; what is written to files is '
