@@ -27,7 +27,7 @@ class FileKind(NamedTuple):
 
 PARAMETER_FILE = FileKind('parameter file', 1 << 20)
 METRICS = FileKind('file of metrics', 1 << 20)
-METADATA = FileKind('metadata.yaml', 1 << 24)
+METADATA = FileKind('metadata.yaml', 1 << 20)
 JOURNAL = FileKind('journal', 1 << 28)
 # these two are read piece by piece
 TABLE = FileKind('table', 1 << 36)

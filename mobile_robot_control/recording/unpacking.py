@@ -10,7 +10,7 @@ from mobile_robot_control.files import BAG, open_bounded
 LARGEST = 1 << 28
 """Bytes of a record, packed or not; recorders write chunks of one or a few megabytes."""
 _PIECE = 1 << 20
-_UNSUSPICIOUS, _RATIO = 1 << 30, 100
+_UNSUSPICIOUS, _RATIO = 1 << 26, 100
 """Bytes, and times the packed size: numbers do not shrink to a hundredth."""
 
 

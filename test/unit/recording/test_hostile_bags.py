@@ -102,7 +102,7 @@ def test_a_packed_bag_that_unpacks_to_implausibly_much_is_refused(tmp_path, samp
     with writer:
         writer.add_connection('/odom', LOOP_TOPICS['odom'].kind, typestore=types)
     packed, = (tmp_path / 'bag').glob('*.zstd')
-    packed.write_bytes(_zeros(b'zstd', (1 << 30) + (1 << 24)))
+    packed.write_bytes(_zeros(b'zstd', 1 << 27))
     with pytest.raises(bag_reader.BagError, match='unpacks to more than'):
         bag_reader.read_bag(tmp_path / 'bag')
 
@@ -166,6 +166,6 @@ def test_a_bag_changed_anywhere_is_read_or_refused(tmp_path, samples, compressio
 
 def test_metadata_nested_without_end_is_taken_as_missing(tmp_path, samples):
     _plain(tmp_path / 'bag.mcap', samples)
-    for text in ('[' * 100_000, 'a: &a [*a]', '{a: ' * 1000):
+    for text in ('[' * 5000, 'a: &a [*a]', '{a: ' * 1000):
         (tmp_path / 'metadata.yaml').write_text(text)
         assert len(bag_reader.read_bag(tmp_path).samples) == len(samples)
