@@ -1,8 +1,89 @@
-"""Files that are complete or not there, and what went wrong with them in words."""
+"""Files of users: read within bounds, written so that they are complete or not there, and their errors in words."""
 
 import errno
+import json
 import os
+import stat
 from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+
+class FileKind(NamedTuple):
+    """
+    A kind of file that is read.
+
+    Attributes
+    ----------
+    name : str
+        For messages.
+    largest : int
+        Bytes; a larger file is none of this kind.
+
+    """
+
+    name: str
+    largest: int
+
+
+PARAMETER_FILE = FileKind('parameter file', 1 << 20)
+PLUGIN = FileKind('Python file', 1 << 20)
+METRICS = FileKind('file of metrics', 1 << 20)
+METADATA = FileKind('metadata.yaml', 1 << 20)
+JOURNAL = FileKind('journal', 1 << 28)
+# these two are read piece by piece
+TABLE = FileKind('table', 1 << 36)
+BAG = FileKind('bag', 1 << 40)
+
+
+def check_regular(file: Path) -> None:
+    """Raise OSError, naming the file, where it is there and is a device, a pipe or a folder."""
+    try:
+        mode = os.stat(file).st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, 'is a folder', str(file))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, 'is not a regular file', str(file))
+
+
+def open_bounded(file: Path, kind: FileKind) -> BinaryIO:
+    """
+    Open a user's file for reading.
+
+    Raises OSError, naming the file, if it cannot be opened, is not a regular file, or is larger than its kind can be.
+    """
+    check_regular(file)
+    if os.stat(file).st_size > kind.largest:
+        raise _too_large(file, kind)
+    return file.open('rb')
+
+
+def read_bounded(file: Path, kind: FileKind) -> bytes:
+    """
+    Return the content of a user's file.
+
+    Raises OSError, naming the file, if it cannot be read, is not a regular file, or is larger than its kind can be.
+    """
+    with open_bounded(file, kind) as opened:
+        # files of the kernel have more in them than their size
+        content = opened.read(kind.largest + 1)
+    if len(content) > kind.largest:
+        raise _too_large(file, kind)
+    return content
+
+
+def _too_large(file: Path, kind: FileKind) -> OSError:
+    """Return the error of a file that is larger than its kind can be."""
+    return OSError(errno.EFBIG, f'is larger than a {kind.name} can be, {kind.largest} bytes', str(file))
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Read JSON; raise ValueError if it is none, or is nested too deep."""
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError('nested too deep') from None
 
 
 def write_atomically(file: Path, content: str | bytes) -> None:
@@ -19,13 +100,15 @@ def write_atomically(file: Path, content: str | bytes) -> None:
     Raises
     ------
     OSError
-        If it cannot be written; its filename is that of the file.
+        If it cannot be written, or is no regular file; its filename is that of the file.
 
     """
+    check_regular(file)
+    written = content.encode(errors='backslashreplace') if isinstance(content, str) else content
     draft = file.with_name(f'.{file.name}.{os.getpid()}')
     try:
         with draft.open('wb') as out:
-            out.write(content.encode() if isinstance(content, str) else content)
+            out.write(written)
             out.flush()
             os.fsync(out.fileno())
         draft.replace(file)

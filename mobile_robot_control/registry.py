@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from mobile_robot_control.files import PLUGIN, read_bounded
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.sources import origin_of, source_checksum
 
@@ -55,14 +56,14 @@ class Registry(Mapping[str, Record], Generic[Record]):
     source : Source
         Where further ones come from; they are looked for when the names are first needed.
     built_in : sequence of Record
-        Each has a `name`.
+        Each has a name.
     check, function_of : callable
         Yields what is wrong with a record, in words; returns the function of a record.
 
     Attributes
     ----------
     failures : dict of str to str
-        What could not be registered, by entry point or file, and why.
+        Why an entry point or a file could not be registered.
 
     """
 
@@ -77,7 +78,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         self.failures: dict[str, str] = {}
         self._discovered, self._version = False, 0
         for record in built_in:
-            self._add(record, _BUILT_IN)
+            self.register(record, _BUILT_IN)
 
     @property
     def variable(self) -> str:
@@ -90,10 +91,6 @@ class Registry(Mapping[str, Record], Generic[Record]):
         self._discover()
         return self._version
 
-    def register(self, record: Record) -> None:
-        """Register a record, or replace the one of the same name from the same file or notebook."""
-        self._add(record)
-
     def remove(self, name: str) -> None:
         """Forget a record; a built-in one stays."""
         if self._origins.get(name) not in (None, _BUILT_IN):
@@ -105,7 +102,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         """Import a Python file and register its record; raise PluginError if that fails."""
         file = os.path.realpath(path)
         try:
-            text = Path(file).read_text(encoding='utf-8')
+            text = read_bounded(Path(file), PLUGIN).decode()
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
             raise PluginError([f'{path}: cannot be read ({reason}); name a Python file']) from error
@@ -118,7 +115,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         try:
             exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own law)
             record: Record = getattr(module, self._source.attribute)
-            self._add(record, file)
+            self.register(record, file)
         except _ANYTHING as error:
             sys.modules.pop(module.__name__, None)
             raise PluginError([self._refusal(file, error)]) from error
@@ -132,7 +129,8 @@ class Registry(Mapping[str, Record], Generic[Record]):
             return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
         return f'{where}: cannot be imported ({type(error).__name__}: {error}); mend it, or leave it out'
 
-    def _add(self, record: Record, origin: str = '') -> None:
+    def register(self, record: Record, origin: str = '') -> None:
+        """Register a record, or replace the one of the same name and origin, which is its file or notebook if ''."""
         violations = list(self._check(record))
         if violations:
             raise PluginError(f'{origin}: {violation}' if origin else violation for violation in violations)
@@ -157,7 +155,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
                     self._note_failure(file, str(error))
         for point in metadata.entry_points(group=self._source.entry_points):
             try:
-                self._add(point.load())
+                self.register(point.load())
             except _ANYTHING as error:
                 self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
 

@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.cli.report import draw_report, load_run
 from mobile_robot_control.files import explain, write_atomically
-from mobile_robot_control.reporting.run_reading import RecordedRun, UnreadableRunError
+from mobile_robot_control.reporting.run_files import UnreadableRunError
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.texts import printable
 
 
 class Evaluated(NamedTuple):
@@ -56,7 +58,7 @@ def evaluate(
     metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
     runs: list[RecordedRun] = []
     try:
-        runs.append(load_run(output.resolve().name, output / 'bag', namespace, outcome, quiet))
+        runs.append(load_run(printable(output.resolve().name), output / 'bag', namespace, outcome, quiet))
     except UnreadableRunError as error:
         print(f'experiment: no report: {error}', file=sys.stderr)
     for run in runs:

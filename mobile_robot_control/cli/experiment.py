@@ -16,6 +16,7 @@ from mobile_robot_control.files import write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.texts import printable
 
 if TYPE_CHECKING:
     from mobile_robot_control.cli.experiment_runner import ExperimentResult
@@ -26,7 +27,7 @@ _WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'rep
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     # before all else: a signal is not lost
     stop = Stop()
-    made = make_parser('experiment', __doc__.partition(': ')[2])
+    made = make_parser('experiment', __doc__)
     made.set_defaults(stop=stop)
     made.add_argument('--duration', type=positive, required=True, metavar='S', help='simulated time [s]')
     made.add_argument('--output', required=True, metavar='DIR', help='folder for bag, metrics and pictures')
@@ -107,13 +108,23 @@ def _alike(chosen: Configuration, first: Configuration) -> Configuration:
     )
 
 
+def _folders(files: Sequence[str]) -> list[str]:
+    """Return the name of each run's folder within the output; raise ParameterError where it would not be one of it."""
+    names = distinct([printable(Path(file).stem) for file in files])
+    odd = [f"--compare {file}: its run would be written to '{name}', which has another use; rename the file"
+           for file, name in zip(files, names, strict=True) if name in ('', '.', '..', *_WRITTEN)]
+    if odd:
+        raise ParameterError(odd)
+    return names
+
+
 def _compare(options: argparse.Namespace, output: Path) -> int:
     """Run several configurations one after the other, and report them together."""
     # imported late: bad usage is reported at once
     from mobile_robot_control.cli.report import refuse_too_many, report  # noqa: PLC0415
 
     refuse_too_many(len(options.compare))
-    names = distinct([Path(file).stem for file in options.compare])
+    names = _folders(options.compare)
     configured = [_configured(options, [file]) for file in options.compare]
     chosen = {name: _alike(parameters, configured[0]) for name, parameters in zip(names, configured, strict=True)}
     for name, parameters in chosen.items():

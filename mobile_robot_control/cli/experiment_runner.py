@@ -103,7 +103,7 @@ class _ExperimentRunner:
     def watch(self) -> None:
         """Spin and move the progress bar until the run is over, or nothing moves any more."""
         newest, moved, end = -1, time.monotonic(), self._end / 1e9
-        start = 0 if self.lockstep else self._recorder.newest['joint_states']
+        start = 0 if self.lockstep else self._recorder.newest.get('joint_states', 0)
         shown = looked = 0.0
 
         def show(least: float) -> None:

@@ -1,16 +1,19 @@
 """Options that commands share, and how every command is run."""
 
 import argparse
+import itertools
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from mobile_robot_control.files import explain, is_disk_full
+from mobile_robot_control.files import check_regular, explain, is_disk_full
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import at_cart_start, configure
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.files import Values, load, parameter_file_text
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.streams import discard_output, flush_output, prepare_streams
+from mobile_robot_control.texts import printable
 
 
 def _float(text: str) -> float:
@@ -110,12 +113,19 @@ def distinct(names: Sequence[str]) -> list[str]:
     ['fuzzy_1', 'hybrid', 'fuzzy_2']
 
     """
-    return [f'{name}_{names[:n + 1].count(name)}' if names.count(name) > 1 else name for n, name in enumerate(names)]
+    made: list[str] = []
+    for n, name in enumerate(names):
+        numbers = itertools.count(names[:n + 1].count(name))
+        # a number that another name has already is left out
+        made.append(name if names.count(name) == 1 else next(
+            numbered for number in numbers if (numbered := f'{name}_{number}') not in {*made, *names}))
+    return made
 
 
 def writable_file(path: str) -> Path:
-    """Return a file's path after checking that it can be written, before anything long begins; raise OSError if not."""
+    """Return a file's path after checking that it can be written, before anything long; raise OSError if it cannot."""
     file = Path(path)
+    check_regular(file)
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open('a'):
         return file
@@ -144,15 +154,24 @@ def make_main(
 
     """
     def main(arguments: Sequence[str] | None = None) -> int:
+        prepare_streams()
         options = parse(arguments)
         try:
-            return run(options)
+            code = run(options)
+            flush_output()
+            return code
         except ParameterError as error:
             for violation in error.violations:
-                print(f'{name}: {violation}', file=sys.stderr)
+                print(f'{name}: {printable(violation)}', file=sys.stderr)
             return 2
+        except BrokenPipeError:
+            discard_output()
+            print(f'{name}: nothing reads the standard output any more; what is written to files is complete',
+                  file=sys.stderr)
+            return 1
         except OSError as error:
-            print(f'{name}: {explain(error)}', file=sys.stderr)
+            discard_output()
+            print(f'{name}: {printable(explain(error))}', file=sys.stderr)
             return 1 if is_disk_full(error) else 2
         except ModuleNotFoundError as error:
             print(f'{name}: the Python module {error.name} is missing; install it with rosdep or pip', file=sys.stderr)

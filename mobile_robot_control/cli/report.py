@@ -1,6 +1,7 @@
 """The command `report`: metrics and figures of one run, or of several side by side."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,11 +14,13 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.reporting.run_reading import RecordedRun, UnreadableRunError, read_run
+from mobile_robot_control.reporting.run_files import UnreadableRunError
+from mobile_robot_control.reporting.run_reading import RecordedRun, read_run
+from mobile_robot_control.texts import printable
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = make_parser('report', __doc__.partition(': ')[2])
+    made = make_parser('report', __doc__)
     made.add_argument('runs', nargs='+', metavar='RUN',
                       help='a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN names it in the report')
     made.add_argument('--output', required=True, metavar='DIR', help='folder for the page and the figures')
@@ -36,13 +39,14 @@ def name_of(text: str) -> tuple[str, Path]:
     ('fuzzy', 'best')
     """
     name, separator, place = text.partition('=')
-    if separator and not Path(text).exists():
+    # os.path refuses no path, such as a link to itself
+    if name and separator and not os.path.exists(text):
         return name, Path(place)
     path = Path(text)
-    folder = path.resolve()
+    folder = Path(os.path.realpath(text))
     if folder.name == 'bag':
         folder = folder.parent
-    return (folder.stem if path.is_file() else folder.name), path
+    return (folder.stem if os.path.isfile(text) else folder.name) or text, path
 
 
 def load_run(
@@ -149,13 +153,13 @@ def report(
     """
     refuse_too_many(len(named))
     runs, unreadable = [], []
-    for name, (_, path) in zip(distinct([name for name, _ in named]), named, strict=True):
+    for name, (_, path) in zip(distinct([printable(name) for name, _ in named]), named, strict=True):
         try:
             run = load_run(name, path, namespace, quiet=quiet)
         except UnreadableRunError as error:
-            unreadable.append(str(error))
+            unreadable.append(printable(str(error)))
             if len(named) > 1:
-                print(f'report: {error}', file=sys.stderr)
+                print(f'report: {unreadable[-1]}', file=sys.stderr)
         else:
             runs.append(run if run.parameters else run._replace(parameters=assumed))
             for problem in run.problems:

@@ -13,7 +13,7 @@ from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.scenario_options import scenarios
 from mobile_robot_control.cli.worker_options import TrialRunner
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.files import check_regular, write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import flatten
@@ -95,13 +95,12 @@ class SearchRun:
         self._goal = _goal(options, parameters)
         self._settings = _settings(options, self._goal)
         self._objective = Objective(parameters, self._goal, run)
-        self._journal_file = self._output.with_name(self._output.name + '.journal')
+        self._journal_file = self._output.parent / f'{self._output.name}.journal'
 
     def run(self) -> int:
         """Search and write; return the exit code."""
+        check_regular(self._output)
         self._output.parent.mkdir(parents=True, exist_ok=True)
-        if self._output.is_dir():
-            raise IsADirectoryError(21, 'is a folder', str(self._output))
         standing = math.inf
         if not self._options.overwrite:
             standing = _standing(self._output, self._objective, self._goal.controller)

@@ -20,7 +20,7 @@ from mobile_robot_control.simulation.rollout import measure, rollout
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = make_parser('simulate', __doc__.partition(': ')[2])
+    made = make_parser('simulate', __doc__)
     made.add_argument('--duration', type=positive, required=True, metavar='S', help='simulated time [s]')
     made.add_argument('--output', metavar='FILE.csv',
                       help='write one row a velocity step; FILE.parameters.yaml and FILE.metrics.json go with it')

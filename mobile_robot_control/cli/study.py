@@ -31,6 +31,7 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
 from mobile_robot_control.simulation.trial import Trial
+from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning.monte_carlo import (
     WITHIN,
     Judged,
@@ -45,7 +46,7 @@ _BATCH = 100
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = make_parser('study', __doc__.partition(': ')[2])
+    made = make_parser('study', __doc__)
     made.add_argument('--runs', type=whole_number(1), required=True, metavar='N', help='random runs of each controller')
     made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')
     made.add_argument('--output', required=True, metavar='DIR', help='takes study.json, runs.csv and starts.png')
@@ -93,7 +94,8 @@ def _controllers(options: argparse.Namespace) -> dict[str, Configuration]:
         return {parameters.position_controller.control.controller_type: parameters}
     named: dict[str, Configuration] = {}
     for file in options.compare:
-        name = Path(file).stem if Path(file).stem not in named else file
+        stem = printable(Path(file).stem)
+        name = stem if stem not in named else printable(file)
         if name in named:
             raise ParameterError([f'--compare {file}: is named twice; name each file once'])
         named[name] = configuration(options, extra_files=[file])

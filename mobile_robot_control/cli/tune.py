@@ -26,7 +26,7 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = make_parser('tune', __doc__.partition(': ')[2])
+    made = make_parser('tune', __doc__)
     made.add_argument('controller', choices=Lazy(searches), help="what to search: a position law's gains, and the "
                       "velocity gains with them, which 'fuzzy' keeps; or 'velocity', which keeps the position law's")
     made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')

@@ -7,11 +7,12 @@ imported.
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.stamps import NANOSECONDS
+from mobile_robot_control.texts import shortened
 
 WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
 """The joints' names; wheels are named in messages, never indexed."""
@@ -26,13 +27,43 @@ class RefusedMessageError(ValueError):
     reason : str
         A few words, the same for all messages of one kind, so that they can be counted.
     detail : str
-        The values found and the remedy, for the log.
+        The values found and the remedy, for the log; shortened to one line.
 
     """
 
     def __init__(self, reason: str, detail: str = '') -> None:
-        self.reason, self.detail = reason, detail
-        super().__init__(f'{reason} ({detail})' if detail else reason)
+        self.reason, self.detail = reason, shortened(detail)
+        super().__init__(f'{reason} ({self.detail})' if detail else reason)
+
+
+def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: bytes) -> Any:
+    """
+    Return what steps, one after the other, make of a message's bytes: the one way in which messages are read.
+
+    Parameters
+    ----------
+    kind : str
+        Type that the message must have, for the log.
+    steps : sequence of callable
+        Each takes the result of the one before; the first takes the bytes.
+    message : bytes
+        Serialised, from anywhere.
+
+    Raises
+    ------
+    RefusedMessageError
+        Whatever a step raises.
+
+    """
+    found: Any = message
+    try:
+        for step in steps:
+            found = step(found)
+    except RefusedMessageError:
+        raise
+    except Exception as error:  # any bytes can come
+        raise RefusedMessageError('not readable', f'{error}; it is no {kind}') from None
+    return found
 
 
 def stamp_nanoseconds(stamp: Any) -> int:
@@ -68,8 +99,8 @@ def _check_frame(field: str, found: str, expected: str) -> None:
     """Raise RefusedMessageError where a frame is not the expected one."""
     if expected not in ('', found):
         raise RefusedMessageError(
-            f'{field} is not {expected}', f"it is '{found}'; the parameters odom_frame_id, base_frame_id and "
-            'reference_frame_id say what is expected')
+            f'{field} is not {expected}', f"it is '{shortened(found, 60)}'; the parameters odom_frame_id, "
+            'base_frame_id and reference_frame_id say what is expected')
 
 
 def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple[Pose, BodyVelocity]:
@@ -100,14 +131,29 @@ def read_twist(message: Any, frame: str = '') -> BodyVelocity:
     """
     if message.header.frame_id:
         _check_frame('frame_id', message.header.frame_id, frame)
-    velocity = BodyVelocity(message.twist.linear.x, message.twist.angular.z)
+    return read_plain_twist(message.twist)
+
+
+def read_plain_twist(message: Any) -> BodyVelocity:
+    """
+    Return the body velocity [m/s, rad/s] of a geometry_msgs/Twist, which has no stamp and no frame.
+
+    Raises RefusedMessageError if a number is not finite or beyond LARGEST.
+    """
+    velocity = BodyVelocity(message.linear.x, message.angular.z)
     _check('command', *velocity)
     return velocity
 
 
 def read_error(message: Any) -> TrackingError:
-    """Return the tracking error [m, rad] of a geometry_msgs/Vector3Stamped on `tracking_error`."""
-    return TrackingError(message.vector.x, message.vector.y, message.vector.z)
+    """
+    Return the tracking error [m, rad] of a geometry_msgs/Vector3Stamped on `tracking_error`.
+
+    Raises RefusedMessageError if a number is not finite or beyond LARGEST.
+    """
+    error = TrackingError(message.vector.x, message.vector.y, message.vector.z)
+    _check('tracking error', *error)
+    return error
 
 
 def _by_name(message: Any, values: Sequence[float], what: str) -> tuple[float, float]:
@@ -122,7 +168,7 @@ def _by_name(message: Any, values: Sequence[float], what: str) -> tuple[float, f
             right, left = values[names.index(WHEEL_JOINTS[0])], values[names.index(WHEEL_JOINTS[1])]
         except ValueError:
             raise RefusedMessageError('a wheel is not named',
-                                      f'{WHEEL_JOINTS} are not all among {list(names)}') from None
+                                      f'{WHEEL_JOINTS} are not all among {list(names[:9])}') from None
     _check(what, right, left)
     return float(right), float(left)
 

@@ -6,7 +6,8 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from mobile_robot_control.messages.cdr import ENCAPSULATION, serialise
+from mobile_robot_control.messages.cdr import ENCAPSULATION
+from mobile_robot_control.messages.serialising import serialise
 from mobile_robot_control.stamps import NANOSECONDS
 
 _DOUBLE, _STAMP = struct.Struct('<d'), struct.Struct('<iI')

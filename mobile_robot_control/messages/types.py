@@ -83,3 +83,25 @@ class Vector3Stamped(NamedTuple):
 
     header: Header
     vector: Vector
+
+
+class KeyValue(NamedTuple):
+    """diagnostic_msgs/KeyValue."""
+
+    key: str
+    value: str
+
+
+class DiagnosticStatus(NamedTuple):
+    """diagnostic_msgs/DiagnosticStatus, without level and hardware_id."""
+
+    name: str
+    message: str
+    values: tuple[KeyValue, ...]
+
+
+class DiagnosticArray(NamedTuple):
+    """diagnostic_msgs/DiagnosticArray."""
+
+    header: Header
+    status: tuple[DiagnosticStatus, ...]

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from mobile_robot_control.files import PARAMETER_FILE, read_bounded
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import NODES, parameter_names
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
@@ -93,7 +94,7 @@ def read_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
     """
     source = str(path)
     try:
-        text = Path(path).read_text(encoding='utf-8')
+        text = read_bounded(Path(path), PARAMETER_FILE).decode()
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
         raise ParameterError([f'{source}: cannot be read ({reason}); name an existing parameter file']) from error

@@ -1,23 +1,32 @@
 """Runs read from bags, whole or damaged, as signals: memory holds numbers, never messages."""
 
-import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import yaml
 from rosbags.rosbag2 import Reader
 
+from mobile_robot_control.files import BAG, METADATA, open_bounded, read_bounded
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.recording import gaps
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.recording.joining import joined
 from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, ProgressCallback
 from mobile_robot_control.recording.signals import READ, Signal
+from mobile_robot_control.recording.unpacking import unpack_file, unpack_message
 from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS
+
+_ENDINGS = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
+_LATEST = 1 << 63
+"""[ns]: times of receipt are kept in 64 bits."""
 
 
 class Recording(NamedTuple):
@@ -41,10 +50,6 @@ class Recording(NamedTuple):
         return list(joined(self.signals))
 
 
-def _no_progress(_read: int, _all: int) -> None:
-    """Ignore progress."""
-
-
 class _Bag:
     """A bag's messages from whatever files it is made of."""
 
@@ -57,42 +62,57 @@ class _Bag:
         """Yield the messages of wanted topics, in the order of the files."""
         if not self._path.exists():
             raise BagError(f'{self._path}: does not exist; name a bag that `experiment` or `ros2 bag record` wrote')
-        metadata = self._metadata()
         files = [self._path] if self._path.is_file() else sorted(
-            (file for ending in ('mcap', 'db3') for file in self._path.glob(f'*.{ending}')),
+            (file for ending in _ENDINGS for file in self._path.glob(f'*{ending}')),
             key=lambda file: (len(file.name), file.name))  # bag_10 after bag_9
-        if metadata is not None and (_is_compressed(metadata) or not files):
-            yield from self._by_rosbags(self._path, wanted)
-            return
         if not files:
             raise BagError(f'{self._path}: is not a bag: there is no .mcap or .db3 file in it; '
                            'name the folder that `experiment` or `ros2 bag record` wrote')
+        unpacked = self._unpacked if self._compression() == 'message' else iter
         for file in files:
-            if file.suffix == '.mcap':
-                stream = McapStream(file, self._progress)
-                yield from stream.messages(wanted)
-                self.problems += stream.problems
-                self.topics.update(stream.topics())
-            else:
-                yield from self._by_rosbags(file, wanted)
+            yield from unpacked(self._of_file(file, wanted))
 
-    def _metadata(self) -> dict[str, Any] | None:
-        """Read metadata.yaml, which only compressed bags need: None where it is missing or broken."""
-        file = self._path / 'metadata.yaml'
+    def _of_file(self, file: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Yield the messages of one file."""
+        if file.suffix == '.zstd':
+            with TemporaryDirectory() as folder:
+                try:
+                    plain = unpack_file(file, Path(folder))
+                except (OSError, ValueError) as error:
+                    raise _unreadable(file, error) from error
+                yield from self._of_file(plain, wanted)
+        elif file.suffix == '.mcap':
+            stream = McapStream(file, self._progress)
+            yield from stream.messages(wanted)
+            self.problems += stream.problems
+            self.topics.update(stream.topics())
+        else:
+            yield from self._by_rosbags(file, wanted)
+
+    def _unpacked(self, messages: Iterator[Message]) -> Iterator[Message]:
+        """Yield messages that were packed one by one; what cannot be unpacked is empty, and counted as not readable."""
+        for message in messages:
+            data = b''
+            with suppress(ValueError):
+                data = unpack_message(message.data)
+            yield message._replace(data=data)
+
+    def _compression(self) -> str:
+        """Return what is compressed, by metadata.yaml, such as 'message'; 'none' where that is missing or broken."""
         try:
-            found = yaml.safe_load(file.read_text(encoding='utf-8'))['rosbag2_bagfile_information']
-        except (OSError, ValueError, TypeError, KeyError, yaml.YAMLError):
-            return None
-        return found if isinstance(found, dict) else None
+            text = read_bounded(self._path / 'metadata.yaml', METADATA).decode()
+            return str(yaml.safe_load(text)['rosbag2_bagfile_information']['compression_mode']).lower()
+        except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError):
+            return 'none'
 
     def _by_rosbags(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
-        """Read sqlite3 files, and bags whose files or messages are compressed one by one."""
+        """Read an sqlite3 file."""
         try:
+            open_bounded(path, BAG).close()
             reader = Reader(path)
             reader.open()
         except Exception as error:  # a broken file can raise anything
-            raise BagError(f'{path}: cannot be read as a bag ({error}); '
-                           'name one that `experiment` or `ros2 bag record` wrote') from error
+            raise _unreadable(path, error) from error
         try:
             self.topics.update(connection.topic for connection in reader.connections)
             connections = [connection for connection in reader.connections if wanted(connection.topic)]
@@ -104,17 +124,19 @@ class _Bag:
                 yield Message(connection.topic, connection.msgtype, received, data)
             self._progress(total, total)
         except Exception as error:
-            self.problems.append(f'the recording was cut off: {path.name} is damaged ({error}), '
+            self.problems.append(f'the recording was cut off: {path.name} is damaged ({shortened(str(error))}), '
                                  'and was read up to there')
         finally:
             reader.close()
 
 
-def _is_compressed(metadata: dict[str, Any]) -> bool:
-    return str(metadata.get('compression_mode') or 'none').lower() != 'none'
+def _unreadable(file: Path, error: Exception) -> BagError:
+    """Return the error of a file that is no part of a bag."""
+    return BagError(f'{file}: cannot be read as a bag ({shortened(str(error))}); '
+                    'name one that `experiment` or `ros2 bag record` wrote')
 
 
-def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = _no_progress) -> Recording:
+def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = lambda *_: None) -> Recording:
     """
     Read a run from a bag.
 
@@ -141,17 +163,24 @@ def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = _no_
     names = {prefix + name: name for name in LOOP_TOPICS}
     bag, collector = _Bag(path, progress), Collector()
     left_out: Counter[str] = Counter()
+    found: dict[str, str] = {}
     for topic, kind, received, data in bag.messages(names.__contains__):
         name = names[topic]
-        if kind != LOOP_TOPICS[name].kind:
-            left_out[f'{topic} is of type {kind}, not {LOOP_TOPICS[name].kind}'] += 1
-            continue
         try:
-            collector.add(name, serialised_stamp(data), READ[name](deserialise(kind, data)), received)
-        except RefusedMessageError as reason:
-            left_out[f'{topic}: {reason}'] += 1
-        except (ValueError, struct.error):
-            left_out[f'{topic}: cannot be deserialised'] += 1
+            if kind != LOOP_TOPICS[name].kind:
+                raise RefusedMessageError(f'is of type {shortened(str(kind), 60)}, not {LOOP_TOPICS[name].kind}')
+            if not (isinstance(received, int) and 0 <= received < _LATEST):
+                raise RefusedMessageError('received at no possible time', f'{received} ns')
+            if not isinstance(data, bytes):
+                raise RefusedMessageError('not readable', f'{type(data).__name__} instead of bytes')
+            stamp = serialised_stamp(data)
+            values = read_or_refuse(kind, (partial(deserialise, kind), READ[name]), data)
+        except RefusedMessageError as refusal:
+            # the first of each kind stands for all
+            reason = found.setdefault(f'{topic}: {refusal.reason}', f'{topic}: {refusal}')
+            left_out[reason] += 1
+        else:
+            collector.add(name, stamp, values, received)
     return Recording(collector.signals, tuple(_problems(bag, collector, left_out, prefix)))
 
 
@@ -166,5 +195,5 @@ def _problems(bag: _Bag, collector: Collector, left_out: Counter[str], prefix: s
         yield f'{collector.earlier_runs} earlier runs left out; the last one is taken'
     if not any(prefix + name in bag.topics for name in LOOP_TOPICS):
         yield (f'none of the topics {", ".join(prefix + name for name in LOOP_TOPICS)}; the bag holds '
-               f'{", ".join(sorted(bag.topics)) or "nothing"}: name the robot with --namespace')
+               f'{shortened(", ".join(sorted(map(str, bag.topics)))) or "nothing"}: name the robot with --namespace')
     yield from gaps.describe_gaps(collector.signals)

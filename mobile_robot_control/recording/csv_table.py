@@ -7,7 +7,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TextIO
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import (
+    LARGEST,
+    BodyVelocity,
+    Pose,
+    Reference,
+    TrackingError,
+    WheelTorque,
+    WheelVelocity,
+)
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
 
 _ODOMETRY = (
@@ -59,6 +67,12 @@ def write_csv(samples: Iterable[Sample], file: TextIO) -> Iterator[Sample]:
         yield sample
 
 
+_TIMES = (CSV_COLUMNS.index('time'), CSV_COLUMNS.index('odom.header.stamp'))
+_LATEST = 2.0**31
+"""[s]: the stamps of messages are smaller."""
+_LONGEST_LINE = 1 << 16
+
+
 class NotATableError(ValueError):
     """A file that is no CSV of a run; the text says why."""
 
@@ -79,6 +93,14 @@ def sample_from_row(values: Sequence[float]) -> Sample:
         BodyVelocity(v[22], v[23]), v[1], v[2], WheelVelocity(v[3], v[4]), WheelTorque(v[5], v[6]),
         WheelTorque(v[7], v[8]),
     )
+
+
+def _lines(file: TextIO) -> Iterator[str]:
+    """Yield the lines of a file; raise csv.Error at one that is longer than any of a table."""
+    while line := file.readline(_LONGEST_LINE):
+        if len(line) == _LONGEST_LINE:
+            raise csv.Error(f'a line is longer than {_LONGEST_LINE} characters')
+        yield line
 
 
 class Rows:
@@ -103,7 +125,7 @@ class Rows:
 
     def __init__(self, file: TextIO) -> None:
         self.left_out: Counter[str] = Counter()
-        self._reader = csv.reader(file)
+        self._reader = csv.reader(_lines(file))
         try:
             names = next(self._reader, [])
         except (csv.Error, UnicodeDecodeError) as error:
@@ -127,6 +149,8 @@ class Rows:
                     continue
                 if not all(map(math.isfinite, values)):
                     self.left_out['not finite'] += 1
+                elif max(map(abs, values)) > LARGEST or not all(0.0 <= values[n] < _LATEST for n in _TIMES):
+                    self.left_out['a time or a number that no run can have'] += 1
                 elif values[0] <= newest:
                     self.left_out['not later than the row before'] += 1
                 else:

@@ -2,6 +2,7 @@
 
 import io
 import struct
+import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
@@ -9,8 +10,11 @@ from typing import BinaryIO, NamedTuple
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
-from mcap.stream_reader import get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
+
+from mobile_robot_control.files import BAG, open_bounded
+from mobile_robot_control.recording.unpacking import LARGEST, TooLargeError, unpack
+from mobile_robot_control.texts import shortened
 
 ProgressCallback = Callable[[int, int], None]
 """Takes how much has been read, and of how much."""
@@ -73,12 +77,12 @@ class McapStream:
         """
         Yield every complete message of wanted topics, in the file's order.
 
-        Raises BagError if the file is no mcap file.
+        Raises BagError if the file is no mcap file, and OSError if it is no regular one.
         """
-        with self._path.open('rb') as file:
+        with open_bounded(self._path, BAG) as file:
             for block in self._blocks(file):
                 for opcode, body in _records(block):
-                    if opcode == Opcode.MESSAGE:
+                    if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
                         channel, _, received, _ = _MESSAGE.unpack_from(body)
                         topic, kind = self._channels.get(channel, ('', ''))
                         if topic and wanted(topic):
@@ -91,13 +95,23 @@ class McapStream:
         return sorted({topic for topic, _ in self._channels.values()})
 
     def _define(self, opcode: int, body: memoryview) -> None:
-        """Note a schema or a channel."""
-        if opcode == Opcode.SCHEMA:
-            schema = Schema.read(ReadDataStream(io.BytesIO(body)))
-            self._schemas[schema.id] = schema.name
-        elif opcode == Opcode.CHANNEL:
-            channel = Channel.read(ReadDataStream(io.BytesIO(body)))
-            self._channels[channel.id] = (channel.topic, self._schemas.get(channel.schema_id, ''))
+        """Note a schema or a channel; a damaged one is reported."""
+        try:
+            if opcode == Opcode.SCHEMA:
+                schema = Schema.read(ReadDataStream(io.BytesIO(body)))
+                self._schemas[schema.id] = schema.name
+            elif opcode == Opcode.CHANNEL:
+                channel = Channel.read(ReadDataStream(io.BytesIO(body)))
+                self._channels[channel.id] = (channel.topic, self._schemas.get(channel.schema_id, ''))
+        except Exception as error:  # mcap has no common error for odd bytes
+            self._note_damage(error)
+
+    def _note_damage(self, error: Exception) -> None:
+        """Report that a part was left out, each kind of damage once."""
+        reason = shortened(str(error)) or 'it ends early'
+        problem = f'a part of {self._path.name} is damaged and was left out ({reason})'
+        if problem not in self.problems:
+            self.problems.append(problem)
 
     def _define_from_summary(self, file: BinaryIO, size: int) -> None:
         """Read the topics from the file's end, where it has one: the part that introduces them may be damaged."""
@@ -105,9 +119,9 @@ class McapStream:
         footer = file.read()
         if len(footer) == _FOOTER.size + len(MCAP0_MAGIC) and footer.endswith(MCAP0_MAGIC):
             opcode, _, start, _, _ = _FOOTER.unpack_from(footer)
-            if opcode == Opcode.FOOTER and 0 < start < size:
+            if opcode == Opcode.FOOTER and 0 < start < size and size - start <= LARGEST:
                 file.seek(start)
-                for kind, body in _records(memoryview(file.read())):
+                for kind, body in _records(memoryview(file.read(size - start))):
                     self._define(kind, body)
 
     def _blocks(self, file: BinaryIO) -> Iterator[memoryview]:
@@ -127,7 +141,10 @@ class McapStream:
             if opcode in (Opcode.DATA_END, Opcode.FOOTER):
                 self._progress(size, size)
                 return
-            if opcode == Opcode.CHUNK:
+            if min(length, size) > LARGEST:
+                self._note_damage(ValueError(f'a record of {length} bytes is larger than {LARGEST}'))
+                file.seek(min(length, size), io.SEEK_CUR)
+            elif opcode == Opcode.CHUNK:
                 yield self._unpacked(file.read(min(length, size)), whole)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):
                 yield memoryview(head + file.read(length))
@@ -140,11 +157,14 @@ class McapStream:
         """Return the records of a chunk."""
         try:
             # of a chunk that was cut off, the complete messages are taken
-            stream, length = get_chunk_data_stream(Chunk.read(ReadDataStream(io.BytesIO(chunk))), validate_crc=whole)
-            return memoryview(stream.read(length))
-        except Exception as error:
-            if whole:
-                self.problems.append(f'a part of {self._path.name} is damaged and was left out ({error})')
+            packed = Chunk.read(ReadDataStream(io.BytesIO(chunk)))
+            data = unpack(packed)
+            if whole and packed.uncompressed_crc not in (0, zlib.crc32(data)):
+                raise ValueError('its checksum is wrong')
+            return memoryview(data)
+        except Exception as error:  # every compression has errors of its own
+            if whole or isinstance(error, TooLargeError):
+                self._note_damage(error)
             return memoryview(b'')
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from mobile_robot_control.reporting.lines import Line, thinned
 from mobile_robot_control.reporting.palette import FAINT, GREY, INK, LINES, style
 from mobile_robot_control.reporting.series import Series
+from mobile_robot_control.texts import printable
 
 WIDTH = 5.6
 """[in]: as wide as a page shows a figure, so that its text is as large as that of the page."""
@@ -23,10 +24,26 @@ _SPIKE = 25.0
 
 
 class Named(NamedTuple):
-    """A run and its name in legends."""
+    """A run and its name in legends, which may contain formulas: see `plain`."""
 
     name: str
     series: Series
+
+
+def plain(text: str) -> str:
+    r"""
+    Return a text from elsewhere as a label that Matplotlib shows as it is.
+
+    Between dollars Matplotlib reads a formula, and it leaves labels that are empty or begin with '_' out of legends.
+
+    Examples
+    --------
+    >>> print(plain('$x'), plain('_private'))
+    \$x  _private
+
+    """
+    shown = printable(text).replace('$', r'\$')
+    return f' {shown}' if not shown or shown.startswith('_') else shown
 
 
 class Panel(NamedTuple):

@@ -10,10 +10,11 @@ from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.animation import animate
 from mobile_robot_control.reporting.metrics_table import configuration_table, metrics_table
 from mobile_robot_control.reporting.palette import LINES, save
-from mobile_robot_control.reporting.panels import Named
+from mobile_robot_control.reporting.panels import Named, plain
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES, RunFigure
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.timing import draw_intervals, draw_latency, timed, timing_table
+from mobile_robot_control.texts import shortened
 
 MOST = len(LINES)
 """Runs in one report: as many as there are colours to distinguish them."""
@@ -29,11 +30,22 @@ Step = Callable[[str], None]
 
 
 def _figures(figures: Sequence[RunFigure], runs: Sequence[Named], folder: Path, step: Step) -> Iterator[str]:
-    """Write figures; yield each as HTML."""
+    """Write figures; yield each as HTML, and where one cannot be drawn, the reason."""
     for figure in figures:
         step(figure.title)
-        svg = save(figure.draw(runs), folder / figure.name)
-        yield page.picture(figure.title, figure.caption, page.source(svg.encode(), 'image/svg+xml'))
+        try:
+            svg = save(figure.draw(runs), folder / figure.name)
+        except OSError:
+            raise
+        except Exception as error:  # whatever a run contains: the other figures are drawn
+            yield _not_drawn(figure.title, error)
+        else:
+            yield page.picture(figure.title, figure.caption, page.source(svg.encode(), 'image/svg+xml'))
+
+
+def _not_drawn(title: str, error: Exception) -> str:
+    """Return the reason why something could not be drawn, as HTML."""
+    return page.warning(title, [f'could not be drawn: {type(error).__name__}: {shortened(str(error))}'])
 
 
 def _title(runs: Sequence[RecordedRun]) -> str:
@@ -55,7 +67,7 @@ def _parts(
     runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool, absent: Sequence[str]
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
-    named = [Named(run.name, run.series) for run in runs]
+    named = [Named(plain(run.name), run.series) for run in runs]
     yield f'<h1>{escape(_title(runs))}</h1>'
     yield from (f'<p class="soft">{escape(_description(run))}.</p>' for run in runs)
     problems = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem
@@ -72,9 +84,10 @@ def _parts(
     over_dds = [run for run in named if timed(run.series)]
     if over_dds:
         yield '<h2>Timing</h2>'
-        for run in over_dds:
-            yield f'<h3>{escape(run.name)}</h3>' if len(runs) > 1 else ''
-            yield timing_table(run.series)
+        for run in runs:
+            if timed(run.series):
+                yield f'<h3>{escape(run.name)}</h3>' if len(runs) > 1 else ''
+                yield timing_table(run.series)
         yield page.grid(_figures(TIMING_FIGURES, over_dds, folder, step))
     yield '<h2>Configuration</h2>'
     yield configuration_table(runs)
@@ -86,7 +99,13 @@ def _animations(runs: Sequence[RecordedRun], folder: Path, step: Step) -> Iterat
         step('Animation')
         if run.series.time('odom').size > 1:
             file = folder / (f'animation_{n}.gif' if len(runs) > 1 else 'animation.gif')
-            animate(run.series, file)
+            try:
+                animate(run.series, file)
+            except OSError:
+                raise
+            except Exception as error:  # as for figures
+                yield _not_drawn(run.name, error)
+                continue
             yield page.picture(run.name, 'Robot blue, reference cart grey, and the largest torques of each moment.',
                                page.source(file.read_bytes(), 'image/gif'))
 

@@ -1,31 +1,34 @@
 """Read and measure a run: a bag, the folder of an experiment or a CSV file of `simulate`."""
 
 import io
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from mobile_robot_control.files import TABLE, open_bounded
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.recording import bag_reader, csv_table, gaps
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.recording.joining import joined
 from mobile_robot_control.recording.mcap_stream import BagError, ProgressCallback
 from mobile_robot_control.recording.signals import Signal, origin
+from mobile_robot_control.reporting.run_files import (
+    UnreadableRunError,
+    companion,
+    is_bag,
+    locate,
+    recorded_outcome,
+)
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.simulation.rollout import is_complete
+from mobile_robot_control.texts import printable
 
-_BAGS = ('.mcap', '.db3')
-"""Endings of the files in a bag."""
 _WALL_CLOCK_TOLERANCE = 0.5
 """[s]: by how much a complete run on the wall clock may be shorter than asked for."""
 Configure = Callable[[Path], Configuration]
 """Reads a parameter file."""
-
-
-class UnreadableRunError(ValueError):
-    """Raised for a path that is no readable run; the message states what it is and what to name instead."""
 
 
 class RecordedRun(NamedTuple):
@@ -53,37 +56,11 @@ class RecordedRun(NamedTuple):
     parameters: Configuration | None
 
 
-def _locate(path: Path) -> Path:
-    """
-    Return the CSV file, the bag's folder, or the file of a bag without metadata that a path names.
-
-    The path is one of these, a file in a bag's folder, or the folder of an experiment; UnreadableRunError is raised
-    otherwise.
-    """
-    if not path.exists():
-        raise UnreadableRunError(f'{path}: does not exist; name a bag, a folder of `experiment` or a CSV of `simulate`')
-    if path.is_dir():
-        for folder in (path, path / 'bag'):
-            if any((folder / 'metadata.yaml').is_file() or any(folder.glob(f'*{ending}')) for ending in _BAGS):
-                return folder
-        raise UnreadableRunError(f'{path}: is a folder without a bag (no metadata.yaml, .mcap or .db3 in it); '
-                                 'name the folder that `experiment` or `ros2 bag record` wrote')
-    if path.name == 'metadata.yaml' or (path.suffix in _BAGS and (path.parent / 'metadata.yaml').is_file()):
-        return path.parent
-    return path
-
-
-def _companion(run: Path, ending: str) -> Path | None:
-    """Return a file beside a run: DIR/parameters.yaml beside DIR/bag, FILE.parameters.yaml beside FILE.csv."""
-    file = run.parent / ending if run.is_dir() else run.with_suffix(f'.{ending}')
-    return file if file.is_file() else None
-
-
 def _from_csv(path: Path, progress: ProgressCallback) -> tuple[dict[str, Signal], list[str]]:
     """Read a CSV file; return its signals and problems."""
     collector = Collector()
     size = path.stat().st_size
-    with path.open('rb') as file:
+    with open_bounded(path, TABLE) as file:
         try:
             rows = csv_table.Rows(io.TextIOWrapper(file, encoding='utf-8', newline=''))
         except csv_table.NotATableError as error:
@@ -106,13 +83,13 @@ def _from_bag(path: Path, namespace: str, progress: ProgressCallback) -> tuple[d
     return recording.signals, list(recording.problems)
 
 
-def _outcome(file: Path) -> str | None:
-    """Read the outcome from a file of metrics; None if there is none in it."""
+def _parameters(file: Path, configure: Configure) -> tuple[Configuration | None, list[str]]:
+    """Return the parameters beside a run, and why they cannot be read."""
     try:
-        outcome = json.loads(file.read_text(encoding='utf-8'))['outcome']
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return outcome if isinstance(outcome, str) else None
+        return configure(file), []
+    except ParameterError as error:
+        first, *others = error.violations
+        return None, [f'{file.name} is not read: {first}' + (f' (and {len(others)} more)' if others else '')]
 
 
 def _measured(
@@ -170,19 +147,23 @@ def read_run(
     UnreadableRunError
         If there is nothing to draw.
     """
-    run = _locate(path)
-    in_bag = run.is_dir() or run.suffix in _BAGS
-    signals, problems = _from_bag(run, namespace, progress) if in_bag else _from_csv(run, progress)
+    try:
+        run = locate(path)
+        signals, problems = _from_bag(run, namespace, progress) if is_bag(run) else _from_csv(run, progress)
+        beside, measured = companion(run, 'parameters.yaml'), companion(run, 'metrics.json')
+    except OSError as error:
+        raise UnreadableRunError(f'{path}: cannot be read ({error.filename}: {error.strerror}); name a bag, a folder '
+                                 'of `experiment` or a CSV of `simulate`') from error
     if not any(signal.stamps for signal in signals.values()):
         raise UnreadableRunError(f'{path}: {"; ".join(problems)}')
-    beside, measured = _companion(run, 'parameters.yaml'), _companion(run, 'metrics.json')
-    parameters = configure(beside) if beside else None
+    parameters, unknown = _parameters(beside, configure) if beside else (None, [])
+    problems += unknown
     if outcome is None and measured:
-        outcome = _outcome(measured)
+        outcome = recorded_outcome(measured)
     metrics, missing = _measured(signals, outcome, parameters)
     problems += missing
     series = Series(signals)
     if series.origin and metrics.get('outcome') == 'completed':
         # on the wall clock the other nodes continue for a moment after the plant has ended
         series = series.until(series.time('joint_states')[-1])
-    return RecordedRun(name, series, tuple(problems), metrics, parameters)
+    return RecordedRun(name, series, tuple(map(printable, problems)), metrics, parameters)

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reporting.palette import BLUE, INK, ORANGE, save, style
+from mobile_robot_control.reporting.panels import plain
 
 _HEADING_LENGTH = 0.06
 """[m] of the line that shows a heading."""
@@ -38,7 +39,7 @@ def draw_starts_map(controllers: Mapping[str, Sequence[Start]], file: Path) -> N
         panels = figure.subplots(1, len(controllers), squeeze=False, sharex=True, sharey=True)[0]
         for axes, (title, starts) in zip(panels, controllers.items(), strict=True):
             _draw_starts(axes, starts)
-            axes.set_title(title)
+            axes.set_title(plain(title))
             axes.set_xlabel("x from the cart's start [m]")
         panels[0].set_ylabel("y from the cart's start [m]")
         figure.legend(*panels[0].get_legend_handles_labels(), loc='outside lower center', ncols=2)

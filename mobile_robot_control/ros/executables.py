@@ -4,6 +4,7 @@ import sys
 from collections.abc import Sequence
 
 from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.streams import prepare_streams
 
 
 def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: bool = False) -> int:
@@ -26,6 +27,7 @@ def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: boo
 
     """
     stop = Stop()
+    prepare_streams()
     if follow_parent:
         stop.follow_parent()
     from mobile_robot_control.ros.spin import spin  # noqa: PLC0415 (after the signals are caught)

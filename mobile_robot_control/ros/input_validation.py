@@ -4,15 +4,14 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 
-from mobile_robot_control.messages.cdr import deserialise, is_little_endian
-from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.ros.input_monitor import InputMonitor
-from mobile_robot_control.ros.qos import message_class
 from mobile_robot_control.ros.stamp_policy import StampDecision, StampPolicy
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -22,7 +21,7 @@ _KEPT = 8
 """Messages of each topic that are compared with later ones of their stamp."""
 
 
-def make_reader(topic: str, read: Callable[[Any], Any]) -> Callable[[bytes], Any]:
+def make_reader(topic: str, read: Callable[[Any], Any], other_kind: str = '') -> Callable[[bytes], Any]:
     """
     Make a function that reads a loop topic's message from its bytes, without the object that rclpy would make of it.
 
@@ -32,6 +31,8 @@ def make_reader(topic: str, read: Callable[[Any], Any]) -> Callable[[bytes], Any
         Of LOOP_TOPICS.
     read : callable
         Returns the content of such a message, or raises RefusedMessageError.
+    other_kind : str
+        Type of the messages where it is not that of LOOP_TOPICS.
 
     Returns
     -------
@@ -39,18 +40,8 @@ def make_reader(topic: str, read: Callable[[Any], Any]) -> Callable[[bytes], Any
         Takes bytes; raises RefusedMessageError as well where they are no such message.
 
     """
-    kind = LOOP_TOPICS[topic].kind
-
-    def read_bytes(message: bytes) -> Any:
-        try:
-            # rclpy knows every encoding
-            found = (deserialise(kind, message) if is_little_endian(message)
-                     else deserialize_message(message, message_class(kind)))
-        except Exception as error:  # rclpy raises a bare RCLError
-            raise RefusedMessageError('not readable', f'{error}; it is no {kind}') from None
-        return read(found)
-
-    return read_bytes
+    kind = other_kind or LOOP_TOPICS[topic].kind
+    return partial(read_or_refuse, kind, (partial(deserialise, kind), read))
 
 
 class ValidInput(NamedTuple):
@@ -132,7 +123,7 @@ class InputValidator:
             if decision is not StampDecision.HOLD:
                 self._compare(topic, stamp, message, value, read, decision)
         except RefusedMessageError as refusal:
-            self._note_refusal(f'{topic}: {refusal.reason}', f'refused a message on {topic}: {refusal}')
+            self._note_refusal(topic, refusal)
             return None
         self._monitor.note_input(topic)
         return ValidInput(stamp, decision, value)
@@ -167,13 +158,23 @@ class InputValidator:
         if len(taken) > _KEPT:
             del taken[next(iter(taken))]
         if stamp and first != message and read(first) != value:
-            self._note_refusal(f'{topic}: other numbers for a stamp', f'a second message on {topic} for stamp '
-                               f'{stamp / 1e9} s has other numbers; is there a second publisher?')
+            self._note_refusal(topic, RefusedMessageError(
+                'other numbers for a stamp', f'stamp {stamp / 1e9} s, which was taken before; is there a second '
+                'publisher?'))
 
-    def _note_refusal(self, reason: str, text: str) -> None:
+    def read(self, topic: str, message: bytes, read: Callable[[bytes], Any]) -> Any:
+        """Return what a reader of `make_reader` makes of a message without a stamp; None where it was refused."""
+        try:
+            return read(message)
+        except RefusedMessageError as refusal:
+            self._note_refusal(topic, refusal)
+            return None
+
+    def _note_refusal(self, topic: str, refusal: RefusedMessageError) -> None:
         """Count a refusal, and warn at most every two seconds for each topic and reason."""
+        reason = f'{topic}: {refusal.reason}'
         self.refused[reason] += 1
         now = time.monotonic()
         if now - self._warned_at.get(reason, -math.inf) >= _WARN_EVERY:
             self._warned_at[reason] = now
-            self._node.get_logger().warning(text)
+            self._node.get_logger().warning(f'refused a message on {topic}: {refusal}')

@@ -171,11 +171,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
         return None
 
     def _last_condition(self) -> Condition:
+        # a run may end before the first report that an experiment receives
         return (self._condition() if self._failure else None) or super()._last_condition()
-
-    def _last_condition(self) -> Condition:
-        # a run may end before the first report that the experiment receives
-        return self._condition() or super()._last_condition()
 
     def _publish(self, stamp: int) -> None:
         if self._answer is not None:

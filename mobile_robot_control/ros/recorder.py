@@ -5,25 +5,28 @@ from __future__ import annotations  # rclpy's classes are generic from kilted on
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 
-from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
+from mobile_robot_control.messages.types import DiagnosticArray
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
+from mobile_robot_control.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS, VELOCITY_TOPICS
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
 """Steps that a lockstep run may be ahead of what is recorded."""
+_DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 _SHARED = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """Topics that all namespaces have in common."""
 Sink = Callable[[str, str, int, bytes, bool], None]
@@ -60,6 +63,7 @@ class Recorder(Node):
         self._subscribers: dict[str, int] = {}
         self.newest: dict[str, int] = {}
         self.law_failure = ''
+        self._controller = f'{self.get_namespace().rstrip("/")}/position_controller'.lstrip('/')
         self.received = 0
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
@@ -129,24 +133,29 @@ class Recorder(Node):
                 continue
             latched = all(offer.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
             reliable = all(offer.qos_profile.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
-            if self._is_known(kinds[0]):
-                self._record(topic, kinds[0], latched, reliable)
-            else:
-                self._recorded[topic] = None
+            self._recorded[topic] = None
+            if not self._is_known(kinds[0]):
                 self.get_logger().warning(f'{topic} is not recorded: its type {kinds[0]} is not a common one')
+                continue
+            try:
+                self._record(topic, kinds[0], latched, reliable)
+            except Exception as error:  # a package that is not installed, a name that rcl does not take
+                self.get_logger().warning(f'{topic} is not recorded: {shortened(str(error))}')
 
-    def _note_subscribers(self, diagnostics: DiagnosticArray) -> None:
-        self._subscribers.update(
-            (entry.key.removeprefix(SUBSCRIBERS_KEY), int(entry.value))
-            for status in diagnostics.status for entry in status.values
-            if entry.key.startswith(SUBSCRIBERS_KEY) and entry.value.isdecimal()
-        )
+    def _note_diagnostics(self, message: bytes) -> None:
+        """Note what a node's diagnostics report; others publish there as well, whatever they like."""
+        with suppress(RefusedMessageError):
+            self._subscribers.update(read_or_refuse(
+                _DIAGNOSTICS, (partial(deserialise, _DIAGNOSTICS), self._read_diagnostics), message))
 
-    def _note_law(self, diagnostics: DiagnosticArray) -> None:
-        name = f'{self.get_namespace().rstrip("/")}/position_controller'.lstrip('/')
+    def _read_diagnostics(self, diagnostics: DiagnosticArray) -> dict[str, int]:
+        """Return how many subscriptions to each loop topic its publisher has found; note a law that has failed."""
         for status in diagnostics.status:
-            if status.name == name and status.level == DiagnosticStatus.ERROR and status.message.startswith(LAW_FAILED):
-                self.law_failure = self.law_failure or f'position_controller: {status.message}'
+            if status.name == self._controller and status.message.startswith(LAW_FAILED):
+                self.law_failure = self.law_failure or f'position_controller: {shortened(status.message)}'
+        found = {entry.key.removeprefix(SUBSCRIBERS_KEY): int(entry.value)
+                 for status in diagnostics.status for entry in status.values if entry.key.startswith(SUBSCRIBERS_KEY)}
+        return {topic: count for topic, count in found.items() if topic in self._loop}
 
     def _record(self, topic: str, kind: str, latched: bool, reliable: bool = True) -> None:
         of_loop = self._loop.get(topic)
@@ -160,9 +169,7 @@ class Recorder(Node):
                 if self._ahead and self._complete_until() > self._allowed - self._ahead // 2:
                     self._set_on_plant()
             elif topic == '/diagnostics':
-                diagnostics = deserialize_message(message, DiagnosticArray)
-                self._note_subscribers(diagnostics)
-                self._note_law(diagnostics)
+                self._note_diagnostics(message)
             self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(

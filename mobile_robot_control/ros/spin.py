@@ -15,6 +15,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.ros.deadline import exit_after
 from mobile_robot_control.ros.ros_arguments import check_ros_arguments
 from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.texts import printable
 
 _LEAVING = 5
 """[s] that the nodes of a process have to leave DDS."""
@@ -89,7 +90,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
 
 def _refuse(label: str, violations: Sequence[str]) -> int:
     for violation in violations:
-        print(f'{label}: {violation}', file=sys.stderr)
+        print(f'{label}: {printable(violation)}', file=sys.stderr)
     return 2
 
 

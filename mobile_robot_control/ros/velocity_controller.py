@@ -7,7 +7,7 @@ from geometry_msgs.msg import Twist
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.messages import writing
-from mobile_robot_control.messages.parsing import read_twist, read_wheel_velocity
+from mobile_robot_control.messages.parsing import read_plain_twist, read_twist, read_wheel_velocity
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.parameters.nodes import VelocityControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
@@ -34,6 +34,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._command_policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
         self._read_wheels = make_reader('joint_states', read_wheel_velocity)
         self._read_twist = make_reader('cmd_vel', partial(read_twist, frame=shared.base_frame_id))
+        self._read_plain = make_reader('cmd_vel', read_plain_twist, 'geometry_msgs/msg/Twist')
         self._stamp_twist = writing.twist_writer('')
         self._state = VelocityPiState()
         self._wheels: tuple[int, WheelVelocity] | None = None
@@ -45,7 +46,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         if shared.stamped_cmd_vel:
             self._subscribe('cmd_vel', self._on_cmd_vel)
         else:
-            self.create_subscription(Twist, 'cmd_vel', self._on_twist, SUBSCRIBED)
+            self.create_subscription(Twist, 'cmd_vel', self._on_twist, SUBSCRIBED, raw=True)
         self._start(shared.velocity_rate, self._tick)
 
     def _change(self, values: VelocityControllerParameters) -> None:
@@ -69,9 +70,10 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
             self._command = (valid.stamp, valid.value)
             self._answer_wheels()
 
-    def _on_twist(self, message: Twist) -> None:
-        velocity = BodyVelocity(message.linear.x, message.angular.z)
-        self._on_cmd_vel(self._stamp_twist(self._clock_stamp(), velocity))
+    def _on_twist(self, message: bytes) -> None:
+        velocity = self._validator.read('cmd_vel', message, self._read_plain)
+        if velocity is not None:
+            self._on_cmd_vel(self._stamp_twist(self._clock_stamp(), velocity))
 
     def _answer_wheels(self) -> None:
         """Step and answer once new wheel velocities and the command of their position tick are there."""

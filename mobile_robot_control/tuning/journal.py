@@ -6,6 +6,7 @@ generation, each with a checksum. Resuming replays them, which takes no rollout,
 """
 
 import json
+import math
 import os
 import zlib
 from collections.abc import Mapping
@@ -14,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.files import JOURNAL, parse_json, read_bounded, write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.tuning.chromosome import Points
 from mobile_robot_control.tuning.genetic import Scores
@@ -31,7 +32,19 @@ def _content(line: bytes) -> Any:
     checksum, _, text = line.rstrip(b'\n').partition(b' ')
     if not line.endswith(b'\n') or f'{zlib.crc32(text):08x}'.encode() != checksum:
         raise ValueError('checksum')
-    return json.loads(text)
+    return parse_json(text)
+
+
+def _scored(content: Any) -> tuple[int, Scores]:
+    """Return the checksum and the scores of a generation; raises ValueError if a line holds something else."""
+    if not isinstance(content, dict) or set(content) != {'points', 'scores'}:
+        raise ValueError('no generation')
+    points, scores = content['points'], content['scores']
+    if type(points) is not int or not isinstance(scores, list):
+        raise ValueError('no scores')
+    if not all(type(score) is float and math.isfinite(score) for score in scores):
+        raise ValueError('a score is no finite number')
+    return points, np.array(scores, dtype=float)
 
 
 def generation_checksum(points: Points) -> int:
@@ -74,24 +87,29 @@ class Journal:
 
     def _read(self) -> bytes:
         """Read the scored generations; return the complete lines."""
-        lines = self.file.read_bytes().splitlines(keepends=True)
+        lines = read_bounded(self.file, JOURNAL).splitlines(keepends=True)
         kept: list[bytes] = []
         for number, line in enumerate(lines):
             try:
                 content = _content(line)
-                if number:
-                    self._scored.append((content['points'], np.array(content['scores'], dtype=float)))
-            except (ValueError, KeyError, TypeError, AttributeError) as error:
+            except ValueError as error:
                 if number == len(lines) - 1:
                     break  # the last one may be incomplete
-                raise ParameterError([
-                    f'{self.file}: line {number + 1} of {len(lines)} is damaged; restore the file, or begin anew '
-                    f'without --resume'
-                ]) from error
+                raise self._damaged(number, lines) from error
+            try:
+                if number:
+                    self._scored.append(_scored(content))
+            except ValueError as error:
+                raise self._damaged(number, lines) from error
             if not number:
                 self._check_settings(content)
             kept.append(line)
         return b''.join(kept)
+
+    def _damaged(self, number: int, lines: list[bytes]) -> ParameterError:
+        """Return the error of a line, counted from 0, that no search has written."""
+        return ParameterError([f'{self.file}: line {number + 1} of {len(lines)} is damaged; restore the file, or begin '
+                               'anew without --resume'])
 
     def _check_settings(self, found: Any) -> None:
         """Raise ParameterError unless the file is of a search with the same settings."""

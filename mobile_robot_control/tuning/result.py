@@ -5,10 +5,10 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import yaml
-
 from mobile_robot_control.parameters.declaration import declarations, flatten
 from mobile_robot_control.parameters.nodes import Configuration, Shared
+from mobile_robot_control.parameters.rcl_yaml import dump_yaml
+from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning.search import Generation
 
 _ALWAYS = {
@@ -60,9 +60,9 @@ def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str
         own = {name: value for name, value in _differing(group, kept).items() if name not in declarations(Shared)}
         if own:  # an empty section is refused
             tree[f'/**/{node}'] = {'ros__parameters': _nested(own)}
-    head = ''.join(f'# {note}\n' if note else '#\n' for note in notes)
-    parts = [yaml.safe_dump({key: value}, sort_keys=False, default_flow_style=None, width=1000)
-             for key, value in tree.items()]
+    # a note may contain a path, and a path a newline
+    head = ''.join(f'# {printable(note)}\n' if note else '#\n' for note in notes)
+    parts = [dump_yaml({key: value}, width=1000) for key, value in tree.items()]
     return head + '\n'.join(parts)
 
 

@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 
 # each layer may import from those named, and from itself; a module with a row of its own is a layer of its own
-FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'jit', 'angles'}
+FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'texts', 'streams', 'jit', 'angles'}
 PARAMETERS = {'parameters', 'parameters.nodes', 'parameters.configuration', 'parameters.files'}
 DOMAIN = {'model', 'control', 'reference'}
 LAYERS = {
@@ -18,15 +18,17 @@ LAYERS = {
     'stamps': set(),
     'topics': set(),
     'files': set(),
+    'texts': set(),
+    'streams': set(),
     'jit': set(),
     'angles': {'jit'},
     # where laws and curves come from: what a registry is stands below them, what commands do with both above
     'sources': set(),
-    'registry': {'parameters', 'sources'},
+    'registry': {'files', 'parameters', 'sources'},
     'plugins': {'registry', 'control', 'reference'},
     # how parameters are declared and checked ...
-    'parameters': {'quantities'},
-    'messages': {'quantities', 'stamps'},
+    'parameters': {'quantities', 'texts'},
+    'messages': {'quantities', 'stamps', 'texts'},
     'messages.writing': {'quantities', 'messages'},
     'model': {'quantities', 'angles', 'jit', 'parameters'},
     'control': {'quantities', 'angles', 'jit', 'parameters', 'model', 'registry'},
@@ -34,10 +36,10 @@ LAYERS = {
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.nodes': {'parameters', 'stamps'} | DOMAIN,
     'parameters.configuration': {'parameters', 'parameters.nodes', 'reference'},
-    'parameters.files': {'parameters', 'parameters.nodes'},
+    'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'parameters', 'parameters.nodes', 'plugins'} | DOMAIN,
-    'recording': {'quantities', 'stamps', 'topics', 'files', 'messages', 'simulation'},
-    'tuning': {'quantities', 'files', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
+    'recording': {'quantities', 'stamps', 'topics', 'files', 'texts', 'messages', 'simulation'},
+    'tuning': {'quantities', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
     'reporting': {'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
     # checks of laws and curves; `testing` has the exit codes of a command

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from mobile_robot_control.testing import check_law
 from my_controller.kanayama import LAW, KanayamaGains, step
 
 from mobile_robot_control import BodyVelocity, Observation, Pose, Reference, TrackingError
+from mobile_robot_control.testing import check_law
 
 
 def test_it_is_a_law():

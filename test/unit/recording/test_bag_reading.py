@@ -228,7 +228,7 @@ def test_unreadable_messages_are_left_out_and_counted(tmp_path, samples):
                 writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
     text = '\n'.join(bag_reader.read_bag(tmp_path / 'bag').problems)
     assert '1 messages left out: /joint_states: a wheel is not named' in text
-    assert '/odom is of type std_msgs/msg/String, not nav_msgs/msg/Odometry' in text
+    assert '/odom: is of type std_msgs/msg/String, not nav_msgs/msg/Odometry' in text
     assert '/cmd_vel: not readable (11 bytes hold no stamp)' in text
     assert 'no messages on odom' in text
 

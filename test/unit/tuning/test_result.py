@@ -21,3 +21,13 @@ def test_what_differs_from_the_defaults_is_written(tmp_path):
     file = tmp_path / 'gains.yaml'
     file.write_text(parameter_file(Configuration(plant=plant), {}, []))
     assert configure(load([file])).plant.initial_pose == (2.0, 0.0, 0.0)
+
+
+def test_notes_with_line_breaks_stay_comments_and_texts_are_read_back_as_texts(tmp_path):
+    file = tmp_path / 'gains.yaml'
+    shared = Configuration().plant.shared._replace(odom_frame_id='y', base_frame_id='1_0')
+    made = Configuration()
+    made = made._replace(**{node: group._replace(shared=shared) for node, group in made._asdict().items()})
+    file.write_text(parameter_file(made, {}, ['tune --output \'a\nb: [\x85\u2028\udcff.yaml\'']))
+    assert file.read_text().startswith("# tune --output 'a\\nb: [\\x85\\u2028\\udcff.yaml'\n")
+    assert configure(load([file])) == made

@@ -1,0 +1,24 @@
+"""Texts from elsewhere, such as names, paths and messages, made fit for a line of a log, a page or a figure."""
+
+_LONGEST = 300
+
+
+def printable(text: str) -> str:
+    r"""
+    Return a text with the escape of every character that cannot be shown, so that it is one line and can be encoded.
+
+    Examples
+    --------
+    >>> print(printable('one\ntwo\udcff'))
+    one\ntwo\udcff
+
+    """
+    if text.isprintable():
+        return text
+    return ''.join(letter if letter.isprintable() else letter.encode('unicode_escape').decode() for letter in text)
+
+
+def shortened(text: str, longest: int = _LONGEST) -> str:
+    """Return a text as one printable line of at most so many characters, the rest cut off at an ellipsis."""
+    shown = printable(text[:longest])
+    return shown if len(text) <= longest and len(shown) <= longest else f'{shown[:longest - 1]}…'

@@ -1,0 +1,103 @@
+"""Any bytes, on any topic that an experiment subscribes to, end neither the recorder nor a node."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Twist
+from harness import Robots
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
+
+from mobile_robot_control.ros import recorder
+from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.ros.qos import message_class
+from mobile_robot_control.topics import LOOP_TOPICS
+
+KINDS = {'/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray', '/clock': 'rosgraph_msgs/msg/Clock',
+         '/rosout': 'rcl_interfaces/msg/Log',
+         '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',
+         **{f'/{name}': topic.kind for name, topic in LOOP_TOPICS.items()}}
+
+
+def _diagnostics(value):
+    values = [KeyValue(key=SUBSCRIBERS_KEY + '/odom', value=value)]
+    return serialize_message(DiagnosticArray(status=[DiagnosticStatus(values=values)]))
+
+
+# none is longer than 52 bytes, as many as a Twist has: DDS takes no more for a type of fixed size
+HOSTILE = [b'\0\1\0\0', b'\0\1\0\0' + b'\xff' * 40, b'\0\0\0\0' + b'\xff' * 40, b'\0\1', bytes(50)]
+COUNTS = [_diagnostics(value) for value in ('9' * 5000, '-1', '²', '٣')]
+
+
+def test_any_bytes_are_recorded_and_change_nothing(robot):
+    for topic, kind in KINDS.items():
+        publisher = robot.recorder.create_publisher(message_class(kind), topic, 100)
+        robot.spin_until(lambda publisher=publisher: publisher.get_subscription_count() > 0)
+        for message in HOSTILE if topic != '/clock' else HOSTILE[:1]:
+            publisher.publish(message)
+        for message in COUNTS if topic == '/diagnostics' else ():
+            publisher.publish(message)
+    # the last message of all, so that the others have been taken in
+    taken = []
+    robot.recorder.create_subscription(String, '/end', taken.append, 10)
+    robot.spin_until(lambda: robot.recorder.count_subscribers('/end'))
+    robot.recorder.create_publisher(String, '/end', 10).publish(String())
+    robot.spin_until(lambda: taken)
+    assert not robot.recorder.all_discovered()
+
+
+def test_a_topic_whose_package_is_not_installed_is_left_out_with_a_warning(robot, monkeypatch, capfd):
+    def missing(kind):
+        raise ModuleNotFoundError(f"No module named '{kind.partition('/')[0]}'")
+
+    monkeypatch.setattr(recorder, 'message_class', missing)
+    publisher = robot.recorder.create_publisher(String, '/odd', 10)
+    printed = []
+    robot.spin_until(lambda: 'odd is not recorded' in (printed.append(capfd.readouterr().err) or ''.join(printed)))
+    assert "/odd is not recorded: No module named 'std_msgs'" in ''.join(printed)
+    assert publisher.get_subscription_count() == 0
+
+
+@pytest.fixture
+def hostile(domain, tmp_path):
+    """Robots without a recorder, and a node beside them that publishes."""
+    robots = Robots(tmp_path, ())
+    node = rclpy.create_node('hostile')
+    robots.add(node)
+    yield robots, node
+    robots.close()
+
+
+def test_a_plain_twist_of_any_bytes_is_refused_by_the_velocity_controller(hostile):
+    robots, node = hostile
+    robots.start('velocity_controller', arguments=['-p', 'stamped_cmd_vel:=false', '-p', 'lockstep:=false'])
+    publisher = node.create_publisher(Twist, '/cmd_vel', 10)
+    robots.spin_until(lambda: publisher.get_subscription_count() > 0)
+    for message in HOSTILE:
+        publisher.publish(message)
+    robots.spin_until(lambda: 'refused a message on cmd_vel: not readable' in robots.log())
+    robots.stop('velocity_controller')
+    assert 'Traceback' not in robots.log()
+
+
+@pytest.mark.timeout(120)
+def test_an_experiment_beside_hostile_diagnostics_ends_with_its_metrics(hostile, tmp_path):
+    robots, node = hostile
+    publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 100)
+    run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', tmp_path / 'run',
+                            '--duration', '0.2', '--composed', '--no-report'], stderr=subprocess.PIPE, text=True)
+    heard = 0
+    while run.poll() is None:
+        heard = max(heard, publisher.get_subscription_count())
+        for message in HOSTILE + COUNTS:
+            publisher.publish(message)
+        robots.listen(0.05)
+    _, errors = run.communicate(timeout=60)
+    assert heard
+    assert run.returncode == 0, errors
+    assert 'Traceback' not in errors
+    assert json.loads((tmp_path / 'run' / 'metrics.json').read_text())['outcome'] == 'completed'

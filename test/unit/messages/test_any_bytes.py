@@ -1,0 +1,58 @@
+"""Any bytes: a reader returns a message's content or refuses it, and raises nothing else."""
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from mobile_robot_control.messages import parsing
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
+from mobile_robot_control.recording.signals import READ
+from mobile_robot_control.ros.input_validation import make_reader
+
+READERS = {**{topic: make_reader(topic, read) for topic, read in READ.items()},
+           'twist': make_reader('cmd_vel', parsing.read_plain_twist, 'geometry_msgs/msg/Twist')}
+_ENCODINGS = st.sampled_from([b'\0\1\0\0', b'\0\0\0\0', b'\0\3\0\0', b'\0\7\0\0', b''])
+_WORDS = st.sampled_from([b'\0\0\0\0', b'\1\0\0\0', b'\2\0\0\0', b'\xff\xff\xff\xff', b'\0\0\0\1', b'\0\0\xf0\x7f'])
+_BYTES = st.tuples(_ENCODINGS, st.lists(st.one_of(_WORDS, st.binary(max_size=9)), max_size=40)).map(
+    lambda drawn: drawn[0] + b''.join(drawn[1]))
+
+
+def _read(reader, message):
+    """Return the numbers of a message and '', or none and why it was refused."""
+    try:
+        content = reader(message)
+    except RefusedMessageError as refusal:
+        return [], str(refusal)
+    return [number for part in content for number in (part if isinstance(part, tuple) else [part])], ''
+
+
+@settings(max_examples=300)
+@example(b'\0\1\0\0')
+@example(b'')
+@given(_BYTES)
+def test_any_bytes_are_read_or_refused(message):
+    for reader in READERS.values():
+        content, refusal = _read(reader, message)
+        assert refusal.isprintable()
+        assert len(refusal) < 500
+        assert all(abs(number) <= 1e12 for number in content)
+
+
+@pytest.mark.parametrize('error', [ValueError('9' * 5000), RecursionError(), MemoryError(), Exception('one\ntwo\x1b')])
+def test_whatever_a_step_raises_is_a_refusal_in_one_line(error):
+    def step(_):
+        raise error
+
+    with pytest.raises(RefusedMessageError) as refused:
+        read_or_refuse('a/msg/B', (bytes, step), b'')
+    assert refused.value.reason == 'not readable'
+    assert str(refused.value).isprintable()
+    assert len(str(refused.value)) < 400
+
+
+def test_a_refusal_of_a_step_keeps_its_reason():
+    def step(_):
+        raise RefusedMessageError('too odd', 'x')
+
+    with pytest.raises(RefusedMessageError, match=r'too odd \(x\)'):
+        read_or_refuse('a/msg/B', (step,), b'')
