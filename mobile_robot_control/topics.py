@@ -55,6 +55,8 @@ _TABLE = (
 
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
+OTHER_TOPICS = ('reference_path', 'ground_truth', '/clock', '/tf', '/diagnostics', '/parameter_events', '/rosout')
+"""What the four nodes publish besides."""
 VELOCITY_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'velocity_rate')
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')
 """Names by the rate at which they come."""

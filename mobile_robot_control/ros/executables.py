@@ -3,6 +3,9 @@
 import sys
 from collections.abc import Sequence
 
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.ros.environment import check_environment
+from mobile_robot_control.ros.refusal import refuse
 from mobile_robot_control.ros.stop import Stop
 
 
@@ -28,6 +31,11 @@ def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: boo
     stop = Stop()
     if follow_parent:
         stop.follow_parent()
+    try:
+        # an RMW that is not installed ends the process when rclpy is imported
+        check_environment()
+    except ParameterError as error:
+        return refuse(' '.join(names), error.violations)
     from mobile_robot_control.ros.spin import spin  # noqa: PLC0415 (after the signals are caught)
 
     return spin(names, arguments, stop)

@@ -5,6 +5,7 @@ from typing import Generic, Protocol, TypeVar
 
 from rclpy.node import Node
 
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Shared
 from mobile_robot_control.ros.diagnostics import Condition, Diagnostics, OverrunCounter
 from mobile_robot_control.ros.input_monitor import InputMonitor
@@ -13,7 +14,7 @@ from mobile_robot_control.ros.pacing import FixedRateTimer
 from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.stamp_policy import StampDecision
-from mobile_robot_control.topics import inputs_of
+from mobile_robot_control.topics import LOOP_TOPICS, OTHER_TOPICS, inputs_of
 
 
 class _NodeParameters(Protocol):
@@ -50,6 +51,8 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def __init__(self, name: str, group: type[NodeGroup]) -> None:
         super().__init__(name, start_parameter_services=False)
+        self._own_name = name  # whatever it is renamed to
+        self._check_topics()
         self._values = declare(self, group)
         self._shared = self._values.shared
         self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout)
@@ -62,6 +65,16 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._diagnostics = Diagnostics(self, self._validator, self._monitor, pace, self._condition)
         CheckedParameterService(self, type(self._values), self._change)
         self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
+
+    def _check_topics(self) -> None:
+        """Raise ParameterError where remapping gives two topics one name."""
+        names: dict[str, list[str]] = {}
+        for topic in (*LOOP_TOPICS, *OTHER_TOPICS):
+            names.setdefault(self.resolve_topic_name(topic), []).append(topic)
+        violations = [f"{' and '.join(topics)} would be the same topic, '{name}'; change the remapping (-r) of one"
+                         for name, topics in names.items() if len(topics) > 1]
+        if violations:
+            raise ParameterError(violations)
 
     def _note_run(self, decision: StampDecision, stamp: int = 0) -> None:
         """Log that a run begins, begins anew or is joined at a stamp [ns]."""
@@ -81,7 +94,7 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def _monitored(self) -> dict[str, str]:
         """Return the input topics whose silence is reported, each with its publisher."""
-        return inputs_of(self.get_name())
+        return inputs_of(self._own_name)
 
     def _condition(self) -> Condition | None:
         """Return a condition that only the node itself can know, or None."""

@@ -11,7 +11,8 @@ PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 
 # each layer may import from those named, and from itself; a module with a row of its own is a layer of its own
 FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'jit', 'angles'}
-PARAMETERS = {'parameters', 'parameters.nodes', 'parameters.configuration', 'parameters.files'}
+PARAMETERS = {'parameters', 'parameters.nodes', 'parameters.configuration', 'parameters.addressing',
+              'parameters.files'}
 DOMAIN = {'model', 'control', 'reference'}
 LAYERS = {
     'quantities': set(),
@@ -30,7 +31,8 @@ LAYERS = {
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.nodes': {'parameters', 'stamps'} | DOMAIN,
     'parameters.configuration': {'parameters', 'parameters.nodes', 'reference'},
-    'parameters.files': {'parameters', 'parameters.nodes'},
+    'parameters.addressing': {'parameters.nodes'},
+    'parameters.files': {'parameters', 'parameters.nodes', 'parameters.addressing'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'parameters', 'parameters.nodes'} | DOMAIN,
     'recording': {'quantities', 'stamps', 'topics', 'files', 'messages', 'simulation'},
     'tuning': {'quantities', 'files', 'simulation'} | PARAMETERS | DOMAIN,
