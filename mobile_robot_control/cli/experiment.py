@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,23 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from mobile_robot_control.cli.options import (
-    configuration,
-    configuration_text,
-    distinct,
-    make_main,
-    make_parser,
-    positive,
-)
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.cli.experiment_folders import experiment_folders
+from mobile_robot_control.cli.namespace_option import add_namespace_option
+from mobile_robot_control.cli.options import configuration, distinct, make_main, make_parser, positive
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.ros.environment import check_environment
 from mobile_robot_control.ros.stop import Stop
 
 if TYPE_CHECKING:
     from mobile_robot_control.cli.experiment_runner import ExperimentResult
-
-_WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -42,7 +34,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
                       help='several parameter files, one run after the other on the same curve from the same start, '
                       'and one report over all')
     made.add_argument('--no-report', action='store_false', dest='with_report', help='write the metrics alone')
-    made.add_argument('--namespace', default='/', metavar='NS', help='in which the nodes run')
+    add_namespace_option(made, 'in which the nodes run')
     made.add_argument('--patience', type=positive, default=20.0, metavar='S',
                       help='wall time without progress after which a run is given up')
     return made.parse_args(arguments)
@@ -54,18 +46,6 @@ def _progress_bar(seconds: float) -> tqdm:
                 '[{elapsed}<{remaining}]')
 
 
-def _prepare(output: Path, overwrite: bool, parameters: Configuration) -> None:
-    """Make the folder ready; nothing that an experiment did not write is ever removed."""
-    output.mkdir(parents=True, exist_ok=True)
-    earlier = [output / name for name in _WRITTEN if (output / name).exists()]
-    if earlier and not overwrite:
-        raise ParameterError([f'{output}: holds an experiment already; name another folder, or add --overwrite'])
-    for path in earlier:
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
-    (output / 'log').mkdir()
-    write_atomically(output / 'parameters.yaml', configuration_text(parameters))
-
-
 def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) -> Configuration:
     parameters = configuration(options, options.namespace, [f'plant.duration:={options.duration!r}'], extra_files)
     if not parameters.plant.shared.stamped_cmd_vel:
@@ -75,7 +55,7 @@ def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) ->
 
 
 def _perform(
-    options: argparse.Namespace, parameters: Configuration, output: Path, bar: tqdm
+    options: argparse.Namespace, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path]
 ) -> tuple['ExperimentResult', dict[str, Any]]:
     """Run, record and evaluate one configuration; the reason names all that went wrong."""
     # imported late: bad usage is reported at once
@@ -84,6 +64,7 @@ def _perform(
 
     result = run_experiment(parameters, output, options.namespace, composed=options.composed,
                             patience=options.patience, stop=options.stop, bar=bar)
+    unused.remove(output)
     evaluated = evaluate(output, options.namespace, result.outcome, quiet=bool(options.compare),
                          with_report=options.with_report)
     reasons = [*filter(None, [result.reason]), *evaluated.unwritten]
@@ -95,9 +76,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.compare:
         return _compare(options, output)
     parameters = _configured(options)
-    _prepare(output, options.overwrite, parameters)
-    with _progress_bar(options.duration) as bar:
-        result, metrics = _perform(options, parameters, output, bar)
+    check_environment(output / 'log')
+    with experiment_folders({output: parameters}, options.overwrite) as unused, _progress_bar(options.duration) as bar:
+        result, metrics = _perform(options, parameters, output, bar, unused)
     print(json.dumps(metrics, indent=2))
     if result.reason:
         print(f'experiment: {result.reason}', file=sys.stderr)
@@ -122,14 +103,15 @@ def _compare(options: argparse.Namespace, output: Path) -> int:
     names = distinct([Path(file).stem for file in options.compare])
     configured = [_configured(options, [file]) for file in options.compare]
     chosen = {name: _alike(parameters, configured[0]) for name, parameters in zip(names, configured, strict=True)}
-    for name, parameters in chosen.items():
-        _prepare(output / name, options.overwrite, parameters)
+    check_environment(output / names[0] / 'log')
     reasons: list[str] = []
     done: list[tuple[str, Path]] = []
-    with _progress_bar(options.duration * len(chosen)) as bar:
+    folders = {output / name: parameters for name, parameters in chosen.items()}
+    with (experiment_folders(folders, options.overwrite) as unused,
+          _progress_bar(options.duration * len(chosen)) as bar):
         for name, parameters in chosen.items():
             bar.set_description(name)
-            result, _ = _perform(options, parameters, output / name, bar)
+            result, _ = _perform(options, parameters, output / name, bar, unused)
             done.append((name, output / name))
             if result.reason:
                 reasons.append(f'{name}: {result.outcome}: {result.reason}')

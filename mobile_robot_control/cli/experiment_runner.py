@@ -16,7 +16,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import NODES, Configuration
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.spin import RCLError, make_executor, one_line
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.topics import LOOP_TOPICS, first_silent
@@ -170,8 +170,8 @@ def run_experiment(
     publishes on the same topics.
     """
     use_fastdds_profiles(output / 'log')
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
             recorder = Recorder(namespace, bag.write, bag.knows)
             executor = make_executor()
@@ -192,5 +192,7 @@ def run_experiment(
                 stop_processes(runner.processes)
                 runner.drain()
         return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
+    except RCLError as error:
+        raise ParameterError([f'ROS 2 cannot start: {one_line(error)}; check the ROS_* environment variables']) from error
     finally:
         rclpy.try_shutdown()
