@@ -193,6 +193,7 @@ def run_experiment(
                 runner.drain()
         return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
     except RCLError as error:
-        raise ParameterError([f'ROS 2 cannot start: {one_line(error)}; check the ROS_* environment variables']) from error
+        reason = f'ROS 2 cannot start: {one_line(error)}; check the ROS_* environment variables'
+        raise ParameterError([reason]) from error
     finally:
         rclpy.try_shutdown()

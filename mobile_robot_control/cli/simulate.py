@@ -17,6 +17,7 @@ from mobile_robot_control.cli.options import (
     positive,
     writable_file,
 )
+from mobile_robot_control.cli.run_length import ONE_RUN, check_run_length
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.recording.csv_table import write_csv
 from mobile_robot_control.simulation.closed_loop import Sample
@@ -43,6 +44,8 @@ def _until(interrupt: Interrupt, samples: Iterable[Sample]) -> Iterator[Sample]:
 
 def _run(options: argparse.Namespace) -> int:
     parameters = configuration(options)
+    check_run_length(f'--duration {options.duration:g}', options.duration, parameters.plant.shared.velocity_rate,
+                     ONE_RUN)
     with ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
         samples: Iterable[Sample] = rollout(parameters, options.duration)

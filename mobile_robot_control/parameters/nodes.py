@@ -168,6 +168,15 @@ def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
 
 
 @rule
+def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
+    rate = plant.shared.velocity_rate
+    # without a step the run would have no end
+    if plant.duration > 0.0 and round(plant.duration * rate) < 1:
+        yield (f'duration = {plant.duration} s is too short for a step at velocity_rate = {rate} Hz; '
+               f'take at least {1.0 / rate:g} s, or 0 for no end')
+
+
+@rule
 def _velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
     shared = parameters.shared
     found = instability(parameters.gains, shared.robot, shared.velocity_rate, shared.lockstep)
