@@ -72,6 +72,29 @@ def inputs_of(node: str) -> dict[str, str]:
     return {topic.name: topic.publisher for topic in _TABLE if node in topic.subscribers}
 
 
+def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int) -> str:
+    """
+    Name the first node that owes an answer; on the wall clock, the one that fell silent first.
+
+    Parameters
+    ----------
+    newest : mapping of str to int
+        Newest stamp on each topic [ns], where there is one.
+    lockstep : bool
+        Whether simulated time waits for every node.
+    position_period : int
+        Of the position loop [ns].
+
+    """
+    if 'joint_states' not in newest:
+        return 'plant'
+    if not lockstep:
+        return min(LOOP_TOPICS.values(), key=lambda topic: newest.get(topic.name, -1)).publisher
+    present = newest['joint_states']
+    due = present - present % position_period
+    return (first_silent(newest, present, due) if newest.get('odom') == due else None) or 'plant'
+
+
 def first_silent(newest: Mapping[str, int], stamp: int, tick: int) -> str | None:
     """
     Return the first node in the order of answers that has not answered; None if all have.

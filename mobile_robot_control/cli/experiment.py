@@ -11,7 +11,9 @@ from tqdm import tqdm
 
 from mobile_robot_control.cli.experiment_folders import experiment_folders
 from mobile_robot_control.cli.namespace_option import add_namespace_option
+from mobile_robot_control.cli.node_processes import START
 from mobile_robot_control.cli.options import configuration, distinct, make_main, make_parser, positive
+from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.ros.environment import check_environment
@@ -58,12 +60,13 @@ def _perform(
     options: argparse.Namespace, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path]
 ) -> tuple['ExperimentResult', dict[str, Any]]:
     """Run, record and evaluate one configuration; the reason names all that went wrong."""
-    # imported late: bad usage is reported at once
-    from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
-    from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
+    with Watchdog(max(options.patience, START)) as watchdog:
+        # imported late: bad usage is reported at once, and an import that hangs is noticed
+        from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
+        from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
 
-    result = run_experiment(parameters, output, options.namespace, composed=options.composed,
-                            patience=options.patience, stop=options.stop, bar=bar)
+        result = run_experiment(parameters, output, options.namespace, composed=options.composed,
+                                patience=options.patience, stop=options.stop, bar=bar, watchdog=watchdog)
     unused.remove(output)
     evaluated = evaluate(output, options.namespace, result.outcome, quiet=bool(options.compare),
                          with_report=options.with_report)

@@ -7,6 +7,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+START = 30.0
+"""[s] of wall time that nodes have to start."""
 _GRACE = 10.0
 """[s] that a process has to end by itself."""
 

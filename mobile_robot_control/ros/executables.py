@@ -1,5 +1,6 @@
 """The executables of the four nodes: signals are caught before anything slow is imported."""
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -36,6 +37,8 @@ def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: boo
         check_environment()
     except ParameterError as error:
         return refuse(' '.join(names), error.violations)
+    # of NumPy, which ROS's messages import: a node does no linear algebra, and without memory for it the import hangs
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     from mobile_robot_control.ros.spin import spin  # noqa: PLC0415 (after the signals are caught)
 
     return spin(names, arguments, stop)
