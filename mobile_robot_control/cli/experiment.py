@@ -17,6 +17,7 @@ from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.ros.environment import check_environment
+from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault
 from mobile_robot_control.ros.stop import Stop
 
 if TYPE_CHECKING:
@@ -62,8 +63,11 @@ def _perform(
     """Run, record and evaluate one configuration; the reason names all that went wrong."""
     with Watchdog(max(options.patience, START)) as watchdog:
         # imported late: bad usage is reported at once, and an import that hangs is noticed
-        from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
-        from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
+        try:
+            from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
+            from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
+        except LOAD_ERRORS as error:
+            raise ParameterError([load_fault(error)]) from error
 
         result = run_experiment(parameters, output, options.namespace, composed=options.composed,
                                 patience=options.patience, stop=options.stop, bar=bar, watchdog=watchdog)

@@ -1,12 +1,11 @@
 """The executables of the four nodes: signals are caught before anything slow is imported."""
 
-import os
 import sys
 from collections.abc import Sequence
 
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.ros.environment import check_environment
-from mobile_robot_control.ros.refusal import refuse
+from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
 from mobile_robot_control.ros.stop import Stop
 
 
@@ -37,9 +36,11 @@ def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: boo
         check_environment()
     except ParameterError as error:
         return refuse(' '.join(names), error.violations)
-    # of NumPy, which ROS's messages import: a node does no linear algebra, and without memory for it the import hangs
-    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-    from mobile_robot_control.ros.spin import spin  # noqa: PLC0415 (after the signals are caught)
+    try:
+        from mobile_robot_control.ros.spin import spin  # noqa: PLC0415 (after the signals are caught)
+    except LOAD_ERRORS as error:
+        refuse(' '.join(names), [load_fault(error)])
+        return 1
 
     return spin(names, arguments, stop)
 

@@ -14,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.ros.deadline import exit_after
-from mobile_robot_control.ros.refusal import refuse
+from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
 from mobile_robot_control.ros.ros_arguments import check_ros_arguments
 from mobile_robot_control.ros.stop import Stop
 
@@ -82,15 +82,18 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
     try:
         for name in names:
             nodes.append(make_node(name))
-        code = _spin(nodes, stop)
     except ParameterError as error:
         code = refuse(label, error.violations)
     except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3
         code = refuse(label, [str(error)])
     except (RCLError, NameValidationException) as error:  # names, topics and peers as ROS was told to have them
         code = refuse(label, [f'{one_line(error)}; check the remappings (-r) and the ROS_* environment variables'])
-    except (RuntimeError, MemoryError) as error:  # no memory or threads are left
+    except LOAD_ERRORS as error:
+        refuse(label, [load_fault(error)])
+    except RuntimeError as error:  # no threads are left
         print(f'{label}: {one_line(error)}; the machine or its limits (ulimit) leave too little room', file=sys.stderr)
+    else:
+        code = _spin(nodes, stop)
     finally:
         # where many processes end at once Fast DDS may deadlock: https://github.com/eProsima/Fast-DDS/issues/6502
         with exit_after(_LEAVING, code):

@@ -93,3 +93,20 @@ def test_a_node_ends_with_exit_code_2_and_one_line(variables, name, value):
     assert len(done.stderr.splitlines()) == 1
     assert done.stderr.startswith('plant: ')
     assert value in done.stderr
+
+
+@pytest.mark.parametrize(('module', 'error'), [
+    ('rclpy', "ModuleNotFoundError('no rclpy')"), ('rclpy', "OSError(12, 'Cannot allocate memory')"),
+    ('geometry_msgs.msg', "ImportError('numpy\\n\\nfailed')"), ('rclpy', 'MemoryError()'),
+])
+def test_a_node_for_which_ros_cannot_be_loaded_ends_with_exit_code_1_and_one_line(variables, tmp_path, module, error):
+    file = tmp_path / f'{module.replace(".", "/")}.py'
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(f'raise {error}')
+    variables.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), os.environ.get('PYTHONPATH', '')]))
+    variables.setenv('ROS_DOMAIN_ID', '1')
+    done = subprocess.run([sys.executable, '-m', 'mobile_robot_control.ros.executables', 'plant'],
+                          capture_output=True, text=True, timeout=50, check=False, stdin=subprocess.DEVNULL)
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith('plant: ROS 2 cannot be loaded: ')
