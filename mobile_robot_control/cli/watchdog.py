@@ -98,7 +98,10 @@ def _watch(watched: int, seconds: float, grace: float) -> None:
     nodes: list[int] = []
     rest, deadline = b'', time.monotonic() + seconds
     while True:
-        if not select.select([0], [], [], max(0.0, deadline - time.monotonic()))[0]:
+        # select takes no timeout of years
+        if not select.select([0], [], [], min(max(0.0, deadline - time.monotonic()), 3600.0))[0]:
+            if time.monotonic() < deadline:
+                continue
             if not _is_stopped(watched):
                 break
             # by Ctrl-Z or a debugger: it goes on later

@@ -83,7 +83,7 @@ def test_a_process_that_hangs_is_killed_after_a_signal(start, number):
 
 
 def test_a_process_that_makes_progress_is_left_alone(start):
-    process, node = start(WORK, grace=2.0)
+    process, node = start(WORK, seconds=1e300, grace=2.0)
     process.send_signal(signal.SIGTERM)
     printed, errors = process.communicate(timeout=50)
     assert (process.returncode, printed, errors) == (0, 'ended by itself\n', '')
