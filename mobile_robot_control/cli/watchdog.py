@@ -79,16 +79,16 @@ def _is_running(pid: int) -> bool:
         os.kill(pid, 0)
     except OSError:
         return False
-    return True
+    return _state(pid) != 'Z'
 
 
-def _is_stopped(pid: int) -> bool:
-    """Return whether a process is stopped by a signal or a debugger, where the system tells."""
+def _state(pid: int) -> str:
+    """Return a process's state as Linux has it: T or t stopped by a signal or a debugger, Z ended; '' elsewhere."""
     try:
         with open(f'/proc/{pid}/stat', encoding='utf-8', errors='replace') as file:
-            return file.read().rpartition(')')[2].split()[0] in ('T', 't')
+            return file.read().rpartition(')')[2].split()[0]
     except (OSError, IndexError):
-        return False
+        return ''
 
 
 def _watch(watched: int, seconds: float, grace: float) -> None:
@@ -102,7 +102,7 @@ def _watch(watched: int, seconds: float, grace: float) -> None:
         if not select.select([0], [], [], min(max(0.0, deadline - time.monotonic()), 3600.0))[0]:
             if time.monotonic() < deadline:
                 continue
-            if not _is_stopped(watched):
+            if _state(watched) not in ('T', 't'):
                 break
             # by Ctrl-Z or a debugger: it goes on later
             deadline = time.monotonic() + seconds

@@ -53,7 +53,9 @@ def robots(robot, tmp_path):
     small = tmp_path / 'small.yaml'
     small.write_text(SMALL)
     robot.start(arguments=['--params-file', small], composed=True)
-    return robot
+    yield robot
+    # while the recorder takes in their last messages, for which they wait
+    robot.stop()
 
 
 def test_the_parameters_of_every_node_are_dumped_and_loaded(robots, tmp_path):
