@@ -55,6 +55,8 @@ _TABLE = (
 
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
+OTHER_TOPICS = ('reference_path', 'ground_truth', '/clock', '/tf', '/diagnostics', '/parameter_events', '/rosout')
+"""What the four nodes publish besides."""
 VELOCITY_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'velocity_rate')
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')
 """Names by the rate at which they come."""
@@ -75,6 +77,29 @@ def inputs_of(node: str) -> dict[str, str]:
 def topics_of(node: str) -> list[str]:
     """List the loop topics that a node needs or publishes."""
     return [topic.name for topic in _TABLE if node == topic.publisher or node in topic.subscribers]
+
+
+def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int) -> str:
+    """
+    Name the first node that owes an answer; on the wall clock, the one that fell silent first.
+
+    Parameters
+    ----------
+    newest : mapping of str to int
+        Newest stamp on each topic [ns], where there is one.
+    lockstep : bool
+        Whether simulated time waits for every node.
+    position_period : int
+        Of the position loop [ns].
+
+    """
+    if 'joint_states' not in newest:
+        return 'plant'
+    if not lockstep:
+        return min(LOOP_TOPICS.values(), key=lambda topic: newest.get(topic.name, -1)).publisher
+    present = newest['joint_states']
+    due = present - present % position_period
+    return (first_silent(newest, present, due) if newest.get('odom') == due else None) or 'plant'
 
 
 def first_silent(newest: Mapping[str, int], stamp: int, tick: int) -> str | None:

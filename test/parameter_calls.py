@@ -122,8 +122,11 @@ def _good(node):
 def _wrong(node, name, kind, value):
     """Return whether a value is certainly invalid."""
     declared = DECLARED[node].get(name)
-    if declared is None or not declared.field.live or kind not in _KINDS[declared.kind]:
+    if declared is None or kind not in _KINDS[declared.kind]:
         return True
+    if not declared.field.live:
+        # which may be given the value that it has
+        return plain(make(name, kind, value).value) != declared.default
     field, number = declared.field, plain(make(name, kind, value).value)
     numbers = number if isinstance(number, tuple) else (number,) if isinstance(number, float) else ()
     return (

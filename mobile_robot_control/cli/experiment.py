@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,17 +10,20 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from mobile_robot_control.cli.command_parser import make_parser
-from mobile_robot_control.cli.options import configuration, configuration_text, distinct, make_main, positive
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.cli.experiment_folders import WRITTEN, experiment_folders
+from mobile_robot_control.cli.namespace_option import add_namespace_option
+from mobile_robot_control.cli.node_processes import START
+from mobile_robot_control.cli.options import configuration, distinct, make_main, positive
+from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.ros.environment import check_environment
+from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.texts import printable
 
 if TYPE_CHECKING:
     from mobile_robot_control.cli.experiment_runner import ExperimentResult
-
-_WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -37,7 +39,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
                       help='several parameter files, one run after the other on the same curve from the same start, '
                       'and one report over all')
     made.add_argument('--no-report', action='store_false', dest='with_report', help='write the metrics alone')
-    made.add_argument('--namespace', default='/', metavar='NS', help='in which the nodes run')
+    add_namespace_option(made, 'in which the nodes run')
     made.add_argument('--patience', type=positive, default=20.0, metavar='S',
                       help='wall time without progress after which a run is given up')
     return made.parse_args(arguments)
@@ -49,18 +51,6 @@ def _progress_bar(seconds: float) -> tqdm:
                 '[{elapsed}<{remaining}]')
 
 
-def _prepare(output: Path, overwrite: bool, parameters: Configuration) -> None:
-    """Make the folder ready; nothing that an experiment did not write is ever removed."""
-    output.mkdir(parents=True, exist_ok=True)
-    earlier = [output / name for name in _WRITTEN if (output / name).exists()]
-    if earlier and not overwrite:
-        raise ParameterError([f'{output}: holds an experiment already; name another folder, or add --overwrite'])
-    for path in earlier:
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
-    (output / 'log').mkdir()
-    write_atomically(output / 'parameters.yaml', configuration_text(parameters))
-
-
 def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) -> Configuration:
     parameters = configuration(options, options.namespace, [f'plant.duration:={options.duration!r}'], extra_files)
     if not parameters.plant.shared.stamped_cmd_vel:
@@ -70,15 +60,20 @@ def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) ->
 
 
 def _perform(
-    options: argparse.Namespace, parameters: Configuration, output: Path, bar: tqdm
+    options: argparse.Namespace, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path]
 ) -> tuple['ExperimentResult', dict[str, Any]]:
     """Run, record and evaluate one configuration; the reason names all that went wrong."""
-    # imported late: bad usage is reported at once
-    from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
-    from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
+    with Watchdog(max(options.patience, START)) as watchdog:
+        # imported late: bad usage is reported at once, and an import that hangs is noticed
+        try:
+            from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
+            from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
+        except LOAD_ERRORS as error:
+            raise ParameterError([load_fault(error)]) from error
 
-    result = run_experiment(parameters, output, options.namespace, composed=options.composed,
-                            patience=options.patience, stop=options.stop, bar=bar)
+        result = run_experiment(parameters, output, options.namespace, composed=options.composed,
+                                patience=options.patience, stop=options.stop, bar=bar, watchdog=watchdog)
+    unused.remove(output)
     evaluated = evaluate(output, options.namespace, result.outcome, quiet=bool(options.compare),
                          with_report=options.with_report)
     reasons = [*filter(None, [result.reason]), *evaluated.unwritten]
@@ -90,9 +85,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.compare:
         return _compare(options, output)
     parameters = _configured(options)
-    _prepare(output, options.overwrite, parameters)
-    with _progress_bar(options.duration) as bar:
-        result, metrics = _perform(options, parameters, output, bar)
+    check_environment(output / 'log')
+    with experiment_folders({output: parameters}, options.overwrite) as unused, _progress_bar(options.duration) as bar:
+        result, metrics = _perform(options, parameters, output, bar, unused)
     print(json.dumps(metrics, indent=2))
     if result.reason:
         print(f'experiment: {result.reason}', file=sys.stderr)
@@ -112,7 +107,7 @@ def _folders(files: Sequence[str]) -> list[str]:
     """Return the name of each run's folder within the output; raise ParameterError where it would not be one of it."""
     names = distinct([printable(Path(file).stem) for file in files])
     odd = [f"--compare {file}: its run would be written to '{name}', which has another use; rename the file"
-           for file, name in zip(files, names, strict=True) if name in ('', '.', '..', *_WRITTEN)]
+           for file, name in zip(files, names, strict=True) if name in ('', '.', '..', *WRITTEN)]
     if odd:
         raise ParameterError(odd)
     return names
@@ -127,14 +122,15 @@ def _compare(options: argparse.Namespace, output: Path) -> int:
     names = _folders(options.compare)
     configured = [_configured(options, [file]) for file in options.compare]
     chosen = {name: _alike(parameters, configured[0]) for name, parameters in zip(names, configured, strict=True)}
-    for name, parameters in chosen.items():
-        _prepare(output / name, options.overwrite, parameters)
+    check_environment(output / names[0] / 'log')
     reasons: list[str] = []
     done: list[tuple[str, Path]] = []
-    with _progress_bar(options.duration * len(chosen)) as bar:
+    folders = {output / name: parameters for name, parameters in chosen.items()}
+    with (experiment_folders(folders, options.overwrite) as unused,
+          _progress_bar(options.duration * len(chosen)) as bar):
         for name, parameters in chosen.items():
             bar.set_description(name)
-            result, _ = _perform(options, parameters, output / name, bar)
+            result, _ = _perform(options, parameters, output / name, bar, unused)
             done.append((name, output / name))
             if result.reason:
                 reasons.append(f'{name}: {result.outcome}: {result.reason}')

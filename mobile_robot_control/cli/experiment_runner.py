@@ -6,23 +6,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import rclpy
-from rclpy.executors import Executor
 from rclpy.signals import SignalHandlerOptions
 from tqdm import tqdm
 
 from mobile_robot_control.cli.fastdds_profiles import use_fastdds_profiles
-from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.cli.node_processes import START, NodeProcess, stop_processes
+from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import NODES, Configuration
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.spin import RCLError, make_executor, one_line
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import LOOP_TOPICS, first_silent
+from mobile_robot_control.topics import LOOP_TOPICS, silent_node
 
-_START = 30.0
-"""[s] of wall time that the nodes have to start."""
 _SETTLE = 1.0
 """[s] of wall time in which other publishers are looked for, before a run and again and again in it."""
 
@@ -55,11 +53,11 @@ class _ExperimentRunner:
 
     def __init__(
         self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
-        executor: Executor, bag: BagWriter, bar: tqdm,
+        turn: Callable[[], None], bag: BagWriter, bar: tqdm,
     ) -> None:
         self.processes: list[NodeProcess] = []
         self._output, self._namespace, self._patience = output, namespace, patience
-        self._stop, self._recorder, self._executor, self._bag, self._bar = stop, recorder, executor, bag, bar
+        self._stop, self._recorder, self._turn, self._bag, self._bar = stop, recorder, turn, bag, bar
         shared = parameters.plant.shared
         self.lockstep = shared.lockstep
         self._period = period_nanoseconds(shared.velocity_rate)
@@ -78,7 +76,7 @@ class _ExperimentRunner:
         while not condition():
             if time.monotonic() > deadline or self._is_over():
                 return False
-            self._executor.spin_once(timeout_sec=0.05)
+            self._turn()
         return True
 
     def resume(self) -> None:
@@ -93,7 +91,7 @@ class _ExperimentRunner:
         ended = time.time_ns()
         # another robot on the same topics never falls silent
         while time.time_ns() - max(ended, self._recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
-            self._executor.spin_once(timeout_sec=0.05)
+            self._turn()
 
     def _is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
@@ -114,7 +112,7 @@ class _ExperimentRunner:
                 shown = done
 
         while not self._is_over():
-            self._executor.spin_once(timeout_sec=0.05)
+            self._turn()
             if time.monotonic() > looked + _SETTLE:
                 looked = time.monotonic()
                 _refuse_other_publishers(self._recorder.topics_of_others(ours=1))
@@ -138,55 +136,51 @@ class _ExperimentRunner:
         if self._recorder.law_failure:
             return ExperimentResult('law_failed', self._recorder.law_failure)
         for process in self.processes:
-            code = process.exit_code()
-            if code == 0 and 'plant' in process.name:
+            if process.exit_code() == 0 and 'plant' in process.name:
                 return ExperimentResult('completed', '')
-            if code == 1 and 'plant' in process.name:
+            if process.exit_code() == 1 and 'plant' in process.name:
                 return ExperimentResult('diverged', process.exit_report())
         dead = [process for process in self.processes if process.exit_code() is not None]
         if dead:
             return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
-        return ExperimentResult('node_died',
-                                f'{self._silent_node()} gave no answer for {self._patience} s and was given up')
-
-    def _silent_node(self) -> str:
-        """Name the first node that owes an answer; on the wall clock, the one that fell silent first."""
-        newest = self._recorder.newest
-        if 'joint_states' not in newest:
-            return 'plant'
-        if not self.lockstep:
-            return min(LOOP_TOPICS.values(), key=lambda topic: newest.get(topic.name, -1)).publisher
-        present = newest['joint_states']
-        tick = present - present % self._position_period
-        return (first_silent(newest, present, tick) if newest.get('odom') == tick else None) or 'plant'
+        silent = silent_node(self._recorder.newest, self.lockstep, self._position_period)
+        return ExperimentResult('node_died', f'{silent} gave no answer for {self._patience} s and was given up')
 
 
 def run_experiment(
     parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop, bar: tqdm,
+    watchdog: Watchdog,
 ) -> ExperimentResult:
     """
     Run an experiment and record it into a folder, which takes the bag and the nodes' logs and has `parameters.yaml`.
 
     The run is given up after `patience` seconds of wall time without progress; the bar is moved by its simulated time.
-    The bag is complete, or can be read up to where it could no longer be written. Raises ParameterError if another node
-    publishes on the same topics.
+    The bag is complete, or can be read up to its end. Raises ParameterError if another node publishes on the topics.
     """
     use_fastdds_profiles(output / 'log')
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    begun = False
     try:
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
             recorder = Recorder(namespace, bag.write, bag.knows)
             executor = make_executor()
             executor.add_node(recorder)
-            runner = _ExperimentRunner(parameters, output, namespace, patience, stop, recorder, executor, bag, bar)
+
+            def turn() -> None:
+                executor.spin_once(timeout_sec=0.05)
+                watchdog.note_progress()
+
+            runner = _ExperimentRunner(parameters, output, namespace, patience, stop, recorder, turn, bag, bar)
             runner.spin_until(recorder.topics_of_others, _SETTLE)
             _refuse_other_publishers(recorder.topics_of_others())
+            begun = True
             try:
                 for names in [tuple(NODES)] if composed else [(name,) for name in NODES]:
                     runner.start(*names)
+                    watchdog.note_node(runner.processes[-1].pid)
                 # the paused plant repeats its first messages until they and every answer to them have been recorded
                 ready = recorder.has_every_topic if runner.lockstep else recorder.all_discovered
-                if runner.spin_until(ready, max(patience, _START)):
+                if runner.spin_until(ready, max(patience, START)):
                     runner.resume()
                     runner.watch()
                 result = runner.result()
@@ -196,5 +190,11 @@ def run_experiment(
         if result.outcome == 'completed' and recorder.law_failure:  # heard of at the very end
             result = ExperimentResult('law_failed', recorder.law_failure)
         return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
+    except (RuntimeError, MemoryError) as error:
+        if isinstance(error, RCLError) and not begun:
+            raise ParameterError([f'ROS 2 cannot start: {one_line(error)}; check the ROS_* environment variables']
+                                 ) from error
+        return ExperimentResult('node_died', f'ROS 2: {one_line(error)}; the machine or its limits (ulimit) may leave '
+                                'too little room')
     finally:
         rclpy.try_shutdown()

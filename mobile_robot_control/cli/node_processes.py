@@ -10,6 +10,8 @@ from pathlib import Path
 
 from mobile_robot_control.plugins import plugin_environment
 
+START = 30.0
+"""[s] of wall time that nodes have to start."""
 _GRACE = 10.0
 """[s] that a process has to end by itself."""
 

@@ -48,8 +48,8 @@ def fraction(text: str) -> float:
     return value
 
 
-def whole_number(least: int) -> Callable[[str], int]:
-    """Make a function that reads whole numbers of at least so much, for an option's ``type``."""
+def whole_number(least: int, most: int | None = None) -> Callable[[str], int]:
+    """Make a function that reads whole numbers of at least and at most so much, for an option's ``type``."""
     def read(text: str) -> int:
         try:
             value = int(text)
@@ -57,6 +57,8 @@ def whole_number(least: int) -> Callable[[str], int]:
             value = least - 1
         if value < least:
             raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of at least {least}")
+        if most is not None and value > most:
+            raise argparse.ArgumentTypeError(f"'{text}' is too large; ask for at most {most}")
         return value
 
     return read

@@ -9,6 +9,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from mobile_robot_control.cli.command_parser import make_parser
+from mobile_robot_control.cli.namespace_option import add_namespace_option
 from mobile_robot_control.cli.options import configuration, distinct, make_main
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
@@ -24,7 +25,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made.add_argument('runs', nargs='+', metavar='RUN',
                       help='a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN names it in the report')
     made.add_argument('--output', required=True, metavar='DIR', help='folder for the page and the figures')
-    made.add_argument('--namespace', default='/', metavar='NS', help='in which the nodes of a bag ran')
+    add_namespace_option(made, 'in which the nodes of a bag ran')
     made.add_argument('--animation', action='store_true', help='write an animation (GIF) of each run too')
     return made.parse_args(arguments)
 

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Sequence
 
 from mobile_robot_control.cli.options import fraction, given_values, positive, whole_number
+from mobile_robot_control.model.actuators import LONGEST_DELAY
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.curves import CURVES
@@ -31,9 +32,10 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
                        help="factors on the robot's mass and inertia, such as 0.8 1.2")
     group.add_argument('--friction', nargs='+', type=positive, default=[1.0], metavar='X',
                        help='factors on its friction')
-    group.add_argument('--delays', nargs='+', type=whole_number(0), metavar='N',
+    group.add_argument('--delays', nargs='+', type=whole_number(0, LONGEST_DELAY), metavar='N',
                        help='of the torques, in periods of the velocity loop, such as 1 2 for the wall clock')
-    group.add_argument('--random', type=whole_number(0), default=0, metavar='N', help='so many more scenarios, drawn')
+    group.add_argument('--random', type=whole_number(0, 100_000), default=0, metavar='N',
+                       help='so many more scenarios, drawn')
     group.add_argument('--variation', type=fraction, default=0.2, metavar='X',
                        help='largest relative change of mass and of friction in random scenarios')
     group.add_argument('--within', type=positive, default=1.0, metavar='M',

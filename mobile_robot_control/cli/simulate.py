@@ -11,6 +11,7 @@ from tqdm import tqdm
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.options import configuration, configuration_text, make_main, positive, writable_file
+from mobile_robot_control.cli.run_length import ONE_RUN, check_run_length
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.recording.csv_table import write_csv
@@ -47,6 +48,8 @@ def _until(interrupt: Interrupt, samples: Iterable[Sample]) -> Iterator[Sample]:
 
 def _run(options: argparse.Namespace) -> int:
     parameters = configuration(options)
+    check_run_length(f'--duration {options.duration:g}', options.duration, parameters.plant.shared.velocity_rate,
+                     ONE_RUN)
     failures: list[str] = []
     with ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())

@@ -22,6 +22,7 @@ from mobile_robot_control.cli.options import (
     whole_number,
     writable_file,
 )
+from mobile_robot_control.cli.run_length import check_laps
 from mobile_robot_control.cli.worker_options import TrialRunner, add_worker_options, runner
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.model.actuators import LONGEST_DELAY
@@ -47,7 +48,8 @@ _BATCH = 100
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made = make_parser('study', __doc__)
-    made.add_argument('--runs', type=whole_number(1), required=True, metavar='N', help='random runs of each controller')
+    made.add_argument('--runs', type=whole_number(1, 10**6), required=True, metavar='N',
+                      help='random runs of each controller')
     made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')
     made.add_argument('--output', required=True, metavar='DIR', help='takes study.json, runs.csv and starts.png')
     made.add_argument('--overwrite', action='store_true', help='replace a study that DIR already holds')
@@ -142,6 +144,8 @@ def _map(scenarios: Sequence[Scenario], results: dict[str, list[Judged]], file: 
 
 def _run(options: argparse.Namespace) -> int:
     controllers = _controllers(options)
+    for parameters in controllers.values():
+        check_laps(options.laps, parameters)
     folder = Path(options.output)
     if (folder / 'study.json').exists() and not options.overwrite:
         raise ParameterError([f'{folder}: holds a study already; name another folder, or add --overwrite'])

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from mobile_robot_control.cli.command_parser import Lazy, make_parser
 from mobile_robot_control.cli.options import configuration, make_main, positive, whole_number
+from mobile_robot_control.cli.run_length import check_laps
 from mobile_robot_control.cli.scenario_options import add_scenario_options
 from mobile_robot_control.cli.search_run import SearchRun
 from mobile_robot_control.cli.worker_options import add_worker_options, runner
@@ -35,9 +36,9 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made.add_argument('--resume', action='store_true', help='go on from the journal')
     made.add_argument('--overwrite', action='store_true', help='replace a better file, and a journal')
     made.add_argument('--algorithm', choices=tuple(ALGORITHMS), default='genetic')
-    made.add_argument('--population', type=whole_number(5), metavar='N',
+    made.add_argument('--population', type=whole_number(5, 100_000), metavar='N',
                       help="individuals; the chapter's 51 or 101, if left out")
-    made.add_argument('--generations', type=whole_number(1), default=150, metavar='N')
+    made.add_argument('--generations', type=whole_number(1, 10**9), default=150, metavar='N')
     made.add_argument('--time-limit', type=positive, metavar='S', help='begin no generation after this wall time [s]')
     made.add_argument('--bounds', type=_bound, action='append', default=[], metavar='NAME=LOW:HIGH',
                       help='of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; again and again')
@@ -59,6 +60,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def _run(options: argparse.Namespace) -> int:
     parameters = configuration(options)
+    check_laps(options.laps, parameters)
     if options.controller != VELOCITY:
         control = parameters.position_controller.control._replace(controller_type=options.controller)
         parameters = parameters._replace(

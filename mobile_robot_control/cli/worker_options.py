@@ -24,7 +24,7 @@ class TrialRunner(Protocol):
 def add_worker_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options that say where trials run."""
     group = parser.add_argument_group('where the rollouts run')
-    group.add_argument('--workers', type=whole_number(1), metavar='N',
+    group.add_argument('--workers', type=whole_number(1, 1000), metavar='N',
                        help='on how many cores of this machine; all, if left out')
     group.add_argument('--scheduler', metavar='ADDRESS',
                        help="on a Dask cluster, such as tcp://host:8786 (extra 'cluster')")

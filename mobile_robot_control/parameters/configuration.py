@@ -5,7 +5,8 @@ from typing import Any
 
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.nodes import NODES, Configuration, Shared
+from mobile_robot_control.parameters.nodes import NODES, Configuration
+from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 

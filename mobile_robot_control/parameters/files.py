@@ -1,11 +1,11 @@
 """Parameter files and command-line overrides, read as ROS 2 reads them."""
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.files import PARAMETER_FILE, read_bounded
+from mobile_robot_control.parameters.addressing import addressed_nodes, elsewhere, full_names, unreached
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import NODES, parameter_names
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
@@ -40,13 +40,6 @@ def _sections(tree: Mapping[Any, Any], path: str, source: str) -> Iterator[tuple
         else:
             raise ParameterError([f"{source}: '{name}' stands outside a node's 'ros__parameters'; "
                                   f"write '/**: {{ros__parameters: {{{key}: ...}}}}'"])
-
-
-def addressed_nodes(section: str, namespace: str) -> list[str]:
-    """Return the nodes of ours that a section reaches, by rcl's wildcards: '*' is one token, '**' any number."""
-    pattern = re.escape('/' + section.strip('/'))
-    expression = pattern.replace(r'/\*\*', '(/[^/]+)*').replace(r'\*', '[^/]+')
-    return [node for node in NODES if re.fullmatch(expression, f'{namespace.rstrip("/")}/{node}')]
 
 
 def is_declared(name: str) -> bool:
@@ -127,25 +120,34 @@ def read_override(text: str) -> tuple[str, dict[str, Any]]:
     return section, {name: parse_yaml(value, f"-p '{text}'")}
 
 
-def merge_sections(sources: Iterable[tuple[str, str, Mapping[str, Any]]], namespace: str = '/') -> Values:
+def merge_sections(
+    sources: Iterable[tuple[str, str, Mapping[str, Any]]], names: Mapping[str, str] | None = None
+) -> Values:
     """
     Merge sections (source for messages, section name, values) into values by node name; a later one wins.
 
-    Raises ParameterError naming every parameter that no node declares or that stands in a wrong section; sections for
-    nodes of other packages pass.
+    The nodes have their full names in the namespace '/', unless others are given. Raises ParameterError naming every
+    parameter that no node declares or that stands in a wrong section, every section that misses a node of ours, and
+    every source that reaches none; sections for nodes of other packages pass.
     """
+    names = full_names() if names is None else names
     values: Values = {node: {} for node in NODES}
     violations: list[str] = []
+    reaching: set[str] = set()
+    astray: dict[str, str] = {}
     for source, section, given in sources:
-        nodes = addressed_nodes(section, namespace)
-        if not nodes:
-            if section.strip('/') in NODES:
-                violations.append(f"{source}: section '{section}' is for a node outside the namespace '{namespace}'; "
-                                  f"write '/**/{section.strip('/')}'")
-            continue
-        violations += _check_names(section, given, nodes, source)
+        nodes = addressed_nodes(section, names)
+        if nodes:
+            reaching.add(source)
+            violations += _check_names(section, given, nodes, source)
+        elif missed := unreached(section, names):
+            reaching.add(source)
+            violations.append(f'{source}: {missed}')
+        elif reason := elsewhere(section, names):
+            astray.setdefault(source, f'{source}: {reason}')
         for node in nodes:
             values[node].update({name: value for name, value in given.items() if name in parameter_names()[node]})
+    violations += [reason for source, reason in astray.items() if source not in reaching]
     if violations:
         raise ParameterError(violations)
     return values
@@ -180,7 +182,7 @@ def load(files: Sequence[str | Path], overrides: Sequence[str] = (), namespace: 
         section, values = read_override(text)
         # a node is named without its namespace there
         sources.append((f"-p '{text}'", section if section == '/**' else f'/**/{section.strip("/")}', values))
-    return merge_sections(sources, namespace)
+    return merge_sections(sources, full_names(namespace))
 
 
 def parameter_file_text(values: Mapping[str, Mapping[str, Any]]) -> str:

@@ -9,41 +9,10 @@ from mobile_robot_control.control.laws import LAWS, PositionControl, select
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
 from mobile_robot_control.model.plant import Imperfections
-from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
+from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import CurveParameters
-from mobile_robot_control.stamps import NANOSECONDS, period_nanoseconds
-
-
-class Shared(NamedTuple):
-    """Parameters that all four nodes must agree on."""
-
-    robot: Robot = Robot()
-    velocity_rate: Annotated[
-        float, Field('Hz', 'rate of the plant and the velocity loop, with a period of whole nanoseconds: larger allows '
-                     'larger velocity gains and costs more CPU', minimum=0.001,
-                     maximum=1e5)  # beyond, the stability check drowns in rounding
-    ] = 500.0
-    position_rate: Annotated[
-        float, Field('Hz', 'rate of the position loop, a divisor of velocity_rate: larger makes smaller steps of the '
-                     'command', minimum=0.001, maximum=1e5)
-    ] = 100.0
-    lockstep: Annotated[
-        bool, Field('', 'true: simulated time waits for every node; false: each node runs on its own wall clock')
-    ] = True
-    peer_timeout: Annotated[
-        float, Field('s', 'wall time after which a node reports that an input is missing', above=0.0)
-    ] = 2.0
-    stamp_tolerance: Annotated[
-        float, Field('s', 'wall clock: how far the stamp of a message may lie from now before it is refused', above=0.0)
-    ] = 0.5
-    stamped_cmd_vel: Annotated[
-        bool, Field('', 'false: cmd_vel is a plain Twist, for bases that take no other (on the wall clock alone)')
-    ] = True
-    odom_frame_id: Annotated[str, Field('', 'frame of odometry, reference and path')] = 'odom'
-    base_frame_id: Annotated[str, Field('', "frame of the robot, at the axle's centre")] = 'base_link'
-    reference_frame_id: Annotated[str, Field('', 'frame of the reference cart')] = 'reference_cart'
 
 
 class PlantParameters(NamedTuple):
@@ -153,42 +122,21 @@ def _parameter_names(_version: int) -> dict[str, set[str]]:
     return {node: set(declarations(group)) for node, group in NODES.items()}
 
 
-def _whole_nanoseconds(rate: float) -> bool:
-    """Return whether the period of a rate [Hz] is whole nanoseconds."""
-    period = period_nanoseconds(rate)
-    return period >= 1 and math.isclose(period * rate, NANOSECONDS, rel_tol=1e-12)
-
-
-@rule
-def _rates_divide(shared: Shared) -> Iterator[str]:
-    rates = {'velocity_rate': shared.velocity_rate, 'position_rate': shared.position_rate}
-    for name, rate in rates.items():
-        if not _whole_nanoseconds(rate):
-            near = NANOSECONDS / max(1, period_nanoseconds(rate))
-            yield (f'{name} = {rate} Hz has a period of {NANOSECONDS / rate:.3f} ns; stamps need whole nanoseconds: '
-                   f'the nearest rate is {near!r} Hz')
-    if all(_whole_nanoseconds(rate) for rate in rates.values()):
-        ratio = shared.velocity_rate / shared.position_rate
-        if period_nanoseconds(shared.position_rate) % period_nanoseconds(shared.velocity_rate):
-            lower, upper = math.floor(ratio), math.ceil(ratio)
-            choices = ' or '.join(repr(shared.velocity_rate / n) for n in (upper, lower) if n)
-            yield (f'position_rate = {shared.position_rate} Hz does not divide velocity_rate = '
-                   f'{shared.velocity_rate} Hz; take {choices} Hz')
-
-
-@rule
-def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
-    if shared.lockstep and not shared.stamped_cmd_vel:
-        yield ('stamped_cmd_vel = False needs lockstep = False: in lockstep stamps decide; '
-               'set lockstep to false, or leave cmd_vel stamped')
-
-
 @rule
 def _law_prepares(parameters: PositionControllerParameters) -> Iterator[str]:
     try:
         select(parameters.control, 1.0 / parameters.shared.position_rate)
     except ParameterError as error:
         yield from error.violations
+
+
+@rule
+def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
+    rate = plant.shared.velocity_rate
+    # without a step the run would have no end
+    if plant.duration > 0.0 and round(plant.duration * rate) < 1:
+        yield (f'duration = {plant.duration} s is too short for a step at velocity_rate = {rate} Hz; '
+               f'take at least {1.0 / rate:g} s, or 0 for no end')
 
 
 @rule

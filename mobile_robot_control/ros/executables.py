@@ -3,6 +3,9 @@
 import sys
 from collections.abc import Sequence
 
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.ros.environment import check_environment
+from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.streams import prepare_streams
 
@@ -30,7 +33,16 @@ def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: boo
     prepare_streams()
     if follow_parent:
         stop.follow_parent()
-    from mobile_robot_control.ros.spin import spin  # noqa: PLC0415 (after the signals are caught)
+    try:
+        # an RMW that is not installed ends the process when rclpy is imported
+        check_environment()
+    except ParameterError as error:
+        return refuse(' '.join(names), error.violations)
+    try:
+        from mobile_robot_control.ros.spin import spin  # noqa: PLC0415 (after the signals are caught)
+    except LOAD_ERRORS as error:
+        refuse(' '.join(names), [load_fault(error)])
+        return 1
 
     return spin(names, arguments, stop)
 

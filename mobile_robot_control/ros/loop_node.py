@@ -15,7 +15,8 @@ try:
 except ImportError:  # before iron
     from rclpy.qos_event import PublisherEventCallbacks, SubscriptionEventCallbacks
 
-from mobile_robot_control.parameters.nodes import Shared
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.ros.diagnostics import Condition, Diagnostics, OverrunCounter
 from mobile_robot_control.ros.input_monitor import InputMonitor
 from mobile_robot_control.ros.input_validation import InputValidator
@@ -25,7 +26,7 @@ from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.publisher_watch import PublisherWatch
 from mobile_robot_control.ros.qos import SENSORS, SUBSCRIBED, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision
-from mobile_robot_control.topics import MEASURED_TOPICS, inputs_of, topics_of
+from mobile_robot_control.topics import LOOP_TOPICS, MEASURED_TOPICS, OTHER_TOPICS, inputs_of, topics_of
 
 
 class _NodeParameters(Protocol):
@@ -62,6 +63,8 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def __init__(self, name: str, group: type[NodeGroup]) -> None:
         super().__init__(name, start_parameter_services=False)
+        self._own_name = name  # whatever it is renamed to
+        self._check_topics()
         self._values = declare(self, group)
         self._shared = self._values.shared
         self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout)
@@ -87,6 +90,16 @@ class LoopNode(Node, Generic[NodeGroup]):
         return publish_on(self, topic, event_callbacks=PublisherEventCallbacks(
             incompatible_qos=partial(self._watch.note_unfit, topic, 'subscription')))
 
+    def _check_topics(self) -> None:
+        """Raise ParameterError where remapping gives two topics one name."""
+        names: dict[str, list[str]] = {}
+        for topic in (*LOOP_TOPICS, *OTHER_TOPICS):
+            names.setdefault(self.resolve_topic_name(topic), []).append(topic)
+        violations = [f"{' and '.join(topics)} would be the same topic, '{name}'; change the remapping (-r) of one"
+                         for name, topics in names.items() if len(topics) > 1]
+        if violations:
+            raise ParameterError(violations)
+
     def _note_run(self, decision: StampDecision, stamp: int = 0) -> None:
         """Log that a run begins, begins anew or is joined at a stamp [ns]."""
         if decision is StampDecision.JOIN:
@@ -105,7 +118,7 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def _monitored(self) -> dict[str, str]:
         """Return the input topics whose silence is reported, each with its publisher."""
-        return inputs_of(self.get_name())
+        return inputs_of(self._own_name)
 
     def _condition(self) -> Condition | None:
         """Return a condition that only the node itself can know, or None."""

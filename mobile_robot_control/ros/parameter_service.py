@@ -2,6 +2,7 @@
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
@@ -14,8 +15,10 @@ from rclpy.parameter_service import ParameterService
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.parameters.files import is_ros_parameter
-from mobile_robot_control.parameters.values import nearest
+from mobile_robot_control.parameters.rcl_yaml import parse_yaml
+from mobile_robot_control.parameters.values import check_value, nearest
 
+_EXPONENT = re.compile(r'(?<![\w.])-?\d+e[-+]?\d')  # of a number that Python writes without a decimal point
 _TYPES = [kind.value for kind in Parameter.Type]
 
 
@@ -25,7 +28,7 @@ class CheckedParameterService(ParameterService):
 
     `set_parameters` applies a call whose values are right together as one change, so that the order within the call
     does not matter; otherwise, as ROS has it, each parameter by itself. `set_parameters_atomically` applies all or
-    nothing.
+    nothing. A parameter that cannot change may be given the value that it has, as `ros2 param load` does.
 
     Parameters
     ----------
@@ -63,6 +66,9 @@ class CheckedParameterService(ParameterService):
         violations = self._violations(asked)
         if violations:
             return SetParametersResult(successful=False, reason='; '.join(violations))
+        asked = [one for one in asked if not self._is_unchanged(one)]
+        if not asked:
+            return SetParametersResult(successful=True)
         # converted and applied here and not in rclpy's callbacks around a change, which Humble does not have
         result = self._get_node().set_parameters_atomically([self._converted(one) for one in asked])
         if not result.successful:
@@ -73,13 +79,45 @@ class CheckedParameterService(ParameterService):
 
     def _converted(self, message: Any) -> Parameter[Any]:
         """Return a parameter, as float where a float is declared and a whole number was sent."""
-        parameter = Parameter.from_parameter_msg(message)
-        kind = self._declared[parameter.name].kind if parameter.name in self._declared else None
-        if kind is float and parameter.type_ is Parameter.Type.INTEGER:
-            return Parameter(parameter.name, Parameter.Type.DOUBLE, float(parameter.value))
-        if kind is tuple and parameter.type_ is Parameter.Type.INTEGER_ARRAY:
-            return Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, [float(value) for value in parameter.value])
-        return parameter
+        name, value = message.name, self._value(message)
+        kind = self._declared[name].kind if name in self._declared else None
+        if kind is float:
+            return Parameter(name, Parameter.Type.DOUBLE, float(value))
+        if kind is tuple:
+            return Parameter(name, Parameter.Type.DOUBLE_ARRAY, [float(each) for each in value])
+        return Parameter.from_parameter_msg(message)
+
+    def _value(self, message: Any) -> Any:
+        """
+        Return the value of a parameter.
+
+        rclpy's client makes the text '1e-05' of the number in a file that `ros2 param load` reads; where numbers are
+        declared, it is read as one.
+        """
+        value = Parameter.from_parameter_msg(message).value
+        declared = self._declared.get(message.name)
+        text = f'[{", ".join(value)}]' if message.value.type == Parameter.Type.STRING_ARRAY.value else value
+        if declared is None or declared.kind not in (float, tuple) or not _EXPONENT.search(str(text)):
+            return value
+        try:
+            read = parse_yaml(str(text), message.name)
+        except ParameterError:
+            return value
+        return value if check_value(declared, read)[1] else read
+
+    def _is_unchanged(self, message: Any) -> bool:
+        """Return whether a parameter that cannot change is given the value that it has."""
+        name, node, declared = message.name, self._get_node(), self._declared.get(message.name)
+        if message.value.type not in _TYPES or not node.has_parameter(name):
+            return False
+        present = node.get_parameter(name)
+        if declared is None:
+            given = Parameter.from_parameter_msg(message)
+            return (node.describe_parameter(name).read_only
+                    and (given.type_, given.value) == (present.type_, present.value))
+        typed, violations = check_value(declared, self._value(message))
+        return (not declared.field.live and not violations
+                and typed == (tuple(present.value) if declared.kind is tuple else present.value))
 
     def _current(self) -> dict[str, Any]:
         """Return the present value of each declared parameter."""
@@ -90,7 +128,7 @@ class CheckedParameterService(ParameterService):
         formal = {message.name: found for message in asked for found in self._formal(message)}
         times = Counter(message.name for message in asked)
         repeated = [f'{name} is given {count} times; give it once' for name, count in times.items() if count > 1]
-        changed = {message.name: Parameter.from_parameter_msg(message).value for message in asked
+        changed = {message.name: self._value(message) for message in asked
                    if message.name in self._declared and message.name not in formal}
         try:
             build(self._group, self._current() | changed)
@@ -113,7 +151,7 @@ class CheckedParameterService(ParameterService):
         elif declared is None:
             if not (is_ros_parameter(name) and self._get_node().has_parameter(name)):
                 yield f"unknown parameter '{name}'; {nearest(name, self._declared)}"
-        elif not declared.field.live:
+        elif not declared.field.live and not self._is_unchanged(message):
             yield f'{name} is read-only while the node runs; write it into a parameter file and start the node again'
         elif message.value.type == Parameter.Type.NOT_SET.value:
             yield f'{name} cannot be removed; it must have a value'

@@ -63,7 +63,7 @@ class Plant(LoopNode[PlantParameters]):
 
     def _awaited(self) -> list[str]:
         # in lockstep the first step needs an answer of every other node
-        return ([node for node in NODES if node != self.get_name()] if self._shared.lockstep else super()._awaited())
+        return ([node for node in NODES if node != self._own_name] if self._shared.lockstep else super()._awaited())
 
     def _reached(self) -> int:
         return self._now

@@ -1,12 +1,16 @@
 """ROS arguments, read before rcl reads them: what rcl would ignore in silence is refused."""
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from mobile_robot_control.parameters.addressing import addressed_nodes, full_names, namespace_fault, namespace_of
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.files import addressed_nodes, merge_sections, read_parameter_file
+from mobile_robot_control.parameters.files import merge_sections, read_parameter_file
+from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
+
+_Options = Sequence[tuple[str, str]]
 
 
 class _Source(NamedTuple):
@@ -18,47 +22,93 @@ class _Source(NamedTuple):
 
 def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> None:
     """
-    Check the parameters that nodes are about to be started with.
+    Check the arguments that nodes are about to be started with.
 
-    Raises ParameterError naming what rcl ignores in silence: empty files, unknown names, names in a wrong section, and
-    values that are written last but lose.
+    Raises ParameterError naming what rcl ignores in silence: arguments outside `--ros-args`, empty files, unknown
+    names, names in a wrong section, sections that do not reach a renamed node, and values that are written last but
+    lose; and a namespace or names that ROS does not take.
     """
-    namespace = _namespace(arguments)
-    sources = list(_sources(arguments, namespace))
-    merge_sections(((source.where, source.section, source.values) for source in sources), namespace)
-    violations = [violation for name in names for violation in _losing(sources, name, namespace)]
+    options = _options(arguments)
+    full = _full_names(names, options)
+    sources = list(_sources(options, full))
+    merge_sections(((source.where, source.section, source.values) for source in sources), full)
+    violations = [violation for name in names for violation in _losing(sources, name, full)]
     if violations:
         raise ParameterError(violations)
 
 
-def _namespace(arguments: Sequence[str]) -> str:
-    """Return the namespace that the nodes are remapped to."""
-    rules = [argument.partition('__ns:=')[2] for argument in arguments if '__ns:=' in argument]
-    return rules[-1] if rules else '/'
+def _options(arguments: Sequence[str]) -> _Options:
+    """Return each argument within `--ros-args` with the one after it; raise ParameterError for those outside."""
+    within, inside, outside = False, [], []
+    for argument, following in itertools.zip_longest(arguments, arguments[1:], fillvalue=''):
+        if argument == '--ros-args':
+            within = True
+        elif argument == '--' and within:
+            within = False
+        elif within:
+            inside.append((argument, following))
+        else:
+            outside.append(f"'{argument}' has no effect: nodes take ROS arguments alone; write --ros-args before them")
+    if outside:
+        raise ParameterError(outside)
+    return inside
 
 
-def _sources(arguments: Sequence[str], namespace: str) -> Iterator[_Source]:
+def _remapped(options: _Options, targets: Iterable[str], node: str) -> str | None:
+    """Return what the first rule for a node gives one of its names, such as '__ns'; None without a rule."""
+    for option, rule in options:
+        target, found, value = rule.partition(':=')
+        if option in ('-r', '--remap') and found and target in {*targets, *(f'{node}:{name}' for name in targets)}:
+            return value
+    return None
+
+
+def _full_names(names: Sequence[str], options: _Options) -> dict[str, str]:
+    """Return the full name of each of the four nodes, where those of this process may be renamed."""
+    full = {}
+    for node in NODES:
+        # rcl applies a rule without a node's name to every node of the process, and renames before it moves
+        name = (_remapped(options, ('__node', '__name'), node) if node in names else None) or node
+        namespace = _remapped(options, ('__ns',), name)
+        fault = '' if namespace is None else namespace_fault(namespace)
+        if fault:
+            raise ParameterError([f"-r '__ns:={namespace}': {fault}"])
+        full[node] = full_names(namespace or '/', {node: name})[node]
+    own = [full[node] for node in names]
+    if len(set(own)) < len(own):
+        raise ParameterError([f"{', '.join(names)} would have the names {', '.join(own)}; rename one of them alone, "
+                              f"such as -r {names[0]}:__node:=my_{names[0]}"])
+    return full
+
+
+def _sources(options: _Options, full: Mapping[str, str]) -> Iterator[_Source]:
     """Yield every section of files and every `-p`, in their order."""
-    for option, value in itertools.pairwise(arguments):
+    for option, value in options:
         if option == '--params-file':
             for section, values in read_parameter_file(value):
                 yield _Source(value, section, values)
         elif option in ('-p', '--param') and ':=' in value:
-            yield _rule(value, namespace)
+            yield _rule(value, full)
 
 
-def _rule(text: str, namespace: str) -> _Source:
+def _rule(text: str, full: Mapping[str, str]) -> _Source:
     """Read one `-p`."""
     target, _, value = text.partition(':=')
     node, _, name = target.rpartition(':')
     where = f"-p '{text}'"
-    if node and not addressed_nodes(node, namespace) and addressed_nodes(f'/**/{node}', namespace):
+    present = full.get(node, f'/{node}').rpartition('/')[2]
+    if node and not addressed_nodes(node, full) and addressed_nodes(f'/**/{present}', full):
+        if node != present and addressed_nodes(present, full):
+            raise ParameterError([f"{where}: reaches no node, since {node} is renamed '{present}'; "
+                                  f"write -p '{present}:{name}:={value}'"])
+        namespace = next(namespace_of(full[found]) for found in addressed_nodes(f'/**/{present}', full))
         raise ParameterError([f"{where}: reaches no node in the namespace '{namespace}'; "
-                              f"write '{name}: {value}' under '/**/{node}' of a file"])
-    return _Source(where, node or '/**', {name: parse_yaml(value, where)}, '' if node or namespace != '/' else text)
+                              f"write '{name}: {value}' under '/**/{present}' of a file"])
+    in_root = {namespace_of(each) for each in full.values()} == {'/'}
+    return _Source(where, node or '/**', {name: parse_yaml(value, where)}, '' if node or not in_root else text)
 
 
-def _losing(sources: Sequence[_Source], node: str, namespace: str) -> Iterator[str]:
+def _losing(sources: Sequence[_Source], node: str, full: Mapping[str, str]) -> Iterator[str]:
     """
     Yield the values that are written last for a node but lose.
 
@@ -70,13 +120,14 @@ def _losing(sources: Sequence[_Source], node: str, namespace: str) -> Iterator[s
     winning: dict[str, _Source] = {}
     for source in sources:
         place = places.setdefault(source.section, len(places))
-        for name in source.values if node in addressed_nodes(source.section, namespace) else ():
+        for name in source.values if node in addressed_nodes(source.section, full) else ():
             last[name] = source
             if place >= places[winning.get(name, source).section]:
                 winning[name] = source
     for name, source in last.items():
         winner = winning[name]
         if winner is not source and winner.values[name] != source.values[name]:
-            remedy = f'-p {node}:{source.rule}' if source.rule else f"it under '{winner.section}' of a file"
+            remedy = (f"-p {full[node].rpartition('/')[2]}:{source.rule}" if source.rule
+                      else f"it under '{winner.section}' of a file")
             yield (f'{source.where}: {name} = {source.values[name]!r} would lose in ROS 2 against '
                    f"{winner.values[name]!r} under '{winner.section}' ({winner.where}); write {remedy}")

@@ -7,16 +7,19 @@ from collections.abc import Sequence
 from typing import Any
 
 import rclpy
-from rclpy.exceptions import ParameterException
+from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.ros.deadline import exit_after
+from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
 from mobile_robot_control.ros.ros_arguments import check_ros_arguments
 from mobile_robot_control.ros.stop import Stop
-from mobile_robot_control.texts import printable
 
+RCLError = rclpy_implementation.RCLError
+"""What rclpy raises where rcl refuses."""
 _LEAVING = 5
 """[s] that the nodes of a process have to leave DDS."""
 _CLASSES = {
@@ -25,6 +28,11 @@ _CLASSES = {
     'position_controller': 'PositionController',
     'reference_cart': 'ReferenceCart',
 }
+
+
+def one_line(error: BaseException) -> str:
+    """Return the text of an error of rclpy in one line."""
+    return ' '.join(str(error).split()) or type(error).__name__
 
 
 def make_executor() -> Executor:
@@ -66,19 +74,26 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
         check_ros_arguments(names, arguments)
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     except ParameterError as error:
-        return _refuse(label, error.violations)
+        return refuse(label, error.violations)
     except Exception as error:  # rclpy raises bare RCLError for whatever rcl cannot parse
-        return _refuse(label, [str(error)])
+        return refuse(label, [one_line(error)])
     nodes: list[Any] = []
     code = 1
     try:
         for name in names:
             nodes.append(make_node(name))
-        code = _spin(nodes, stop)
     except ParameterError as error:
-        code = _refuse(label, error.violations)
+        code = refuse(label, error.violations)
     except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3
-        code = _refuse(label, [str(error)])
+        code = refuse(label, [str(error)])
+    except (RCLError, NameValidationException) as error:  # names, topics and peers as ROS was told to have them
+        code = refuse(label, [f'{one_line(error)}; check the remappings (-r) and the ROS_* environment variables'])
+    except LOAD_ERRORS as error:
+        refuse(label, [load_fault(error)])
+    except RuntimeError as error:  # no threads are left
+        print(f'{label}: {one_line(error)}; the machine or its limits (ulimit) leave too little room', file=sys.stderr)
+    else:
+        code = _spin(nodes, stop)
     finally:
         # where many processes end at once Fast DDS may deadlock: https://github.com/eProsima/Fast-DDS/issues/6502
         with exit_after(_LEAVING, code):
@@ -86,12 +101,6 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
                 node.destroy_node()
             rclpy.try_shutdown()
     return code
-
-
-def _refuse(label: str, violations: Sequence[str]) -> int:
-    for violation in violations:
-        print(f'{label}: {printable(violation)}', file=sys.stderr)
-    return 2
 
 
 def _spin(nodes: Sequence[Any], stop: Stop) -> int:

@@ -6,7 +6,7 @@ from typing import Protocol
 from rclpy.clock import Clock
 
 from mobile_robot_control.messages.parsing import RefusedMessageError
-from mobile_robot_control.parameters.nodes import Shared
+from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.stamps import period_nanoseconds
 
 

@@ -10,7 +10,8 @@ import yaml
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters.nodes import NODES, Shared
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.topics import LOOP_TOPICS
 
 DESKTOP = Path(__file__).parents[2] / 'config' / 'desktop'

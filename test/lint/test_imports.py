@@ -11,7 +11,8 @@ PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 
 # each layer may import from those named, and from itself; a module with a row of its own is a layer of its own
 FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'texts', 'streams', 'jit', 'angles'}
-PARAMETERS = {'parameters', 'parameters.nodes', 'parameters.configuration', 'parameters.files'}
+PARAMETERS = {'parameters', 'parameters.shared', 'parameters.nodes', 'parameters.configuration',
+              'parameters.addressing', 'parameters.files'}
 DOMAIN = {'model', 'control', 'reference'}
 LAYERS = {
     'quantities': set(),
@@ -34,9 +35,11 @@ LAYERS = {
     'control': {'quantities', 'angles', 'jit', 'parameters', 'model', 'registry'},
     'reference': {'quantities', 'angles', 'jit', 'parameters', 'registry'},
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
-    'parameters.nodes': {'parameters', 'stamps'} | DOMAIN,
-    'parameters.configuration': {'parameters', 'parameters.nodes', 'reference'},
-    'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes'},
+    'parameters.shared': {'parameters', 'stamps', 'model'},
+    'parameters.nodes': {'parameters', 'parameters.shared', 'stamps'} | DOMAIN,
+    'parameters.configuration': {'parameters', 'parameters.shared', 'parameters.nodes', 'reference'},
+    'parameters.addressing': {'parameters.nodes'},
+    'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes', 'parameters.addressing'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'parameters', 'parameters.nodes', 'plugins'} | DOMAIN,
     'recording': {'quantities', 'stamps', 'topics', 'files', 'texts', 'messages', 'simulation'},
     'tuning': {'quantities', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,

@@ -122,6 +122,7 @@ def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
     done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run')
     assert done.returncode == 2
     assert 'another node publishes on' in done.stderr
+    assert not (tmp_path / 'run').exists()
 
 
 def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path):
@@ -135,3 +136,22 @@ def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tm
     assert json.loads((tmp_path / 'metrics.json').read_text())['duration'] == 0.4
     assert not [name for name in ('report.html', 'figures') if (tmp_path / name).exists()]
     assert (tmp_path / 'notes.txt').read_text() == 'mine'
+
+
+@pytest.mark.parametrize(('name', 'value', 'refusal'), [
+    ('ROS_DOMAIN_ID', 'abc', "ROS_DOMAIN_ID = 'abc' is no ROS domain"),
+    ('RMW_IMPLEMENTATION', 'nonsense', "RMW_IMPLEMENTATION = 'nonsense' is not installed"),
+    ('ROS_STATIC_PEERS', 'nonsense', 'Unable to resolve peer nonsense'),
+])
+def test_an_environment_that_ros_refuses_leaves_nothing_behind(domain, tmp_path, monkeypatch, name, value, refusal):
+    monkeypatch.setenv(name, value)
+    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'new' / 'run')
+    assert done.returncode == 2, done.stderr
+    assert refusal in done.stderr
+    assert 'Traceback' not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_a_home_that_can_be_written_an_experiment_runs(domain, tmp_path, monkeypatch):
+    monkeypatch.setenv('HOME', '/dev/null')
+    experiment(tmp_path / 'run', '--duration', 0.2, '--composed')

@@ -5,6 +5,7 @@ import os
 import random
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
@@ -108,3 +109,42 @@ def test_on_the_wall_clock_a_node_that_hangs_is_named(domain, tmp_path):
     assert run.returncode == 1
     assert 'reference_cart gave no answer for 2.0 s' in errors
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'node_died'
+
+
+# as OpenBLAS does under NumPy where it finds no memory; signals find no Python code that runs
+HANGS = """
+import ctypes
+lock, mutex = ctypes.PyDLL(None).pthread_mutex_lock, ctypes.create_string_buffer(64)
+lock(mutex)
+lock(mutex)
+"""
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize('stop', [False, True])
+def test_an_experiment_that_hangs_while_it_starts_is_ended(domain, tmp_path, monkeypatch, stop):
+    (tmp_path / 'numpy').mkdir()
+    (tmp_path / 'numpy' / '__init__.py').write_text(HANGS)
+    monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get('PYTHONPATH')])]))
+    command = [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--duration', '1', '--patience', '3']
+    run = subprocess.Popen([*command, '--output', str(tmp_path / 'run')], stdout=subprocess.PIPE,
+                           stderr=subprocess.PIPE)
+    wait_until((tmp_path / 'run' / 'log').exists, 30.0)
+    if stop:
+        run.terminate()
+    _, errors = run.communicate(timeout=60)
+    assert run.returncode == -signal.SIGKILL
+    assert b'ROS 2 has not answered for too long' in errors
+    assert not processes_of(tmp_path)
+
+
+@pytest.mark.soak
+def test_nodes_that_hang_while_they_start_are_ended(domain, tmp_path, monkeypatch):
+    (tmp_path / 'sitecustomize.py').write_text(
+        "import sys\nif 'mobile_robot_control.ros.executables' in sys.orig_argv:\n"
+        + ''.join(f'    {line}\n' for line in HANGS.splitlines()))
+    monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get('PYTHONPATH')])]))
+    done = run_command('experiment', '--duration', 1, '--patience', 3, '--output', tmp_path / 'run')
+    assert done.returncode == 1
+    assert 'plant gave no answer' in done.stderr
+    assert not processes_of(tmp_path)

@@ -10,6 +10,7 @@ from mobile_robot_control.topics import (
     VELOCITY_TOPICS,
     first_silent,
     inputs_of,
+    silent_node,
 )
 
 
@@ -47,3 +48,20 @@ def test_a_question_comes_before_its_answer_and_at_the_same_rate():
     for question, answer in ANSWERS:
         assert LOOP_TOPICS[question].rate == LOOP_TOPICS[answer].rate
         assert LOOP_TOPICS[question].publisher == 'plant'
+
+
+TICK = 10
+ALL = {'joint_states': 20, 'odom': 20, 'reference': 20, 'cmd_vel': 20, 'wheel_torques': 20}
+
+
+@pytest.mark.parametrize(('newest', 'lockstep', 'silent'), [
+    ({}, True, 'plant'),
+    (ALL, True, 'plant'),
+    (ALL | {'reference': 10}, True, 'reference_cart'),
+    (ALL | {'cmd_vel': 10}, True, 'position_controller'),
+    (ALL | {'wheel_torques': 18}, True, 'velocity_controller'),
+    (ALL | {'odom': 10, 'reference': 10}, True, 'plant'),
+    (ALL | {'tracking_error': 20, 'reference': 5}, False, 'reference_cart'),
+])
+def test_the_node_that_owes_an_answer_is_named(newest, lockstep, silent):
+    assert silent_node(newest, lockstep, TICK) == silent

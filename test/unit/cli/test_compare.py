@@ -7,8 +7,9 @@ import pytest
 from bag_making import record
 from harness import CONFIG
 
-from mobile_robot_control.cli import experiment, experiment_runner
+from mobile_robot_control.cli import experiment, experiment_runner, report
 from mobile_robot_control.cli.experiment_runner import ExperimentResult
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.simulation.rollout import rollout
@@ -18,8 +19,9 @@ from mobile_robot_control.simulation.rollout import rollout
 def ran(monkeypatch):
     """The parameters of the experiments that were run, by name: in one process instead of over DDS."""
     parameters_by_name = {}
+    monkeypatch.delenv('ROS_DOMAIN_ID')
 
-    def run(parameters, output, namespace, composed, patience, stop, bar):
+    def run(parameters, output, namespace, composed, patience, stop, bar, watchdog):
         parameters_by_name[output.name] = parameters
         record(output / 'bag', rollout(parameters, parameters.plant.duration))
         stop.requested = output.name == 'stopped'
@@ -78,3 +80,41 @@ def test_no_run_starts_when_one_file_or_folder_is_refused(ran, tmp_path, capsys)
     assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'backstepping.yaml') == 2
     assert 'holds an experiment already' in capsys.readouterr().err
     assert not ran
+
+
+def test_a_refused_run_leaves_its_folder_as_it_was_and_those_of_the_runs_before_it(ran, tmp_path, monkeypatch, capsys):
+    run = experiment_runner.run_experiment
+
+    def refuse_the_second(parameters, output, *arguments, **options):
+        if ran:
+            (output / 'bag').mkdir()
+            raise ParameterError(['another node publishes'])
+        return run(parameters, output, *arguments, **options)
+
+    monkeypatch.setattr(experiment_runner, 'run_experiment', refuse_the_second)
+    out = tmp_path / 'out'
+    (out / 'hybrid_backstepping').mkdir(parents=True)
+    (out / 'hybrid_backstepping' / 'notes.txt').write_text('mine')
+    files = [CONFIG / name for name in ('fuzzy.yaml', 'hybrid_backstepping.yaml', 'backstepping.yaml')]
+    assert _compare(out, *files) == 2
+    assert capsys.readouterr().err.endswith('experiment: another node publishes\n')
+    assert (out / 'fuzzy' / 'metrics.json').is_file()
+    assert [path.name for path in (out / 'hybrid_backstepping').iterdir()] == ['notes.txt']
+    assert not (out / 'backstepping').exists()
+
+
+def test_a_folder_that_is_refused_leaves_the_others_as_they_were(ran, tmp_path):
+    (tmp_path / 'out' / 'backstepping' / 'bag').mkdir(parents=True)
+    assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'backstepping.yaml') == 2
+    assert [path.name for path in (tmp_path / 'out').iterdir()] == ['backstepping']
+
+
+@pytest.mark.parametrize('namespace', ['', 'a/b', '//', '/x/', '/1x'])
+@pytest.mark.parametrize('command', [experiment, report])
+def test_a_namespace_that_ros_does_not_take_is_bad_usage(tmp_path, capsys, command, namespace):
+    arguments = ['--duration', '1'] if command is experiment else ['run']
+    with pytest.raises(SystemExit) as ended:
+        command.main([*arguments, '--output', str(tmp_path / 'out'), '--namespace', namespace])
+    assert ended.value.code == 2
+    assert f"'{namespace}' is no namespace of ROS" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -70,7 +70,10 @@ def test_sections_that_reach_a_node_without_a_namespace(file, name):
     ('/**/plant', '/', True),
 ])
 def test_a_section_reaches_the_nodes_whose_full_name_it_matches(file, name, namespace, reached):
-    values = load([file(section(f'"{name}"', duration=5.0))], namespace=namespace)
+    shared = '' if name == '/**' else section('/**', peer_timeout=1.0)
+    values = load([file(shared + section(f'"{name}"', duration=5.0))], namespace=namespace)
+    for node in NODES:
+        values[node].pop('peer_timeout', None)
     assert values['plant'] == ({'duration': 5.0} if reached else {})
     if name != '/**':
         assert not any(values[node] for node in NODES if node != 'plant')

@@ -1,0 +1,79 @@
+"""The folders of experiments: made ready, and left as they were found where a run is refused."""
+
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from mobile_robot_control.cli.options import configuration_text
+from mobile_robot_control.files import write_atomically
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.nodes import Configuration
+
+WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
+
+
+@contextmanager
+def experiment_folders(chosen: Mapping[Path, Configuration], overwrite: bool) -> Iterator[list[Path]]:
+    """
+    Make a folder ready for each experiment; nothing that an experiment did not write is ever removed.
+
+    Parameters
+    ----------
+    chosen : mapping of Path to Configuration
+        What each experiment runs with.
+    overwrite : bool
+        Whether to replace experiments that the folders hold.
+
+    Yields
+    ------
+    list of Path
+        The folders without a run: take one out once its run has ended. Where a ParameterError is raised, what was
+        written to those left is removed, and so are the folders that were made for it.
+
+    Raises
+    ------
+    ParameterError
+        If a folder holds an experiment and may not be overwritten; then none is changed.
+
+    """
+    held = [output for output in chosen if any(_written(output))]
+    if held and not overwrite:
+        raise ParameterError(f'{output}: holds an experiment already; name another folder, or add --overwrite'
+                             for output in held)
+    absent = [folder for output in chosen for folder in (output, *output.parents) if not folder.exists()]
+    unused: list[Path] = []
+    try:
+        for output, parameters in chosen.items():
+            unused.append(output)
+            _prepare(output, parameters)
+        yield unused
+    except ParameterError:
+        _restore(unused, absent)
+        raise
+
+
+def _written(output: Path) -> list[Path]:
+    """List what an experiment has written to a folder."""
+    return [output / name for name in WRITTEN if (output / name).exists()]
+
+
+def _remove(output: Path) -> None:
+    for path in _written(output):
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _prepare(output: Path, parameters: Configuration) -> None:
+    output.mkdir(parents=True, exist_ok=True)
+    _remove(output)
+    (output / 'log').mkdir()
+    write_atomically(output / 'parameters.yaml', configuration_text(parameters))
+
+
+def _restore(unused: list[Path], absent: list[Path]) -> None:
+    for output in unused:
+        _remove(output)
+    for folder in absent:
+        # one that holds something else stays
+        with suppress(OSError):
+            folder.rmdir()

@@ -1,0 +1,80 @@
+"""The environment variables of ROS 2, checked before rclpy is imported: what it would die of is refused."""
+
+import os
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from mobile_robot_control.parameters.checking import ParameterError
+
+_LARGEST_DOMAIN = 232  # beyond it the ports that DDS computes do not exist
+
+
+def check_environment(log_folder: Path | None = None) -> None:
+    """
+    Check ROS_DOMAIN_ID, RMW_IMPLEMENTATION and the folder for ROS's log files.
+
+    Parameters
+    ----------
+    log_folder : Path or None
+        Takes the log files, of this process and those that it starts, where the folder that ROS would use cannot be
+        written; without it such a folder is refused.
+
+    Raises
+    ------
+    ParameterError
+        Naming each variable that ROS 2 could not start with, its value and the remedy.
+
+    """
+    violations = [*_domain_faults(), *_middleware_faults()]
+    unwritable = _log_folder_fault()
+    if unwritable and log_folder is not None:
+        os.environ['ROS_LOG_DIR'] = str(log_folder.resolve())
+    elif unwritable:
+        violations.append(unwritable)
+    if violations:
+        raise ParameterError(violations)
+
+
+def _domain_faults() -> Iterator[str]:
+    text = os.environ.get('ROS_DOMAIN_ID', '')
+    # as C's strtoul reads it: 0x for hexadecimal, 0 for octal
+    octal = re.fullmatch('0[0-7]+', text)
+    known = octal or re.fullmatch('0[xX][0-9a-fA-F]+|0|[1-9][0-9]*', text)
+    if text and not (known and int(text, 8 if octal else 0) <= _LARGEST_DOMAIN):
+        yield f"ROS_DOMAIN_ID = '{text}' is no ROS domain; set it to a whole number of 0 to {_LARGEST_DOMAIN}"
+
+
+def _middleware_faults() -> Iterator[str]:
+    name = os.environ.get('RMW_IMPLEMENTATION', '')
+    installed = sorted(set(_installed_middleware()))
+    # without an index of what is installed, rcl decides
+    if name and installed and name not in installed:
+        yield (f"RMW_IMPLEMENTATION = '{name}' is not installed; install it, or set the variable to "
+               f'{" or ".join(installed)}')
+
+
+def _installed_middleware() -> Iterator[str]:
+    """Yield the RMW implementations in the ament index, which wheels have under Python's own prefix."""
+    for prefix in filter(None, [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]):
+        index = Path(prefix) / 'share' / 'ament_index' / 'resource_index' / 'rmw_typesupport'
+        if index.is_dir():
+            yield from (entry.name for entry in index.iterdir() if entry.name != 'rmw_implementation')
+
+
+def _log_folder_fault() -> str:
+    """Return why ROS could not write its log files; '' where it can."""
+    remedy = 'set ROS_LOG_DIR to a folder that can be written'
+    home = os.environ.get('HOME', '')
+    # the order in which rcl looks
+    folder = os.environ.get('ROS_LOG_DIR') or (os.environ.get('ROS_HOME', '') and f'{os.environ["ROS_HOME"]}/log')
+    folder = folder or (home and f'{home}/.ros/log')
+    if not folder or (folder.startswith('~') and not home):
+        return f'there is no folder for log files, since HOME is not set; {remedy}'
+    path = Path(home + folder[1:] if folder.startswith('~') else folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        return f"the folder for log files, '{path}', cannot be made ({error.strerror}); {remedy}"
+    return '' if os.access(path, os.W_OK | os.X_OK) else f"the folder for log files, '{path}', is read-only; {remedy}"
