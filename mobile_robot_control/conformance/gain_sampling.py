@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from random import Random
 from typing import Any, NamedTuple
 
-from mobile_robot_control.conformance.sampling import default_control, groups_of
+from mobile_robot_control.conformance.sampling import default_control
 from mobile_robot_control.control.law import Law
-from mobile_robot_control.control.laws import LAWS, PositionControl
+from mobile_robot_control.control.laws import LAWS, PositionControl, groups_of
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations, flatten

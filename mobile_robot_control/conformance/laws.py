@@ -22,9 +22,9 @@ from mobile_robot_control.conformance.law_steps import (
 )
 from mobile_robot_control.conformance.over_dds import equal_over_dds, file_option
 from mobile_robot_control.control.law import Law
-from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.laws import LAWS, groups_of
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.registry import PluginError
 
 LAW_CHECKS: dict[str, Callable[[Law], Iterator[str]]] = {
     'pure': pure,
@@ -50,7 +50,8 @@ def checked_law(law: Law, over_dds: bool) -> Conformance:
     with ExitStack() as held:
         try:
             held.enter_context(holding(LAWS, law))
-        except PluginError as error:
+            groups_of(law)
+        except ParameterError as error:
             refused(subject, error.violations)
         checks: dict[str, Check] = {name: partial(check, law) for name, check in LAW_CHECKS.items()}
         return run_checks(subject, with_dds(checks, partial(_over_dds, law), over_dds))

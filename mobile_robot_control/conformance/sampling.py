@@ -8,7 +8,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.law import Law, LawFailedError, checked_step
-from mobile_robot_control.control.laws import PositionControl, select
+from mobile_robot_control.control.laws import PositionControl, groups_of, select
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
 
 FARTHEST = 1e3
@@ -43,11 +43,6 @@ class Case(NamedTuple):
     observation: Observation
     control: PositionControl
     dt: float
-
-
-def groups_of(law: Law) -> tuple[str, ...]:
-    """Return the groups of gains that a law's step takes."""
-    return law.groups or (law.name,)
 
 
 def default_control(law: Law) -> PositionControl:

@@ -96,7 +96,7 @@ def test_what_is_broken_is_named_with_its_parameter(what):
 
 @pytest.mark.parametrize(('record', 'text'), [
     (ellipse, 'CURVE is of type function'),
-    (Curve('circle', ellipse), "the curve 'circle' is defined in built in already"),
+    (Curve('circle', ellipse), "the curve 'circle' is defined in mobile_robot_control already"),
     (Curve('pair', lambda s: (s, s)), "the curve 'pair' returns (0.0, 0.0) at s = 0.0 rad"),
     (Curve('late', lambda s: 1.0 / s), "the curve 'late' fails at s = 0.0 rad: ZeroDivisionError"),
 ])

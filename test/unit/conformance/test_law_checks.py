@@ -54,10 +54,10 @@ def test_what_is_broken_is_named_with_an_input(what):
 @pytest.mark.parametrize(('record', 'text'), [
     ('kanayama', 'LAW is of type str'),
     (SOUND._replace(name='No name'), "the name 'No name' of a law is no ROS name"),
-    (SOUND._replace(name='fuzzy'), "the law 'fuzzy' is defined in built in already"),
+    (SOUND._replace(name='fuzzy'), "the law 'fuzzy' is defined in mobile_robot_control already"),
     (SOUND._replace(gains=dict), "'sound': its gains are no NamedTuple"),
     (SOUND._replace(step=None), "the step of 'sound' is no function"),
-    (SOUND._replace(groups=('sound', 'nothing')), "uses the groups nothing, which no law has"),
+    (SOUND._replace(groups=('sound', 'nothing')), "takes the gains of 'nothing', which is no law here"),
 ])
 def test_an_incomplete_record_is_refused_alone(record, text):
     with pytest.raises(ConformanceError) as failure:
