@@ -19,7 +19,8 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.sources import origin_of, source_checksum
 
 Record = TypeVar('Record')
-_BUILT_IN = 'mobile_robot_control'
+BUILT_IN = 'mobile_robot_control'
+"""Origin of the records of this package."""
 _ANYTHING = (Exception, SystemExit)
 """What a module may raise while it is imported."""
 
@@ -78,7 +79,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         self.failures: dict[str, str] = {}
         self._discovered, self._version = False, 0
         for record in built_in:
-            self.register(record, _BUILT_IN)
+            self.register(record, BUILT_IN)
 
     @property
     def variable(self) -> str:
@@ -93,7 +94,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def remove(self, name: str) -> None:
         """Forget a record; a built-in one stays."""
-        if self._origins.get(name) not in (None, _BUILT_IN):
+        if self._origins.get(name) not in (None, BUILT_IN):
             self._loaded.pop(self._origins.pop(name), None)
             del self._records[name]
             self._version += 1

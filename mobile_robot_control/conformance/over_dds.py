@@ -14,7 +14,7 @@ from mobile_robot_control.conformance.checks import LeftOutError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.plugins import plugin_environment
-from mobile_robot_control.registry import Registry
+from mobile_robot_control.registry import BUILT_IN, Registry
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.rollout import rollout
 
@@ -52,7 +52,7 @@ def file_option(registry: Registry[Any], record: Any, function: Any, option: str
 
     """
     attribute = option[2:].upper()
-    if registry.origin(record.name) == 'built in' or _is_installed(record, f'mobile_robot_control.{option[2:]}s'):
+    if registry.origin(record.name) == BUILT_IN or _is_installed(record, f'mobile_robot_control.{option[2:]}s'):
         return []
     loaded = [module for name, module in list(sys.modules.items())
               if name == getattr(function, '__module__', '') != '__main__' or name.startswith(_PLUGIN)]

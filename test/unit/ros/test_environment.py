@@ -102,6 +102,8 @@ def test_a_node_ends_with_exit_code_2_and_one_line(variables, name, value):
 def test_a_node_for_which_ros_cannot_be_loaded_ends_with_exit_code_1_and_one_line(variables, tmp_path, module, error):
     file = tmp_path / f'{module.replace(".", "/")}.py'
     file.parent.mkdir(exist_ok=True)
+    if file.parent != tmp_path:
+        (file.parent / '__init__.py').touch()
     file.write_text(f'raise {error}')
     variables.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), os.environ.get('PYTHONPATH', '')]))
     variables.setenv('ROS_DOMAIN_ID', '1')
