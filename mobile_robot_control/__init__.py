@@ -16,7 +16,7 @@ _HOMES = {
     'ParameterError': 'parameters.checking', 'rollout': 'simulation.rollout', 'measure': 'simulation.rollout',
     'summary': 'simulation.metrics',
     # a law or a curve of one's own
-    'Law': 'control.law', 'NoState': 'control.law', 'Curve': 'reference.curves', 'CurvePoint': 'reference.curves',
+    'Law': 'control.law', 'NoState': 'control.law', 'Curve': 'reference.curve', 'CurvePoint': 'reference.curve',
     'register': 'plugins', 'Field': 'parameters.declaration', 'rule': 'parameters.checking', 'jitable': 'jit',
     'Observation': 'quantities', 'TrackingError': 'quantities', 'Reference': 'quantities', 'Pose': 'quantities',
     'BodyVelocity': 'quantities',

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.reference.curves import CURVES, Curve
+from mobile_robot_control.reference.curve import Curve
+from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.registry import Registry
 
 REGISTRIES: tuple[Registry[Any], ...] = (LAWS, CURVES)

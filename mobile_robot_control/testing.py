@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mobile_robot_control.conformance.checks import Conformance
     from mobile_robot_control.control.law import Law
-    from mobile_robot_control.reference.curves import Curve
+    from mobile_robot_control.reference.curve import Curve
 
 
 def check_law(law: 'Law', over_dds: bool = True) -> 'Conformance':

@@ -13,7 +13,8 @@ from mobile_robot_control.conformance.over_dds import equal_over_dds, file_optio
 from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.parameters.checking import rule_violations
 from mobile_robot_control.reference.cart import CurveParameters
-from mobile_robot_control.reference.curves import CURVES, Curve, CurvePoint
+from mobile_robot_control.reference.curve import Curve, CurvePoint
+from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.registry import PluginError
 
 _LAP = 2.0 * math.pi

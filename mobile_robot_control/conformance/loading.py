@@ -4,7 +4,8 @@ import sys
 
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.reference.curves import CURVES, Curve
+from mobile_robot_control.reference.curve import Curve
+from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.registry import PluginError
 
 

@@ -85,6 +85,14 @@ class PositionControllerParameters(NamedTuple):
         float, Field('s', 'wall clock: time without odom or reference after which cmd_vel falls to zero: larger '
                      'drives on longer', above=0.0)
     ] = 0.5
+    compensate_latency: Annotated[
+        bool, Field('', 'carry odometry forward along its arc by its age: on the wall clock the age of its stamp plus '
+                    'odom_latency, in lockstep odom_latency', live=True)
+    ] = False
+    odom_latency: Annotated[
+        float, Field('s', "age of odometry that its stamp does not show, and the base's dead time if you like: larger "
+                     'carries it farther forward', minimum=0.0, live=True)
+    ] = 0.0
     stop_on_odom_conflict: Annotated[
         bool, Field('', 'wall clock: stop the robot while odom has several publishers that contradict each other',
                     live=True)

@@ -9,7 +9,8 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import INLINE, Field
 from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.curves import CURVES, CurveFunction
+from mobile_robot_control.reference.curve import CurveFunction
+from mobile_robot_control.reference.curves import CURVES
 
 
 class Placement(NamedTuple):

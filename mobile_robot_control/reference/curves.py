@@ -2,33 +2,11 @@
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.reference.curve import Curve, CurvePoint
 from mobile_robot_control.registry import Registry, Source, name_violations
-
-
-class CurvePoint(NamedTuple):
-    """
-    A point of a curve of scale 1 and its derivatives by the curve's parameter s.
-
-    Attributes
-    ----------
-    x, y : float
-        Position, in units of the scale.
-    dx, dy : float
-        First derivatives.
-    ddx, ddy : float
-        Second derivatives.
-
-    """
-
-    x: float
-    y: float
-    dx: float
-    dy: float
-    ddx: float
-    ddy: float
 
 
 @jitable
@@ -126,40 +104,30 @@ def line(s: float) -> CurvePoint:
     return CurvePoint(s / turn, 0.0, 1.0 / turn, 0.0, 0.0, 0.0)
 
 
-class CurveFunction(Protocol):
-    """A function of the curve parameter, such as `circle`."""
-
-    def __call__(self, s: float, /) -> CurvePoint:
-        """Return the point at a curve parameter [rad]."""
-
-
-class Curve(NamedTuple):
+@jitable
+def lissajous(s: float) -> CurvePoint:
     """
-    A curve for the reference cart: a function of the curve parameter. A module of a curve has one, named CURVE.
+    Evaluate the Lissajous curve of ratio 1 to 2, a figure of eight, x = sin s, y = sin 2s.
 
-    Attributes
+    The track of G. Klancar et al., "Wheeled Mobile Robotics", 2017, chapter 3.
+
+    Parameters
     ----------
-    name : str
-        Value of `reference_cart.curve`.
-    point : callable
-        ``point(s) -> CurvePoint``, of scale 1, for every s [rad]; one lap is 2π. Pure; its speed never vanishes.
-    closed : bool
-        Whether a lap ends where it begins.
+    s : float
+        Curve parameter [rad]; one lap is 2π.
 
+    Returns
+    -------
+    CurvePoint
+        Of scale 1.
     """
-
-    name: str
-    point: CurveFunction
-    closed: bool = True
-
-    def __call__(self, s: float, /) -> CurvePoint:
-        """Return the point at a curve parameter [rad]."""
-        return self.point(s)
+    sin, cos, sin2, cos2 = math.sin(s), math.cos(s), math.sin(2.0 * s), math.cos(2.0 * s)
+    return CurvePoint(sin, sin2, cos, 2.0 * cos2, -sin, -4.0 * sin2)
 
 
 BUILT_IN = (
     Curve('trifolium', trifolium), Curve('lemniscate', lemniscate), Curve('circle', circle),
-    Curve('line', line, closed=False),
+    Curve('line', line, closed=False), Curve('lissajous', lissajous),
 )
 
 

@@ -1,14 +1,12 @@
 """The node `position_controller`: from odometry and reference to a body velocity command."""
 
 import math
-import time
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 
-from mobile_robot_control.control import bumpless_transfer
-from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.control.latency import carried_forward, held_age
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
@@ -16,8 +14,10 @@ from mobile_robot_control.parameters.nodes import PositionControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.law_runner import LawRunner
 from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.odom_conflict import CONFLICT, OdomConflict
+from mobile_robot_control.ros.odom_twist import OdomTwist
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 
@@ -32,14 +32,13 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def __init__(self) -> None:
         super().__init__('position_controller', PositionControllerParameters)
         shared = self._shared
-        self._dt = 1.0 / shared.position_rate
         self._policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
         self._read_odom, self._read_reference = (
             make_reader(topic, partial(read_odometry, frame=shared.odom_frame_id, child_frame=child))
             for topic, child in (('odom', shared.base_frame_id), ('reference', shared.reference_frame_id))
         )
-        self._running = bumpless_transfer.begin(self._values.control, self._dt, under_way=False)
-        self._failure = ''
+        self._law = LawRunner(self, self._values.control, 1.0 / shared.position_rate, self._tell_failure)
+        self._twist = OdomTwist(self)
         self._conflict = OdomConflict(self, self._watch, self._values.input_timeout)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._reference: tuple[int, Reference] | None = None
@@ -56,8 +55,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
 
     def _change(self, values: PositionControllerParameters) -> None:
         super()._change(values)
-        self._running = bumpless_transfer.change(self._running, values.control, self._dt, restart=bool(self._failure))
-        self._failure = ''
+        self._law.change(values.control)
 
     def _on_odom(self, message: bytes) -> None:
         valid = self._validator.validate('odom', message, self._read_odom, self._policy)
@@ -66,9 +64,11 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if valid.decision is StampDecision.AGAIN:
             self._publish(valid.stamp)
             return
-        self._odom = (valid.stamp, valid.value)
+        pose, velocity = valid.value
         if valid.decision is StampDecision.HOLD:
-            self._conflict.note(valid.stamp, *valid.value)
+            self._conflict.note(valid.stamp, pose, velocity)
+            velocity = self._twist.note(valid.stamp, pose, velocity)
+        self._odom = (valid.stamp, (pose, velocity))
         self._answer_pair()
 
     def _on_reference(self, message: bytes) -> None:
@@ -87,14 +87,11 @@ class PositionController(LoopNode[PositionControllerParameters]):
             return
         if decision is not StampDecision.STEP:
             self._note_run(decision, stamp)
-            self._failure = ''
-            self._begin(decision is StampDecision.JOIN)
+            self._law.failure = ''
+            self._law.begin(self._values.control, decision is StampDecision.JOIN)
             self._check_start(decision)
         self._policy.accept(stamp)
         self._step(stamp, *self._odom[1], self._reference[1])
-
-    def _begin(self, under_way: bool) -> None:
-        self._running = bumpless_transfer.begin(self._values.control, self._dt, under_way)
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
@@ -108,7 +105,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
                 self._note_run(StampDecision.HOLD)
                 self._check_start(StampDecision.START)
             if not self._tracking:
-                self._begin(under_way=self._answer is not None)
+                self._law.begin(self._values.control, under_way=self._answer is not None)
             self._tracking = True
             self._step(stamp, *self._odom[1], self._reference[1])
         elif self._answer is not None:
@@ -131,48 +128,37 @@ class PositionController(LoopNode[PositionControllerParameters]):
         return self._policy.accepted
 
     def _step(self, stamp: int, pose: Pose, velocity: BodyVelocity, reference: Reference) -> None:
+        if self._values.compensate_latency:
+            pose = carried_forward(pose, velocity, self._odom_age(stamp))
         observation = Observation(tracking_error(reference.pose, pose), reference, velocity)
-        self._answer = (self._command(stamp, observation), observation.error)
+        command = (self._law.command(observation, stamp, math.inf) if self._shared.lockstep
+                   else self._law.command(observation, None, self._values.input_timeout))
+        self._answer = (command, observation.error)
         # publish before updating diagnostics: other nodes wait for the answer
         self._publish(stamp)
         self._diagnostics.note_step()
 
-    def _command(self, stamp: int, observation: Observation) -> BodyVelocity:
-        """Return the law's command; zero once the law has failed, until a parameter of the law is set."""
-        if self._failure:
-            return _ZERO
-        begun = time.monotonic()
-        try:
-            self._running, command = bumpless_transfer.step(self._running, observation, self._dt)
-        except LawFailedError as error:
-            return self._stop_law(stamp, str(error))
-        took = time.monotonic() - begun
-        if not self._shared.lockstep and took > self._values.input_timeout:
-            return self._stop_law(stamp, f'a step took {took:.3g} s, and input_timeout is '
-                                         f'{self._values.input_timeout:g} s')
-        return command
-
-    def _stop_law(self, stamp: int, reason: str) -> BodyVelocity:
-        """Note that the law has failed, and return the command of a robot that stands."""
-        self._failure = reason
-        where = f' at t = {stamp / 1e9:g} s' if self._shared.lockstep else ''
-        self.get_logger().error(
-            f"the position law '{self._running.law.name}' failed{where}: {reason}; the command stays zero until "
-            'controller_type or a gain is set')
-        self._running = self._running._replace(command=_ZERO)
+    def _tell_failure(self) -> None:
         self._diagnostics.publish_now()
-        return _ZERO
 
     def _condition(self) -> Condition | None:
-        if self._failure:
-            return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._failure)
+        if self._law.failure:
+            return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._law.failure)
         if self._values.stop_on_odom_conflict and self._conflict.present:
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *self._watch.problems()]))
+        if self._twist.problem and self._tracking:
+            return Condition(DiagnosticStatus.WARN, 'running', detail='; '.join(
+                [self._twist.problem, *self._watch.problems()]))
         return None
 
     def _last_condition(self) -> Condition:
         # a run may end before the first report that an experiment receives
-        return (self._condition() if self._failure else None) or super()._last_condition()
+        return (self._condition() if self._law.failure else None) or super()._last_condition()
+
+    def _odom_age(self, stamp: int) -> float:
+        """Return how old odometry is at a stamp [s]; in lockstep it is of the same stamp."""
+        measured = self._odom[0] if self._odom is not None else stamp
+        return held_age((stamp - measured) / 1e9 + self._values.odom_latency, self._shared.stamp_tolerance)
 
     def _publish(self, stamp: int) -> None:
         if self._answer is not None:

@@ -9,6 +9,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
+from mobile_robot_control.control.latency import as_measured, carried_forward
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import JITABLE
 from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
@@ -47,10 +48,10 @@ def _register(*functions: Callable[..., Any]) -> None:
 
 
 @lru_cache(maxsize=32)
-def compiled_rollout(step: Callable[..., Any]) -> Callable[..., Outcome]:
+def compiled_rollout(step: Callable[..., Any], compensates: bool = False) -> Callable[..., Outcome]:
     """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
     _register(*JITABLE, _row, step)
-    position_tick = make_position_tick(step)
+    position_tick = make_position_tick(step, carried_forward if compensates else as_measured)
     _register(position_tick)
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth;
     # never cached on disk: the cache does not see a change of a callee in another file
@@ -73,9 +74,9 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=32)
-def plain_rollout(step: Callable[..., Any]) -> Callable[..., Outcome]:
+def plain_rollout(step: Callable[..., Any], compensates: bool = False) -> Callable[..., Outcome]:
     """Return the rollout of a law's step as Python runs it; references are given as they are."""
-    return trial.make_rollout(step, operator.getitem)
+    return trial.make_rollout(step, operator.getitem, carried_forward if compensates else as_measured)
 
 
 _uncompilable: dict[Callable[..., Any], str] = {}
@@ -88,7 +89,8 @@ def compiles(one: Trial) -> bool:
     if not COMPILES or step in _uncompilable:
         return False
     try:
-        compiled_rollout(step)(one.state, one.loop, _array(trial.cart_drive(one._replace(steps=0))), 0, one.ratio, 0)
+        compiled_rollout(step, one.compensates)(
+            one.state, one.loop, _array(trial.cart_drive(one._replace(steps=0))), 0, one.ratio, 0)
     except numba.core.errors.NumbaError as error:
         _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
@@ -105,10 +107,10 @@ def _array(drive: Drive) -> Any:
 
 def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
     """Run trials on one core; with numba if `compile_them`, or where the law compiles if that is None."""
-    chosen = {law: _rollout_of(first, compile_them) for law, first in _first_of(trials).items()}
+    chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
     outcomes = []
     for one in trials:
-        roll, references_of = chosen[one.law]
+        roll, references_of = chosen[one.law, one.compensates]
         outcomes.append(trial.roll_trial(one, roll, references_of(trial.cart_drive(one))))
     return outcomes
 
@@ -117,13 +119,13 @@ def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outc
     """Return the rollout of the law of a trial, and what makes the references that it takes."""
     step: Callable[..., Any] = LAWS[one.law].step
     if compiles(one) if compile_it is None else compile_it:
-        return compiled_rollout(step), _array
-    return plain_rollout(step), references
+        return compiled_rollout(step, one.compensates), _array
+    return plain_rollout(step, one.compensates), references
 
 
-def _first_of(trials: Sequence[Trial]) -> dict[str, Trial]:
-    """Return the first trial of each law."""
-    return {one.law: one for one in reversed(trials)}
+def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, bool], Trial]:
+    """Return the first trial of each law and form."""
+    return {(one.law, one.compensates): one for one in reversed(trials)}
 
 
 def cores() -> int:
@@ -160,7 +162,7 @@ class Pool:
         if self._workers == 1 or not trials:
             return run_trials(trials)
         # compile before the threads would all do so
-        plain = [law for law, one in _first_of(trials).items() if not compiles(one)]
+        plain = [one for one in _first_of(trials).values() if not compiles(one)]
         executor = self._process_pool() if plain else self._thread_pool()
         size = -(-len(trials) // (_CHUNKS_A_WORKER * self._workers))
         chunks = [trials[first:first + size] for first in range(0, len(trials), size)]

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.command_limits import Limits, limit_command
+from mobile_robot_control.control.latency import ObservedPose, as_measured
 from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
@@ -53,6 +54,8 @@ class Loop(NamedTuple):
         Of the curve.
     position_dt : float
         Period of the position loop [s].
+    odom_age : float
+        By which odometry is carried forward where latency is compensated [s].
     """
 
     plant: DiscretePlant
@@ -64,6 +67,7 @@ class Loop(NamedTuple):
     limits: Limits
     placement: Placement
     position_dt: float
+    odom_age: float
 
 
 class LoopState(NamedTuple):
@@ -133,21 +137,15 @@ class Sample(NamedTuple):
     torque: WheelTorque
 
 
-def make_position_tick(law_step: LawStep) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
+def make_position_tick(
+    law_step: LawStep, observed_pose: ObservedPose = as_measured
+) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
     """
-    Make the slow loop's step for a law, chosen by closure so that it compiles.
+    Make the slow loop's step for a law and a form of latency compensation, by closure: what is off is not compiled in.
 
-    Parameters
-    ----------
-    law_step : LawStep
-        The step of a law.
-
-    Returns
-    -------
-    callable
-        ``position_tick(state, reference, k, time, loop) -> (state, PositionTick, TrackingError)``, where k counts the
-        steps of the velocity loop and the last is the true error, which noise on the odometry hides. Where the law
-        has failed, the state's command is FAILED.
+    It is ``position_tick(state, reference, k, time, loop) -> (state, PositionTick, TrackingError)``, where k counts the
+    steps of the velocity loop and the last is the true error, which noise on the odometry hides. Where the law has
+    failed, the state's command is FAILED.
     """
 
     def position_tick(
@@ -156,9 +154,10 @@ def make_position_tick(law_step: LawStep) -> Callable[..., tuple[LoopState, Posi
         robot, noise = loop.plant.robot, loop.imperfections.noise
         true = tracking_error(reference.pose, state.plant.pose)
         pose = measured_pose(state.plant.pose, noise, k)
-        error = true if pose == state.plant.pose else tracking_error(reference.pose, pose)
         wheels = measured_wheels(wheel_velocity(state.plant.velocity, robot), noise, k)
         velocity = measured_twist(state.plant.velocity, wheels, noise, robot)
+        seen = observed_pose(pose, velocity, loop.odom_age)
+        error = true if seen == state.plant.pose else tracking_error(reference.pose, seen)
         law, asked = law_step(state.law, Observation(error, reference, velocity), loop.law_gains, loop.position_dt)
         # limits would hide what is not a number
         command = limit_command(asked, state.command, loop.limits, loop.position_dt) if is_sound(asked) else FAILED

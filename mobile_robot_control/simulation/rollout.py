@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from mobile_robot_control.control.latency import ObservedPose, as_measured, carried_forward, held_age
 from mobile_robot_control.control.law import LawFailedError, is_sound
 from mobile_robot_control.control.laws import LAWS, select
 from mobile_robot_control.control.velocity_pi import VelocityPiState
@@ -35,11 +36,17 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
         configuration.position_controller.control.limits,
         configuration.reference_cart.curve.placement,
         1.0 / shared.position_rate,
+        held_age(configuration.position_controller.odom_latency, shared.stamp_tolerance),
     )
     return loop, LoopState(
         dynamics.at_rest(Pose(*plant.initial_pose)), VelocityPiState(), law.start, BodyVelocity(0.0, 0.0),
         empty_line(plant.imperfections.delay),
     )
+
+
+def _observed(configuration: Configuration) -> ObservedPose:
+    """Return what makes the pose that the law sees of the measured one."""
+    return carried_forward if configuration.position_controller.compensate_latency else as_measured
 
 
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
@@ -76,7 +83,8 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     """
     shared = configuration.plant.shared
     velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
-    position_tick = make_position_tick(LAWS[configuration.position_controller.control.controller_type].step)
+    step, observed_pose = LAWS[configuration.position_controller.control.controller_type].step, _observed(configuration)
+    position_tick = make_position_tick(step, observed_pose)
     curve = CURVES[configuration.reference_cart.curve.curve]
     loop, state = start(configuration)
     noise = loop.imperfections.noise
@@ -92,7 +100,7 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
             except Exception as error:  # a law can raise anything
                 failure = f'{type(error).__name__}: {error}'
             if failure:
-                after, tick, _ = make_position_tick(_stand)(state, reference, k, time, loop)
+                after, tick, _ = make_position_tick(_stand, observed_pose)(state, reference, k, time, loop)
                 after = after._replace(command=BodyVelocity(0.0, 0.0))
             state = after
         before, over_last_step = state, applied

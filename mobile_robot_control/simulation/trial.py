@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from mobile_robot_control.control.latency import ObservedPose, as_measured
 from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
@@ -40,6 +41,8 @@ class Trial(NamedTuple):
         Steps of the velocity loop in one of the position loop.
     late : int
         The step from which the late totals count.
+    compensates : bool
+        Whether the law sees odometry that is carried forward by its age.
     """
 
     law: str
@@ -49,6 +52,7 @@ class Trial(NamedTuple):
     steps: int
     ratio: int
     late: int
+    compensates: bool = False
 
 
 class Drive(NamedTuple):
@@ -81,10 +85,8 @@ class Outcome(NamedTuple):
     ----------
     steps : int
         Done; fewer than asked for where the motion diverged.
-    final_pose : Pose
-        True pose at the last position tick.
-    initial_torque : WheelTorque
-        Over the first step [N m].
+    final_pose, initial_torque : Pose, WheelTorque
+        True pose at the last position tick; torque over the first step [N m].
     totals, late : Totals
         Of the whole run, and of the errors from the late step on. Errors are true ones, whatever the noise.
     law_failed : bool
@@ -111,6 +113,7 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
         round(duration * shared.velocity_rate),
         period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
         round(late * shared.velocity_rate),
+        configuration.position_controller.compensate_latency,
     )
 
 
@@ -127,13 +130,15 @@ def references(drive: Drive) -> tuple[Reference, ...]:
     return tuple(reference_at(curve, n * drive.period / 1e9, drive.placement) for n in range(drive.ticks))
 
 
-def make_rollout(law_step: LawStep, reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:
+def make_rollout(
+    law_step: LawStep, reference_of: Callable[[Any, int], Reference], observed_pose: ObservedPose = as_measured
+) -> Callable[..., Outcome]:
     """
     Make the rollout of a law's step: ``roll(state, loop, references, steps, ratio, late) -> Outcome``.
 
     `reference_of` returns the n-th of the references given to it.
     """
-    return bind(make_position_tick(law_step), reference_of)
+    return bind(make_position_tick(law_step, observed_pose), reference_of)
 
 
 def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:

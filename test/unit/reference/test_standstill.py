@@ -6,7 +6,8 @@ import pytest
 
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.reference.cart import CurveParameters, Placement
-from mobile_robot_control.reference.curves import CURVES, Curve, CurvePoint
+from mobile_robot_control.reference.curve import Curve, CurvePoint
+from mobile_robot_control.reference.curves import CURVES
 
 
 def _cusp(at):

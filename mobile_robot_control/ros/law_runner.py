@@ -1,0 +1,87 @@
+"""The position law of a node in its run: stepped, changed without a jump, stopped where it fails."""
+
+import time
+from collections.abc import Callable
+
+from rclpy.node import Node
+
+from mobile_robot_control.control import bumpless_transfer
+from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.quantities import BodyVelocity, Observation
+
+_ZERO = BodyVelocity(0.0, 0.0)
+
+
+class LawRunner:
+    """
+    Runs the law that the parameters name.
+
+    Parameters
+    ----------
+    node : Node
+        For the log.
+    control : PositionControl
+        The parameters, checked.
+    dt : float
+        Period of the position loop [s].
+    note_failure : callable
+        Called when the law fails, before the command is zero.
+
+    Attributes
+    ----------
+    failure : str
+        Why the law has failed; '' while it has not.
+
+    """
+
+    def __init__(self, node: Node, control: PositionControl, dt: float, note_failure: Callable[[], None]) -> None:
+        self._node, self._dt, self._note_failure = node, dt, note_failure
+        self._running = bumpless_transfer.begin(control, dt, under_way=False)
+        self.failure = ''
+
+    def begin(self, control: PositionControl, under_way: bool) -> None:
+        """Begin a run, or join one that is under way; a law that has failed stays stopped."""
+        self._running = bumpless_transfer.begin(control, self._dt, under_way)
+
+    def change(self, control: PositionControl) -> None:
+        """Take changed parameters from the next step on; a law that has failed begins again."""
+        self._running = bumpless_transfer.change(self._running, control, self._dt, restart=bool(self.failure))
+        self.failure = ''
+
+    def command(self, observation: Observation, stamp: int | None, time_limit: float) -> BodyVelocity:
+        """
+        Return the command; zero once the law has failed.
+
+        Parameters
+        ----------
+        observation : Observation
+            What the law sees.
+        stamp : int or None
+            Simulated time [ns], for the log; None on the wall clock.
+        time_limit : float
+            Wall time that a step may take [s]; a longer one is a failure.
+
+        """
+        if self.failure:
+            return _ZERO
+        begun = time.monotonic()
+        try:
+            self._running, command = bumpless_transfer.step(self._running, observation, self._dt)
+        except LawFailedError as error:
+            return self._stop(str(error), stamp)
+        took = time.monotonic() - begun
+        if took > time_limit:
+            return self._stop(f'a step took {took:.3g} s, and input_timeout is {time_limit:g} s', stamp)
+        return command
+
+    def _stop(self, reason: str, stamp: int | None) -> BodyVelocity:
+        """Note that the law has failed, and return the command of a robot that stands."""
+        self.failure = reason
+        where = '' if stamp is None else f' at t = {stamp / 1e9:g} s'
+        self._node.get_logger().error(
+            f"the position law '{self._running.law.name}' failed{where}: {reason}; the command stays zero until "
+            'controller_type or a gain is set')
+        self._running = self._running._replace(command=_ZERO)
+        self._note_failure()
+        return _ZERO
