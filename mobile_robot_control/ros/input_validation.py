@@ -87,7 +87,7 @@ class InputValidator:
     def __init__(self, node: Node, monitor: InputMonitor, patience: float) -> None:
         self._node, self._monitor, self._patience = node, monitor, patience
         self._taken: dict[str, dict[int, bytes]] = {}
-        self._refused_stamps: dict[str, int] = {}
+        self._refused_stamps: dict[str, tuple[int, float]] = {}
         self.refused: Counter[str] = Counter()
         self._warned_at: dict[str, float] = {}
 
@@ -116,10 +116,12 @@ class InputValidator:
         """
         try:
             stamp = serialised_stamp(message)
-            decision = self._decide(topic, stamp, policy)
-            if decision is StampDecision.REFUSED:
+            decision = policy.decide(stamp)
+            if decision is StampDecision.REFUSED and not self._asked_again(topic, stamp):
                 raise policy.refusal(stamp)
             value = read(message)
+            if decision is StampDecision.REFUSED:
+                decision = self._joined(topic, stamp, policy)
             if decision is not StampDecision.HOLD:
                 self._compare(topic, stamp, message, value, read, decision)
         except RefusedMessageError as refusal:
@@ -128,19 +130,25 @@ class InputValidator:
         self._monitor.note_input(topic)
         return ValidInput(stamp, decision, value)
 
-    def _decide(self, topic: str, stamp: int, policy: StampPolicy) -> StampDecision:
+    def _asked_again(self, topic: str, stamp: int) -> bool:
         """
-        Return what a stamp means to a policy.
+        Return whether a refused stamp has been asked again and again, by the only publisher, with nothing taken since.
 
-        Another plant on the same topics may have taken this node out of the run. When nothing could be taken for a
-        while and one stamp is asked again and again, the node joins there.
+        Another plant on the same topics may have taken this node out of the run, and gone.
         """
-        decision = policy.decide(stamp)
+        now = time.monotonic()
+        refused, since = self._refused_stamps.get(topic, (stamp, now))
+        self._refused_stamps[topic] = stamp, since if refused == stamp else now
+        waited = refused == stamp and now - since > self._patience and self._monitor.age(topic) > self._patience
+        return waited and self._node.count_publishers(self._node.resolve_topic_name(topic)) == 1
+
+    def _joined(self, topic: str, stamp: int, policy: StampPolicy) -> StampDecision:
+        """Leave the run that a policy was in; return what a refused stamp then means, or raise its refusal."""
+        refusal = policy.refusal(stamp)
+        decision = policy.decide(stamp) if policy.forget() else StampDecision.REFUSED
         if decision is StampDecision.REFUSED:
-            again = self._refused_stamps.get(topic) == stamp
-            self._refused_stamps[topic] = stamp
-            if again and self._monitor.age(topic) > self._patience and policy.forget():
-                decision = policy.decide(stamp)
+            raise refusal
+        del self._refused_stamps[topic]
         return decision
 
     def _compare(

@@ -79,7 +79,6 @@ def test_a_second_plant_that_comes_and_goes_does_not_hold_the_run_up(robot, tmp_
     second = NodeProcess(['plant'], ['--ros-args', '-p', 'peer_timeout:=0.5'], tmp_path / 'second.log')
     # its question at t = 0 begins a run of its own for the others
     robot.spin_until(lambda: robot.log().count('a new run begins') >= 2)
-    second.kill()
     stop_processes([second])
     result, = robot.set('plant', hold_at=0.0)
     assert result.successful
