@@ -65,9 +65,9 @@ class OdomTwist:
                  or abs(turned - promised_turn) > _SHARE * max(abs(turned), abs(promised_turn)) + _TURNED)
         if wrong and not self.problem:
             self.problem = (
-                f'the twist of odom ({promised / seconds:.2f} m/s, {promised_turn / seconds:.2f} rad/s) contradicts the '
-                f'motion of its poses ({moved / seconds:.2f} m/s, {turned / seconds:.2f} rad/s), which are used instead; '
-                'publish the twist in the frame of the robot')
+                f'the twist of odom ({promised / seconds:.2f} m/s, {promised_turn / seconds:.2f} rad/s) contradicts '
+                f'the motion of its poses ({moved / seconds:.2f} m/s, {turned / seconds:.2f} rad/s), which are used '
+                'instead; publish the twist in the frame of the robot')
             self._node.get_logger().warning(self.problem)
         elif not wrong and self.problem:
             self.problem = ''

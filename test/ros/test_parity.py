@@ -44,7 +44,8 @@ IMPERFECT = ('noise.pose:=[0.01, 0.02, 0.005]', 'noise.velocity:=0.05', 'noise.s
 
 def test_recorded_topics_agree_with_the_rollout_under_noise_delay_and_disturbance(domain, tmp_path):
     file = CONFIG / 'hybrid_backstepping.yaml'
-    overrides = [f'plant.{assignment}' for assignment in IMPERFECT]
+    overrides = [*(f'plant.{assignment}' for assignment in IMPERFECT), 'position_controller.compensate_latency:=true',
+                 'position_controller.odom_latency:=0.05']
     options = [word for override in overrides for word in ('-p', override)]
     _, recording = experiment(tmp_path / 'run', '--duration', 3, '--params-file', file, *options)
     simulated = list(rollout(configure(load([file], overrides)), 3.0))

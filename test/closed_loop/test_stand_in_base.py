@@ -1,0 +1,57 @@
+"""A base with late odometry, as robots have it, in a model of its own: what latency compensation gains."""
+
+import math
+
+import pytest
+from harness import CONFIG
+from stand_in_model import Base, drive
+
+from mobile_robot_control.control.latency import carried_forward
+from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+
+PARAMETERS = configure(load([CONFIG / 'wall_clock.yaml']))
+
+
+def rms_error(base, compensates):
+    """Return the true RMS error [m] after 10 s of the shipped backstepping gains on the trifolium."""
+    cart = PARAMETERS.reference_cart.curve
+    curve, law_dt = CURVES[cart.curve], 1.0 / PARAMETERS.plant.shared.position_rate
+    law, gains = select(PARAMETERS.position_controller.control, law_dt)
+
+    def control(time, stamp, pose, velocity):
+        pose, velocity = Pose(*pose), BodyVelocity(*velocity)
+        if compensates:
+            pose = carried_forward(pose, velocity, time - stamp)
+        reference = reference_at(curve, time, cart.placement)
+        seen = Observation(tracking_error(reference.pose, pose), reference, velocity)
+        return law.step(law.start, seen, gains, law_dt)[1]
+
+    truth = drive(base, control, reference_at(curve, 0.0, cart.placement).pose, 32.0, 1.0 / law_dt)
+    apart = [(time, reference_at(curve, time, cart.placement).pose, pose) for time, pose in truth if time > 10.0]
+    return math.sqrt(sum((at.x - x)**2 + (at.y - y)**2 for _, at, (x, y, _) in apart) / len(apart))
+
+
+@pytest.mark.parametrize(('lag', 'share', 'bound'), [(0.02, 0.3, 0.01), (0.15, 0.7, 0.03)])
+def test_odometry_that_is_carried_forward_brings_the_robot_nearer(lag, share, bound):
+    assert PARAMETERS.position_controller.compensate_latency
+    late, compensated = (rms_error(Base(lag=lag), on) for on in (False, True))
+    assert compensated < share * late
+    assert compensated < bound
+
+
+def test_the_model_drives_as_it_is_told():
+    # a constant command, after the lag: a circle
+    truth = drive(Base(lag=0.05, latency=0.0), lambda *_: (0.4, 0.8), (0.0, 0.0, 0.0), 10.0)
+    x, y, heading = truth[-1][1]
+    begun = next(pose for time, pose in truth if time >= 1.0)
+    assert math.hypot(x - begun[0], y - begun[1]) == pytest.approx(
+        2.0 * 0.5 * abs(math.sin(0.5 * (heading - begun[2]))), rel=0.01)
+    # within its dead zone it stands, and beyond its limit it is no faster
+    assert drive(Base(), lambda *_: (0.04, 0.0), (0.0, 0.0, 0.0), 2.0)[-1][1][0] == 0.0
+    assert drive(Base(), lambda *_: (9.0, 0.0), (0.0, 0.0, 0.0), 10.0)[-1][1][0] == pytest.approx(0.7 * 9.8, rel=0.02)
