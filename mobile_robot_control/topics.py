@@ -55,8 +55,19 @@ _TABLE = (
 
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
-OTHER_TOPICS = ('reference_path', 'ground_truth', '/clock', '/tf', '/diagnostics', '/parameter_events', '/rosout')
-"""What the four nodes publish besides."""
+_EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
+OTHER_TOPICS = {
+    'reference_path': ('reference_cart',),
+    'ground_truth': ('plant',),
+    '/clock': ('plant',),
+    '/tf': ('plant',),
+    '/diagnostics': _EVERY_NODE,
+    '/parameter_events': _EVERY_NODE,
+    '/rosout': _EVERY_NODE,
+}
+"""What the four nodes publish besides, each topic with the nodes that publish it."""
+SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
+"""What all namespaces have in common, and every recorder records."""
 VELOCITY_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'velocity_rate')
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')
 """Names by the rate at which they come."""

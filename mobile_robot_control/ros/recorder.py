@@ -21,14 +21,12 @@ from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.texts import shortened
-from mobile_robot_control.topics import LOOP_TOPICS, VELOCITY_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, SHARED_TOPICS, VELOCITY_TOPICS
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
 """Steps that a lockstep run may be ahead of what is recorded."""
 _DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
-_SHARED = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
-"""Topics that all namespaces have in common."""
 Sink = Callable[[str, str, int, bytes, bool], None]
 
 
@@ -126,7 +124,7 @@ class Recorder(Node):
         """Subscribe to every topic of the namespace, and to those that all namespaces share."""
         prefix = self.get_namespace().rstrip('/') + '/'
         for topic, kinds in self.get_topic_names_and_types():
-            if topic in self._recorded or not (topic.startswith(prefix) or topic in _SHARED):
+            if topic in self._recorded or not (topic.startswith(prefix) or topic in SHARED_TOPICS):
                 continue
             offers = self.get_publishers_info_by_topic(topic)
             if not offers:

@@ -51,6 +51,7 @@ def test_colcon_builds_the_package_as_ament_python(domain, source):
     share = prefix / 'share' / 'mobile_robot_control'
     assert (share / 'package.xml').is_file()
     assert (share / 'config' / 'chapter' / 'trifolium_fuzzy.yaml').is_file()
+    assert (share / 'config' / 'sros2' / 'policy.xml').is_file()
     assert {path.suffix for path in (share / 'config' / 'desktop').iterdir()} == {'.urdf', '.rviz', '.xml'}
     marker = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'mobile_robot_control'
     assert marker.is_file()

@@ -168,6 +168,17 @@ def test_a_curve_that_fails_somewhere_is_refused_with_the_place(registered, poin
     assert words in str(refused.value)
 
 
+@pytest.mark.parametrize('value', ['{folder}/mine.py', 'mine', 'mine.LAW', 'mine:LAW'])
+@pytest.mark.parametrize('name', ['position_controller.controller_type', 'reference_cart.curve'])
+def test_a_parameter_value_that_names_a_file_or_a_module_imports_nothing(tmp_path, monkeypatch, name, value):
+    (tmp_path / 'mine.py').write_text(f'open({str(tmp_path / "ran")!r}, "w").close()\n{LAW}')
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ParameterError, match='is not allowed'):
+        configure(load([], [f'{name}:={value.format(folder=tmp_path)}']))
+    assert not (tmp_path / 'ran').exists()
+
+
 def test_files_are_handed_on_to_other_processes(registered):
     load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])
     assert plugin_environment() == {'MOBILE_ROBOT_CONTROL_LAWS': str(PLUGINS / 'kanayama.py'),

@@ -49,6 +49,15 @@ def test_any_name_is_drawn(table, tmp_path, names):
     assert len(json.loads((tmp_path / 'report.json').read_text())) == len(names)
 
 
+def test_a_name_that_is_a_script_is_a_text_on_the_page(table, tmp_path):
+    script, picture = '<script>alert(1)</script>', '"><svg onload>'
+    assert report.main([f'{script}={table}', f'{picture}={table}', '--output', str(tmp_path)]) == 0
+    page = _drawn(tmp_path)
+    assert '&lt;script&gt;' in page
+    assert '<script' not in page
+    assert '<svg onload' not in page
+
+
 def test_a_file_whose_name_is_no_utf_8_is_drawn_and_shown(table, tmp_path):
     odd = tmp_path / 'r\udcff\n$.csv'
     os.link(table, odd)

@@ -1,0 +1,109 @@
+"""
+The SROS2 policy against what running nodes create: everything is allowed, and nothing else.
+
+The wheels of Fast DDS have no security plugin, so that nothing is enforced here: the graph is compared.
+"""
+
+import contextlib
+import os
+import subprocess
+import sys
+
+import pytest
+from harness import CONFIG, Robots
+from policy_reading import allowed
+from rclpy.node import Node, NodeNameNonExistentError
+from std_msgs.msg import String
+
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.reporting.sros2_policy import policy
+
+TF2 = """
+from std_msgs.msg import String
+
+class TransformBroadcaster:
+    def __init__(self, node):
+        node.create_publisher(String, '/tf', 1)
+
+    def sendTransform(self, transform):
+        pass
+"""
+"""Stands for tf2_ros, which the wheels do not have: its broadcaster publishes on /tf."""
+MODES = {
+    '/lockstep': ['-p', 'noise.velocity:=0.01'],
+    '/wall_clock': ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'use_sim_time:=true'],
+}
+"""Arguments by namespace."""
+
+
+def created(observer, node):
+    """Return what a node publishes, subscribes to, serves and calls, as far as the observer has discovered it."""
+    namespace, _, name = node.rpartition('/')
+    with contextlib.suppress(NodeNameNonExistentError):
+        return {(verb, found) for verb, look in (
+            ('publish', observer.get_publisher_names_and_types_by_node),
+            ('subscribe', observer.get_subscriber_names_and_types_by_node),
+            ('reply', observer.get_service_names_and_types_by_node),
+            ('request', observer.get_client_names_and_types_by_node),
+        ) for found, _ in look(name, namespace or '/')}
+    return set()
+
+
+def relative(namespace, rules):
+    """Return rules with names relative to a namespace, so that robots can be compared."""
+    return {(verb, name.removeprefix(f'{namespace}/')) for verb, name in rules}
+
+
+@pytest.fixture
+def robots(domain, quick_discovery, tmp_path, monkeypatch):
+    """A robot in each mode, all of its nodes running, beside a node that publishes on /tf_static."""
+    (tmp_path / 'tf2_ros.py').write_text(TF2)
+    monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
+    made = Robots(tmp_path / 'run', tuple(MODES))
+    others = Node('others')
+    others.create_publisher(String, '/tf_static', 1)
+    made.add(others)
+    for namespace, arguments in MODES.items():
+        made.start(namespace=namespace, arguments=arguments, composed=True)
+    yield made
+    made.close()
+
+
+def test_every_node_creates_what_the_policy_allows_and_nothing_else(robots):
+    observer = robots.recorders['/lockstep']
+    allowances = {namespace: allowed(policy(namespace))[f'/mobile_robot_control{namespace}/experiment']
+                  for namespace in MODES}
+
+    def used(node):
+        return set().union(*(relative(namespace, created(observer, f'{namespace}/{node}')) for namespace in MODES))
+
+    def usable(node):
+        return relative('/lockstep', allowances['/lockstep'][f'/lockstep/{node}'])
+
+    nodes = [*NODES, 'recorder']
+    with contextlib.suppress(AssertionError):  # the comparison shows more
+        robots.spin_until(lambda: all(used(node) >= usable(node) for node in nodes), 15.0)
+    for node in nodes:
+        assert used(node) == usable(node), node
+        for namespace, permitted in allowances.items():
+            assert created(observer, f'{namespace}/{node}') <= permitted[f'{namespace}/{node}']
+    # on the wall clock there is neither a clock of the plant nor, without noise, a true pose
+    assert {('publish', '/clock'), ('publish', '/lockstep/ground_truth')} <= created(observer, '/lockstep/plant')
+    assert not {('publish', '/clock'), ('publish', '/wall_clock/ground_truth')} & created(observer, '/wall_clock/plant')
+    # what is not in the policy is seen
+    observer.create_publisher(String, 'else', 1)
+    robots.spin_until(lambda: used('recorder') - usable('recorder') == {('publish', 'else')})
+
+
+@pytest.mark.parametrize('program', [['ros.executables', 'plant'], ['cli.experiment', '--duration', '0.1']])
+def test_what_cannot_be_secured_does_not_start(domain, tmp_path, program):
+    security = {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce',
+                'ROS_SECURITY_KEYSTORE': str(tmp_path), 'ROS_SECURITY_ENCLAVE_OVERRIDE': '/none'}
+    output = tmp_path / 'run'
+    module, *arguments = [*program, *(['--output', str(output)] if 'experiment' in program[0] else [])]
+    done = subprocess.run([sys.executable, '-m', f'mobile_robot_control.{module}', *arguments], capture_output=True,
+                          text=True, timeout=60, check=False, env=os.environ | security, stdin=subprocess.DEVNULL)
+    assert done.returncode == 2, done.stderr
+    assert 'SECURITY ERROR' in done.stderr
+    assert 'Traceback' not in done.stderr
+    assert not output.exists()
