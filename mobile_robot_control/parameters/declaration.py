@@ -11,6 +11,7 @@ prefix where it is annotated with ``INLINE``.
 """
 
 from collections.abc import Collection, Iterator
+from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 
@@ -80,13 +81,19 @@ class Declaration(NamedTuple):
 
 def members(group: type) -> Iterator[tuple[str, type, Any]]:
     """Yield name, bare type and annotation (Field, Inline or None) of each field of a group."""
-    if hasattr(group, 'parameter_members'):  # a group whose fields depend on what is registered
-        yield from group.parameter_members()
-        return
+    # a group may have fields that depend on what is registered
+    yield from group.parameter_members() if hasattr(group, 'parameter_members') else _fields(group)
+
+
+@lru_cache(maxsize=128)
+def _fields(group: type) -> tuple[tuple[str, type, Any], ...]:
+    """Return the fields of a NamedTuple; kept, since a search asks for those of every individual."""
+    found = []
     for name, hint in get_type_hints(group, include_extras=True).items():
         annotation = get_args(hint)[1] if get_origin(hint) is Annotated else None
         bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-        yield name, get_origin(bare) or bare, annotation
+        found.append((name, get_origin(bare) or bare, annotation))
+    return tuple(found)
 
 
 def group_prefix(prefix: str, name: str, annotation: Any) -> str:
