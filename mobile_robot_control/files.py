@@ -1,7 +1,6 @@
 """Files of users: read within bounds, written so that they are complete or not there, and their errors in words."""
 
 import errno
-import json
 import os
 import stat
 from pathlib import Path
@@ -80,6 +79,8 @@ def _too_large(file: Path, kind: FileKind) -> OSError:
 
 def parse_json(text: str | bytes) -> Any:
     """Read JSON; raise ValueError if it is none, or is nested too deep."""
+    import json  # noqa: PLC0415 (nodes, which read no JSON, start without it)
+
     try:
         return json.loads(text)
     except RecursionError:

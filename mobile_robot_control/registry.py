@@ -9,14 +9,13 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from importlib import metadata
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from mobile_robot_control.files import PLUGIN, read_bounded
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.sources import origin_of, source_checksum
+from mobile_robot_control.sources import entry_points, origin_of, source_checksum
 
 Record = TypeVar('Record')
 BUILT_IN = 'mobile_robot_control'
@@ -154,7 +153,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
                     self.load_file(file)
                 except PluginError as error:
                     self._note_failure(file, str(error))
-        for point in metadata.entry_points(group=self._source.entry_points):
+        for point in entry_points(self._source.entry_points):
             try:
                 self.register(point.load())
             except _ANYTHING as error:
