@@ -9,14 +9,13 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from importlib import metadata
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from mobile_robot_control.files import PLUGIN, read_bounded
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.sources import origin_of, source_checksum
+from mobile_robot_control.sources import installed_entry_points, origin_of, source_checksum
 from mobile_robot_control.texts import describe_error, printable
 
 Record = TypeVar('Record')
@@ -122,8 +121,6 @@ class Registry(Mapping[str, Record], Generic[Record]):
         return record
 
     def _refusal(self, where: str, error: BaseException) -> str:
-        if isinstance(error, KeyboardInterrupt):  # of the user
-            raise error
         if isinstance(error, PluginError):
             return '; '.join(text if text.startswith(where) else f'{where}: {text}' for text in error.violations)
         if isinstance(error, AttributeError) and f"no attribute '{self._source.attribute}'" in describe_error(error):
@@ -154,7 +151,10 @@ class Registry(Mapping[str, Record], Generic[Record]):
                     self.load_file(file)
                 except PluginError as error:
                     self._note_failure(file, str(error))
-        for point in metadata.entry_points(group=self._source.entry_points):
+        points, fault = installed_entry_points(self._source.entry_points)
+        if fault:
+            self._note_failure('entry points', fault)
+        for point in points:
             try:
                 self.register(point.load())
             except BaseException as error:  # a module may raise anything, SystemExit too

@@ -1,11 +1,22 @@
-"""The source that a function comes from, to see whether it has changed."""
+"""Where code from outside comes from: entry points, and the source of a function, to see whether it has changed."""
 
 import hashlib
 import os
 import sys
 from collections.abc import Iterator
+from importlib import metadata
 from pathlib import Path
 from typing import Any
+
+from mobile_robot_control.texts import describe_error
+
+
+def installed_entry_points(group: str) -> tuple[tuple[metadata.EntryPoint, ...], str]:
+    """Return the entry points of a group, and why they cannot be read; '' where they can."""
+    try:
+        return tuple(metadata.entry_points(group=group)), ''
+    except Exception as error:  # Python reads those of all packages, and one may be broken
+        return (), f'entry points of installed packages: {describe_error(error)}; mend the broken entry_points.txt'
 
 
 def origin_of(function: Any) -> str:

@@ -25,7 +25,13 @@ def shortened(text: str, longest: int = _LONGEST) -> str:
 
 
 def describe_error(error: BaseException) -> str:
-    """Return type and text of an error that code from outside has raised, as one printable line."""
+    """
+    Return type and text of an error that code from outside has raised, as one printable line.
+
+    A KeyboardInterrupt is raised again: it comes from the user, and not from that code.
+    """
+    if isinstance(error, KeyboardInterrupt):
+        raise error
     try:
         text = f'{type(error).__name__}: {error}'
     except Exception:  # its text is made by code from outside, too

@@ -103,8 +103,6 @@ def checked_step(law: Law, state: Any, observation: Observation, gains: Any, dt:
     try:
         after, command = law.step(state, observation, gains, dt)
         sound = is_sound(command)
-    except KeyboardInterrupt:
-        raise
     except BaseException as error:  # a law can raise anything, SystemExit too
         raise LawFailedError(describe_error(error)) from error
     if not sound:

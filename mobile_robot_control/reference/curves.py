@@ -173,8 +173,6 @@ def curve_violations(curve: Any) -> Iterator[str]:
     evaluate: Any = curve.point
     try:
         point = evaluate(0.0)
-    except KeyboardInterrupt:
-        raise
     except BaseException as error:  # a curve can raise anything, SystemExit too
         yield f"the curve '{curve.name}' fails at s = 0.0 rad: {describe_error(error)}"
         return

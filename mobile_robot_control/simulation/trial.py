@@ -17,6 +17,7 @@ from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.rollout import start
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
 from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.texts import describe_error
 
 _NOTHING = Totals()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -184,8 +185,8 @@ def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcom
     """Run one trial with a rollout of its law and its references; of a law that raises nothing is measured."""
     try:
         return roll(trial.state, trial.loop, given, trial.steps, trial.ratio, trial.late)
-    except Exception as error:  # a law can raise anything
-        _report_failure(trial.law, f'{type(error).__name__}: {error}')
+    except BaseException as error:  # a law can raise anything
+        _report_failure(trial.law, f'{describe_error(error)}')
         return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
 
 

@@ -10,6 +10,8 @@ LARGEST_MEMORY = 1000
 """[MB]."""
 _ENDS = re.compile(r'Traceback \(most recent call last\)|Fatal Python error|Segmentation fault|core dumped|^\w*Error: ',
                    re.MULTILINE)
+_OF_RCL = re.compile(r'^\[[A-Z]+\] \[\d.*$', re.MULTILINE)
+"""What rcl logs before the node exists."""
 _FAILED = ('diverged', 'interrupted', 'failed', 'could be scored', 'time limit is too short', 'and stays',
            'gave no answer',
            'is no report', 'ended with exit code', 'stands still')
@@ -68,7 +70,8 @@ def faults(case, answer, printed, before, after):
     if code in (1, 2) and not names_one(printed,
                                         case.named) and not (code == 1 and any(word in printed for word in _FAILED)):
         found.append(f'exit code {code}, and none of {case.named} is named')
-    if odd := sorted({letter for letter in printed if not letter.isprintable()} - set('\n\r\t')):
+    ours = _OF_RCL.sub('', printed)
+    if odd := sorted({letter for letter in ours if not letter.isprintable()} - set('\n\r\t')):
         found.append(f'characters that cannot be shown: {odd}')
     if answer['left']:
         found.append(f'processes left: {answer["left"]}')

@@ -173,7 +173,7 @@ def _unwritable(place):
     loop.symlink_to('loop')
     return ('/dev/full', '/dev/null', '/proc/x', '/', '/proc/self/mem', f'{file}/x', str(loop), f'{loop}/x',
             str(place.out / ('a' * 300)),
-            str(place.out / ('a/' * 2500)), '', '/sys/x', '/dev/stdin/x')
+            str(place.out / ('a/' * 2500)), '/sys/x', '/dev/stdin/x')
 
 
 def namespaces(draw, place):

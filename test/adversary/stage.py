@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bag_making import record
 
-from adversary.case import listing, make_case, make_place
+from adversary.case import Place, listing, make_case, make_place
 from adversary.judging import faults
 from adversary.kinds import KINDS
 from mobile_robot_control.cli import simulate
@@ -39,12 +39,17 @@ class Stage:
     folder : Path
         For all that the cases need; each case finds it as it was.
 
+    Attributes
+    ----------
+    longest : float
+        Commands that are not done after this time [s], or that of their case, are interrupted.
+
     """
 
     def __init__(self, folder):
         self._folder = folder
         self._samples = make_samples(folder / 'samples')
-        self._arenas = {}
+        self._arenas, self.longest = {}, float('inf')
 
     def _ask(self, request):
         state = 'cold' if request['cold'] else 'warm'
@@ -59,17 +64,22 @@ class Stage:
         assert answer, f'the arena ended with {arena.wait()}'
         return json.loads(answer)
 
+    def draw(self, seed):
+        """Return the case of a seed."""
+        return make_case(KINDS, seed, make_place(self._folder / 'case', self._samples))
+
     def play(self, seed):
         """Run the case of a seed; returns the case, the answer with its `printed`, and how it breaks the rule."""
-        place = make_place(self._folder / 'case', self._samples)
-        case = make_case(KINDS, seed, place)
+        case = self.draw(seed)
+        place = Place(self._folder / 'case', self._samples)
         environment = {'HOME': str(place.folder / 'home'), 'TMPDIR': str(place.folder / 'tmp'),
                        'ROS_LOG_DIR': str(place.out), 'PYTHONDONTWRITEBYTECODE': '1',
                        # the font cache, which is written once for all cases
                        'MPLCONFIGDIR': str(self._folder / 'matplotlib')} | case.environment
         before = listing(place)
         printed = self._folder / 'printed'
-        answer = self._ask({**case._asdict(), 'environment': environment, 'cwd': str(place.here),
+        answer = self._ask({**case._asdict(), 'seconds': min(case.seconds, self.longest), 'environment': environment,
+                            'cwd': str(place.here),
                             'printed': str(printed)})
         answer['printed'] = Path(f'{printed}.stderr').read_text(errors='replace')
         if case.gone:
