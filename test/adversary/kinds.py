@@ -216,7 +216,7 @@ def plugins(draw, place):
     """Draw a law or a curve from a file, an environment variable or an entry point."""
     kind = draw.choice(('law', 'law', 'curve'))
     path, name = odd_plugin(draw, place, kind)
-    named = (path, name, f'--{kind}', 'LAW' if kind == 'law' else 'CURVE')
+    named = (path, name, f'--{kind}', 'LAW' if kind == 'law' else 'CURVE', 'controller_type = ', 'curve = ')
     chosen = ['-p',
               f'position_controller.controller_type:={name}' if kind == 'law' else f'reference_cart.curve:={name}']
     command = draw.choice(('simulate', 'simulate', 'simulate', 'simulate', 'study', 'tune', 'experiment'))

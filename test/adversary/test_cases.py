@@ -21,7 +21,7 @@ from adversary.stage import Stage
 
 SEED = 1
 """Of the cases of `make test`."""
-FEW = {'names': 20, 'numbers': 15, 'files': 20, 'namespaces': 10, 'texts': 20, 'plugins': 20}
+FEW = {'names': 20, 'numbers': 20, 'files': 30, 'namespaces': 15, 'texts': 20, 'plugins': 25}
 """How many cases of a kind `make test` runs."""
 
 
@@ -49,7 +49,10 @@ def play(stage, seeds, report=lambda text: None):
 
 def test_odd_input_of_every_kind_keeps_the_rule(stage):
     stage.longest = 2.0
-    codes, broken = play(stage, [f'{kind}/{SEED}/{n}' for kind, count in FEW.items() for n in range(count)])
+    seeds = [f'{kind}/{SEED}/{n}' for kind, count in FEW.items() for n in range(count)]
+    # a report draws for seconds: two are enough here
+    slow = [seed for seed in seeds if stage.draw(seed).command in ('report', 'experiment')]
+    codes, broken = play(stage, [seed for seed in seeds if seed not in slow[2:]])
     assert not broken, '\n\n'.join(broken)
     # some cases succeed, or fail as runs: not all stop at the first look
     assert sum(count for (_, code), count in codes.items() if code != 2) > 10

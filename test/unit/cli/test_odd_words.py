@@ -80,3 +80,13 @@ def test_a_broken_package_beside_stops_nothing(tmp_path):
                           env=os.environ | {'PYTHONPATH': paths}, capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert 'not loaded: entry points of installed packages: UnicodeDecodeError' in done.stderr
+
+
+@pytest.mark.parametrize('parameter', ['position_controller.controller_type', 'reference_cart.curve'])
+def test_a_value_of_a_parameter_imports_nothing(tmp_path, monkeypatch, capsys, parameter):
+    (tmp_path / 'importable.py').write_text('raise AssertionError')
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for value in ('importable', 'importable:LAW', 'importable.py', str(tmp_path / 'importable.py')):
+        assert simulate.main(['--duration', '0.01', '-p', f'{parameter}:={value}']) == 2
+        assert 'AssertionError' not in capsys.readouterr().err
+    assert 'importable' not in sys.modules
