@@ -88,8 +88,8 @@ def _run(options: argparse.Namespace) -> int:
     with experiment_folders({output: parameters}, options.overwrite) as unused, _progress_bar(options.duration) as bar:
         result, metrics = _perform(options, parameters, output, bar, unused)
     print(json.dumps(metrics, indent=2))
-    if result.reason:
-        print(f'experiment: {result.reason}', file=sys.stderr)
+    if result.reason or result.outcome == 'interrupted':
+        print(f'experiment: {result.reason or "interrupted"}', file=sys.stderr)
     print(f'bag, metrics and report: {printable(str(output.resolve()))}')
     return 0 if result.outcome == 'completed' and not result.reason else 1
 
