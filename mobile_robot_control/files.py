@@ -3,6 +3,8 @@
 import errno
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -116,6 +118,17 @@ def write_atomically(file: Path, content: str | bytes) -> None:
     except OSError as error:
         draft.unlink(missing_ok=True)
         raise OSError(error.errno, error.strerror or str(error), str(file)) from error
+
+
+@contextmanager
+def naming_errors(file: Path) -> Iterator[None]:
+    """Give an OSError that names no file, as of a write that fails, the name of this one."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            error.filename = str(file)
+        raise
 
 
 def explain(error: OSError) -> str:

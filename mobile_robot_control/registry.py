@@ -15,13 +15,12 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from mobile_robot_control.files import PLUGIN, read_bounded
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.sources import entry_points, origin_of, source_checksum
+from mobile_robot_control.sources import installed_entry_points, origin_of, source_checksum
+from mobile_robot_control.texts import describe_error, printable
 
 Record = TypeVar('Record')
 BUILT_IN = 'mobile_robot_control'
 """Origin of the records of this package."""
-_ANYTHING = (Exception, SystemExit)
-"""What a module may raise while it is imported."""
 
 
 class PluginError(ParameterError):
@@ -116,7 +115,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
             exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own law)
             record: Record = getattr(module, self._source.attribute)
             self.register(record, file)
-        except _ANYTHING as error:
+        except BaseException as error:
             sys.modules.pop(module.__name__, None)
             raise PluginError([self._refusal(file, error)]) from error
         self._loaded[file] = text
@@ -125,9 +124,9 @@ class Registry(Mapping[str, Record], Generic[Record]):
     def _refusal(self, where: str, error: BaseException) -> str:
         if isinstance(error, PluginError):
             return '; '.join(text if text.startswith(where) else f'{where}: {text}' for text in error.violations)
-        if isinstance(error, AttributeError) and f"has no attribute '{self._source.attribute}'" in str(error):
+        if isinstance(error, AttributeError) and f"no attribute '{self._source.attribute}'" in describe_error(error):
             return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
-        return f'{where}: cannot be imported ({type(error).__name__}: {error}); mend it, or leave it out'
+        return f'{where}: cannot be imported ({describe_error(error)}); mend it, or leave it out'
 
     def register(self, record: Record, origin: str = '') -> None:
         """Register a record, or replace the one of the same name and origin, which is its file or notebook if ''."""
@@ -153,15 +152,18 @@ class Registry(Mapping[str, Record], Generic[Record]):
                     self.load_file(file)
                 except PluginError as error:
                     self._note_failure(file, str(error))
-        for point in entry_points(self._source.entry_points):
+        points, fault = installed_entry_points(self._source.entry_points)
+        if fault:
+            self._note_failure('entry points', fault)
+        for point in points:
             try:
                 self.register(point.load())
-            except _ANYTHING as error:
+            except BaseException as error:  # a module may raise anything, SystemExit too
                 self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
 
     def _note_failure(self, name: str, reason: str) -> None:
         self.failures[name] = reason
-        print(f'not loaded: {reason}', file=sys.stderr)
+        print(f'not loaded: {printable(reason)}', file=sys.stderr)
 
     def origin(self, name: str) -> str:
         """Return where a record was defined: a file, '__main__' or 'mobile_robot_control'."""
@@ -192,7 +194,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
 def name_violations(kind: str, name: object, reserved: frozenset[str] = frozenset()) -> Iterator[str]:
     """Yield what is wrong with the name of a record."""
-    if not isinstance(name, str) or not re.fullmatch(r'[a-z][a-z0-9_]*', name):
+    if not isinstance(name, str) or not re.fullmatch('[a-z][a-z0-9_]*', name):
         yield f'the name {name!r} of a {kind} is no ROS name; write lower-case letters, digits and underscores'
     elif name in reserved:
         yield f"the {kind} '{name}' has the name of a parameter; take another name"

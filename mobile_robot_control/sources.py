@@ -1,20 +1,25 @@
-"""Where records come from: entry points of installed packages, and the source of a function."""
+"""Where code from outside comes from: entry points, and the source of a function, to see whether it has changed."""
 
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from mobile_robot_control.texts import describe_error
 
-def entry_points(group: str) -> Iterable[Any]:
-    """Return the entry points of a group that installed packages have."""
+
+def installed_entry_points(group: str) -> tuple[tuple[Any, ...], str]:
+    """Return the entry points of a group, and why they cannot be read; '' where they can."""
     if not any(group in text for text in _entry_point_files()):
-        return ()
+        return (), ''
     # takes a tenth of a node's start
     from importlib import metadata  # noqa: PLC0415
 
-    return metadata.entry_points(group=group)
+    try:
+        return tuple(metadata.entry_points(group=group)), ''
+    except Exception as error:  # Python reads those of all packages, and one may be broken
+        return (), f'entry points of installed packages: {describe_error(error)}; mend the broken entry_points.txt'
 
 
 def _entry_point_files() -> Iterator[str]:

@@ -22,3 +22,18 @@ def shortened(text: str, longest: int = _LONGEST) -> str:
     """Return a text as one printable line of at most so many characters, the rest cut off at an ellipsis."""
     shown = printable(text[:longest])
     return shown if len(text) <= longest and len(shown) <= longest else f'{shown[:longest - 1]}…'
+
+
+def describe_error(error: BaseException) -> str:
+    """
+    Return type and text of an error that code from outside has raised, as one printable line.
+
+    A KeyboardInterrupt is raised again: it comes from the user, and not from that code.
+    """
+    if isinstance(error, KeyboardInterrupt):
+        raise error
+    try:
+        text = f'{type(error).__name__}: {error}'
+    except Exception:  # its text is made by code from outside, too
+        text = type(error).__name__
+    return shortened(text)

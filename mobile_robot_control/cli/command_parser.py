@@ -2,10 +2,11 @@
 
 import argparse
 from collections.abc import Callable, Collection, Iterator
-from typing import Any
+from typing import Any, NoReturn
 
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.plugins import load_plugins
+from mobile_robot_control.texts import printable
 
 
 def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
@@ -28,8 +29,12 @@ class _CommandParser(argparse.ArgumentParser):
         except argparse.ArgumentError:
             pass  # the whole parser says so in its own words
         except ParameterError as error:
-            self.exit(2, ''.join(f'{self.prog}: {violation}\n' for violation in error.violations))
+            self.exit(2, ''.join(f'{self.prog}: {printable(violation)}\n' for violation in error.violations))
         return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        # the values that it quotes may contain anything
+        super().error(printable(message))
 
 
 def make_parser(name: str, documentation: str | None) -> argparse.ArgumentParser:

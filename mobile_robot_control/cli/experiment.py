@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tqdm import tqdm
-
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.experiment_folders import WRITTEN, experiment_folders
 from mobile_robot_control.cli.namespace_option import add_namespace_option
 from mobile_robot_control.cli.node_processes import START
 from mobile_robot_control.cli.options import configuration, distinct, make_main, positive
+from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
@@ -89,9 +88,9 @@ def _run(options: argparse.Namespace) -> int:
     with experiment_folders({output: parameters}, options.overwrite) as unused, _progress_bar(options.duration) as bar:
         result, metrics = _perform(options, parameters, output, bar, unused)
     print(json.dumps(metrics, indent=2))
-    if result.reason:
-        print(f'experiment: {result.reason}', file=sys.stderr)
-    print(f'bag, metrics and report: {output.resolve()}')
+    if result.reason or result.outcome == 'interrupted':
+        print(f'experiment: {result.reason or "interrupted"}', file=sys.stderr)
+    print(f'bag, metrics and report: {printable(str(output.resolve()))}')
     return 0 if result.outcome == 'completed' and not result.reason else 1
 
 
@@ -140,7 +139,7 @@ def _compare(options: argparse.Namespace, output: Path) -> int:
     for reason in reasons:
         print(f'experiment: {reason}', file=sys.stderr)
     unreadable = report(done, output, options.namespace, quiet=True)
-    print(f'all runs and the report over them: {output.resolve()}')
+    print(f'all runs and the report over them: {printable(str(output.resolve()))}')
     return 1 if reasons or unreadable else 0
 
 

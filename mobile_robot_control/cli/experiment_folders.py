@@ -10,6 +10,8 @@ from mobile_robot_control.files import write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 
+_REPLACED = '.replaced'
+"""Within an experiment's folder: takes the experiment that it held, until the new one has run."""
 WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
 
 
@@ -28,8 +30,8 @@ def experiment_folders(chosen: Mapping[Path, Configuration], overwrite: bool) ->
     Yields
     ------
     list of Path
-        The folders without a run: take one out once its run has ended. Where a ParameterError is raised, what was
-        written to those left is removed, and so are the folders that were made for it.
+        The folders without a run: take one out once its run has ended. Where a ParameterError or an OSError is raised,
+        those left are again as they were: without what was written, with what was to be replaced.
 
     Raises
     ------
@@ -48,9 +50,12 @@ def experiment_folders(chosen: Mapping[Path, Configuration], overwrite: bool) ->
             unused.append(output)
             _prepare(output, parameters)
         yield unused
-    except ParameterError:
+    except (ParameterError, OSError):
         _restore(unused, absent)
         raise
+    finally:
+        for output in chosen:
+            shutil.rmtree(output / _REPLACED, ignore_errors=True)
 
 
 def _written(output: Path) -> list[Path]:
@@ -65,14 +70,25 @@ def _remove(output: Path) -> None:
 
 def _prepare(output: Path, parameters: Configuration) -> None:
     output.mkdir(parents=True, exist_ok=True)
-    _remove(output)
+    # of a run that was killed
+    shutil.rmtree(output / _REPLACED, ignore_errors=True)
+    (output / _REPLACED).mkdir()
+    for path in _written(output):
+        path.rename(output / _REPLACED / path.name)
     (output / 'log').mkdir()
     write_atomically(output / 'parameters.yaml', configuration_text(parameters))
 
 
 def _restore(unused: list[Path], absent: list[Path]) -> None:
     for output in unused:
-        _remove(output)
+        replaced = list((output / _REPLACED).glob('*'))
+        # nothing is in there where it could not be made
+        if (output / _REPLACED).is_dir():
+            _remove(output)
+        for path in replaced:
+            path.rename(output / path.name)
+        with suppress(OSError):
+            (output / _REPLACED).rmdir()
     for folder in absent:
         # one that holds something else stays
         with suppress(OSError):

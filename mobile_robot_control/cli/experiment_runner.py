@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
-from tqdm import tqdm
 
 from mobile_robot_control.cli.fastdds_profiles import use_fastdds_profiles
 from mobile_robot_control.cli.node_processes import START, NodeProcess, stop_processes
+from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import NODES, Configuration

@@ -157,9 +157,8 @@ def make_main(
     """
     def main(arguments: Sequence[str] | None = None) -> int:
         prepare_streams()
-        options = parse(arguments)
         try:
-            code = run(options)
+            code = run(parse(arguments))
             flush_output()
             return code
         except ParameterError as error:

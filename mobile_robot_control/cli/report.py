@@ -6,11 +6,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tqdm import tqdm
-
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.namespace_option import add_namespace_option
 from mobile_robot_control.cli.options import configuration, distinct, make_main
+from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
@@ -164,7 +163,7 @@ def report(
         else:
             runs.append(run if run.parameters else run._replace(parameters=assumed))
             for problem in run.problems:
-                print(f'report: {name}: {problem}', file=sys.stderr)
+                print(f'report: {name}: {printable(problem)}', file=sys.stderr)
     if not runs:
         raise ParameterError(unreadable)
     draw_report(runs, output, animation, quiet, unreadable)
@@ -179,7 +178,7 @@ def _run(options: argparse.Namespace) -> int:
     unreadable = report(
         [name_of(text) for text in options.runs], output, options.namespace, assumed, options.animation
     )
-    print(f'report: {(output / "report.html").resolve()}')
+    print(f'report: {printable(str((output / "report.html").resolve()))}')
     return 1 if unreadable else 0
 
 

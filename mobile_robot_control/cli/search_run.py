@@ -6,10 +6,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from mobile_robot_control import __version__
 from mobile_robot_control.cli.interrupt import Interrupt
+from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.scenario_options import scenarios
 from mobile_robot_control.cli.worker_options import TrialRunner
 from mobile_robot_control.control.laws import LAWS
@@ -23,6 +22,7 @@ from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.search_picture import draw_search
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import recorded
+from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning import result, search_gains, search_space
 from mobile_robot_control.tuning.journal import Journal
 from mobile_robot_control.tuning.objective import Goal, Objective
@@ -91,7 +91,7 @@ class SearchRun:
 
     def __init__(self, options: argparse.Namespace, parameters: Configuration, run: TrialRunner) -> None:
         self._options, self._parameters = options, parameters
-        self._output = Path(options.output)
+        self._output, self._shown = Path(options.output), printable(options.output)
         self._goal = _goal(options, parameters)
         self._settings = _settings(options, self._goal)
         self._objective = Objective(parameters, self._goal, run)
@@ -125,7 +125,7 @@ class SearchRun:
     def _lost(self, error: OSError, standing: float) -> int:
         """Keep what can be kept when the journal or the cluster is gone."""
         found: Found | None = getattr(error, 'found', None)
-        print(f'tune: {error.filename or self._journal_file}: {error.strerror or error}; what was '
+        print(f'tune: {printable(str(error.filename or self._journal_file))}: {error.strerror or error}; what was '
               'scored before is kept: mend that and go on with --resume', file=sys.stderr)
         if found is not None and found.point is not None:
             gains = search_gains.parameters(self._goal.genes, self._objective.gains(found.point.tolist()))
@@ -162,7 +162,7 @@ class SearchRun:
     def write(self, gains: Gains, found: Found, standing: float) -> bool:
         """Write all files for gains with their score, unless a better one is there already."""
         if standing <= found.score:
-            print(f'tune: {self._output} has the objective {standing:.6g} and stays, {found.score:.6g} was '
+            print(f'tune: {self._shown} has the objective {standing:.6g} and stays, {found.score:.6g} was '
                   'found; --overwrite replaces it', file=sys.stderr)
             return standing == found.score
         tuned = _with_gains(self._parameters, gains)
@@ -173,7 +173,7 @@ class SearchRun:
         _, before = self._drive(self._parameters)
         title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
         draw_search(found.history, {'before': before, 'after': after}, title, self._output.with_suffix('.png'))
-        print(f'{self._output}: objective {found.score:.6g} after {len(found.history)} generations')
+        print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations')
         return True
 
     def _drive(self, parameters: Configuration) -> tuple[dict[str, Any], list[Any]]:

@@ -5,15 +5,15 @@ import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
-
-from tqdm import tqdm
+from pathlib import Path
 
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.options import configuration, configuration_text, make_main, positive, writable_file
+from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.run_length import ONE_RUN, check_run_length
 from mobile_robot_control.control.law import LawFailedError
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.files import naming_errors, write_atomically
 from mobile_robot_control.recording.csv_table import write_csv
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.metrics import summary
@@ -55,6 +55,7 @@ def _run(options: argparse.Namespace) -> int:
         interrupt = stack.enter_context(Interrupt())
         samples: Iterable[Sample] = _noting(rollout(parameters, options.duration), failures)
         if options.output:
+            stack.enter_context(naming_errors(Path(options.output)))
             path = writable_file(options.output)
             file = stack.enter_context(path.open('w', encoding='utf-8', newline=''))
             samples = write_csv(samples, file)

@@ -9,8 +9,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.options import (
@@ -22,6 +20,7 @@ from mobile_robot_control.cli.options import (
     whole_number,
     writable_file,
 )
+from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.run_length import check_laps
 from mobile_robot_control.cli.worker_options import TrialRunner, add_worker_options, runner
 from mobile_robot_control.files import write_atomically

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import BodyVelocity, Observation
+from mobile_robot_control.texts import describe_error
 
 
 class NoState(NamedTuple):
@@ -102,8 +103,8 @@ def checked_step(law: Law, state: Any, observation: Observation, gains: Any, dt:
     try:
         after, command = law.step(state, observation, gains, dt)
         sound = is_sound(command)
-    except Exception as error:  # a law can raise anything
-        raise LawFailedError(f'{type(error).__name__}: {error}') from error
+    except BaseException as error:  # a law can raise anything, SystemExit too
+        raise LawFailedError(describe_error(error)) from error
     if not sound:
         raise LawFailedError(f'its command is v = {command.linear} m/s, omega = {command.angular} rad/s')
     return after, command

@@ -12,6 +12,7 @@ from mobile_robot_control.control.law import Law
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
 from mobile_robot_control.registry import Registry, Source, name_violations
+from mobile_robot_control.texts import describe_error
 
 BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (
     'backstepping',
@@ -159,6 +160,6 @@ def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
         return law, gains
     try:
         return law, _prepared(law.prepare, gains, dt)
-    except Exception as error:  # a law can raise anything
-        raise ParameterError([f"the law '{law.name}' cannot prepare its gains {gains}: {type(error).__name__}: {error}"
+    except BaseException as error:  # a law can raise anything
+        raise ParameterError([f"the law '{law.name}' cannot prepare its gains {gains}: {describe_error(error)}"
                               ]) from error

@@ -1,5 +1,6 @@
 """Stability of the sampled velocity loop, checked before anything moves."""
 
+import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
@@ -155,4 +156,6 @@ def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool)
     return (f'gains.k1 = {gains.k1} N s/m, gains.ti1 = {gains.ti1} s, gains.k2 = {gains.k2} N m s/rad, '
             f'gains.ti2 = {gains.ti2} s are unstable at velocity_rate = {rate} Hz: '
             f'spectral radius {radius:.4f} {clock}; '
-            f'the slowest stable rate is {slowest:.1f} Hz: raise velocity_rate above it, or lower the gains')
+            + (f'the slowest stable rate is {slowest:.1f} Hz: raise velocity_rate above it, or lower the gains'
+               if math.isfinite(slowest) else
+               f'no rate is stable with {robot}; set robot.* to what a robot has, or change the gains'))

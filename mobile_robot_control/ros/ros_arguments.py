@@ -9,6 +9,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.files import merge_sections, read_parameter_file
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
+from mobile_robot_control.texts import printable
 
 _Options = Sequence[tuple[str, str]]
 
@@ -26,8 +27,12 @@ def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> None:
 
     Raises ParameterError naming what rcl ignores in silence: arguments outside `--ros-args`, empty files, unknown
     names, names in a wrong section, sections that do not reach a renamed node, and values that are written last but
-    lose; and a namespace or names that ROS does not take.
+    lose; and what ROS does not take: a namespace or names, and texts that are not UTF-8.
     """
+    odd = [argument for argument in arguments if any('\ud800' <= letter <= '\udfff' for letter in argument)]
+    if odd:
+        raise ParameterError(f"'{printable(argument)}' is not UTF-8, which ROS takes alone; write it otherwise"
+                             for argument in odd)
     options = _options(arguments)
     full = _full_names(names, options)
     sources = list(_sources(options, full))

@@ -91,7 +91,7 @@ def compiles(one: Trial) -> bool:
     try:
         compiled_rollout(step, one.compensates)(
             one.state, one.loop, _array(trial.cart_drive(one._replace(steps=0))), 0, one.ratio, 0)
-    except numba.core.errors.NumbaError as error:
+    except Exception as error:  # numba raises errors of its own, and others where it fails itself
         _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
               f'({_uncompilable[step]})', file=sys.stderr)

@@ -20,6 +20,7 @@ from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample, make_position_tick, velocity_tick
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.texts import describe_error
 
 
 def start(configuration: Configuration) -> tuple[Loop, LoopState]:
@@ -97,8 +98,8 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
             try:
                 after, tick, _ = position_tick(state, reference, k, time, loop)
                 failure = '' if is_sound(after.command) else 'its command is not finite'
-            except Exception as error:  # a law can raise anything
-                failure = f'{type(error).__name__}: {error}'
+            except BaseException as error:  # a law can raise anything
+                failure = f'{describe_error(error)}'
             if failure:
                 after, tick, _ = make_position_tick(_stand, observed_pose)(state, reference, k, time, loop)
                 after = after._replace(command=BodyVelocity(0.0, 0.0))

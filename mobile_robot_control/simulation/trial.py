@@ -18,6 +18,7 @@ from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.rollout import start
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
 from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.texts import describe_error
 
 _NOTHING = Totals()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -133,16 +134,12 @@ def references(drive: Drive) -> tuple[Reference, ...]:
 def make_rollout(
     law_step: LawStep, reference_of: Callable[[Any, int], Reference], observed_pose: ObservedPose = as_measured
 ) -> Callable[..., Outcome]:
-    """
-    Make the rollout of a law's step: ``roll(state, loop, references, steps, ratio, late) -> Outcome``.
-
-    `reference_of` returns the n-th of the references given to it.
-    """
+    """Make the rollout of a law: ``roll(state, loop, references, steps, ratio, late)``; see `bind` for `reference_of`."""
     return bind(make_position_tick(law_step, observed_pose), reference_of)
 
 
 def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:
-    """Make the rollout of a position tick, plain or compiled, as `make_rollout` does."""
+    """Make the rollout of a position tick, plain or compiled; `reference_of` returns the n-th reference given to it."""
 
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.plant.robot, loop.plant.dt
@@ -189,8 +186,8 @@ def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcom
     """Run one trial with a rollout of its law and its references; of a law that raises nothing is measured."""
     try:
         return roll(trial.state, trial.loop, given, trial.steps, trial.ratio, trial.late)
-    except Exception as error:  # a law can raise anything
-        _report_failure(trial.law, f'{type(error).__name__}: {error}')
+    except BaseException as error:  # a law can raise anything
+        _report_failure(trial.law, describe_error(error))
         return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
 
 

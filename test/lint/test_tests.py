@@ -7,8 +7,8 @@ import pytest
 import rclpy
 
 TEST = Path(__file__).parents[1]
-# how NamedTuples name what others may use
-NAMED_TUPLE = {'_replace', '_asdict', '_fields'}
+# how NamedTuples name what others may use, and os the end of a forked process
+NAMED_TUPLE = {'_replace', '_asdict', '_fields', '_exit'}
 
 
 def _is_private(name):

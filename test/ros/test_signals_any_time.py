@@ -105,6 +105,7 @@ def _signal_an_experiment(folder, moment):
     bag_reader.read_bag(folder / 'bag')
     outcome = json.loads((folder / 'metrics.json').read_text())['outcome']
     assert (run.returncode, outcome) in ((0, 'completed'), (1, 'interrupted'))
+    assert ('experiment: interrupted' in log.read_text()) == (outcome == 'interrupted')
     wait_until(lambda: not processes_of(folder))
     return segments
 

@@ -68,3 +68,15 @@ def test_a_link_to_itself_is_a_run_that_does_not_exist(tmp_path, capsys):
     loop.symlink_to(loop)
     assert report.main([str(loop), '--output', str(tmp_path / 'out')]) == 2
     assert f'{loop}: does not exist' in capsys.readouterr().err
+
+
+def test_a_table_that_cannot_be_written_is_named(capsys):
+    # a regular file, by its mode
+    assert simulate.main(['--duration', '0.02', '--output', '/proc/self/mem']) == 2
+    assert capsys.readouterr().err.startswith('simulate: /proc/self/mem: ')
+
+
+def test_a_path_is_printed_in_one_line(tmp_path, capsys):
+    output = tmp_path / 'a\nb.yaml'
+    assert tune.main([*TUNE, '--laps', '0.01', '--output', str(output)]) in (0, 1)
+    assert '\\nb.yaml' in capsys.readouterr().out
