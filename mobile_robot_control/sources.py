@@ -34,9 +34,9 @@ def _entry_point_files() -> Iterator[str]:
             continue
         for name in names:
             try:
-                with open(os.path.join(folder, name, 'entry_points.txt'), encoding='utf-8') as file:
+                with open(os.path.join(folder, name, 'entry_points.txt'), encoding='utf-8', errors='replace') as file:
                     yield file.read()
-            except (OSError, UnicodeDecodeError):
+            except OSError:
                 continue
 
 
