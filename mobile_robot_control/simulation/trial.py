@@ -134,7 +134,7 @@ def references(drive: Drive) -> tuple[Reference, ...]:
 def make_rollout(
     law_step: LawStep, reference_of: Callable[[Any, int], Reference], observed_pose: ObservedPose = as_measured
 ) -> Callable[..., Outcome]:
-    """Make the rollout of a law, ``roll(state, loop, references, steps, ratio, late)``; for `reference_of` see `bind`."""
+    """Make the rollout of a law, ``roll(state, loop, references, steps, ratio, late)``; `bind` has `reference_of`."""
     return bind(make_position_tick(law_step, observed_pose), reference_of)
 
 
