@@ -179,7 +179,7 @@ def run_experiment(
                     runner.start(*names)
                     watchdog.note_node(runner.processes[-1].pid)
                 # the paused plant repeats its first messages until they and every answer to them have been recorded
-                ready = recorder.has_every_topic if runner.lockstep else recorder.all_discovered
+                ready = recorder.has_every_node if runner.lockstep else recorder.all_discovered
                 if runner.spin_until(ready, max(patience, START)):
                     runner.resume()
                     runner.watch()

@@ -17,6 +17,7 @@ from rclpy.task import Future
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.messages.types import DiagnosticArray
+from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
@@ -69,6 +70,7 @@ class Recorder(Node):
         for resolved, topic in self._loop.items():
             self._record(resolved, topic.kind, latched=False)
         self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
+        self._record('/diagnostics', _DIAGNOSTICS, latched=False)
         create_steady_timer(0.25, self._discover, self)
 
     def topics_of_others(self, ours: int = 0) -> list[str]:
@@ -87,6 +89,10 @@ class Recorder(Node):
     def has_every_topic(self) -> bool:
         """Return whether a message has come on every loop topic, so that nothing more will be missed."""
         return set(self.newest) == set(LOOP_TOPICS)
+
+    def has_every_node(self) -> bool:
+        """Return whether, besides, the diagnostics of the four nodes are discovered, which may say that a law fails."""
+        return self.has_every_topic() and self.count_publishers('/diagnostics') >= len(NODES)
 
     def resume(self, period: int = 0) -> Future[Any]:
         """
