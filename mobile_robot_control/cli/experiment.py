@@ -16,6 +16,7 @@ from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.ros.deadline import exit_after
 from mobile_robot_control.ros.environment import check_environment
 from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault
 from mobile_robot_control.ros.stop import Stop
@@ -23,6 +24,9 @@ from mobile_robot_control.texts import printable
 
 if TYPE_CHECKING:
     from mobile_robot_control.cli.experiment_runner import ExperimentResult
+
+_LEAVING = 5
+"""[s] that the command has to leave DDS."""
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -143,7 +147,19 @@ def _compare(options: argparse.Namespace, output: Path) -> int:
     return 1 if reasons or unreadable else 0
 
 
-main = make_main('experiment', _parse, _run)
+_main = make_main('experiment', _parse, _run)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code, also where to leave DDS hangs, as it may where many processes end."""
+    code = int(_main(arguments))
+    if 'rclpy' in sys.modules:
+        import rclpy  # noqa: PLC0415 (imported by a run alone)
+
+        with exit_after(_LEAVING, code):
+            rclpy.try_shutdown()
+    return code
+
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -156,9 +156,11 @@ def run_experiment(
 
     The run is given up after `patience` seconds of wall time without progress; the bar is moved by its simulated time.
     The bag is complete, or can be read up to its end. Raises ParameterError if another node publishes on the topics.
+    rclpy stays initialised: to leave DDS may hang, and the run is to be evaluated before.
     """
     use_fastdds_profiles(output / 'log')
     begun = False
+    rclpy.try_shutdown()  # of a run before this one
     try:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
@@ -196,5 +198,3 @@ def run_experiment(
                                  ) from error
         return ExperimentResult('node_died', f'ROS 2: {one_line(error)}; the machine or its limits (ulimit) may leave '
                                 'too little room')
-    finally:
-        rclpy.try_shutdown()

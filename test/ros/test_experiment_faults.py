@@ -148,3 +148,22 @@ def test_nodes_that_hang_while_they_start_are_ended(domain, tmp_path, monkeypatc
     assert done.returncode == 1
     assert 'plant gave no answer' in done.stderr
     assert not processes_of(tmp_path)
+
+
+LEAVING = '''
+import sys, time
+import rclpy
+from mobile_robot_control.cli.experiment import main
+rclpy.try_shutdown = lambda: time.sleep(60.0) if rclpy.ok() else None
+sys.exit(main(sys.argv[1:]))
+'''
+
+
+def test_a_run_is_evaluated_although_dds_cannot_be_left(domain, tmp_path):
+    done = subprocess.run(
+        [sys.executable, '-c', LEAVING, '--duration', '0.2', '--output', str(tmp_path / 'run'), '--composed',
+         '--no-report', '-p', 'plant.real_time_factor:=0.0'],
+        capture_output=True, text=True, timeout=50, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads((tmp_path / 'run' / 'metrics.json').read_text())['outcome'] == 'completed'
+    assert 'bag, metrics and report: ' in done.stdout
