@@ -1,5 +1,7 @@
 """Rollouts as the messages that the nodes would publish, and bags of them."""
 
+from mcap.writer import Writer
+
 from mobile_robot_control.messages import writing
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.topics import LOOP_TOPICS
@@ -39,3 +41,16 @@ def record(path, samples, prefix='/'):
         write(writer, samples, prefix)
     assert not writer.failure
     return path
+
+
+def write_mcap(file, samples, compression, chunk_size):
+    """Write a plain mcap file of samples, whose chunks are compressed."""
+    with file.open('wb') as stream:
+        writer = Writer(stream, compression=compression, chunk_size=chunk_size)
+        writer.start('ros2')
+        channels = {topic: writer.register_channel(f'/{topic}', 'cdr', writer.register_schema(row.kind, 'ros2msg', b''))
+                    for topic, row in LOOP_TOPICS.items()}
+        for sample in samples:
+            for topic, stamp, message in messages_of(sample):
+                writer.add_message(channels[topic], WALL + stamp, message, WALL + stamp)
+        writer.finish()

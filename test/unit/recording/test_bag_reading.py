@@ -3,9 +3,8 @@
 import random
 
 import pytest
-from bag_making import WALL, messages_of, record
+from bag_making import WALL, messages_of, record, write_mcap
 from mcap.writer import CompressionType
-from mcap.writer import Writer as McapWriter
 from measuring import configuration
 from rclpy.serialization import serialize_message
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
@@ -168,15 +167,7 @@ def test_bags_written_by_rosbags_are_read(tmp_path, samples, storage, mode):
 @pytest.mark.parametrize('cut', [False, True])
 def test_compressed_chunks_are_read_complete_or_cut_off(tmp_path, samples, compression, cut):
     file = tmp_path / 'run_0.mcap'
-    with file.open('wb') as stream:
-        writer = McapWriter(stream, compression=compression, chunk_size=50_000)
-        writer.start('ros2')
-        channels = {topic: writer.register_channel(f'/{topic}', 'cdr', writer.register_schema(row.kind, 'ros2msg', b''))
-                    for topic, row in LOOP_TOPICS.items()}
-        for sample in samples:
-            for topic, stamp, message in messages_of(sample):
-                writer.add_message(channels[topic], WALL + stamp, message, WALL + stamp)
-        writer.finish()
+    write_mcap(file, samples, compression, 50_000)
     if cut:
         file.write_bytes(file.read_bytes()[:-file.stat().st_size // 2])
     recording = bag_reader.read_bag(tmp_path)

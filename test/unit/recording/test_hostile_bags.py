@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from bag_making import WALL, messages_of
+from bag_making import WALL, messages_of, write_mcap
 from lz4 import frame
 from mcap.writer import CompressionType, Writer
 from measuring import configuration
@@ -59,15 +59,7 @@ def samples():
 
 def _plain(path, samples, compression=CompressionType.NONE):
     """Write an mcap file of samples in small chunks; returns its bytes."""
-    with path.open('wb') as stream:
-        writer = Writer(stream, compression=compression, chunk_size=10_000)
-        writer.start('ros2')
-        channels = {topic: writer.register_channel(f'/{topic}', 'cdr', writer.register_schema(row.kind, 'ros2msg', b''))
-                    for topic, row in LOOP_TOPICS.items()}
-        for sample in samples:
-            for topic, stamp, message in messages_of(sample):
-                writer.add_message(channels[topic], WALL + stamp, message, WALL + stamp)
-        writer.finish()
+    write_mcap(path, samples, compression, 10_000)
     return path.read_bytes()
 
 
