@@ -93,11 +93,12 @@ def test_contradicting_odometry_stops_the_robot_on_the_wall_clock(robot, said):
     stranger = Stranger(robot)
     odom = stranger.create_publisher(Odometry, 'odom', PUBLISHED)
     timer = stranger.create_timer(0.05, lambda: odom.publish(stranger.odometry(-3.0)))
-    robot.spin_until(lambda: 'contradict' in said.get('position_controller', (0, ''))[1])
+    # the names are discovered after the publishers
+    robot.spin_until(lambda: 'contradict' in (told := said.get('position_controller', (0, ''))[1])
+                     and '/plant and /stranger' in told)
     level, message, _ = said['position_controller']
     assert level == b'\x02'
     assert message.startswith('stopped: odom has several publishers that contradict each other')
-    assert '/plant and /stranger' in message
     robot.spin_until(lambda: line.commands[-1][1] == 0.0)
     begun = line.commands[-1][0]
     robot.listen(1.0)
