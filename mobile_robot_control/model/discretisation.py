@@ -77,7 +77,7 @@ def _response(rate: float, time: float) -> Response:
 
 
 def channel(rate: float, dt: float) -> Channel:
-    """Return the responses of a velocity with a decay rate [1/s] at the quadrature points and at the end of a time [s]."""
+    """Return the responses of a velocity with a decay rate [1/s] at the points within a time [s] and at its end."""
     return Channel(
         _response(rate, FIRST * dt),
         _response(rate, MIDDLE * dt),
