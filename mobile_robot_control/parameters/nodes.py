@@ -8,11 +8,13 @@ from typing import Annotated, Any, NamedTuple
 from mobile_robot_control.control.laws import LAWS, PositionControl, select
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
-from mobile_robot_control.model.plant import Imperfections
+from mobile_robot_control.model.base import LONGEST_QUEUE, queue_length
+from mobile_robot_control.model.plant import VELOCITY, PlantModel
 from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
 from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import CurveParameters
+from mobile_robot_control.stamps import period_nanoseconds
 
 
 class PlantParameters(NamedTuple):
@@ -41,23 +43,17 @@ class PlantParameters(NamedTuple):
     ] = 0.0
     publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
     publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True
-    max_wheel_torque: Annotated[
-        float, Field('N m', 'limit of each motor, 0 for none: larger lets the robot accelerate harder', minimum=0.0)
-    ] = 0.0
     torque_timeout: Annotated[
         float, Field('s', 'wall clock: time without wheel_torques after which the torque falls to zero: larger '
                      'drives on longer', above=0.0)
     ] = 0.1
-    centripetal_coupling: Annotated[
-        bool, Field('', 'include the Coriolis pair that Eq. (13)-(14) lack')
-    ] = False
     pose_covariance_diagonal: Annotated[
         tuple[float, ...], Field('m², rad²', 'diagonal of the covariance of odom.pose', minimum=0.0, length=6)
     ] = (0.0,) * 6
     twist_covariance_diagonal: Annotated[
         tuple[float, ...], Field('m²/s², rad²/s²', 'diagonal of the covariance of odom.twist', minimum=0.0, length=6)
     ] = (0.0,) * 6
-    imperfections: Annotated[Imperfections, INLINE] = Imperfections()
+    model: Annotated[PlantModel, INLINE] = PlantModel()
 
 
 class VelocityControllerParameters(NamedTuple):
@@ -145,6 +141,15 @@ def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
     if plant.duration > 0.0 and round(plant.duration * rate) < 1:
         yield (f'duration = {plant.duration} s is too short for a step at velocity_rate = {rate} Hz; '
                f'take at least {1.0 / rate:g} s, or 0 for no end')
+
+
+@rule
+def _commands_on_their_way_are_few(plant: PlantParameters) -> Iterator[str]:
+    base, shared = plant.model.base, plant.shared
+    periods = period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate)
+    if plant.model.drive == VELOCITY and queue_length(base, *periods) > LONGEST_QUEUE:
+        yield (f'base.dead_time = {list(base.dead_time)} s has more than {LONGEST_QUEUE} commands on their way; '
+               'shorten it, or lower base.command_rate or position_rate')
 
 
 @rule

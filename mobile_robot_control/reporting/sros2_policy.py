@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from mobile_robot_control.parameters.addressing import namespace_fault
 from mobile_robot_control.parameters.nodes import NODES
-from mobile_robot_control.topics import LOOP_TOPICS, OTHER_TOPICS, SHARED_TOPICS, inputs_of
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, OTHER_TOPICS, SHARED_TOPICS
 
 _VERSION = '0.2.0'  # of the schema: https://github.com/ros2/sros2/blob/0.13.0/sros2/sros2/policy/schemas/policy.xsd
 _ENCLAVES = '/mobile_robot_control'
@@ -55,8 +55,9 @@ def _of_node(node: str) -> _Permissions:
     """Return what one of the four nodes may do."""
     loop = [topic.name for topic in LOOP_TOPICS.values() if topic.publisher == node]
     others = [topic for topic, publishers in OTHER_TOPICS.items() if node in publishers]
+    inputs = dict.fromkeys(topic for graph in LOOPS.values() for topic in graph.inputs_of(node))
     # /clock by rclpy itself, where use_sim_time is true
-    return _Permissions([*loop, *others], [*inputs_of(node), '/clock'])
+    return _Permissions([*loop, *others], [*inputs, '/clock'])
 
 
 def _of_recorder() -> _Permissions:

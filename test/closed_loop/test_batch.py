@@ -7,9 +7,10 @@ import pytest
 from measuring import configuration
 
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.simulation.cart_motion import cart_motion, references
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.simulation.trial import cart_drive, make_trial, measured_run, references
+from mobile_robot_control.simulation.trial import make_trial, measured_run
 
 LAP = 16.0
 ROUGH = {
@@ -82,8 +83,8 @@ def test_metrics_use_the_true_pose_whatever_the_noise():
 
 def test_trials_with_the_same_curve_share_their_references():
     one, other = (make_trial(configuration(plant={'initial_pose': [x, 0.0, 0.0]}), 1.0) for x in (0.5, 1.0))
-    assert references(cart_drive(one)) is references(cart_drive(other))
-    assert len(references(cart_drive(one))) == 100
+    assert references(cart_motion(one)) is references(cart_motion(other))
+    assert len(references(cart_motion(one))) == 100
 
 
 @pytest.mark.parametrize('workers', [1, 2])

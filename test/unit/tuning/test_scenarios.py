@@ -61,7 +61,7 @@ def test_a_scenario_sets_robot_start_curve_noise_and_delay():
     assert made.loop.placement.scale == 0.5
     # the cart starts at (0.5, 0), heading pi/2
     assert made.state.plant.pose == pytest.approx((0.6, -0.2, -0.5 * math.pi))
-    assert len(made.state.line) == 2
+    assert len(made.state.drive) == 2
     assert made.loop.imperfections.noise.seed == 5
     assert (made.steps, made.late) == (8000, 6000)
 
