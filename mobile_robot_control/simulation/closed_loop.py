@@ -23,6 +23,7 @@ from mobile_robot_control.quantities import (
     Pose,
     Reference,
     TrackingError,
+    Truth,
     WheelTorque,
     WheelVelocity,
 )
@@ -78,10 +79,8 @@ class LoopState(NamedTuple):
     ----------
     plant : PlantState
         Of the plant.
-    pi : VelocityPiState
-        Of the velocity law.
-    law : NamedTuple
-        Of the position law.
+    pi, law : VelocityPiState and NamedTuple
+        Of the velocity law, and of the position law.
     command : BodyVelocity
         The newest command.
     line : DelayLine
@@ -121,10 +120,10 @@ class Sample(NamedTuple):
         Of the wheels [rad].
     wheels : WheelVelocity
         [rad/s].
-    applied : WheelTorque
-        Over the step that ended at the time [N m].
-    torque : WheelTorque
-        Asked for over the step that begins [N m].
+    applied, torque : WheelTorque
+        Over the step that ended, and asked for over that which begins [N m]; nan where a base takes no torque.
+    truth : Truth or None
+        At that tick, where odometry or the error of the tick differ from it.
     """
 
     time: float
@@ -135,6 +134,7 @@ class Sample(NamedTuple):
     wheels: WheelVelocity
     applied: WheelTorque
     torque: WheelTorque
+    truth: Truth | None = None
 
 
 def make_position_tick(
