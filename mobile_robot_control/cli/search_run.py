@@ -185,7 +185,7 @@ class SearchRun:
     def _notes(self, found: Found, metrics: dict[str, Any]) -> list[str]:
         """Return the comments at the head of the parameter file."""
         goal, settings = self._goal, self._settings
-        torque = max(metrics['peak_wheel_torque'].values())
+        torque = metrics['peak_wheel_torque']
         return [
             f'{goal.controller} gains found by mobile_robot_control {__version__} with',
             f'  {self._options.command_line}',
@@ -194,6 +194,6 @@ class SearchRun:
             f'objective {found.score!r}: {goal.combine} of Eq. (29) with max '
             f'{"tau as printed" if goal.literal else "|tau|"}',
             f'the configured run: objective {metrics["objective"]:.4f}, RMS error '
-            f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm, '
-            f'largest |torque| {torque:.3f} N m',
+            f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm'
+            + (f', largest |torque| {max(torque.values()):.3f} N m' if torque else ''),
         ]

@@ -115,6 +115,12 @@ NODES: dict[str, Any] = dict(Configuration.__annotations__)
 """The parameters' class of each node, by node name."""
 
 
+def has_exact_odometry(plant: PlantParameters) -> bool:
+    """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
+    noise = plant.model.imperfections.noise
+    return not (any(noise.pose) or noise.velocity)
+
+
 def parameter_names() -> dict[str, set[str]]:
     """Return the dotted names of the parameters of each node, with the laws that are registered now."""
     return _parameter_names(LAWS.version)

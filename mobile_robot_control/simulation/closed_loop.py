@@ -7,7 +7,15 @@ from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiSt
 from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.plant import Imperfections
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import (
+    BodyVelocity,
+    Pose,
+    Reference,
+    TrackingError,
+    Truth,
+    WheelTorque,
+    WheelVelocity,
+)
 from mobile_robot_control.reference.cart import Placement
 
 
@@ -61,10 +69,8 @@ class LoopState(NamedTuple):
     ----------
     plant : PlantState
         Of the plant.
-    pi : VelocityPiState
-        Of the velocity law.
-    law : NamedTuple
-        Of the position law.
+    pi, law : VelocityPiState and NamedTuple
+        Of the velocity law, and of the position law.
     command : BodyVelocity
         The newest command.
     drive : NamedTuple or tuple
@@ -107,10 +113,10 @@ class Sample(NamedTuple):
         Of the wheels [rad].
     wheels : WheelVelocity
         [rad/s].
-    applied : WheelTorque
-        Over the step that ended at the time [N m]; nan for a base that takes velocity commands.
-    torque : WheelTorque
-        Asked for over the step that begins [N m]; nan for such a base.
+    applied, torque : WheelTorque
+        Over the step that ended, and asked for over that which begins [N m]; nan where a base takes no torque.
+    truth : Truth or None
+        At that tick, where odometry or the error of the tick differ from it.
     """
 
     time: float
@@ -121,3 +127,4 @@ class Sample(NamedTuple):
     wheels: WheelVelocity
     applied: WheelTorque
     torque: WheelTorque
+    truth: Truth | None = None

@@ -11,8 +11,8 @@ from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.plant_form import Grid, drive_at_rest, drive_constants, plant_form, sensing
-from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, WheelTorque
+from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Truth, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample
@@ -58,6 +58,12 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     )
 
 
+def shows_the_truth(configuration: Configuration) -> bool:
+    """Return whether odometry is exact and the law sees it as it is, so that its error is the true one."""
+    controller = configuration.position_controller
+    return has_exact_odometry(configuration.plant) and not (controller.compensate_latency and controller.odom_latency)
+
+
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
     """Do a step in place of a law that has failed."""
     return state, BodyVelocity(0.0, 0.0)
@@ -98,26 +104,28 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     curve = CURVES[configuration.reference_cart.curve.curve]
     loop, state = start(configuration)
     applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
+    exact = shows_the_truth(configuration)
     for k in range(round(duration * shared.velocity_rate) + 1):
         nanoseconds = k * velocity_period
         if nanoseconds % position_period == 0:
             time = nanoseconds / 1e9
             reference = reference_at(curve, time, loop.placement)
             try:
-                after, tick, _ = position_tick(state, reference, k, time, loop)
+                after, tick, true = position_tick(state, reference, k, time, loop)
                 failure = '' if is_sound(after.command) else 'its command is not finite'
             except BaseException as error:  # a law can raise anything
                 failure = f'{describe_error(error)}'
             if failure:
-                after, tick, _ = make_position_tick(_stand, form)(state, reference, k, time, loop)
+                after, tick, true = make_position_tick(_stand, form)(state, reference, k, time, loop)
                 after = after._replace(command=BodyVelocity(0.0, 0.0))
+            truth = None if exact else Truth(state.plant.pose, state.plant.velocity, true)
             state = after
         before, over_last_step = state, applied
         state, torque, applied = velocity_tick(state, k, loop)
         yield Sample(
             nanoseconds / 1e9, tick, before.command, before.plant.right_angle, before.plant.left_angle,
             measured_wheels(before.sensors, before.plant, k, shared.robot, loop.imperfections.noise, loop.sensors),
-            over_last_step, torque,
+            over_last_step, torque, truth,
         )
         if failure:
             raise LawFailedError(f'at t = {time:g} s: {failure}')
