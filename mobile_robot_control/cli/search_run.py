@@ -32,7 +32,7 @@ from mobile_robot_control.tuning.search_gains import Gains
 
 def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
     """Return what the options search for."""
-    genes = search_space.search_genes(options.controller, options.with_velocity)
+    genes = search_space.search_genes(options.controller, options.with_velocity, parameters.plant.model.drive)
     genes = search_space.bounded(search_space.without(genes, options.keep), dict(options.bounds))
     if not genes:
         raise ParameterError([f"'{options.controller}' leaves nothing to search; --keep less, or declare ranges: "

@@ -159,7 +159,8 @@ def _commands_on_their_way_are_few(plant: PlantParameters) -> Iterator[str]:
 
 
 @rule
-def _velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
+def velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
+    """Refuse gains that are unstable at the rate; a base that takes velocity commands has no such loop."""
     shared = parameters.shared
     found = instability(parameters.gains, shared.robot, shared.velocity_rate, shared.lockstep)
     if found:

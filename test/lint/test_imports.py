@@ -37,7 +37,7 @@ LAYERS = {
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.shared': {'parameters', 'stamps', 'model'},
     'parameters.nodes': {'parameters', 'parameters.shared', 'stamps'} | DOMAIN,
-    'parameters.configuration': {'parameters', 'parameters.shared', 'parameters.nodes', 'reference'},
+    'parameters.configuration': {'parameters', 'parameters.shared', 'parameters.nodes', 'model', 'reference'},
     'parameters.addressing': {'parameters.nodes'},
     'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes', 'parameters.addressing'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
