@@ -69,8 +69,7 @@ def encoder_constants(encoders: Encoders, period: int) -> EncoderConstants:
 @jitable
 def _encoder_angle(angle: float, tick: float) -> float:
     """Return an angle [rad] in whole ticks, the nearest: wheels stand half-way between two edges at a run's start."""
-    # floor by division: math.floor has other types where it is compiled
-    return tick * ((angle / tick + 0.5) // 1.0) if tick > 0.0 else angle
+    return tick * math.floor(angle / tick + 0.5) if tick > 0.0 else angle
 
 
 @jitable

@@ -57,3 +57,9 @@ def events_until(k: int, events: Events) -> int:
     Event j is at the first step at or after j / rate; step 0 has event 0, steps before it have negative numbers.
     """
     return k * events.number // events.periods
+
+
+@jitable
+def is_event(k: int, events: Events) -> bool:
+    """Return whether an event is at a step of the velocity grid."""
+    return k * events.number % events.periods < events.number

@@ -65,6 +65,8 @@ class OdometryConstants(NamedTuple):
         Whether its pose is integrated.
     slip : float
         Standard deviation of the slip of a wheel while it turns by 1 rad [rad/√rad].
+    slip_periods : int
+        Periods of the velocity grid after which the slip within them acts: a position period.
     events : Events
         When it is sampled.
     latency : int
@@ -74,6 +76,7 @@ class OdometryConstants(NamedTuple):
     calibration: Calibration
     dead_reckoning: bool
     slip: float
+    slip_periods: int
     events: Events
     latency: int
 
@@ -83,6 +86,7 @@ def odometry_constants(
 ) -> OdometryConstants:
     """Return the constants of odometry for a robot, and for periods of the velocity and the position grid [ns]."""
     right, left = odometry.radius_error
+    ratio = max(1, position_period // period)
     return OdometryConstants(
         Calibration(
             robot.wheel_radius * (1.0 + right),
@@ -91,7 +95,8 @@ def odometry_constants(
         ),
         odometry.dead_reckoning,
         odometry.slip / math.sqrt(robot.wheel_radius),
-        events_at(odometry.rate, period) if odometry.rate > 0.0 else Events(1, max(1, position_period // period)),
+        ratio,
+        events_at(odometry.rate, period) if odometry.rate > 0.0 else Events(1, ratio),
         periods(odometry.latency, period),
     )
 
@@ -124,28 +129,44 @@ def odometer_motion(wheels: WheelVelocity, calibration: Calibration) -> BodyVelo
 
 
 @jitable
-def dead_reckoned(
-    pose: Pose, before: WheelAngles, now: WheelAngles, k: int, seed: int, odometry: OdometryConstants
-) -> Pose:
+def wheel_slip(turned: WheelAngles, k: int, seed: int, odometry: OdometryConstants) -> WheelAngles:
+    """
+    Return the angles [rad] by which odometry is wrong about two wheels since they slip.
+
+    Implements the model of Siegwart and Nourbakhsh (2004, section 5.2.4), after Chong and Kleeman (1997): errors that
+    are independent, with a variance proportional to the way of the wheel, so that their sum does not depend on the
+    length of a step.
+
+    Parameters
+    ----------
+    turned : WheelAngles
+        By which they have turned [rad].
+    k : int
+        Step of the velocity loop.
+    seed : int
+        Of the slip.
+    odometry : OdometryConstants
+        How much they slip.
+    """
+    return WheelAngles(
+        odometry.slip * math.sqrt(abs(turned.right)) * gaussian(seed, RIGHT_SLIP, k),
+        odometry.slip * math.sqrt(abs(turned.left)) * gaussian(seed, LEFT_SLIP, k),
+    )
+
+
+@jitable
+def dead_reckoned(pose: Pose, right: float, left: float, calibration: Calibration) -> Pose:
     """
     Integrate the pose of odometry over one period, along the exact arc.
-
-    Implements odometry with the errors of Borenstein and Feng (1996), wrong radii and separation, and with slip as in
-    Siegwart and Nourbakhsh (2004, section 5.2.4): independent errors of each wheel whose variance is proportional to
-    the way that it covers, so that their sum does not depend on the length of a step.
 
     Parameters
     ----------
     pose : Pose
         Of odometry, at the period's start.
-    before, now : WheelAngles
-        Of the encoders, at the period's start and end [rad].
-    k : int
-        Step of the velocity loop at the period's end.
-    seed : int
-        Of the slip.
-    odometry : OdometryConstants
-        Calibration and slip.
+    right, left : float
+        By which the wheels seem to have turned [rad].
+    calibration : Calibration
+        What odometry uses.
 
     Returns
     -------
@@ -153,9 +174,5 @@ def dead_reckoned(
         At the period's end; the heading is wrapped.
 
     """
-    right, left = now.right - before.right, now.left - before.left
-    if odometry.slip > 0.0:
-        right += odometry.slip * math.sqrt(abs(right)) * gaussian(seed, RIGHT_SLIP, k)
-        left += odometry.slip * math.sqrt(abs(left)) * gaussian(seed, LEFT_SLIP, k)
-    step = odometer_motion(WheelVelocity(right, left), odometry.calibration)
+    step = odometer_motion(WheelVelocity(right, left), calibration)
     return along_arc(pose, step.linear, step.angular)

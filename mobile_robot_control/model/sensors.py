@@ -5,10 +5,10 @@ from typing import NamedTuple
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.dynamics import PlantState, diverged
 from mobile_robot_control.model.encoders import WheelAngles, angle_velocity, encoder_angles
-from mobile_robot_control.model.events import events_until
+from mobile_robot_control.model.events import events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.noise import measured_pose, measured_wheels
-from mobile_robot_control.model.odometry import dead_reckoned, odometer_motion
+from mobile_robot_control.model.odometry import dead_reckoned, odometer_motion, wheel_slip
 from mobile_robot_control.model.sensor_constants import SensorConstants, samples_on_their_way
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
@@ -42,19 +42,22 @@ class SensorState(NamedTuple):
         Of the encoders, newest first: of now and of each step of the window.
     reckoned : Pose
         Of dead reckoning.
+    slipped : WheelAngles
+        Of the encoders when slip acted last.
     samples : tuple of OdometrySample
         Newest first: those on their way, and the last that has arrived.
     """
 
     angles: tuple[WheelAngles, ...]
     reckoned: Pose
+    slipped: WheelAngles
     samples: tuple[OdometrySample, ...]
 
 
 def sensors_at_start(plant_state: PlantState, constants: SensorConstants) -> SensorState:
     """Return the sensors at a run's start: the first sample shows the robot there, and is shown from the start on."""
     angles = encoder_angles(plant_state.right_angle, plant_state.left_angle, constants.encoders)
-    before = SensorState((angles,) * (constants.encoders.periods + 1), plant_state.pose, ())
+    before = SensorState((angles,) * (constants.encoders.periods + 1), plant_state.pose, angles, ())
     sample = _sampled(before, plant_state, 0, constants)
     return before._replace(samples=(sample,) * (samples_on_their_way(constants.odometry) + 1))
 
@@ -123,14 +126,20 @@ def advance_sensors(
     odometry = constants.odometry
     now = encoder_angles(plant_state.right_angle, plant_state.left_angle, constants.encoders)
     angles = (now, *sensors.angles)
-    reckoned = sensors.reckoned
+    reckoned, slipped = sensors.reckoned, sensors.slipped
     if odometry.dead_reckoning:
-        reckoned = dead_reckoned(reckoned, sensors.angles[0], now, k, constants.noise.seed, odometry)
-    moved = SensorState(angles[:-1], reckoned, sensors.samples)
-    if events_until(k, odometry.events) == events_until(k - 1, odometry.events):
+        before = sensors.angles[0]
+        right, left = now.right - before.right, now.left - before.left
+        if odometry.slip > 0.0 and k % odometry.slip_periods == 0:
+            turned = WheelAngles(now.right - slipped.right, now.left - slipped.left)
+            slip = wheel_slip(turned, k, constants.noise.seed, odometry)
+            right, left, slipped = right + slip.right, left + slip.left, now
+        reckoned = dead_reckoned(reckoned, right, left, odometry.calibration)
+    moved = SensorState(angles[:-1], reckoned, slipped, sensors.samples)
+    if not is_event(k, odometry.events):
         return moved
     samples = (_sampled(moved, plant_state, k, constants), *sensors.samples)
-    return SensorState(angles[:-1], reckoned, samples[:-1])
+    return SensorState(angles[:-1], reckoned, slipped, samples[:-1])
 
 
 @jitable
