@@ -24,6 +24,7 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 PERIOD = 2_000_000
 """Of the velocity grid [ns]."""
 ROBOT = Robot()
+TRUE_ANGLES, TRUE_ODOMETRY, QUIET = Encoders(), WheelOdometry(), Noise()
 DT = PERIOD / 1e9
 RATIO = 5
 """Velocity periods in a position period."""
@@ -72,9 +73,9 @@ def go_on(step, velocity, constants, dt):
     return seen(step.k + 1, plant, advance_sensors(step.sensors, plant, step.k + 1, constants), constants)
 
 
-def drive(velocities, encoders=Encoders(), odometry=WheelOdometry(), noise=Noise(), period=PERIOD):
+def drive(velocities, encoders=TRUE_ANGLES, odometry=TRUE_ODOMETRY, noise=QUIET, period=PERIOD):
     """Drive a robot from the origin by a body velocity in each step; return what is so after each of them."""
-    constants = sensor_constants(Robot(), noise, encoders, odometry, period, RATIO * period)
+    constants = sensor_constants(ROBOT, noise, encoders, odometry, period, RATIO * period)
     step, run = begin(constants), []
     for velocity in velocities:
         step = go_on(step, velocity, constants, period / 1e9)
@@ -84,7 +85,7 @@ def drive(velocities, encoders=Encoders(), odometry=WheelOdometry(), noise=Noise
 
 def shown_steps(odometry, period, steps):
     """Return the step of the sample that is shown at each step, from 0 on."""
-    constants = sensor_constants(Robot(), Noise(), Encoders(), odometry, period, RATIO * period)
+    constants = sensor_constants(ROBOT, QUIET, TRUE_ANGLES, odometry, period, RATIO * period)
     step, found = begin(constants), []
     for _ in range(steps):
         found.append(step.taken)

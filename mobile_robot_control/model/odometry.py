@@ -15,7 +15,11 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
 
 class WheelOdometry(NamedTuple):
-    """How a robot makes its odometry; with these defaults it shows the true motion at every position tick."""
+    """
+    How a robot makes its odometry; with these defaults it shows the true motion at every position tick.
+
+    The errors of radii and separation are the systematic ones of Borenstein and Feng (1996).
+    """
 
     dead_reckoning: Annotated[
         bool, Field('', "true: odom's pose is integrated from the angles of the encoders, and drifts; false: it is the "

@@ -80,7 +80,7 @@ def grown_covariance(
     cosine, sine = direction(pose.heading + 0.5 * turn)
     dx, dy = distance * cosine, distance * sine
     xx, xy, xh, yy, yh, hh = covariance
-    grown = (
+    grown: tuple[float, ...] = (
         xx - 2.0 * dy * xh + dy * dy * hh,
         xy + dx * xh - dy * yh - dx * dy * hh,
         xh - dy * hh,

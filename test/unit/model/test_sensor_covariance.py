@@ -4,7 +4,7 @@ import math
 import statistics
 
 import pytest
-from driving import PERIOD, drive
+from driving import PERIOD, TRUE_ANGLES, TRUE_ODOMETRY, drive
 
 from mobile_robot_control.model.encoders import Encoders
 from mobile_robot_control.model.noise import Noise, pose_variances, twist_variances
@@ -23,7 +23,7 @@ from mobile_robot_control.quantities import BodyVelocity, Pose
 NOISE = Noise((0.01, 0.02, 0.03), 0.1, seed=3)
 
 
-def constants_of(encoders=Encoders(), odometry=WheelOdometry(), noise=NOISE):
+def constants_of(encoders=TRUE_ANGLES, odometry=TRUE_ODOMETRY, noise=NOISE):
     return sensor_constants(Robot(), noise, encoders, odometry, PERIOD, 5 * PERIOD)
 
 

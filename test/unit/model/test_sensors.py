@@ -4,7 +4,7 @@ import math
 import statistics
 
 import pytest
-from driving import DT, PERIOD, drive, shown_steps
+from driving import DT, PERIOD, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
 
 from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.encoders import Encoders, WheelAngles, angle_velocity, encoder_angles, encoder_constants
@@ -12,12 +12,10 @@ from mobile_robot_control.model.events import events_at, events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.noise import Noise, measured_pose, measured_wheels
 from mobile_robot_control.model.odometry import Calibration, WheelOdometry, odometer_motion
-from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants, sensor_violations
 from mobile_robot_control.model.sensors import advance_sensors, sensors_at_start
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
-ROBOT = Robot()
 STRAIGHT = [BodyVelocity(0.5, 0.0)] * 1000
 
 
@@ -183,7 +181,7 @@ def test_slip_without_dead_reckoning_changes_nothing():
     assert is_ideal(Encoders(), WheelOdometry(slip=0.1))
 
 
-def violations(encoders=Encoders(), odometry=WheelOdometry()):
+def violations(encoders=TRUE_ANGLES, odometry=TRUE_ODOMETRY):
     return list(sensor_violations(encoders, odometry, PERIOD, 5 * PERIOD))
 
 
