@@ -6,7 +6,6 @@ from mobile_robot_control.jit import jitable
 
 SLOWEST = 0.001
 """[Hz]"""
-_FINEST = 1_000_000
 _LARGEST = 1_000_000_000
 
 
@@ -31,8 +30,7 @@ def events_at(rate: float, period: int) -> Events:
     Parameters
     ----------
     rate : float
-        [Hz], at least `SLOWEST`; read as a fraction with a denominator of at most a million, so that 1/0.033 is
-        1000/33. A rate above that of the grid gives an event in each period.
+        [Hz], at least `SLOWEST`. A rate above that of the grid gives an event in each period.
     period : int
         Of the velocity grid [ns].
 
@@ -44,8 +42,8 @@ def events_at(rate: float, period: int) -> Events:
     """
     from fractions import Fraction  # noqa: PLC0415 (7 ms that a node without such events does not pay)
 
-    exact = Fraction(rate).limit_denominator(_FINEST) * Fraction(period, 1_000_000_000)
-    share = min(Fraction(1), exact.limit_denominator(_LARGEST))
+    # to the nearest such fraction: 1 / 0.033 is not exactly 1000/33
+    share = min(Fraction(1), (Fraction(rate) * Fraction(period, 1_000_000_000)).limit_denominator(_LARGEST))
     return Events(share.numerator, share.denominator)
 
 

@@ -76,6 +76,29 @@ def test_on_a_straight_line_slip_grows_as_by_hand():
                                        covariance.heading_heading + 9e-4))
 
 
+def test_a_long_step_propagates_as_its_derivatives_say():
+    constants = constants_of(odometry=WheelOdometry(True, (0.1, -0.1), 0.2, slip=0.01))
+    right_radius, left_radius, separation = constants.odometry.calibration
+    before = PoseCovariance(0.04, 0.01, 0.02, 0.05, -0.01, 0.03)
+
+    def end(x, y, heading, right, left):
+        distance, turn = 0.5 * (right + left), (right - left) / separation
+        return (x + distance * math.cos(heading + 0.5 * turn), y + distance * math.sin(heading + 0.5 * turn),
+                heading + turn)
+
+    place, ways = (1.0, 2.0, 0.5), (20.0 * right_radius, 12.0 * left_radius)
+    columns = []
+    for n in range(5):
+        ends = [end(*(value + side * 1e-5 * (m == n) for m, value in enumerate((*place, *ways)))) for side in (1, -1)]
+        columns.append([(a - b) / 2e-5 for a, b in zip(*ends, strict=True)])
+    xx, xy, xh, yy, yh, hh = before
+    inner = [[xx, xy, xh, 0, 0], [xy, yy, yh, 0, 0], [xh, yh, hh, 0, 0],
+             [0, 0, 0, 1e-4 * right_radius**2 / 0.035 * 20.0, 0], [0, 0, 0, 0, 1e-4 * left_radius**2 / 0.035 * 12.0]]
+    expected = [sum(columns[i][a] * inner[i][j] * columns[j][b] for i in range(5) for j in range(5))
+                for a, b in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))]
+    assert grown_covariance(before, Pose(*place), 20.0, 12.0, constants) == pytest.approx(expected, rel=1e-6)
+
+
 def test_dead_reckoning_errs_by_the_covariance_that_has_grown():
     odometry, arc = WheelOdometry(True, slip=0.005), [BodyVelocity(1.0, 1.5)] * 40
     ends = [drive(arc, odometry=odometry, noise=Noise(seed=seed), period=25_000_000)[-1] for seed in range(300)]
