@@ -1,9 +1,11 @@
 """A base that takes velocity commands itself, as most robots do: late, lagging and within limits."""
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.model.discretisation import Channel, channel
+from mobile_robot_control.model.events import SLOWEST, Events, events_at, periods
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.declaration import Field
 
@@ -94,8 +96,8 @@ class DiscreteBase(NamedTuple):
         Physical constants.
     linear, angular : BaseChannel
         The two velocities.
-    period, command_period : int
-        Of the velocity grid, and at which the base takes commands [ns].
+    taken : Events
+        When the base takes a command.
     substeps : int
         Of the quadrature in one velocity period; 0 where there is no lag.
     dt : float
@@ -105,26 +107,31 @@ class DiscreteBase(NamedTuple):
     robot: Robot
     linear: BaseChannel
     angular: BaseChannel
-    period: int
-    command_period: int
+    taken: Events
     substeps: int
     dt: float
 
 
-def periods(time: float, period: int) -> int:
-    """Return a time [s] in periods [ns], rounded up; what is less than a nanosecond too long is not."""
-    return -(-max(0, math.ceil(time * 1e9 - 1.0)) // period)
+def base_violations(base: Base, period: int, position_period: int) -> Iterator[str]:
+    """Yield what breaks the rules between parameters of a base and the periods of the two grids [ns]."""
+    if 0.0 < base.command_rate < SLOWEST:
+        yield (f'base.command_rate = {base.command_rate} Hz is below {SLOWEST:g} Hz; take at least {SLOWEST:g} Hz, or '
+               '0 for every command at once')
+    elif queue_length(base, period, position_period) > LONGEST_QUEUE:
+        yield (f'base.dead_time = {list(base.dead_time)} s has more than {LONGEST_QUEUE} commands on their way; '
+               'shorten it, or lower base.command_rate or position_rate')
 
 
 def queue_length(base: Base, period: int, position_period: int) -> int:
     """Return how many commands a base keeps; both periods in ns, of the velocity and of the position grid."""
     longest = max(periods(time, period) for time in base.dead_time)
-    return 1 + -(-longest * period // _command_period(base, period, position_period))
+    taken = _taken(base, period, position_period)
+    return 1 + -(-longest * taken.number // taken.periods)
 
 
-def _command_period(base: Base, period: int, position_period: int) -> int:
-    """Return how often the base takes a command [ns]: not more often than in every velocity period."""
-    return max(period, round(1e9 / base.command_rate)) if base.command_rate > 0.0 else position_period
+def _taken(base: Base, period: int, position_period: int) -> Events:
+    """Return when a base takes commands."""
+    return events_at(base.command_rate, period) if base.command_rate > 0.0 else Events(1, position_period // period)
 
 
 def discretise_base(base: Base, robot: Robot, period: int, position_period: int) -> DiscreteBase:
@@ -160,5 +167,5 @@ def discretise_base(base: Base, robot: Robot, period: int, position_period: int)
         )
 
     return DiscreteBase(
-        robot, one(0), one(1), period, _command_period(base, period, position_period), substeps, dt / max(1, substeps),
+        robot, one(0), one(1), _taken(base, period, position_period), substeps, dt / max(1, substeps),
     )

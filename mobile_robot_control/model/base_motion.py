@@ -8,6 +8,7 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.base import Base, BaseChannel, DiscreteBase, queue_length
 from mobile_robot_control.model.discretisation import FIRST, LAST, MIDDLE, MIDDLE_WEIGHT, OUTER_WEIGHT
 from mobile_robot_control.model.dynamics import PlantState, moved
+from mobile_robot_control.model.events import events_until, is_event
 from mobile_robot_control.model.kinematics import along_arc
 from mobile_robot_control.quantities import BodyVelocity
 
@@ -76,16 +77,15 @@ def base_step(
     comes from a quadrature of sixth order, to 1e-9 m a metre where the shorter lag is at least 1/32 of a period.
 
     """
-    taken = k * base.period // base.command_period
     commands = base_state.commands
-    # the first tick at or after each multiple of the command period
-    if k == 0 or taken > (k - 1) * base.period // base.command_period:
+    if is_event(k, base.taken):
         shifted = (command, *commands)
         commands = shifted[:-1]
     linear, angular = base.linear, base.angular
     # which of the commands is a dead time old; at a run's start, one of before it
-    v_age = taken - (k - linear.delay) * base.period // base.command_period
-    omega_age = taken - (k - angular.delay) * base.period // base.command_period
+    newest = events_until(k, base.taken)
+    v_age = newest - events_until(k - linear.delay, base.taken)
+    omega_age = newest - events_until(k - angular.delay, base.taken)
     setpoint = BodyVelocity(
         _followed(commands[v_age].linear, base_state.setpoint.linear, linear),
         _followed(commands[omega_age].angular, base_state.setpoint.angular, angular),

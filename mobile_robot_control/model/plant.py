@@ -9,7 +9,9 @@ from mobile_robot_control.model.base import Base
 from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.disturbance import Disturbance, disturbed
 from mobile_robot_control.model.dynamics import PlantState, step
+from mobile_robot_control.model.encoders import Encoders
 from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.model.odometry import WheelOdometry
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import INLINE, Field
 from mobile_robot_control.quantities import WheelTorque
@@ -41,6 +43,8 @@ class PlantModel(NamedTuple):
     ] = False
     imperfections: Annotated[Imperfections, INLINE] = Imperfections()
     base: Base = Base()
+    encoders: Encoders = Encoders()
+    odometry: WheelOdometry = WheelOdometry()
 
 
 @rule

@@ -8,8 +8,9 @@ from typing import Annotated, Any, NamedTuple
 from mobile_robot_control.control.laws import LAWS, PositionControl, select
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
-from mobile_robot_control.model.base import LONGEST_QUEUE, queue_length
+from mobile_robot_control.model.base import base_violations
 from mobile_robot_control.model.plant import VELOCITY, PlantModel
+from mobile_robot_control.model.sensor_constants import is_ideal, sensor_violations
 from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
 from mobile_robot_control.parameters.shared import Shared
@@ -118,7 +119,7 @@ NODES: dict[str, Any] = dict(Configuration.__annotations__)
 def has_exact_odometry(plant: PlantParameters) -> bool:
     """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
     noise = plant.model.imperfections.noise
-    return not (any(noise.pose) or noise.velocity)
+    return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
 
 
 def parameter_names() -> dict[str, set[str]]:
@@ -150,12 +151,12 @@ def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
 
 
 @rule
-def _commands_on_their_way_are_few(plant: PlantParameters) -> Iterator[str]:
-    base, shared = plant.model.base, plant.shared
-    periods = period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate)
-    if plant.model.drive == VELOCITY and queue_length(base, *periods) > LONGEST_QUEUE:
-        yield (f'base.dead_time = {list(base.dead_time)} s has more than {LONGEST_QUEUE} commands on their way; '
-               'shorten it, or lower base.command_rate or position_rate')
+def _queues_are_short(plant: PlantParameters) -> Iterator[str]:
+    model, shared = plant.model, plant.shared
+    grid = period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate)
+    if model.drive == VELOCITY:
+        yield from base_violations(model.base, *grid)
+    yield from sensor_violations(model.encoders, model.odometry, *grid)
 
 
 @rule

@@ -159,7 +159,9 @@ class Plant(LoopNode[PlantParameters]):
         self._diagnostics.note_step(self._step(self._asked))
         if self.exit_code is None:
             stamp = self._clock_stamp()
-            if self._now % self._position_period == 0:
+            if self._robot.has_sensors:
+                self._plant_publishers.publish_sample(stamp, self._period)
+            elif self._now % self._position_period == 0:
                 self._plant_publishers.publish_odometry(stamp)
             self._plant_publishers.publish_joint_states(stamp)
             if self._robot.k == self._steps > 0:

@@ -8,8 +8,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from mobile_robot_control.messages import writing
-from mobile_robot_control.model.noise import pose_variances, twist_variances
-from mobile_robot_control.parameters.nodes import PlantParameters
+from mobile_robot_control.parameters.nodes import PlantParameters, has_exact_odometry
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.simulated_robot import SimulatedRobot
@@ -41,15 +40,15 @@ class PlantPublishers:
         self, node: Node, values: PlantParameters, robot: SimulatedRobot, publish_on: Callable[[str], Any]
     ) -> None:
         shared = values.shared
-        self._robot, noise = robot, values.model.imperfections.noise
+        self._robot = robot
         frames = shared.odom_frame_id, shared.base_frame_id
-        injected = pose_variances(noise), twist_variances(noise, shared.robot)
+        injected = robot.variances()
         self._write_odometry = writing.odometry_writer(
             *frames, _sums(values.pose_covariance_diagonal, injected[0]),
             _sums(values.twist_covariance_diagonal, injected[1]))
         self._write_truth = writing.odometry_writer(*frames)
-        noisy = any(injected[0] + injected[1])
-        self._ground_truth = node.create_publisher(Odometry, 'ground_truth', PUBLISHED) if noisy else None
+        exact = has_exact_odometry(values)
+        self._ground_truth = None if exact else node.create_publisher(Odometry, 'ground_truth', PUBLISHED)
         self._write_joints = writing.joints_writer(has_effort=not robot.takes_velocity)
         self._write_clock = writing.clock_writer()
         self._odom, self._joint_states = publish_on('odom'), publish_on('joint_states')
@@ -57,12 +56,37 @@ class PlantPublishers:
         self._clock = node.create_publisher(Clock, '/clock', PUBLISHED) if publish_clock else None
         self._broadcast = make_broadcaster(node, *frames) if values.publish_tf else None
         self._newest: tuple[int, Pose, bytes]
+        self._sampled = -1
 
     def publish_odometry(self, stamp: int) -> None:
-        """Publish, with a stamp [ns], the measured pose and, where there is noise, the true one."""
+        """Publish, with a stamp [ns], the measured pose and, where odometry is not exact, the true one."""
         pose, twist = self._robot.measured_odometry()
         self._newest = stamp, pose, self._write_odometry(stamp, pose, twist)
         self.repeat_odometry()
+        self._publish_truth(stamp)
+
+    def publish_sample(self, stamp: int, period: int) -> None:
+        """
+        Publish odometry once as it arrives, with the stamp of its sample, as on the wall clock; the truth as it is.
+
+        Parameters
+        ----------
+        stamp : int
+            Of now [ns].
+        period : int
+            Of the velocity grid [ns].
+
+        """
+        sampled = self._robot.sampled
+        if sampled != self._sampled:
+            self._sampled = sampled
+            pose, twist = self._robot.measured_odometry()
+            at = stamp - (self._robot.k - sampled) * period
+            self._newest = at, pose, self._write_odometry(at, pose, twist)
+            self.repeat_odometry()
+            self._publish_truth(stamp)
+
+    def _publish_truth(self, stamp: int) -> None:
         if self._ground_truth is not None:
             state = self._robot.state
             self._ground_truth.publish(self._write_truth(stamp, state.pose, state.velocity))
@@ -78,10 +102,8 @@ class PlantPublishers:
 
     def publish_joint_states(self, stamp: int) -> None:
         """Publish, with a stamp [ns], the wheels' angles, measured velocities, and torques over the last step."""
-        state = self._robot.state
-        self._joint_states.publish(self._write_joints(
-            stamp, (state.right_angle, state.left_angle), self._robot.measured_wheels(), self._robot.applied
-        ))
+        angles, velocities = self._robot.measured_wheels()
+        self._joint_states.publish(self._write_joints(stamp, angles, velocities, self._robot.applied))
 
     def flush(self) -> None:
         """Wait, not long, until every subscriber has what was published."""

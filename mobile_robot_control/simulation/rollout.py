@@ -4,64 +4,22 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from mobile_robot_control.control.latency import held_age
 from mobile_robot_control.control.law import LawFailedError, is_sound
-from mobile_robot_control.control.laws import LAWS, select
-from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.discretisation import discretise
-from mobile_robot_control.model.plant_form import Grid, drive_at_rest, drive_constants, plant_form, sensing
-from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
+from mobile_robot_control.model.plant_form import (
+    sensing,
+)
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Truth, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample
+from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.loop_start import form_of, shows_the_truth, start
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
-from mobile_robot_control.simulation.ticks import NO_TORQUE, Form, make_position_tick, make_velocity_tick
+from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
-
-
-def form_of(configuration: Configuration) -> Form:
-    """Return which functions the loop of a configuration is made of."""
-    return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency)
-
-
-def plant_grid(configuration: Configuration) -> Grid:
-    """Return the periods of the grids that the plant of a configuration moves on."""
-    shared = configuration.plant.shared
-    return Grid(period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate))
-
-
-def start(configuration: Configuration) -> tuple[Loop, LoopState]:
-    """Return the constants of the rollout that a checked configuration asks for, and the state at t = 0, at rest."""
-    shared, plant = configuration.plant.shared, configuration.plant
-    law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
-    model, grid = plant.model, plant_grid(configuration)
-    loop = Loop(
-        discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling),
-        model.imperfections,
-        model.max_wheel_torque,
-        configuration.velocity_controller.max_wheel_torque,
-        configuration.velocity_controller.gains,
-        gains,
-        configuration.position_controller.control.limits,
-        configuration.reference_cart.curve.placement,
-        1.0 / shared.position_rate,
-        held_age(configuration.position_controller.odom_latency, shared.stamp_tolerance),
-        drive_constants(model, shared.robot, grid),
-        (),
-    )
-    return loop, LoopState(
-        dynamics.at_rest(Pose(*plant.initial_pose)), VelocityPiState(), law.start, BodyVelocity(0.0, 0.0),
-        drive_at_rest(model, grid), (),
-    )
-
-
-def shows_the_truth(configuration: Configuration) -> bool:
-    """Return whether odometry is exact and the law sees it as it is, so that its error is the true one."""
-    controller = configuration.position_controller
-    return has_exact_odometry(configuration.plant) and not (controller.compensate_latency and controller.odom_latency)
 
 
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
@@ -100,7 +58,7 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
     form = form_of(configuration)
     position_tick = make_position_tick(LAWS[configuration.position_controller.control.controller_type].step, form)
-    velocity_tick, measured_wheels = make_velocity_tick(form), sensing(form.plant).wheels
+    velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
     curve = CURVES[configuration.reference_cart.curve.curve]
     loop, state = start(configuration)
     applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
@@ -122,11 +80,9 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
             state = after
         before, over_last_step = state, applied
         state, torque, applied = velocity_tick(state, k, loop)
-        yield Sample(
-            nanoseconds / 1e9, tick, before.command, before.plant.right_angle, before.plant.left_angle,
-            measured_wheels(before.sensors, before.plant, k, shared.robot, loop.imperfections.noise, loop.sensors),
-            over_last_step, torque, truth,
-        )
+        shown = before.sensors, before.plant, k, loop.sensors
+        yield Sample(nanoseconds / 1e9, tick, before.command, *sensors.angles(*shown), sensors.wheels(*shown),
+                     over_last_step, torque, truth)
         if failure:
             raise LawFailedError(f'at t = {time:g} s: {failure}')
         if dynamics.diverged(state.plant):

@@ -57,8 +57,7 @@ def make_position_tick(
         state: LoopState, reference: Reference, k: int, time: float, loop: Loop
     ) -> tuple[LoopState, PositionTick, TrackingError]:
         true = tracking_error(reference.pose, state.plant.pose)
-        pose, velocity = measured_odometry(
-            state.sensors, state.plant, k, loop.plant.robot, loop.imperfections.noise, loop.sensors)
+        pose, velocity = measured_odometry(state.sensors, state.plant, k, loop.sensors)
         seen = observed_pose(pose, velocity, loop.odom_age)
         error = true if seen == state.plant.pose else tracking_error(reference.pose, seen)
         law, asked = law_step(state.law, Observation(error, reference, velocity), loop.law_gains, loop.position_dt)
@@ -84,20 +83,20 @@ def make_velocity_tick(form: Form = IDEAL_FORM) -> Callable[..., tuple[LoopState
     measured_wheels, advance = sensors.wheels, sensors.advance
 
     def torque_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
-        robot, imperfect = loop.plant.robot, loop.imperfections
-        wheels = measured_wheels(state.sensors, state.plant, k, robot, imperfect.noise, loop.sensors)
+        robot = loop.plant.robot
+        wheels = measured_wheels(state.sensors, state.plant, k, loop.sensors)
         pi, torque = velocity_pi.step(
             state.pi, state.command, body_velocity(wheels, robot), loop.velocity_gains, robot, loop.command_limit,
             loop.plant.dt,
         )
         moved, drive, _, applied = step(
-            state.plant, state.drive, torque, k, loop.plant, imperfect, loop.motor_limit, loop.drive)
-        seen = advance(state.sensors, moved, k + 1, robot, imperfect.noise, loop.sensors)
+            state.plant, state.drive, torque, k, loop.plant, loop.imperfections, loop.motor_limit, loop.drive)
+        seen = advance(state.sensors, moved, k + 1, loop.sensors)
         return LoopState(moved, pi, state.law, state.command, drive, seen), torque, applied
 
     def base_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
         moved, drive = step(state.plant, state.drive, state.command, k, loop.drive)
-        seen = advance(state.sensors, moved, k + 1, loop.plant.robot, loop.imperfections.noise, loop.sensors)
+        seen = advance(state.sensors, moved, k + 1, loop.sensors)
         return LoopState(moved, state.pi, state.law, state.command, drive, seen), NO_TORQUE, NO_TORQUE
 
     return base_tick if form.plant.takes_velocity else torque_tick

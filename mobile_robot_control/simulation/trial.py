@@ -12,8 +12,8 @@ from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState
+from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.metrics import MeasuredRun
-from mobile_robot_control.simulation.rollout import form_of, start
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
 from mobile_robot_control.stamps import period_nanoseconds

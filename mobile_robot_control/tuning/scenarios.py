@@ -9,13 +9,13 @@ from mobile_robot_control.model.actuators import Delay
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.model.plant import TORQUE, PlantModel
-from mobile_robot_control.model.plant_form import drive_at_rest, drive_constants
+from mobile_robot_control.model.plant_form import drive_at_rest, drive_constants, sensor_values, sensors_at_rest
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.rollout import plant_grid
+from mobile_robot_control.simulation.loop_start import plant_grid
 from mobile_robot_control.simulation.trial import Trial, make_trial
 
 
@@ -83,6 +83,7 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
     loop = prepared.loop
     robot = _varied_robot(loop.plant.robot, scenario)
     model, grid = _varied_model(configuration.plant.model, scenario, loop.plant.dt), plant_grid(configuration)
+    sensors = sensor_values(model, robot, grid)
     return prepared._replace(
         curve=scenario.curve,
         loop=loop._replace(
@@ -90,8 +91,9 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
             imperfections=model.imperfections,
             placement=placement,
             drive=drive_constants(model, robot, grid),
+            sensors=sensors,
         ),
-        state=state._replace(drive=drive_at_rest(model, grid)),
+        state=state._replace(drive=drive_at_rest(model, grid), sensors=sensors_at_rest(state.plant, sensors)),
     )
 
 

@@ -16,8 +16,9 @@ from mobile_robot_control.quantities import BodyVelocity, Observation
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.loop_start import start
 from mobile_robot_control.simulation.metrics import RunMeter, summary
-from mobile_robot_control.simulation.rollout import rollout, start
+from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.simulation.ticks import make_velocity_tick
 
 LAP = 16.0
