@@ -186,8 +186,9 @@ class SearchRun:
         """Return the comments at the head of the parameter file."""
         goal, settings = self._goal, self._settings
         torque = metrics['peak_wheel_torque']
+        robot = '' if self._options.robot is None else f' for the robot {self._options.robot}'
         return [
-            f'{goal.controller} gains found by mobile_robot_control {__version__} with',
+            f'{goal.controller} gains{robot} found by mobile_robot_control {__version__} with',
             f'  {self._options.command_line}',
             f'{settings.algorithm}, seed {settings.seed}, {len(found.history)} generations of {settings.population}, '
             f'{len(goal.scenarios)} scenario{"s" * (len(goal.scenarios) != 1)} of {goal.laps:g} laps',

@@ -12,6 +12,7 @@ from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
+from mobile_robot_control.reporting.robots_table import insert_robots
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
 from mobile_robot_control.simulation.totals import Totals
@@ -47,6 +48,13 @@ def test_the_table_of_all_parameters_is_present():
     page = _page('parameters')
     assert insert_parameters(page) == page
     assert tables() in page
+
+
+def test_the_tables_of_all_robots_are_present():
+    page = _page('robots')
+    assert insert_robots(page) == page
+    assert {file.stem for file in (DOCS.parent / 'config' / 'robots').iterdir()} == set(
+        re.findall('^## (.+)$', page, re.MULTILINE))
 
 
 def test_its_topics_are_those_of_the_node(domain):

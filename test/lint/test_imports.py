@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 # each layer may import from those named, and from itself; a module with a row of its own is a layer of its own
 FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'texts', 'streams', 'jit', 'angles'}
 PARAMETERS = {'parameters', 'parameters.shared', 'parameters.nodes', 'parameters.configuration',
-              'parameters.addressing', 'parameters.files'}
+              'parameters.addressing', 'parameters.files', 'parameters.robot_files'}
 DOMAIN = {'model', 'control', 'reference'}
 LAYERS = {
     'quantities': set(),
@@ -40,6 +40,7 @@ LAYERS = {
     'parameters.configuration': {'parameters', 'parameters.shared', 'parameters.nodes', 'model', 'reference'},
     'parameters.addressing': {'parameters.nodes'},
     'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes', 'parameters.addressing'},
+    'parameters.robot_files': {'parameters'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
                    'plugins'} | DOMAIN,
     'recording': {'quantities', 'stamps', 'topics', 'files', 'texts', 'messages', 'simulation'},
