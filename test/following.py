@@ -3,7 +3,6 @@
 import math
 import types
 
-from mobile_robot_control.control.approach import stands_still
 from mobile_robot_control.control.latency import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
@@ -11,8 +10,11 @@ from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reference.waiting import advance, begin_waiting, slowed
 from mobile_robot_control.ros.law_runner import LawRunner
+from mobile_robot_control.ros.wall_clock_drive import WallClockDrive
 
-SILENT_NODE = types.SimpleNamespace(get_logger=lambda: types.SimpleNamespace(error=print))
+NODE = types.SimpleNamespace(
+    get_logger=lambda: types.SimpleNamespace(error=print), create_service=lambda *_: None)
+"""Stands for the position controller."""
 
 
 class Following:
@@ -22,11 +24,15 @@ class Following:
     `commands` and `apart` [m] are lists of each step, `waited` how many of them the cart waited.
     """
 
-    def __init__(self, parameters, law, approach_speed, waits=True):
+    def __init__(self, parameters, law, approach_speed, waits=True, limit=0.0):
         self.curve = parameters.reference_cart.curve
-        self._waits, self._speed = waits, approach_speed
-        self._control = parameters.position_controller.control._replace(controller_type=law)
-        self._law = LawRunner(SILENT_NODE, self._control, 1.0 / parameters.plant.shared.position_rate, lambda: None)
+        self._waits = waits
+        ours = parameters.position_controller
+        self._values = ours._replace(control=ours.control._replace(controller_type=law),
+                                     limits=ours.limits._replace(tracking_error=limit),
+                                     approach=ours.approach._replace(speed=approach_speed))
+        self._law = LawRunner(NODE, self._values.control, 1.0 / ours.shared.position_rate, lambda: None)
+        self.drive = WallClockDrive(NODE, ours.shared.lockstep, self._law, str)
         self._cart = None
         self._distance = parameters.reference_cart.waiting.wait_distance
         self._at = self.reference(0.0).pose
@@ -41,10 +47,7 @@ class Following:
         self._at = reference.pose
         pose = carried_forward(pose, velocity, time - stamp)
         error = tracking_error(reference.pose, pose)
-        if self._speed > 0.0 and stands_still(reference):
-            command = self._law.approach(error, self._speed, self._control)
-        else:
-            command = self._law.command(Observation(error, reference, velocity), None, math.inf)
+        command = self.drive.command(Observation(error, reference, velocity), self._values)
         assert not self._law.failure
         self.commands.append(command)
         self.apart.append(math.hypot(error.longitudinal, error.lateral))

@@ -79,7 +79,7 @@ class LawRunner:
         return command
 
     def approach(self, error: TrackingError, speed: float, control: PositionControl) -> BodyVelocity:
-        """Return the command towards a cart that waits, at a speed [m/s] at most; a law goes on from it without a jump."""
+        """Return the command towards a cart that waits, at a speed [m/s] at most; a law goes on from it smoothly."""
         if self.failure:
             return _ZERO
         self._approach, asked = approach_step(self._approach, error, speed)

@@ -6,9 +6,8 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 
-from mobile_robot_control.control.approach import stands_still
 from mobile_robot_control.control.latency import carried_forward, held_age
-from mobile_robot_control.control.tracking_error import distance, tracking_error
+from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
 from mobile_robot_control.parameters.nodes import PositionControllerParameters
@@ -21,8 +20,8 @@ from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.odom_conflict import CONFLICT, OdomConflict
 from mobile_robot_control.ros.odom_twist import OdomTwist
 from mobile_robot_control.ros.qos import PUBLISHED, flush
-from mobile_robot_control.ros.safety_stop import SafetyStop
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
+from mobile_robot_control.ros.wall_clock_drive import WallClockDrive, approach_speed
 
 _ZERO = BodyVelocity(0.0, 0.0)
 
@@ -41,7 +40,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._law = LawRunner(self, self._values.control, 1.0 / shared.position_rate, self._tell_failure)
         self._twist = OdomTwist(self)
         self._conflict = OdomConflict(self, self._watch, self._values.input_timeout)
-        self._stop = SafetyStop(self, shared.lockstep, self._act)
+        self._drive = WallClockDrive(self, shared.lockstep, self._law, self._act)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
@@ -99,7 +98,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
         stamp = self._clock_stamp()
         silent = [topic for topic in self._monitor.sources if self._monitor.age(topic) > self._values.input_timeout]
-        if self._stop.reason or self._in_conflict():
+        if self._drive.stop.reason or self._in_conflict():
             self._tracking = False
             self._publish_command(stamp, _ZERO)
         elif self._odom is not None and self._reference is not None and not silent:
@@ -118,11 +117,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _check_start(self, decision: StampDecision) -> None:
         """Log where a run starts far from the cart."""
         if decision is StampDecision.START and self._odom is not None and self._reference is not None:
-            log_far_start(self, self._odom[1][0], self._reference[1].pose, self._approach_speed(self._reference[1]))
-
-    def _approach_speed(self, reference: Reference) -> float:
-        """Return the speed at which the robot approaches a cart that waits [m/s]; 0 where a law tracks it."""
-        return self._values.approach.speed if not self._shared.lockstep and stands_still(reference) else 0.0
+            log_far_start(self, self._odom[1][0], self._reference[1].pose,
+                          approach_speed(self._values, self._reference[1]))
 
     def _in_conflict(self) -> bool:
         return self._values.stop_on_odom_conflict and self._conflict.present
@@ -141,21 +137,11 @@ class PositionController(LoopNode[PositionControllerParameters]):
             pose = carried_forward(pose, velocity, self._odom_age(stamp))
         observation = Observation(tracking_error(reference.pose, pose), reference, velocity)
         command = (self._law.command(observation, stamp, math.inf) if self._shared.lockstep
-                   else self._drive(observation))
+                   else self._drive.command(observation, self._values))
         self._answer = (command, observation.error)
         # publish before updating diagnostics: other nodes wait for the answer
         self._publish(stamp)
         self._diagnostics.note_step()
-
-    def _drive(self, observation: Observation) -> BodyVelocity:
-        """On the wall clock: stop beyond the limit, approach a cart that waits, track one that drives."""
-        speed = self._approach_speed(observation.reference)
-        if not self._stop.allows(distance(observation.error), self._values.limits.tracking_error, speed > 0.0):
-            self._diagnostics.publish_now()
-            return _ZERO
-        if speed > 0.0:
-            return self._law.approach(observation.error, speed, self._values.control)
-        return self._law.command(observation, None, self._values.input_timeout)
 
     def _tell_failure(self) -> None:
         self._diagnostics.publish_now()
@@ -163,8 +149,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _condition(self) -> Condition | None:
         if self._law.failure:
             return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._law.failure)
-        if self._stop.reason:
-            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._stop.reason)
+        if self._drive.stop.reason:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._drive.stop.reason)
         if self._in_conflict():
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *self._watch.problems()]))
         if self._twist.problem and self._tracking:

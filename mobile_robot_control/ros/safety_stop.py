@@ -77,7 +77,8 @@ class SafetyStop:
             response.success, response.message = False, _IN_LOCKSTEP
             return response
         self._change(reason)
-        response.message = self._act()
+        now = self._act()
+        response.message = now if self.reason else f'released: {now}'
         # a robot that is released too far from the reference is stopped again
         response.success = bool(self.reason) == bool(reason)
         return response
