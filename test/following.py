@@ -8,7 +8,7 @@ from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.reference.waiting import advance, begin_waiting, slowed
+from mobile_robot_control.reference.waiting import begin_waiting, move_cart, slowed
 from mobile_robot_control.ros.law_runner import LawRunner
 from mobile_robot_control.ros.wall_clock_drive import WallClockDrive
 
@@ -55,7 +55,7 @@ class Following:
 
     def _advanced(self, time, stamp, pose):
         before = self._cart or begin_waiting(time, pose)
-        self._cart = advance(before, time, time - stamp, pose, self._at, self._distance)
+        self._cart = move_cart(before, time, time - stamp, pose, self._at, self._distance)
         self.waited += bool(self._cart.why)
         self.times.append(self._cart.time)
         return slowed(self.reference(self._cart.time), self._cart.rate)

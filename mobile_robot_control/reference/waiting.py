@@ -70,7 +70,7 @@ def begin_waiting(now: float, pose: Pose) -> WaitingCart:
     return WaitingCart(now, 0.0, 0.0, 'the robot is not at the start', pose, now)
 
 
-def advance(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, wait_distance: float) -> WaitingCart:
+def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, wait_distance: float) -> WaitingCart:
     """
     Compute the cart's next step: on along its curve, or not.
 

@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
 from mobile_robot_control.quantities import Pose, Reference
-from mobile_robot_control.reference.waiting import NEAR, WaitingCart, advance, apart, begin_waiting, slowed
+from mobile_robot_control.reference.waiting import NEAR, WaitingCart, apart, begin_waiting, move_cart, slowed
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.input_monitor import InputMonitor
 
@@ -46,7 +46,7 @@ class CartWait:
     def reference(self) -> Reference:
         """Return the reference now."""
         before = self._cart or begin_waiting(time.monotonic(), self._pose)
-        self._cart = advance(before, time.monotonic(), self._monitor.age('odom'), self._pose, self._at,
+        self._cart = move_cart(before, time.monotonic(), self._monitor.age('odom'), self._pose, self._at,
                              self._wait_distance)
         if self._cart.why and not before.why:
             self._node.get_logger().warning(f'the cart waits: {self._words(self._cart)}')

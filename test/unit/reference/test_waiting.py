@@ -6,7 +6,7 @@ import math
 import pytest
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.waiting import WaitingCart, advance, begin_waiting, slowed
+from mobile_robot_control.reference.waiting import WaitingCart, begin_waiting, move_cart, slowed
 
 DT, FAR = 0.02, 0.5
 START = Pose(1.0, 0.0, 0.5 * math.pi)
@@ -18,11 +18,11 @@ def at(time):
 
 
 def run(cart, seconds, robot=None, age=0.0):
-    """Advance a cart; the robot is where it is, or stands at a pose. Returns every step of the cart."""
+    """Move a cart; the robot is where it is, or stands at a pose. Returns every step of the cart."""
     steps = [cart]
     for _ in range(round(seconds / DT)):
         now = steps[-1]
-        steps.append(advance(now, now.now + DT, age, robot or at(now.time), at(now.time), FAR))
+        steps.append(move_cart(now, now.now + DT, age, robot or at(now.time), at(now.time), FAR))
     return steps
 
 
@@ -78,32 +78,32 @@ def test_it_waits_for_a_robot_that_drives_too_far_behind(driving):
     behind = driving
     for n in range(200):
         y = at(behind.time).y - min(0.6, 0.2 + 0.005 * n)
-        behind = advance(behind, behind.now + DT, 0.0, Pose(1.0, y, 1.57), at(behind.time), FAR)
+        behind = move_cart(behind, behind.now + DT, 0.0, Pose(1.0, y, 1.57), at(behind.time), FAR)
     assert 'wait_distance = 0.5 m' in behind.why
     # within that distance it still waits, until the robot is near
     place = at(behind.time)
-    nearer = advance(behind, behind.now + DT, 0.0, Pose(1.0, place.y - 0.2, 1.57), place, FAR)
+    nearer = move_cart(behind, behind.now + DT, 0.0, Pose(1.0, place.y - 0.2, 1.57), place, FAR)
     assert nearer.why
     assert nearer.time == behind.time
-    assert not advance(nearer, nearer.now + DT, 0.0, Pose(1.0, place.y - 0.09, 1.57), place, FAR).why
+    assert not move_cart(nearer, nearer.now + DT, 0.0, Pose(1.0, place.y - 0.09, 1.57), place, FAR).why
 
 
 @pytest.mark.parametrize(('age', 'why'), [(0.5, ''), (0.51, 'odom is silent'), (math.inf, 'odom is silent')])
 def test_it_waits_while_odometry_is_silent(driving, age, why):
-    assert advance(driving, driving.now + DT, age, at(driving.time), at(driving.time), FAR).why == why
+    assert move_cart(driving, driving.now + DT, age, at(driving.time), at(driving.time), FAR).why == why
 
 
 def test_a_robot_that_turns_does_not_stand(driving):
     cart, place = driving, at(driving.time)
     for n in range(60):
-        cart = advance(cart, cart.now + DT, 0.0, place._replace(heading=0.05 * n), at(cart.time), FAR)
+        cart = move_cart(cart, cart.now + DT, 0.0, place._replace(heading=0.05 * n), at(cart.time), FAR)
     assert cart.why == ''
 
 
 def test_after_a_pause_of_the_node_the_cart_is_where_it_was(driving):
-    late = advance(driving, driving.now + 3.0, 0.0, at(driving.time), at(driving.time), FAR)
+    late = move_cart(driving, driving.now + 3.0, 0.0, at(driving.time), at(driving.time), FAR)
     assert (late.time, late.rate, late.why) == (driving.time, 0.0, '')
-    assert advance(late, late.now + DT, 0.0, at(late.time), at(late.time), FAR).rate == pytest.approx(DT)
+    assert move_cart(late, late.now + DT, 0.0, at(late.time), at(late.time), FAR).rate == pytest.approx(DT)
 
 
 def test_the_reference_of_a_cart_that_waits_stands():
