@@ -19,8 +19,6 @@ _MOVED, _TURNED = 0.02, 0.1
 """... of this size [m], [rad]."""
 _RAMP = 1.0
 """[s] in which a cart that goes on comes to its full speed."""
-_STALLED = 0.5
-"""[s] between two steps: the node itself was held up, and the cart has stood meanwhile."""
 
 
 class WaitParameters(NamedTuple):
@@ -70,6 +68,11 @@ def begin_waiting(now: float, pose: Pose) -> WaitingCart:
     return WaitingCart(now, 0.0, 0.0, 'the robot is not at the start', pose, now)
 
 
+def after_a_pause(cart: WaitingCart, now: float) -> WaitingCart:
+    """Return a cart that has stood until a steady time [s], since nothing moved it."""
+    return cart._replace(now=now, rate=0.0)
+
+
 def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, wait_distance: float) -> WaitingCart:
     """
     Compute the cart's next step: on along its curve, or not.
@@ -92,14 +95,14 @@ def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, w
     Returns
     -------
     WaitingCart
-        Its time along the curve never jumps: where the step itself is late by more than 0.5 s, the cart has stood.
+        Its time along the curve goes on from where it stood.
 
     """
     moved = apart(pose, cart.place) > _MOVED or _turned(pose, cart.place) > _TURNED
     place, since = (pose, now) if moved else (cart.place, cart.since)
     why = _reason(cart.why, _Robot(age, apart(pose, at), _turned(pose, at), now - since > STANDING), wait_distance)
     dt = now - cart.now
-    rate = 0.0 if why or dt > _STALLED else min(1.0, cart.rate + dt / _RAMP)
+    rate = 0.0 if why else min(1.0, cart.rate + dt / _RAMP)
     return WaitingCart(now, cart.time + rate * dt, rate, why, place, since)
 
 

@@ -7,9 +7,20 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
 from mobile_robot_control.quantities import Pose, Reference
-from mobile_robot_control.reference.waiting import NEAR, WaitingCart, apart, begin_waiting, move_cart, slowed
+from mobile_robot_control.reference.waiting import (
+    NEAR,
+    WaitingCart,
+    after_a_pause,
+    apart,
+    begin_waiting,
+    move_cart,
+    slowed,
+)
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.input_monitor import InputMonitor
+
+_HELD_UP = 0.5
+"""[s], and three periods at least, between two steps: the node was held up, and the cart has stood meanwhile."""
 
 
 class CartWait:
@@ -24,15 +35,18 @@ class CartWait:
         Has the age of odometry.
     wait_distance : float
         [m].
+    period : float
+        Of the cart's steps [s].
     reference_at : callable
         Returns the reference at a time along the curve [s].
 
     """
 
     def __init__(
-        self, node: Node, monitor: InputMonitor, wait_distance: float, reference_at: Callable[[float], Reference]
+        self, node: Node, monitor: InputMonitor, wait_distance: float, period: float,
+        reference_at: Callable[[float], Reference],
     ) -> None:
-        self._node, self._monitor = node, monitor
+        self._node, self._monitor, self._longest = node, monitor, max(_HELD_UP, 3.0 * period)
         self._wait_distance, self._reference_at = wait_distance, reference_at
         self._cart: WaitingCart | None = None
         self._pose = self._at = reference_at(0.0).pose
@@ -45,9 +59,11 @@ class CartWait:
 
     def reference(self) -> Reference:
         """Return the reference now."""
-        before = self._cart or begin_waiting(time.monotonic(), self._pose)
-        self._cart = move_cart(before, time.monotonic(), self._monitor.age('odom'), self._pose, self._at,
-                             self._wait_distance)
+        now = time.monotonic()
+        before = self._cart or begin_waiting(now, self._pose)
+        if now - before.now > self._longest:
+            before = after_a_pause(before, now)
+        self._cart = move_cart(before, now, self._monitor.age('odom'), self._pose, self._at, self._wait_distance)
         if self._cart.why and not before.why:
             self._node.get_logger().warning(f'the cart waits: {self._words(self._cart)}')
         elif before.why and not self._cart.why:

@@ -41,8 +41,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._subscribe('odom', self._on_odom)
         self._began: float | None = None
         waiting = self._values.waiting
-        self._wait = (CartWait(self, self._monitor, waiting.wait_distance, self._reference_at)
-                      if waiting.wait and not shared.lockstep else None)
+        self._wait = None if shared.lockstep or not waiting.wait else CartWait(
+            self, self._monitor, waiting.wait_distance, 1.0 / shared.position_rate, self._reference_at)
         self._start(shared.position_rate, self._tick)
 
     def _on_odom(self, message: bytes) -> None:

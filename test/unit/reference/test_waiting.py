@@ -6,7 +6,7 @@ import math
 import pytest
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.waiting import WaitingCart, begin_waiting, move_cart, slowed
+from mobile_robot_control.reference.waiting import WaitingCart, after_a_pause, begin_waiting, move_cart, slowed
 
 DT, FAR = 0.02, 0.5
 START = Pose(1.0, 0.0, 0.5 * math.pi)
@@ -101,7 +101,8 @@ def test_a_robot_that_turns_does_not_stand(driving):
 
 
 def test_after_a_pause_of_the_node_the_cart_is_where_it_was(driving):
-    late = move_cart(driving, driving.now + 3.0, 0.0, at(driving.time), at(driving.time), FAR)
+    now = driving.now + 3.0
+    late = move_cart(after_a_pause(driving, now), now, 0.0, at(driving.time), at(driving.time), FAR)
     assert (late.time, late.rate, late.why) == (driving.time, 0.0, '')
     assert move_cart(late, late.now + DT, 0.0, at(late.time), at(late.time), FAR).rate == pytest.approx(DT)
 
