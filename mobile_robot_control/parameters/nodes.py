@@ -5,7 +5,9 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
+from mobile_robot_control.control.approach import ApproachParameters
 from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.control.tracking_limit import TrackingLimit
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
 from mobile_robot_control.model.base import base_violations
@@ -15,6 +17,7 @@ from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
 from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import CurveParameters
+from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.stamps import period_nanoseconds
 
 
@@ -94,6 +97,9 @@ class PositionControllerParameters(NamedTuple):
         bool, Field('', 'wall clock: stop the robot while odom has several publishers that contradict each other',
                     live=True)
     ] = True
+    # beside those of the command in `control`, which rollouts take
+    limits: TrackingLimit = TrackingLimit()
+    approach: ApproachParameters = ApproachParameters()
 
 
 class ReferenceCartParameters(NamedTuple):
@@ -101,6 +107,7 @@ class ReferenceCartParameters(NamedTuple):
 
     shared: Annotated[Shared, INLINE] = Shared()
     curve: Annotated[CurveParameters, INLINE] = CurveParameters()
+    waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
 
 
 class Configuration(NamedTuple):

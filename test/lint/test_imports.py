@@ -56,7 +56,7 @@ LAYERS = {
 MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
-       'sensor_msgs', 'std_msgs', 'tf2_ros'}
+       'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros'}
 
 
 def _imported(path):
