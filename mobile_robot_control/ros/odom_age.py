@@ -1,8 +1,8 @@
 """How old odometry is: by its stamp, by what the parameters say, and by how often it repeats a sample."""
 
-from mobile_robot_control.control.latency import NO_ODOMETRY, held_age, held_odometry
+from mobile_robot_control.control.latency import NO_ODOMETRY, carried_forward, held_age, held_odometry
 from mobile_robot_control.parameters.shared import Shared
-from mobile_robot_control.quantities import BodyVelocity, Pose
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 
 
 class OdomAge:
@@ -35,3 +35,8 @@ class OdomAge:
         """Return the age [s] of the newest odometry at a stamp [ns], with a latency that its stamp does not show."""
         since = self._held.steps * self._period if self._lockstep else (stamp - self._sampled) / 1e9
         return held_age(latency + since, self._longest)
+
+    def present(self, reference: Reference, age: int) -> Reference:
+        """Return a reference that is some nanoseconds old as it is now; both must be of one time to be compared."""
+        pose = carried_forward(reference.pose, reference.velocity, held_age(age / 1e9, self._longest))
+        return Reference(pose, reference.velocity)

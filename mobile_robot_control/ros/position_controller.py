@@ -139,6 +139,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _step(self, stamp: int, pose: Pose, velocity: BodyVelocity, reference: Reference) -> None:
         if self._values.compensate_latency:
             pose = carried_forward(pose, velocity, self._age.at(stamp, self._values.odom_latency))
+            if not self._shared.lockstep and self._reference is not None:
+                reference = self._age.present(reference, stamp - self._reference[0])
         observation = Observation(tracking_error(reference.pose, pose), reference, velocity)
         command = (self._law.command(observation, stamp, math.inf) if self._shared.lockstep
                    else self._drive.command(observation, self._values))
