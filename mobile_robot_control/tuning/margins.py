@@ -1,0 +1,233 @@
+"""Gain and delay margins of the velocity loop and, along the curve, of the position loop."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.tuning.lap import FollowedTick, NotFollowedError, followed_lap, lap_loop
+from mobile_robot_control.tuning.linearisation import LinearLoop, linear_position_loop, linear_velocity_loop
+from mobile_robot_control.tuning.modelled import drive_of, pattern_of, smooth_part
+
+LARGEST_GAIN = 20.0
+"""Margins are searched up to this factor, and down to its inverse."""
+MOST_PERIODS = 20
+"""Delay margins are searched up to so many periods of the loop."""
+
+_MOST_TIME = 0.1
+"""[s]: delay margins of the position loop are searched up to this at least."""
+_POINTS = 24
+"""Of the lap."""
+_GAIN_STEPS = 40
+_RESOLUTION = 1e-3
+
+
+def longest_delay(period: float) -> int:
+    """Return up to which the delay margin of a position loop with a period [s] is searched [periods]."""
+    return max(MOST_PERIODS, math.ceil(_MOST_TIME / period - 1e-9))
+
+
+class Margins(NamedTuple):
+    """
+    The stability margins of a loop.
+
+    Attributes
+    ----------
+    gain : float
+        Least factor above 1 on the controller's output with which the loop is no longer stable; infinite if none up to
+        LARGEST_GAIN is known.
+    lowest_gain : float
+        Largest factor below 1 with which it is not stable; 0 if none down to 1 / LARGEST_GAIN is known.
+    delay : float
+        Least further delay of the output with which it is no longer stable [periods]; infinite if none up to
+        `longest_delay` is known.
+
+    """
+
+    gain: float
+    lowest_gain: float
+    delay: float
+
+
+UNSTABLE = Margins(1.0, 1.0, 0.0)
+"""Of a loop that is not stable as it is."""
+UNKNOWN = Margins(math.nan, math.nan, math.nan)
+"""Of a loop that has no linearisation."""
+
+
+class LapMargins(NamedTuple):
+    """
+    The worst margins along the curve.
+
+    Attributes
+    ----------
+    margins : Margins
+        The smallest ones, and the largest `lowest_gain`.
+    gain_time, delay_time : float
+        Where the gain and the delay margin are smallest: time after the beginning of the lap [s].
+
+    """
+
+    margins: Margins
+    gain_time: float
+    delay_time: float
+
+
+class LoopMargins(NamedTuple):
+    """
+    The margins of both loops of a configuration.
+
+    Attributes
+    ----------
+    velocity : LapMargins or None
+        Delays in velocity periods; None where the base has a velocity loop of its own.
+    position : LapMargins
+        Delays in position periods.
+    reason : str
+        Why margins are not known; '' where they are.
+
+    """
+
+    velocity: LapMargins | None
+    position: LapMargins
+    reason: str = ''
+
+
+def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: float = 0.0) -> float:
+    """
+    Return the spectral radius of a closed loop, for one period.
+
+    Parameters
+    ----------
+    loop : sequence of LinearLoop
+        Consecutive periods, after which the loop repeats.
+    gain : float
+        Factor on the controller's output.
+    delay : float
+        Further delay of the output [periods]. Between two velocity ticks the two inputs are averaged: what a period's
+        end sees of it is exact to first order in the velocity period.
+
+    """
+    whole, parts = math.floor(delay), len(loop[0].inputs)
+    late = (delay - whole) * parts
+    n = len(loop[0].state)
+    product = np.eye(n + 2 * (whole + 1))
+    for one in loop:
+        # the share of each part of the period in which the older of two inputs still acts
+        older = np.clip(late - np.arange(parts), 0.0, 1.0)
+        old, new = (np.tensordot(share, one.inputs, 1) for share in (older, 1.0 - older))
+        closed = np.zeros_like(product)
+        # x, y[n-1], ..., y[n-whole-1]
+        closed[:n, :n] = one.state
+        closed[:n, n + 2 * whole:] += gain * old
+        if whole:
+            closed[:n, n + 2 * (whole - 1):n + 2 * whole] += gain * new
+        else:
+            closed[:n, :n] += gain * new @ one.asked
+        closed[n:n + 2, :n] = one.asked
+        closed[n + 2:, n:-2] = np.eye(2 * whole)
+        product = closed @ product
+    return float(max(abs(np.linalg.eigvals(product))) ** (1.0 / len(loop)))
+
+
+def _first_unstable(radius: Callable[[float], float], grid: Sequence[float]) -> float:
+    """Return where a loop that is stable at the first value of a grid first is not; infinite if it is on all."""
+    for stable, unstable in zip(grid, grid[1:], strict=False):
+        if radius(unstable) >= 1.0:
+            while abs(unstable - stable) > _RESOLUTION * unstable:
+                middle = 0.5 * (stable + unstable)
+                stable, unstable = (stable, middle) if radius(middle) >= 1.0 else (middle, unstable)
+            return stable
+    return math.inf
+
+
+def _delays(longest: int) -> list[float]:
+    """Return the delays that are tried, closer together where they are short."""
+    found = [0]
+    while found[-1] < longest:
+        found.append(min(longest, found[-1] + max(1, found[-1] // 8)))
+    return [float(delay) for delay in found]
+
+
+def margins_of(loop: Sequence[LinearLoop], longest: int = MOST_PERIODS) -> Margins:
+    """Return the margins of a loop that repeats after some periods; delays are searched up to the longest [periods]."""
+    if not all(np.isfinite(part).all() for one in loop for part in one):
+        return UNKNOWN
+    if spectral_radius_of(loop) >= 1.0:
+        return UNSTABLE
+    gains = np.geomspace(1.0, LARGEST_GAIN, _GAIN_STEPS).tolist()
+    return Margins(
+        _first_unstable(lambda gain: spectral_radius_of(loop, gain), gains),
+        1.0 / _first_unstable(lambda lower: spectral_radius_of(loop, 1.0 / lower), gains),
+        _first_unstable(lambda delay: spectral_radius_of(loop, 1.0, delay), _delays(longest)),
+    )
+
+
+def _worst(found: Sequence[tuple[float, Margins]]) -> LapMargins:
+    """Return the worst of margins by time; unknown where one of them is."""
+    if any(math.isnan(margins.gain) for _, margins in found):
+        return LapMargins(UNKNOWN, math.nan, math.nan)
+    gain_time, gain = min(((time, margins.gain) for time, margins in found), key=lambda pair: pair[1])
+    delay_time, delay = min(((time, margins.delay) for time, margins in found), key=lambda pair: pair[1])
+    lowest = max(margins.lowest_gain for _, margins in found)
+    return LapMargins(Margins(gain, lowest, delay), gain_time, delay_time)
+
+
+def loop_margins(configuration: Configuration) -> LoopMargins:
+    """
+    Compute the margins of both loops along a lap.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked. Noise, limits, quantisation, dead zones and friction that sticks are left out (`smooth_part`).
+
+    Returns
+    -------
+    LoopMargins
+        With a reason in words where the loop does not follow the reference, or has no linearisation.
+
+    Notes
+    -----
+    The loop follows a curve, on which it is not constant. Each point is looked at as if the robot went on as it does
+    there, in coordinates that go along with the reference: what varies slower than the loop settles is covered, and a
+    stretch of instability too short to matter counts fully.
+
+    """
+    smooth, by_torque = smooth_part(configuration), drive_of(configuration) == 'torque'
+    lap, placement, pattern = lap_loop(smooth), smooth.reference_cart.curve.placement, pattern_of(smooth)
+    nothing = LapMargins(UNKNOWN, math.nan, math.nan)
+    if not pattern:
+        return LoopMargins(nothing if by_torque else None, nothing, 'the rates of the base have no common pattern')
+    ticks = math.ceil(placement.period / lap.loop.position_dt)
+    chosen = sorted({n * ticks // _POINTS for n in range(_POINTS)})
+    velocity, position = [], []
+    try:
+        for window in _windows(followed_lap(smooth), chosen, pattern):
+            time = window[0].time % placement.period
+            if by_torque:
+                velocity.append((time, margins_of(linear_velocity_loop(lap, window[0]))))
+            position.append((time, margins_of(linear_position_loop(lap, window), longest_delay(lap.loop.position_dt))))
+    except NotFollowedError as error:
+        return LoopMargins(nothing if by_torque else None, nothing, str(error))
+    found = LoopMargins(_worst(velocity) if by_torque else None, _worst(position))
+    known = all(not math.isnan(loop.margins.gain) for loop in found[:2] if loop is not None)
+    return found if known else found._replace(reason='the loop has no derivative at a point of the lap')
+
+
+def _windows(
+    ticks: Iterator[FollowedTick], chosen: Sequence[int], length: int
+) -> Iterator[list[FollowedTick]]:
+    """Yield so many consecutive ticks from each of the chosen ones on."""
+    kept: list[FollowedTick] = []
+    begun = iter(chosen)
+    first = next(begun)
+    for n, tick in enumerate(ticks):
+        kept = [*kept, tick][-length:]
+        while n == first + length - 1:
+            yield kept
+            if (following := next(begun, None)) is None:
+                return
+            first = following
