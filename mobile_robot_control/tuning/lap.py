@@ -129,5 +129,5 @@ def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
         for j in range(lap.ratio):
             state = lap.velocity_tick(state, k + j, lap.loop)[0]
         if dynamics.diverged(state.plant):
-            raise NotFollowedError('the motion diverges')
+            raise NotFollowedError('the motion diverges; lower the gains')
         reference = following

@@ -81,14 +81,12 @@ def _slopes(function: Callable[[Array], Array], at: Array) -> Array:
     return np.array(columns).T
 
 
-def _reached(links: Flags, first: Any) -> Flags:
+def _reached(links: Flags, first: Any) -> Any:
     """Return which states are reached from the first ones over links, where links[i, j] leads from j to i."""
     reached = first
-    while True:
-        further: Flags = reached | np.any(links[:, reached], axis=1)
-        if (further == reached).all():
-            return reached
-        reached = further
+    for _ in range(len(links)):
+        reached = reached | np.any(links[:, reached], axis=1)
+    return reached
 
 
 class _Opened(NamedTuple):
@@ -114,7 +112,7 @@ def _linear(opened: Sequence[_Opened]) -> tuple[LinearLoop, ...]:
     return tuple(
         LinearLoop(
             part[:n, :n][np.ix_(kept, kept)],
-            part[:n, n:][kept].reshape(kept.sum(), -1, 2).transpose(1, 0, 2),
+            part[:n, n:][kept].reshape(kept.sum(), (part.shape[1] - n) // 2, 2).transpose(1, 0, 2),
             part[n:, :n][:, kept],
         ) if _is_smooth(one, part, kept) else _NO_DERIVATIVE
         for one, part in zip(opened, slopes, strict=True)

@@ -20,7 +20,7 @@ _MOST_TIME = 0.1
 """[s]: delay margins of the position loop are searched up to this at least."""
 _POINTS = 24
 """Of the lap."""
-_GAIN_STEPS = 40
+_GAIN_STEPS = 25
 _RESOLUTION = 1e-3
 
 
@@ -119,7 +119,7 @@ def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: flo
         older = np.clip(late - np.arange(parts), 0.0, 1.0)
         old, new = (np.tensordot(share, one.inputs, 1) for share in (older, 1.0 - older))
         closed = np.zeros_like(product)
-        # x, y[n-1], ..., y[n-whole-1]
+        # the state is followed by the outputs of earlier periods, the newest first
         closed[:n, :n] = one.state
         closed[:n, n + 2 * whole:] += gain * old
         if whole:
@@ -134,13 +134,14 @@ def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: flo
 
 def _first_unstable(radius: Callable[[float], float], grid: Sequence[float]) -> float:
     """Return where a loop that is stable at the first value of a grid first is not; infinite if it is on all."""
-    for stable, unstable in zip(grid, grid[1:], strict=False):
-        if radius(unstable) >= 1.0:
-            while abs(unstable - stable) > _RESOLUTION * unstable:
-                middle = 0.5 * (stable + unstable)
-                stable, unstable = (stable, middle) if radius(middle) >= 1.0 else (middle, unstable)
-            return stable
-    return math.inf
+    first = next((n for n, value in enumerate(grid) if radius(value) >= 1.0), 0)
+    if not first:
+        return math.inf
+    stable, unstable = grid[first - 1], grid[first]
+    while unstable - stable > _RESOLUTION * unstable:
+        middle = 0.5 * (stable + unstable)
+        stable, unstable = (stable, middle) if radius(middle) >= 1.0 else (middle, unstable)
+    return stable
 
 
 def _delays(longest: int) -> list[float]:

@@ -77,11 +77,10 @@ def _shortfalls(name: str, found: LapMargins, period: float, least: float) -> It
         yield f'the {name} loop is not stable at {_place(found.gain_time)}; lower the gains'
         return
     if gain < THIN_GAIN:
-        yield (f'the {name} loop has a thin gain margin, {gain:.2f}, and {THIN_GAIN:g} is usual: a robot with less mass '
-               'or friction may oscillate; lower the gains')
+        yield f'the {name} loop has a thin gain margin, {gain:.2f}, and {THIN_GAIN:g} is usual: lower the gains'
     if lowest > 1.0 / THIN_GAIN:
-        yield (f'the {name} loop has a thin lower gain margin, {lowest:.2f}, and {1.0 / THIN_GAIN:g} is usual: a robot '
-               'with more mass or friction may oscillate; raise the gains')
+        yield (f'the {name} loop has a thin lower gain margin, {lowest:.2f}, and {1.0 / THIN_GAIN:g} is usual: raise '
+               'the gains')
     if delay * period < least:
         yield (f'the {name} loop has a thin delay margin, {1e3 * delay * period:.1f} ms, and {1e3 * least:g} ms are '
                'little: lower the gains, or model what is late on the robot and search again')
