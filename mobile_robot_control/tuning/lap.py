@@ -78,12 +78,24 @@ class FollowedTick(NamedTuple):
 
 
 def lap_loop(configuration: Configuration) -> LapLoop:
-    """Return the loop of a checked configuration."""
+    """Return the loop of a checked configuration; its position tick raises NotFollowedError where the law fails."""
     control, shared = configuration.position_controller, configuration.plant.shared
     observed_pose = carried_forward if control.compensate_latency else as_measured
+    position_tick = make_position_tick(LAWS[control.control.controller_type].step, observed_pose)
+
+    def checked_tick(*arguments: Any) -> Any:
+        try:
+            ticked = position_tick(*arguments)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # a law can raise anything
+            raise NotFollowedError(f'the law fails ({describe_error(error)})') from error
+        if not is_sound(ticked[0].command):
+            raise NotFollowedError('the law gives a command that is not finite')
+        return ticked
+
     return LapLoop(
-        make_position_tick(LAWS[control.control.controller_type].step, observed_pose), velocity_tick,
-        start(configuration)[0],
+        checked_tick, velocity_tick, start(configuration)[0],
         period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
     )
 
@@ -118,12 +130,7 @@ def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
     for n in itertools.count():
         following, k, time = reference_at(curve, (n + 1) * dt, placement), n * lap.ratio, n * dt
         before = state
-        try:
-            state = lap.position_tick(before, reference, k, time, lap.loop)[0]
-        except BaseException as error:  # a law can raise anything
-            raise NotFollowedError(f'the law fails ({describe_error(error)})') from error
-        if not is_sound(state.command):
-            raise NotFollowedError('the law gives a command that is not finite')
+        state = lap.position_tick(before, reference, k, time, lap.loop)[0]
         if n >= first:
             yield FollowedTick(k, time, before, state.command, reference, following)
         for j in range(lap.ratio):

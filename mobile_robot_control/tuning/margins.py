@@ -1,15 +1,12 @@
-"""Gain and delay margins of the velocity loop and, along the curve, of the position loop."""
+"""Gain and delay margins of a linear loop."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.tuning.lap import FollowedTick, NotFollowedError, followed_lap, lap_loop
-from mobile_robot_control.tuning.linearisation import LinearLoop, linear_position_loop, linear_velocity_loop
-from mobile_robot_control.tuning.modelled import drive_of, pattern_of, smooth_part
+from mobile_robot_control.tuning.linearisation import LinearLoop
 
 LARGEST_GAIN = 20.0
 """Margins are searched up to this factor, and down to its inverse."""
@@ -18,7 +15,6 @@ MOST_PERIODS = 20
 
 _MOST_TIME = 0.1
 """[s]: delay margins of the position loop are searched up to this at least."""
-_POINTS = 24
 """Of the lap."""
 _GAIN_STEPS = 25
 _RESOLUTION = 1e-3
@@ -57,44 +53,6 @@ UNKNOWN = Margins(math.nan, math.nan, math.nan)
 """Of a loop that has no linearisation."""
 
 
-class LapMargins(NamedTuple):
-    """
-    The worst margins along the curve.
-
-    Attributes
-    ----------
-    margins : Margins
-        The smallest ones, and the largest `lowest_gain`.
-    gain_time, delay_time : float
-        Where the gain and the delay margin are smallest: time after the beginning of the lap [s].
-
-    """
-
-    margins: Margins
-    gain_time: float
-    delay_time: float
-
-
-class LoopMargins(NamedTuple):
-    """
-    The margins of both loops of a configuration.
-
-    Attributes
-    ----------
-    velocity : LapMargins or None
-        Delays in velocity periods; None where the base has a velocity loop of its own.
-    position : LapMargins
-        Delays in position periods.
-    reason : str
-        Why margins are not known; '' where they are.
-
-    """
-
-    velocity: LapMargins | None
-    position: LapMargins
-    reason: str = ''
-
-
 def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: float = 0.0) -> float:
     """
     Return the spectral radius of a closed loop, for one period.
@@ -129,6 +87,8 @@ def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: flo
         closed[n:n + 2, :n] = one.asked
         closed[n + 2:, n:-2] = np.eye(2 * whole)
         product = closed @ product
+    if not np.isfinite(product).all():
+        return math.inf
     return float(max(abs(np.linalg.eigvals(product))) ** (1.0 / len(loop)))
 
 
@@ -164,71 +124,3 @@ def margins_of(loop: Sequence[LinearLoop], longest: int = MOST_PERIODS) -> Margi
         1.0 / _first_unstable(lambda lower: spectral_radius_of(loop, 1.0 / lower), gains),
         _first_unstable(lambda delay: spectral_radius_of(loop, 1.0, delay), _delays(longest)),
     )
-
-
-def _worst(found: Sequence[tuple[float, Margins]]) -> LapMargins:
-    """Return the worst of margins by time; unknown where one of them is."""
-    if any(math.isnan(margins.gain) for _, margins in found):
-        return LapMargins(UNKNOWN, math.nan, math.nan)
-    gain_time, gain = min(((time, margins.gain) for time, margins in found), key=lambda pair: pair[1])
-    delay_time, delay = min(((time, margins.delay) for time, margins in found), key=lambda pair: pair[1])
-    lowest = max(margins.lowest_gain for _, margins in found)
-    return LapMargins(Margins(gain, lowest, delay), gain_time, delay_time)
-
-
-def loop_margins(configuration: Configuration) -> LoopMargins:
-    """
-    Compute the margins of both loops along a lap.
-
-    Parameters
-    ----------
-    configuration : Configuration
-        Checked. Noise, limits, quantisation, dead zones and friction that sticks are left out (`smooth_part`).
-
-    Returns
-    -------
-    LoopMargins
-        With a reason in words where the loop does not follow the reference, or has no linearisation.
-
-    Notes
-    -----
-    The loop follows a curve, on which it is not constant. Each point is looked at as if the robot went on as it does
-    there, in coordinates that go along with the reference: what varies slower than the loop settles is covered, and a
-    stretch of instability too short to matter counts fully.
-
-    """
-    smooth, by_torque = smooth_part(configuration), drive_of(configuration) == 'torque'
-    lap, placement, pattern = lap_loop(smooth), smooth.reference_cart.curve.placement, pattern_of(smooth)
-    nothing = LapMargins(UNKNOWN, math.nan, math.nan)
-    if not pattern:
-        return LoopMargins(nothing if by_torque else None, nothing, 'the rates of the base have no common pattern')
-    ticks = math.ceil(placement.period / lap.loop.position_dt)
-    chosen = sorted({n * ticks // _POINTS for n in range(_POINTS)})
-    velocity, position = [], []
-    try:
-        for window in _windows(followed_lap(smooth), chosen, pattern):
-            time = window[0].time % placement.period
-            if by_torque:
-                velocity.append((time, margins_of(linear_velocity_loop(lap, window[0]))))
-            position.append((time, margins_of(linear_position_loop(lap, window), longest_delay(lap.loop.position_dt))))
-    except NotFollowedError as error:
-        return LoopMargins(nothing if by_torque else None, nothing, str(error))
-    found = LoopMargins(_worst(velocity) if by_torque else None, _worst(position))
-    known = all(not math.isnan(loop.margins.gain) for loop in found[:2] if loop is not None)
-    return found if known else found._replace(reason='the loop has no derivative at a point of the lap')
-
-
-def _windows(
-    ticks: Iterator[FollowedTick], chosen: Sequence[int], length: int
-) -> Iterator[list[FollowedTick]]:
-    """Yield so many consecutive ticks from each of the chosen ones on."""
-    kept: list[FollowedTick] = []
-    begun = iter(chosen)
-    first = next(begun)
-    for n, tick in enumerate(ticks):
-        kept = [*kept, tick][-length:]
-        while n == first + length - 1:
-            yield kept
-            if (following := next(begun, None)) is None:
-                return
-            first = following

@@ -6,14 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.tuning.margins import (
-    LARGEST_GAIN,
-    MOST_PERIODS,
-    LapMargins,
-    LoopMargins,
-    longest_delay,
-    loop_margins,
-)
+from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins, loop_margins
+from mobile_robot_control.tuning.margins import LARGEST_GAIN, MOST_PERIODS, longest_delay
 from mobile_robot_control.tuning.modelled import DELAYING, Described, describe
 from mobile_robot_control.tuning.scenarios import Scenario
 

@@ -17,6 +17,7 @@ from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import make_position_tick
 from mobile_robot_control.tuning.lap import followed_lap, lap_loop
+from mobile_robot_control.tuning.lap_margins import loop_margins
 from mobile_robot_control.tuning.linearisation import (
     LinearLoop,
     linear_position_loop,
@@ -24,7 +25,7 @@ from mobile_robot_control.tuning.linearisation import (
     numbers_of,
     with_numbers,
 )
-from mobile_robot_control.tuning.margins import UNSTABLE, Margins, loop_margins, margins_of, spectral_radius_of
+from mobile_robot_control.tuning.margins import UNSTABLE, Margins, margins_of, spectral_radius_of
 
 RATES = {'velocity_rate': 200.0, 'position_rate': 50.0}
 
