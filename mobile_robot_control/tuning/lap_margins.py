@@ -92,7 +92,8 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
         return LoopMargins(nothing if by_torque else None, nothing, 'the rates of the base have no common pattern')
     ticks = math.ceil(placement.period / lap.loop.position_dt)
     chosen = sorted({n * ticks // _POINTS for n in range(_POINTS)})
-    velocity, position = [], []
+    velocity: list[tuple[float, Margins]] = []
+    position: list[tuple[float, Margins]] = []
     try:
         for window in _windows(followed_lap(smooth), chosen, pattern):
             time = window[0].time % placement.period

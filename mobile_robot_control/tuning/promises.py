@@ -49,19 +49,21 @@ class Promise(NamedTuple):
 def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Promise:
     """Return what holds of numbers that were found with a checked configuration in some scenarios."""
     shared = configuration.plant.shared
-    return Promise(describe(configuration, _instead(scenarios)), loop_margins(configuration),
+    return Promise(describe_scenarios(configuration, scenarios), loop_margins(configuration),
                    1.0 / shared.velocity_rate, 1.0 / shared.position_rate, shared.lockstep)
 
 
-def _instead(scenarios: Sequence[Scenario]) -> dict[str, str]:
-    """Return what scenarios set themselves, by effect."""
+def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenario]) -> Described:
+    """Return what is modelled in some scenarios, which set delay and noise themselves, of a checked configuration."""
     delays = sorted({one.delay for one in scenarios})
     delay = f'{delays[0]} to {delays[-1]}' if len(delays) > 1 else f'{delays[0]}'
     noise = scenarios[0].noise
     strength = ' and '.join(f'{value:g} {unit}' for value, unit in zip(
         (*noise.pose, noise.velocity), ('m', 'm', 'rad', 'rad/s'), strict=True))
-    return {'dead time of the motors': f'{delay} velocity periods' if delays[-1] else '',
-            'noise': strength if any((*noise.pose, noise.velocity)) else ''}
+    return describe(configuration, {
+        'dead time of the motors': f'{delay} velocity periods' if delays[-1] else '',
+        'noise': strength if any((*noise.pose, noise.velocity)) else '',
+    })
 
 
 def _shortfalls(name: str, found: LapMargins, period: float, least: float) -> Iterator[str]:
@@ -99,10 +101,10 @@ def warnings_of(found: Promise) -> list[str]:
 
 def _room(found: Promise) -> str:
     """Return for how much delay there is room, in words."""
-    delay = found.margins.position.margins.delay
-    if not math.isfinite(delay):
+    gain, _, delay = found.margins.position.margins
+    if not math.isfinite(delay) or gain <= 1.0:
         return ''
-    return f', and with {1e3 * delay * found.position_period:.0f} ms in all the robot no longer follows the curve'
+    return f', and there is room for {1e3 * delay * found.position_period:.0f} ms of delay before the loop is unstable'
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -71,7 +71,12 @@ def test_result_file_history_and_picture_agree(tmp_path, capsys):
     assert objective == pytest.approx(best, rel=1e-3)
     assert output.with_suffix('.png').stat().st_size > 10000
     assert not list(output.parent.glob('*.journal'))
-    assert f'objective {objective:.6g} after 6 generations' in capsys.readouterr().out
+    printed = capsys.readouterr().out.splitlines()
+    assert f'objective {objective:.6g} after 6 generations' in printed[0]
+    # what was modelled and the margins are the end of what is printed, and of the head
+    assert printed[1].startswith('modelled: ')
+    assert any(line.startswith('position loop: ') for line in printed)
+    assert [f'# {line}' for line in printed[1:]] == head[-len(printed) + 1:]
 
 
 def test_a_rollout_of_the_result_file_has_the_objective_that_it_names(tmp_path):
