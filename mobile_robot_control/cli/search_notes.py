@@ -17,7 +17,9 @@ def search_purpose(parameters: Configuration, goal: Goal, settings: SearchSettin
     kept = {name: value for name, value in settings._asdict().items() if name not in ('generations', 'seconds')}
     loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
             for name, value in flatten(group).items()}
-    return {'version': __version__, **kept, **goal._asdict(), **loop, **_checksums(parameters, goal)}
+    # a search without it depends on nothing of it, and goes on from journals that lack it
+    wanted = {name: value for name, value in goal._asdict().items() if name != 'smooth' or value}
+    return {'version': __version__, **kept, **wanted, **loop, **_checksums(parameters, goal)}
 
 
 def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
@@ -38,7 +40,8 @@ def search_notes(
         f'{settings.algorithm}, seed {settings.seed}, {len(found.history)} generations of {settings.population}, '
         f'{len(goal.scenarios)} scenario{"s" * (len(goal.scenarios) != 1)} of {goal.laps:g} laps',
         f'objective {found.score!r}: {goal.combine} of Eq. (29) with max '
-        f'{"tau as printed" if goal.literal else "|tau|"}',
+        f'{"tau as printed" if goal.literal else "|tau|"}'
+        + (f', and {goal.smooth:g} times the variation per second' if goal.smooth else ''),
         f'the configured run: objective {metrics["objective"]:.4f}, RMS error '
         f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm, '
         f'largest |torque| {torque:.3f} N m',

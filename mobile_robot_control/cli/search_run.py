@@ -23,7 +23,8 @@ from mobile_robot_control.simulation.rollout import recorded
 from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning import result, search_gains, search_space
 from mobile_robot_control.tuning.journal import Journal
-from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.modelled import drive_of
+from mobile_robot_control.tuning.objective import DEFAULT_SMOOTH, Goal, Objective
 from mobile_robot_control.tuning.promises import promise, promise_lines
 from mobile_robot_control.tuning.search import WORST, Found, Generation, SearchSettings, run_search
 from mobile_robot_control.tuning.search_gains import Gains
@@ -36,8 +37,9 @@ def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
     if not genes:
         raise ParameterError([f"'{options.controller}' leaves nothing to search; --keep less, or declare ranges: "
                               'Field(..., search=(low, high))'])
+    smooth = DEFAULT_SMOOTH[drive_of(parameters)] if options.smooth is None else options.smooth
     return Goal(options.controller, genes, tuple(scenarios(options, parameters)), options.laps,
-                options.combine, options.literal_torque)
+                options.combine, options.literal_torque, smooth)
 
 
 def _settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:

@@ -18,6 +18,7 @@ from mobile_robot_control.simulation import trial
 from mobile_robot_control.simulation.closed_loop import make_position_tick
 from mobile_robot_control.simulation.compiler_messages import reason_of
 from mobile_robot_control.simulation.trial import Drive, Outcome, Trial, references
+from mobile_robot_control.simulation.variation import VARIATIONS
 
 try:
     import numba
@@ -48,14 +49,14 @@ def _register(*functions: Callable[..., Any]) -> None:
 
 
 @lru_cache(maxsize=32)
-def compiled_rollout(step: Callable[..., Any], compensates: bool = False) -> Callable[..., Outcome]:
+def compiled_rollout(step: Callable[..., Any], compensates: bool = False, varied: str = '') -> Callable[..., Outcome]:
     """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
     _register(*JITABLE, _row, step)
     position_tick = make_position_tick(step, carried_forward if compensates else as_measured)
     _register(position_tick)
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth;
     # never cached on disk: the cache does not see a change of a callee in another file
-    return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, _row))
+    return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, _row, VARIATIONS[varied]))
 
 
 @lru_cache(maxsize=32)
@@ -74,9 +75,10 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=32)
-def plain_rollout(step: Callable[..., Any], compensates: bool = False) -> Callable[..., Outcome]:
+def plain_rollout(step: Callable[..., Any], compensates: bool = False, varied: str = '') -> Callable[..., Outcome]:
     """Return the rollout of a law's step as Python runs it; references are given as they are."""
-    return trial.make_rollout(step, operator.getitem, carried_forward if compensates else as_measured)
+    position_tick = make_position_tick(step, carried_forward if compensates else as_measured)
+    return trial.bind(position_tick, operator.getitem, VARIATIONS[varied])
 
 
 _uncompilable: dict[Callable[..., Any], str] = {}
@@ -89,7 +91,7 @@ def compiles(one: Trial) -> bool:
     if not COMPILES or step in _uncompilable:
         return False
     try:
-        compiled_rollout(step, one.compensates)(
+        compiled_rollout(step, one.compensates, one.varied)(
             one.state, one.loop, _array(trial.cart_drive(one._replace(steps=0))), 0, one.ratio, 0)
     except Exception as error:  # numba raises errors of its own, and others where it fails itself
         _uncompilable[step] = reason_of(error)
@@ -110,7 +112,7 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
     outcomes = []
     for one in trials:
-        roll, references_of = chosen[one.law, one.compensates]
+        roll, references_of = chosen[one.law, one.compensates, one.varied]
         outcomes.append(trial.roll_trial(one, roll, references_of(trial.cart_drive(one))))
     return outcomes
 
@@ -119,13 +121,13 @@ def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outc
     """Return the rollout of the law of a trial, and what makes the references that it takes."""
     step: Callable[..., Any] = LAWS[one.law].step
     if compiles(one) if compile_it is None else compile_it:
-        return compiled_rollout(step, one.compensates), _array
-    return plain_rollout(step, one.compensates), references
+        return compiled_rollout(step, one.compensates, one.varied), _array
+    return plain_rollout(step, one.compensates, one.varied), references
 
 
-def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, bool], Trial]:
+def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, bool, str], Trial]:
     """Return the first trial of each law and form."""
-    return {(one.law, one.compensates): one for one in reversed(trials)}
+    return {(one.law, one.compensates, one.varied): one for one in reversed(trials)}
 
 
 def cores() -> int:

@@ -17,10 +17,11 @@ from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_po
 from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.rollout import start
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
+from mobile_robot_control.simulation.variation import Variation, Vary, unvaried
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
 
-_NOTHING = Totals()
+_NOTHING, _UNVARIED = Totals(), Variation()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
 
 
@@ -32,18 +33,16 @@ class Trial(NamedTuple):
     ----------
     law, curve : str
         Of LAWS and CURVES.
-    loop : Loop
-        What is constant.
-    state : LoopState
-        At t = 0.
-    steps : int
-        Of the velocity loop.
-    ratio : int
-        Steps of the velocity loop in one of the position loop.
+    loop, state : Loop, LoopState
+        What is constant, and the state at t = 0.
+    steps, ratio : int
+        Of the velocity loop in all, and in one step of the position loop.
     late : int
         The step from which the late totals count.
     compensates : bool
         Whether the law sees odometry that is carried forward by its age.
+    varied : str
+        What the variation is summed of, of VARIATIONS.
     """
 
     law: str
@@ -54,6 +53,7 @@ class Trial(NamedTuple):
     ratio: int
     late: int
     compensates: bool = False
+    varied: str = ''
 
 
 class Drive(NamedTuple):
@@ -62,14 +62,10 @@ class Drive(NamedTuple):
 
     Attributes
     ----------
-    curve : str
-        Of CURVES.
-    placement : Placement
-        Of the curve.
-    period : int
-        Of the position loop [ns].
-    ticks : int
-        Of the position loop.
+    curve, placement : str, Placement
+        Of CURVES, and where it lies.
+    period, ticks : int
+        Of the position loop [ns], and how many.
     """
 
     curve: str
@@ -92,6 +88,8 @@ class Outcome(NamedTuple):
         Of the whole run, and of the errors from the late step on. Errors are true ones, whatever the noise.
     law_failed : bool
         Whether it ended because the position law failed.
+    variation : float
+        As `Trial.varied` asks.
     """
 
     steps: int
@@ -100,6 +98,7 @@ class Outcome(NamedTuple):
     totals: Totals
     late: Totals
     law_failed: bool
+    variation: float = 0.0
 
 
 def make_trial(configuration: Configuration, duration: float, late: float = 0.0) -> Trial:
@@ -138,35 +137,38 @@ def make_rollout(
     return bind(make_position_tick(law_step, observed_pose), reference_of)
 
 
-def bind(position_tick: Callable[..., Any], reference_of: Callable[[Any, int], Reference]) -> Callable[..., Outcome]:
+def bind(
+    position_tick: Callable[..., Any], reference_of: Callable[[Any, int], Reference], vary: Vary = unvaried
+) -> Callable[..., Outcome]:
     """Make the rollout of a position tick, plain or compiled; `reference_of` returns the n-th reference given to it."""
 
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.plant.robot, loop.plant.dt
-        totals = late_totals = _NOTHING
+        totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
         initial, pose = _NO_TORQUE, state.plant.pose
         for n in range(-(-steps // ratio)):
             first = n * ratio
             pose = state.plant.pose
             state, _, error = position_tick(state, reference_of(given, n), first, first * dt, loop)
             if not is_sound(state.command):
-                return Outcome(first, pose, initial, totals, late_totals, True)
+                return Outcome(first, pose, initial, totals, late_totals, True, variation.total)
             for k in range(first, min(first + ratio, steps)):
                 wheels = wheel_velocity(state.plant.velocity, robot)
                 state, _, applied = velocity_tick(state, k, loop)
                 # the period in which the motion diverges is not counted
                 if dynamics.diverged(state.plant):
-                    return Outcome(k, pose, initial, totals, late_totals, False)
+                    return Outcome(k, pose, initial, totals, late_totals, False, variation.total)
                 if k == 0:
                     initial = applied
                 totals = add_torque(totals, applied, wheels, dt)
+                variation = vary(variation, state.command, applied, robot)
                 if k == first:
                     totals = add_error(totals, error, loop.position_dt)
                     if k >= late:
                         late_totals = add_error(late_totals, error, loop.position_dt)
         if steps % ratio == 0:
             pose = state.plant.pose
-        return Outcome(steps, pose, initial, totals, late_totals, False)
+        return Outcome(steps, pose, initial, totals, late_totals, False, variation.total)
 
     return roll
 
