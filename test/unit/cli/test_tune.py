@@ -128,9 +128,10 @@ def test_without_smoothness_a_search_is_that_of_before(tmp_path):
     for name, more in (('left_out', []), ('zero', ['--smooth', 0])):
         assert run('--output', tmp_path / f'{name}.yaml', '--generations', 3, *more) == 0
     assert values(tmp_path / 'left_out.yaml') == values(tmp_path / 'zero.yaml')
+    assert (tmp_path / 'left_out.csv').read_bytes() == (tmp_path / 'zero.csv').read_bytes()
     assert 'variation' not in (tmp_path / 'zero.yaml').read_text()
     assert run('--output', tmp_path / 'smooth.yaml', '--generations', 3, '--smooth', 9) == 0
-    assert values(tmp_path / 'smooth.yaml') != values(tmp_path / 'zero.yaml')
+    assert (tmp_path / 'smooth.csv').read_bytes() != (tmp_path / 'zero.csv').read_bytes()
     # journals begin with what the scores depend on, which says nothing of it
     assert run('--output', tmp_path / 'y.yaml', '--generations', 9, '--time-limit', 1e-9) == 1
     assert 'smooth' not in (tmp_path / 'y.yaml.journal').read_text()
