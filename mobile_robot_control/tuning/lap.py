@@ -16,7 +16,6 @@ from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_position_tick, velocity_tick
 from mobile_robot_control.simulation.rollout import start
-from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
 
 _SETTLING = 8.0
@@ -79,7 +78,7 @@ class FollowedTick(NamedTuple):
 
 def lap_loop(configuration: Configuration) -> LapLoop:
     """Return the loop of a checked configuration; its position tick raises NotFollowedError where the law fails."""
-    control, shared = configuration.position_controller, configuration.plant.shared
+    control, loop = configuration.position_controller, start(configuration)[0]
     observed_pose = carried_forward if control.compensate_latency else as_measured
     position_tick = make_position_tick(LAWS[control.control.controller_type].step, observed_pose)
 
@@ -94,10 +93,7 @@ def lap_loop(configuration: Configuration) -> LapLoop:
             raise NotFollowedError('the law gives a command that is not finite')
         return ticked
 
-    return LapLoop(
-        checked_tick, velocity_tick, start(configuration)[0],
-        period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
-    )
+    return LapLoop(checked_tick, velocity_tick, loop, round(loop.position_dt / loop.plant.dt))
 
 
 def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:

@@ -120,7 +120,7 @@ def _acting(configuration: Configuration) -> Iterator[tuple[str, Declaration, Ef
             yield name, one, effect
 
 
-def describe(configuration: Configuration, instead: Mapping[str, str] | None = None) -> Described:
+def describe_model(configuration: Configuration, instead: Mapping[str, str] | None = None) -> Described:
     """
     Return what a configuration models and what it does not.
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins, loop_margins
 from mobile_robot_control.tuning.margins import LARGEST_GAIN, MOST_PERIODS, longest_delay
-from mobile_robot_control.tuning.modelled import DELAYING, Described, describe
+from mobile_robot_control.tuning.modelled import DELAYING, Described, describe_model
 from mobile_robot_control.tuning.scenarios import Scenario
 
 THIN_GAIN = 2.0
@@ -60,7 +60,7 @@ def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenari
     noise = scenarios[0].noise
     strength = ' and '.join(f'{value:g} {unit}' for value, unit in zip(
         (*noise.pose, noise.velocity), ('m', 'm', 'rad', 'rad/s'), strict=True))
-    return describe(configuration, {
+    return describe_model(configuration, {
         'dead time of the motors': f'{delay} velocity periods' if delays[-1] else '',
         'noise': strength if any((*noise.pose, noise.velocity)) else '',
     })

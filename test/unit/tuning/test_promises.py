@@ -10,7 +10,7 @@ from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins
 from mobile_robot_control.tuning.margins import UNKNOWN, UNSTABLE, Margins
-from mobile_robot_control.tuning.modelled import EFFECTS, describe, drive_of, pattern_of, smooth_part
+from mobile_robot_control.tuning.modelled import EFFECTS, describe_model, drive_of, pattern_of, smooth_part
 from mobile_robot_control.tuning.promises import Promise, describe_scenarios, promise_lines, promise_values, warnings_of
 from mobile_robot_control.tuning.scenarios import configured_scenario
 
@@ -26,11 +26,11 @@ ROUGH = configure({
 def promised(gain=5.0, lowest=0.0, delay=10.0, lockstep=True, configuration=IDEAL, reason=''):
     """Return a promise at 500 and 100 Hz whose loops have the same margins."""
     both = LapMargins(Margins(gain, lowest, delay), 1.0, 2.0)
-    return Promise(describe(configuration), LoopMargins(both, both, reason), 0.002, 0.01, lockstep)
+    return Promise(describe_model(configuration), LoopMargins(both, both, reason), 0.002, 0.01, lockstep)
 
 
 def test_what_is_modelled_has_its_value_and_unit_and_the_rest_is_named_as_not_modelled():
-    found = describe(ROUGH)
+    found = describe_model(ROUGH)
     assert found.modelled == {
         'dead time of the motors': '2 velocity periods',
         'limit of the torque': '3 N m, 2.5 N m',
@@ -43,13 +43,13 @@ def test_what_is_modelled_has_its_value_and_unit_and_the_rest_is_named_as_not_mo
     assert not {*found.modelled} & {*found.not_modelled}
     # a delay has a linearisation, the others have none
     assert set(found.not_in_margins) == set(found.modelled) - {'dead time of the motors'}
-    assert not describe(IDEAL).modelled
+    assert not describe_model(IDEAL).modelled
 
 
 def test_the_timing_of_the_wall_clock_is_not_modelled():
     asynchronous = configure({node: {'lockstep': False} for node in IDEAL._fields})
-    assert 'timing of the wall clock' in describe(asynchronous).not_modelled
-    assert 'timing of the wall clock' not in describe(IDEAL).not_modelled
+    assert 'timing of the wall clock' in describe_model(asynchronous).not_modelled
+    assert 'timing of the wall clock' not in describe_model(IDEAL).not_modelled
 
 
 def test_scenarios_count_in_place_of_the_configuration():
