@@ -113,6 +113,26 @@ class TrackingError(NamedTuple):
     heading: float
 
 
+class Truth(NamedTuple):
+    """
+    Where a robot really is, beside what odometry shows.
+
+    Attributes
+    ----------
+    pose : Pose
+        In the odometry frame [m], [rad].
+    velocity : BodyVelocity
+        [m/s], [rad/s].
+    error : TrackingError
+        Of that pose, e1, e2 [m], e3 [rad].
+
+    """
+
+    pose: Pose
+    velocity: BodyVelocity
+    error: TrackingError
+
+
 class Observation(NamedTuple):
     """
     What a position law sees: no absolute pose, so that every law is invariant under motions of the plane.

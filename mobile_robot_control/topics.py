@@ -68,29 +68,64 @@ OTHER_TOPICS = {
 """What the four nodes publish besides, each topic with the nodes that publish it."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """What all namespaces have in common, and every recorder records."""
-VELOCITY_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'velocity_rate')
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')
-"""Names by the rate at which they come."""
+"""Names of those that come at the position rate."""
 MEASURED_TOPICS = ('odom', 'joint_states')
 """What a robot measures, and its drivers publish."""
-ANSWERS = (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques'))
-"""
-Question and answer, in the order in which a lockstep run needs them: a message of the first topic is answered by one of
-the second with the same stamp.
-"""
 
 
-def inputs_of(node: str) -> dict[str, str]:
-    """Return the loop topics that a node needs, each with the node that publishes it."""
-    return {topic.name: topic.publisher for topic in _TABLE if node in topic.subscribers}
+class LoopGraph(NamedTuple):
+    """
+    The loop of a plant that takes torques or velocities.
+
+    Attributes
+    ----------
+    topics : dict of str to Topic
+        By name; with the subscribers that they have in this loop.
+    answers : tuple of pairs of str
+        Question and answer, in the order in which a lockstep run needs them: a message of the first topic is answered
+        by one of the second with the same stamp.
+    nodes : tuple of str
+        That take part.
+
+    """
+
+    topics: dict[str, Topic]
+    answers: tuple[tuple[str, str], ...]
+    nodes: tuple[str, ...]
+
+    @property
+    def velocity_topics(self) -> tuple[str, ...]:
+        """Names of those that come at the velocity rate."""
+        return tuple(name for name, topic in self.topics.items() if topic.rate == 'velocity_rate')
+
+    @property
+    def command(self) -> str:
+        """The topic that moves the plant, which is the last answer."""
+        return self.answers[-1][1]
+
+    def inputs_of(self, node: str) -> dict[str, str]:
+        """Return the topics that a node needs, each with the node that publishes it."""
+        return {topic.name: topic.publisher for topic in self.topics.values() if node in topic.subscribers}
+
+    def topics_of(self, node: str) -> list[str]:
+        """List the topics that a node needs or publishes."""
+        return [topic.name for topic in self.topics.values() if node == topic.publisher or node in topic.subscribers]
 
 
-def topics_of(node: str) -> list[str]:
-    """List the loop topics that a node needs or publishes."""
-    return [topic.name for topic in _TABLE if node == topic.publisher or node in topic.subscribers]
+_TORQUE_LOOP = LoopGraph(
+    LOOP_TOPICS, (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques')), _EVERY_NODE)
+# a base does what velocity controller and motors do for a plant that takes torques
+_VELOCITY_LOOP = LoopGraph(
+    {topic.name: topic for topic in (
+        LOOP_TOPICS['joint_states']._replace(subscribers=()), LOOP_TOPICS['odom'], LOOP_TOPICS['reference'],
+        LOOP_TOPICS['cmd_vel']._replace(subscribers=('plant',)), LOOP_TOPICS['tracking_error'])},
+    (('odom', 'reference'), ('odom', 'cmd_vel')), ('plant', 'position_controller', 'reference_cart'))
+LOOPS = {'torque': _TORQUE_LOOP, 'velocity': _VELOCITY_LOOP}
+"""The loops by what the plant takes, its parameter `drive`."""
 
 
-def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int) -> str:
+def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int, loop: LoopGraph) -> str:
     """
     Name the first node that owes an answer; on the wall clock, the one that fell silent first.
 
@@ -102,18 +137,20 @@ def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int)
         Whether simulated time waits for every node.
     position_period : int
         Of the position loop [ns].
+    loop : LoopGraph
+        Of LOOPS.
 
     """
     if 'joint_states' not in newest:
         return 'plant'
     if not lockstep:
-        return min(LOOP_TOPICS.values(), key=lambda topic: newest.get(topic.name, -1)).publisher
+        return min(loop.topics.values(), key=lambda topic: newest.get(topic.name, -1)).publisher
     present = newest['joint_states']
     due = present - present % position_period
-    return (first_silent(newest, present, due) if newest.get('odom') == due else None) or 'plant'
+    return (first_silent(newest, present, due, loop) if newest.get('odom') == due else None) or 'plant'
 
 
-def first_silent(newest: Mapping[str, int], stamp: int, tick: int) -> str | None:
+def first_silent(newest: Mapping[str, int], stamp: int, tick: int, loop: LoopGraph) -> str | None:
     """
     Return the first node in the order of answers that has not answered; None if all have.
 
@@ -123,8 +160,10 @@ def first_silent(newest: Mapping[str, int], stamp: int, tick: int) -> str | None
         Newest stamp on each topic [ns], where there is one.
     stamp, tick : int
         Of the present velocity tick and position tick [ns].
+    loop : LoopGraph
+        Of LOOPS.
 
     """
     due = {'joint_states': stamp, 'odom': tick}
-    return next((LOOP_TOPICS[answer].publisher for question, answer in ANSWERS
+    return next((loop.topics[answer].publisher for question, answer in loop.answers
                  if newest.get(answer) != due[question]), None)

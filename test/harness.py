@@ -17,12 +17,11 @@ from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 CONFIG = Path(__file__).parents[1] / 'config'
 PERIOD = 2_000_000
@@ -70,6 +69,8 @@ class Robots:
         Takes the bags and the nodes' logs.
     namespaces : sequence of str
         Namespaces to record; without any, the recorders take no CPU time from the nodes.
+    drive : str
+        What the plants take, of LOOPS.
 
     Attributes
     ----------
@@ -80,8 +81,9 @@ class Robots:
 
     """
 
-    def __init__(self, folder, namespaces=('/',)):
+    def __init__(self, folder, namespaces=('/',), drive='torque'):
         folder.mkdir(exist_ok=True)
+        self.loop = LOOPS[drive]
         self._folder = folder
         self.processes, self.recorders = {}, {}
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -89,7 +91,7 @@ class Robots:
         self._bags = contextlib.ExitStack()
         for namespace in namespaces:
             bag = self._bags.enter_context(BagWriter(self._bag(namespace)))
-            self.recorders[namespace] = Recorder(namespace, bag.write, bag.knows)
+            self.recorders[namespace] = Recorder(namespace, bag.write, bag.knows, self.loop)
             self.add(self.recorders[namespace])
 
     def _bag(self, namespace):
@@ -106,8 +108,8 @@ class Robots:
         self._executor.add_node(node)
 
     def start(self, *names, namespace='/', arguments=(), composed=False):
-        """Start nodes, all four unless named, each as a process or composed in one, which takes a third of the time."""
-        names = names or tuple(NODES)
+        """Start nodes, all unless named, each as a process or composed in one, which takes a third of the time."""
+        names = names or self.loop.nodes
         for together in [names] if composed else [(name,) for name in names]:
             full = [f'{namespace}/{name}'.lstrip('/') for name in together]
             log = f'{len(list(self._folder.glob("*.log"))):02}_{"_".join(full).replace("/", "_")}.log'

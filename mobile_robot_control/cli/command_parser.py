@@ -39,12 +39,14 @@ class _CommandParser(argparse.ArgumentParser):
 
 def make_parser(name: str, documentation: str | None) -> argparse.ArgumentParser:
     """
-    Make a command's parser with what all commands take: ``--params-file``, ``-p``, ``--law`` and ``--curve``.
+    Make a command's parser with what all take: ``--robot``, ``--params-file``, ``-p``, ``--law`` and ``--curve``.
 
     Its description is what follows the colon in its module's docstring, which is None where Python drops docstrings.
     """
     # an abbreviated --law would be read after the options that need its law
     made = _CommandParser(prog=name, description=(documentation or '').partition(': ')[2], allow_abbrev=False)
+    made.add_argument('--robot', metavar='NAME|FILE', help='robot of this package, or parameter file of a robot; read '
+                      'before the other parameter files')
     made.add_argument('--params-file', action='append', default=[], metavar='FILE', dest='params_files',
                       help='ROS 2 parameter file, as the nodes take it; again and again: later wins')
     made.add_argument('-p', action='append', default=[], metavar='NODE.PARAMETER:=VALUE', dest='overrides',

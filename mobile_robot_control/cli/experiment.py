@@ -89,7 +89,8 @@ def _run(options: argparse.Namespace) -> int:
         return _compare(options, output)
     parameters = _configured(options)
     check_environment(output / 'log')
-    with experiment_folders({output: parameters}, options.overwrite) as unused, _progress_bar(options.duration) as bar:
+    with (experiment_folders({output: parameters}, options.overwrite, options.robot) as unused,
+          _progress_bar(options.duration) as bar):
         result, metrics = _perform(options, parameters, output, bar, unused)
     print(json.dumps(metrics, indent=2))
     if result.reason or result.outcome == 'interrupted':
@@ -129,7 +130,7 @@ def _compare(options: argparse.Namespace, output: Path) -> int:
     reasons: list[str] = []
     done: list[tuple[str, Path]] = []
     folders = {output / name: parameters for name, parameters in chosen.items()}
-    with (experiment_folders(folders, options.overwrite) as unused,
+    with (experiment_folders(folders, options.overwrite, options.robot) as unused,
           _progress_bar(options.duration * len(chosen)) as bar):
         for name, parameters in chosen.items():
             bar.set_description(name)

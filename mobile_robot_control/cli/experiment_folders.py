@@ -16,7 +16,9 @@ WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'repo
 
 
 @contextmanager
-def experiment_folders(chosen: Mapping[Path, Configuration], overwrite: bool) -> Iterator[list[Path]]:
+def experiment_folders(
+    chosen: Mapping[Path, Configuration], overwrite: bool, robot: str | None = None
+) -> Iterator[list[Path]]:
     """
     Make a folder ready for each experiment; nothing that an experiment did not write is ever removed.
 
@@ -26,6 +28,8 @@ def experiment_folders(chosen: Mapping[Path, Configuration], overwrite: bool) ->
         What each experiment runs with.
     overwrite : bool
         Whether to replace experiments that the folders hold.
+    robot : str or None
+        What the robot is called, which heads `parameters.yaml`.
 
     Yields
     ------
@@ -48,7 +52,7 @@ def experiment_folders(chosen: Mapping[Path, Configuration], overwrite: bool) ->
     try:
         for output, parameters in chosen.items():
             unused.append(output)
-            _prepare(output, parameters)
+            _prepare(output, configuration_text(parameters, robot))
         yield unused
     except (ParameterError, OSError):
         _restore(unused, absent)
@@ -68,7 +72,7 @@ def _remove(output: Path) -> None:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
-def _prepare(output: Path, parameters: Configuration) -> None:
+def _prepare(output: Path, parameters: str) -> None:
     output.mkdir(parents=True, exist_ok=True)
     # of a run that was killed
     shutil.rmtree(output / _REPLACED, ignore_errors=True)
@@ -76,7 +80,7 @@ def _prepare(output: Path, parameters: Configuration) -> None:
     for path in _written(output):
         path.rename(output / _REPLACED / path.name)
     (output / 'log').mkdir()
-    write_atomically(output / 'parameters.yaml', configuration_text(parameters))
+    write_atomically(output / 'parameters.yaml', parameters)
 
 
 def _restore(unused: list[Path], absent: list[Path]) -> None:

@@ -13,13 +13,13 @@ from mobile_robot_control.cli.node_processes import START, NodeProcess, stop_pro
 from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import NODES, Configuration
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import RCLError, make_executor, one_line
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import LOOP_TOPICS, silent_node
+from mobile_robot_control.topics import LOOPS, silent_node
 
 _SETTLE = 1.0
 """[s] of wall time in which other publishers are looked for, before a run and again and again in it."""
@@ -58,7 +58,7 @@ class _ExperimentRunner:
         self.processes: list[NodeProcess] = []
         self._output, self._namespace, self._patience = output, namespace, patience
         self._stop, self._recorder, self._turn, self._bag, self._bar = stop, recorder, turn, bag, bar
-        shared = parameters.plant.shared
+        shared, self.loop = parameters.plant.shared, LOOPS[parameters.plant.model.drive]
         self.lockstep = shared.lockstep
         self._period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
@@ -95,8 +95,8 @@ class _ExperimentRunner:
 
     def _is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
-        ended = any(process.exit_code() is not None for process in self.processes)
-        return ended or self._stop.requested or bool(self._bag.failure or self._recorder.law_failure)
+        return (self._stop.requested or bool(self._bag.failure or self._recorder.law_failure)
+                or any(process.exit_code() is not None for process in self.processes))
 
     def watch(self) -> None:
         """Spin and move the progress bar until the run is over, or nothing moves any more."""
@@ -128,7 +128,7 @@ class _ExperimentRunner:
     def _reached(self) -> int:
         """Return the stamp up to which the run has moved: on the wall clock, of the slowest topic."""
         newest = self._recorder.newest
-        return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in LOOP_TOPICS)
+        return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in self.loop.topics)
 
     def result(self) -> ExperimentResult:
         if self._stop.requested or self._bag.failure:
@@ -143,7 +143,7 @@ class _ExperimentRunner:
         dead = [process for process in self.processes if process.exit_code() is not None]
         if dead:
             return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
-        silent = silent_node(self._recorder.newest, self.lockstep, self._position_period)
+        silent = silent_node(self._recorder.newest, self.lockstep, self._position_period, self.loop)
         return ExperimentResult('node_died', f'{silent} gave no answer for {self._patience} s and was given up')
 
 
@@ -164,7 +164,7 @@ def run_experiment(
     try:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
-            recorder = Recorder(namespace, bag.write, bag.knows)
+            recorder = Recorder(namespace, bag.write, bag.knows, LOOPS[parameters.plant.model.drive])
             executor = make_executor()
             executor.add_node(recorder)
 
@@ -177,7 +177,7 @@ def run_experiment(
             _refuse_other_publishers(recorder.topics_of_others())
             begun = True
             try:
-                for names in [tuple(NODES)] if composed else [(name,) for name in NODES]:
+                for names in [runner.loop.nodes] if composed else [(name,) for name in runner.loop.nodes]:
                     runner.start(*names)
                     watchdog.note_node(runner.processes[-1].pid)
                 # the paused plant repeats its first messages until they and every answer to them have been recorded

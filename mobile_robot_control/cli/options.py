@@ -12,6 +12,7 @@ from mobile_robot_control.parameters.configuration import at_cart_start, configu
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.files import Values, load, parameter_file_text
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.parameters.robot_files import robot_file
 from mobile_robot_control.streams import discard_output, flush_output, prepare_streams
 from mobile_robot_control.texts import printable
 
@@ -66,8 +67,9 @@ def whole_number(least: int, most: int | None = None) -> Callable[[str], int]:
 
 def given_values(options: argparse.Namespace, namespace: str = '/', extra: Sequence[str] = (),
                  extra_files: Sequence[str] = ()) -> Values:
-    """Read the parameters that the shared options name, by node; further files and overrides win."""
-    return load([*options.params_files, *extra_files], [*options.overrides, *extra], namespace)
+    """Read the parameters that the shared options name, by node: robot, files, overrides; further ones win."""
+    robot = [] if options.robot is None else [robot_file(options.robot)]
+    return load([*robot, *options.params_files, *extra_files], [*options.overrides, *extra], namespace)
 
 
 def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequence[str] = (),
@@ -100,9 +102,10 @@ def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequ
     return made if 'initial_pose' in values['plant'] else at_cart_start(made)
 
 
-def configuration_text(parameters: Configuration) -> str:
-    """Return a configuration as the text of a parameter file that gives the same numbers to the last bit."""
-    return parameter_file_text({node: flatten(part) for node, part in parameters._asdict().items()})
+def configuration_text(parameters: Configuration, robot: str | None = None) -> str:
+    """Return a configuration as a parameter file that gives the same numbers to the last bit, headed by its robot."""
+    text = parameter_file_text({node: flatten(part) for node, part in parameters._asdict().items()})
+    return text if robot is None else f'# robot: {printable(robot)}\n{text}'
 
 
 def distinct(names: Sequence[str]) -> list[str]:

@@ -172,7 +172,7 @@ def report(
 
 def _run(options: argparse.Namespace) -> int:
     assumed = None
-    if options.params_files or options.overrides:
+    if options.robot is not None or options.params_files or options.overrides:
         assumed = configuration(options, options.namespace)
     output = Path(options.output)
     unreadable = report(

@@ -1,5 +1,6 @@
 """What `tune` writes of a search beside its gains: what the scores depend on, and where the gains come from."""
 
+import argparse
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,19 +31,20 @@ def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
 
 
 def search_notes(
-    command_line: str, goal: Goal, settings: SearchSettings, found: Found, metrics: Mapping[str, Any]
+    options: argparse.Namespace, goal: Goal, settings: SearchSettings, found: Found, metrics: Mapping[str, Any]
 ) -> list[str]:
     """Return where gains come from, as comments at the head of their parameter file; metrics of the configured run."""
-    torque = max(metrics['peak_wheel_torque'].values())
+    torque = metrics['peak_wheel_torque']
+    robot = '' if options.robot is None else f' for the robot {options.robot}'
     return [
-        f'{goal.controller} gains found by mobile_robot_control {__version__} with',
-        f'  {command_line}',
+        f'{goal.controller} gains{robot} found by mobile_robot_control {__version__} with',
+        f'  {options.command_line}',
         f'{settings.algorithm}, seed {settings.seed}, {len(found.history)} generations of {settings.population}, '
         f'{len(goal.scenarios)} scenario{"s" * (len(goal.scenarios) != 1)} of {goal.laps:g} laps',
         f'objective {found.score!r}: {goal.combine} of Eq. (29) with max '
         f'{"tau as printed" if goal.literal else "|tau|"}'
         + (f', and {goal.smooth:g} times the variation per second' if goal.smooth else ''),
         f'the configured run: objective {metrics["objective"]:.4f}, RMS error '
-        f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm, '
-        f'largest |torque| {torque:.3f} N m',
+        f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm'
+        + (f', largest |torque| {max(torque.values()):.3f} N m' if torque else ''),
     ]

@@ -32,7 +32,7 @@ from mobile_robot_control.tuning.search_gains import Gains
 
 def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
     """Return what the options search for."""
-    genes = search_space.search_genes(options.controller, options.with_velocity)
+    genes = search_space.search_genes(options.controller, options.with_velocity, parameters.plant.model.drive)
     genes = search_space.bounded(search_space.without(genes, options.keep), dict(options.bounds))
     if not genes:
         raise ParameterError([f"'{options.controller}' leaves nothing to search; --keep less, or declare ranges: "
@@ -155,7 +155,7 @@ class SearchRun:
         metrics, after = self._drive(tuned)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
         holds = promise_lines(promise(tuned, self._goal.scenarios))
-        notes = search_notes(self._options.command_line, self._goal, self._settings, found, metrics)
+        notes = search_notes(self._options, self._goal, self._settings, found, metrics)
         write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))
         write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
         _, before = self._drive(self._parameters)

@@ -60,7 +60,8 @@ def _run(options: argparse.Namespace) -> int:
             file = stack.enter_context(path.open('w', encoding='utf-8', newline=''))
             samples = write_csv(samples, file)
             plant = parameters.plant._replace(duration=options.duration)
-            write_atomically(path.with_suffix('.parameters.yaml'), configuration_text(parameters._replace(plant=plant)))
+            ran_with = configuration_text(parameters._replace(plant=plant), options.robot)
+            write_atomically(path.with_suffix('.parameters.yaml'), ran_with)
             path.with_suffix('.metrics.json').unlink(missing_ok=True)
         steps = round(options.duration * parameters.plant.shared.velocity_rate) + 1
         # disable=None shows the bar on a terminal only

@@ -4,6 +4,7 @@ import argparse
 import csv
 import io
 import json
+import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,6 +31,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
+from mobile_robot_control.simulation.metrics import TRUE
 from mobile_robot_control.simulation.trial import Trial
 from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning.monte_carlo import (
@@ -128,7 +130,7 @@ def _table(scenarios: Sequence[Scenario], results: dict[str, list[Judged]]) -> s
             assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
             writer.writerow([controller, scenario.curve, scenario.scale, *scenario.start, scenario.mass,
                              scenario.friction, scenario.noise.seed, scenario.delay, int(run.success),
-                             *run.metrics.values()])
+                             *('' if math.isnan(value) else value for value in run.metrics.values())])
     return text.getvalue()
 
 
@@ -171,6 +173,7 @@ def _run(options: argparse.Namespace) -> int:
         'outcome': 'interrupted' if interrupt.requested else 'completed', 'seed': options.seed, 'laps': options.laps,
         'curves': options.curves, 'scales': options.scales, 'within': options.within, 'variation': options.variation,
         'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupt.requested,
+        'error': TRUE,
     }
     write_atomically(folder / 'study.json', json.dumps({**settings, 'controllers': found}, indent=2) + '\n')
     write_atomically(folder / 'runs.csv', _table(scenarios, results))

@@ -11,6 +11,8 @@ from mobile_robot_control.cli.run_length import check_laps
 from mobile_robot_control.cli.scenario_options import add_scenario_options
 from mobile_robot_control.cli.search_run import SearchRun
 from mobile_robot_control.cli.worker_options import add_worker_options, runner
+from mobile_robot_control.model import plant
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.tuning.objective import COMBINATIONS, DEFAULT_SMOOTH
 from mobile_robot_control.tuning.search import ALGORITHMS
 from mobile_robot_control.tuning.search_space import VELOCITY, searches
@@ -65,6 +67,9 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 def _run(options: argparse.Namespace) -> int:
     parameters = configuration(options)
     check_laps(options.laps, parameters)
+    if parameters.plant.model.drive == plant.VELOCITY and (options.controller == VELOCITY or options.with_velocity):
+        raise ParameterError(["plant.drive = 'velocity' has no velocity gains to search for: the base closes that loop "
+                              "itself; search for those of a position law, without --with-velocity"])
     if options.controller != VELOCITY:
         control = parameters.position_controller.control._replace(controller_type=options.controller)
         parameters = parameters._replace(

@@ -29,7 +29,8 @@ from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
-from mobile_robot_control.simulation.trial import Trial, cart_drive, make_rollout, make_trial, references
+from mobile_robot_control.simulation.cart_motion import cart_motion, references
+from mobile_robot_control.simulation.trial import Trial, make_rollout, make_trial
 
 _DURATION = 1.0
 """[s] of each simulated run."""
@@ -86,7 +87,7 @@ def survives_a_standing_cart(law: Law) -> Iterator[str]:
             yield from filter(None, [failure_of(law, case)])
     for start in _STARTS:
         trial = _trial(law, start)
-        given = references(cart_drive(trial))
+        given = references(cart_motion(trial))
         for first in (0, len(given) // 2):
             yield from _failed_run(law, trial, _standing(given, first), 'behind a cart that stands')
 
@@ -95,7 +96,7 @@ def survives_a_run(law: Law) -> Iterator[str]:
     """Yield how a law fails in a simulated run with its default gains, or with those that a search may draw."""
     for start in _STARTS:
         trial = _trial(law, start)
-        yield from _failed_run(law, trial, references(cart_drive(trial)), 'with default gains')
+        yield from _failed_run(law, trial, references(cart_motion(trial)), 'with default gains')
     plain = configure({})
     for control in islice(searched_controls(law, Random(_SEED)), _SEARCHED):  # noqa: S311 (no secret)
         try:
@@ -103,7 +104,7 @@ def survives_a_run(law: Law) -> Iterator[str]:
                 position_controller=plain.position_controller._replace(control=control)), 0.3 * _DURATION)
         except ParameterError:  # gains that cannot be prepared fail a check of their own
             continue
-        given = references(cart_drive(trial))
+        given = references(cart_motion(trial))
         yield from _failed_run(law, trial, given, f'with {describe_gains(law, control)}')
 
 
@@ -143,7 +144,7 @@ def survives_a_switch(law: Law) -> Iterator[str]:
     for start in _STARTS:
         trial = _trial(law, start)
         trial = trial._replace(state=trial.state._replace(law=_joining(law)))
-        yield from _failed_run(law, trial, references(cart_drive(trial)), 'that the law joins')
+        yield from _failed_run(law, trial, references(cart_motion(trial)), 'that the law joins')
 
 
 def begins_again(law: Law) -> Iterator[str]:

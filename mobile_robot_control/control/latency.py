@@ -1,16 +1,13 @@
 """Latency compensation: odometry is carried forward by its age, along the arc of its twist."""
 
-import math
 from collections.abc import Callable
 
-from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.kinematics import along_arc
 from mobile_robot_control.quantities import BodyVelocity, Pose
 
 ObservedPose = Callable[[Pose, BodyVelocity, float], Pose]
 """Makes the pose that a law sees of a measured pose, its velocity and its age [s]."""
-_STRAIGHT = 1e-4
-"""[rad]: a smaller turn is a line but for less than 1e-9 of its length."""
 
 
 @jitable
@@ -38,15 +35,7 @@ def carried_forward(pose: Pose, velocity: BodyVelocity, age: float) -> Pose:
     Pose(x=1.05, y=2.0, heading=0.0)
 
     """
-    half = 0.5 * velocity.angular * age
-    # the chord of the arc: v t sin(ω t / 2) / (ω t / 2), in the direction of the heading half-way
-    chord = velocity.linear * age * (math.sin(half) / half if abs(half) > _STRAIGHT else 1.0 - half * half / 6.0)
-    direction = pose.heading + half
-    return Pose(
-        pose.x + chord * math.cos(direction),
-        pose.y + chord * math.sin(direction),
-        wrap_angle(pose.heading + 2.0 * half),
-    )
+    return along_arc(pose, velocity.linear * age, velocity.angular * age)
 
 
 @jitable

@@ -107,20 +107,22 @@ def torque_writer() -> Callable[[int, WheelTorque], bytes]:
     return lambda stamp, torque: template.fill(stamp, *torque)
 
 
-def joints_writer() -> Callable[[int, tuple[float, float], WheelVelocity, WheelTorque], bytes]:
+def joints_writer(
+    has_effort: bool = True,
+) -> Callable[[int, tuple[float, float], WheelVelocity, WheelTorque | None], bytes]:
     """
     Make a function that writes sensor_msgs/JointState with everything about the wheels, for `joint_states`.
 
     It takes a stamp [ns], the angles of the right and the left wheel [rad], their velocities [rad/s], and the torques
-    applied over the step that ended at the stamp [N m].
+    applied over the step that ended at the stamp [N m]; None where the messages have no effort.
     """
     message = JointState(name=WHEEL_JOINTS)
 
     def put(*numbers: float) -> None:
         message.position, message.velocity, message.effort = numbers[:2], numbers[2:4], numbers[4:]
 
-    template = Template(message, put, 6)
-    return lambda stamp, angles, velocity, torque: template.fill(stamp, *angles, *velocity, *torque)
+    template = Template(message, put, 6 if has_effort else 4)
+    return lambda stamp, angles, velocity, torque: template.fill(stamp, *angles, *velocity, *(torque or ()))
 
 
 def clock_writer() -> Callable[[int], bytes]:

@@ -7,6 +7,10 @@ from mobile_robot_control.model.robot import Robot, angular_inertia, linear_iner
 
 # Gauss-Legendre quadrature with three points on [0, 1], exact to the fifth power of the period
 _OFFSET = 0.5 * math.sqrt(0.6)
+FIRST, MIDDLE, LAST = 0.5 - _OFFSET, 0.5, 0.5 + _OFFSET
+"""Its points."""
+OUTER_WEIGHT, MIDDLE_WEIGHT = 5.0 / 18.0, 8.0 / 18.0
+"""Its weights, of the first and the last point and of the middle one."""
 
 
 class Response(NamedTuple):
@@ -72,12 +76,12 @@ def _response(rate: float, time: float) -> Response:
     return Response(math.exp(-x), time * first, time * time * second)
 
 
-def _channel(rate: float, dt: float) -> Channel:
-    """Return the responses of a velocity at the quadrature points and at the period's end."""
+def channel(rate: float, dt: float) -> Channel:
+    """Return the responses of a velocity with a decay rate [1/s] at the points within a time [s] and at its end."""
     return Channel(
-        _response(rate, (0.5 - _OFFSET) * dt),
-        _response(rate, 0.5 * dt),
-        _response(rate, (0.5 + _OFFSET) * dt),
+        _response(rate, FIRST * dt),
+        _response(rate, MIDDLE * dt),
+        _response(rate, LAST * dt),
         _response(rate, dt),
     )
 
@@ -106,9 +110,9 @@ def discretise(robot: Robot, dt: float, centripetal_coupling: bool = False) -> D
     return DiscretePlant(
         robot,
         # (13) + (14): (A+B) dv/dt = r/2 (τ_R + τ_L) - K v
-        _channel(K / linear_inertia(robot), dt),
+        channel(K / linear_inertia(robot), dt),
         # (13) - (14): (A-B) dω/dt = r/(2R) (τ_R - τ_L) - K ω
-        _channel(K / angular_inertia(robot), dt),
+        channel(K / angular_inertia(robot), dt),
         dt,
         centripetal_coupling,
     )

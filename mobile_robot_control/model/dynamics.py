@@ -5,11 +5,9 @@ from typing import NamedTuple
 from mobile_robot_control.angles import direction, wrap_angle
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import coupled
-from mobile_robot_control.model.discretisation import DiscretePlant
+from mobile_robot_control.model.discretisation import MIDDLE_WEIGHT, OUTER_WEIGHT, DiscretePlant
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
-
-_OUTER_WEIGHT, _MIDDLE_WEIGHT = 5.0 / 18.0, 8.0 / 18.0
 
 _BEYOND = 1e6
 
@@ -77,7 +75,7 @@ def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantS
     """
     if plant.centripetal_coupling:
         motion = coupled.advance(state.pose, state.velocity, torque, plant.robot, plant.dt)
-        return _moved(state, motion.x, motion.y, motion.distance, motion.turn,
+        return moved(state, motion.x, motion.y, motion.distance, motion.turn,
                       BodyVelocity(motion.linear, motion.angular), plant.robot)
     robot = plant.robot
     v, omega = state.velocity
@@ -87,9 +85,9 @@ def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantS
              / (half_separation(robot) * angular_inertia(robot)))
     x = y = 0.0
     for weight, along, around in (
-        (_OUTER_WEIGHT, plant.linear.first, plant.angular.first),
-        (_MIDDLE_WEIGHT, plant.linear.middle, plant.angular.middle),
-        (_OUTER_WEIGHT, plant.linear.last, plant.angular.last),
+        (OUTER_WEIGHT, plant.linear.first, plant.angular.first),
+        (MIDDLE_WEIGHT, plant.linear.middle, plant.angular.middle),
+        (OUTER_WEIGHT, plant.linear.last, plant.angular.last),
     ):
         forward = weight * (along.decay * v + along.gain * push)
         heading = state.pose.heading + around.gain * omega + around.travel * twist
@@ -98,7 +96,7 @@ def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantS
         x += forward * cosine
         y += forward * sine
     along, around = plant.linear.end, plant.angular.end
-    return _moved(
+    return moved(
         state,
         plant.dt * x,
         plant.dt * y,
@@ -110,7 +108,7 @@ def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantS
 
 
 @jitable
-def _moved(
+def moved(
     state: PlantState, dx: float, dy: float, distance: float, turn: float, velocity: BodyVelocity, robot: Robot
 ) -> PlantState:
     """Add the displacement and path length [m] and turn [rad] of one period, and the velocity at its end."""

@@ -1,8 +1,14 @@
-"""Wheel velocities to body velocity and back."""
+"""Wheel velocities to body velocity and back, and the arc of a constant body velocity."""
 
+import math
+
+from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.robot import Robot, half_separation
-from mobile_robot_control.quantities import BodyVelocity, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
+
+_STRAIGHT = 1e-4
+"""[rad]: a smaller turn is a line but for less than 1e-9 of its length."""
 
 
 @jitable
@@ -64,4 +70,40 @@ def wheel_velocity(body: BodyVelocity, robot: Robot) -> WheelVelocity:
     return WheelVelocity(
         right=(body.linear + rim) / robot.wheel_radius,
         left=(body.linear - rim) / robot.wheel_radius,
+    )
+
+
+@jitable
+def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
+    """
+    Compute where a robot is that has moved along an arc: exactly the motion of a constant body velocity.
+
+    Parameters
+    ----------
+    pose : Pose
+        At the arc's start.
+    distance : float
+        Length of the arc [m], negative backwards.
+    turn : float
+        Of the heading along it [rad].
+
+    Returns
+    -------
+    Pose
+        At the arc's end; the heading is wrapped.
+
+    Examples
+    --------
+    >>> along_arc(Pose(1.0, 2.0, 0.0), 0.05, 0.0)
+    Pose(x=1.05, y=2.0, heading=0.0)
+
+    """
+    half = 0.5 * turn
+    # the chord: s sin(Δ/2) / (Δ/2), in the direction of the heading half-way
+    chord = distance * (math.sin(half) / half if abs(half) > _STRAIGHT else 1.0 - half * half / 6.0)
+    direction = pose.heading + half
+    return Pose(
+        pose.x + chord * math.cos(direction),
+        pose.y + chord * math.sin(direction),
+        wrap_angle(pose.heading + turn),
     )

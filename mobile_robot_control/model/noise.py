@@ -12,6 +12,8 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
 _MASK = 0xFFFFFFFF
 _X, _Y, _HEADING, _RIGHT, _LEFT = 0, 1, 2, 3, 4
+RIGHT_SLIP, LEFT_SLIP = 5, 6
+"""Channels of the slip of the wheels."""
 
 
 class Noise(NamedTuple):

@@ -1,6 +1,6 @@
 """Parameters are checked as a whole, and every violation is named at once with value, unit, rule and remedy."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any, TypeVar, get_type_hints
 
 from mobile_robot_control.parameters.declaration import Field, declarations, group_prefix, members
@@ -41,7 +41,9 @@ def rule(function: RuleFunction) -> RuleFunction:
     return function
 
 
-def build(group: type[Parameters], values: Mapping[str, Any]) -> Parameters:
+def build(
+    group: type[Parameters], values: Mapping[str, Any], without: Collection[Rule] = ()
+) -> Parameters:
     """
     Make a group from values by dotted name, checked as a whole; what is not given keeps its default.
 
@@ -51,6 +53,8 @@ def build(group: type[Parameters], values: Mapping[str, Any]) -> Parameters:
         The declared NamedTuple.
     values : mapping of str to object
         Values by dotted name, as read from YAML, ROS or a command line. Whole numbers serve where a float belongs.
+    without : collection of callable
+        Rules that need not hold.
 
     Returns
     -------
@@ -73,7 +77,7 @@ def build(group: type[Parameters], values: Mapping[str, Any]) -> Parameters:
     if violations:
         raise ParameterError(violations)
     instance = _assemble(group, taken, '')
-    violations = rule_violations(instance)
+    violations = list(_broken_rules(instance, without))
     if violations:
         raise ParameterError(violations)
     return instance
@@ -81,7 +85,7 @@ def build(group: type[Parameters], values: Mapping[str, Any]) -> Parameters:
 
 def rule_violations(instance: Any) -> list[str]:
     """List what breaks the rules between the fields of a group and of the groups within it."""
-    return list(_broken_rules(instance))
+    return list(_broken_rules(instance, ()))
 
 
 def _assemble(group: type[Parameters], values: Mapping[str, Any], prefix: str) -> Parameters:
@@ -94,10 +98,11 @@ def _assemble(group: type[Parameters], values: Mapping[str, Any], prefix: str) -
     return group(**arguments)
 
 
-def _broken_rules(instance: Any) -> Iterator[str]:
+def _broken_rules(instance: Any, without: Collection[Rule]) -> Iterator[str]:
     """Yield the violations of every rule, innermost groups first."""
     for name, _, annotation in members(type(instance)):
         if not isinstance(annotation, Field):
-            yield from _broken_rules(getattr(instance, name))
+            yield from _broken_rules(getattr(instance, name), without)
     for check in _RULES.get(type(instance), ()):
-        yield from check(instance)
+        if check not in without:
+            yield from check(instance)

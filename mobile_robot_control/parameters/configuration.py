@@ -3,9 +3,10 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.nodes import NODES, Configuration
+from mobile_robot_control.parameters.nodes import NODES, Configuration, velocity_loop_is_stable
 from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
@@ -49,9 +50,10 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
     """
     parts: dict[str, Any] = {}
     violations: dict[str, list[str]] = {}
+    unused = (velocity_loop_is_stable,) if values.get('plant', {}).get('drive') == VELOCITY else ()
     for node, group in NODES.items():
         try:
-            parts[node] = build(group, values.get(node, {}))
+            parts[node] = build(group, values.get(node, {}), without=unused)
         except ParameterError as error:
             for violation in error.violations:
                 violations.setdefault(violation, []).append(node)

@@ -5,14 +5,20 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
+from mobile_robot_control.control.approach import ApproachParameters
 from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.control.tracking_limit import TrackingLimit
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
-from mobile_robot_control.model.plant import Imperfections
+from mobile_robot_control.model.base import base_violations
+from mobile_robot_control.model.plant import VELOCITY, PlantModel
+from mobile_robot_control.model.sensor_constants import is_ideal, sensor_violations
 from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
 from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import CurveParameters
+from mobile_robot_control.reference.waiting import WaitParameters
+from mobile_robot_control.stamps import period_nanoseconds
 
 
 class PlantParameters(NamedTuple):
@@ -41,23 +47,17 @@ class PlantParameters(NamedTuple):
     ] = 0.0
     publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
     publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True
-    max_wheel_torque: Annotated[
-        float, Field('N m', 'limit of each motor, 0 for none: larger lets the robot accelerate harder', minimum=0.0)
-    ] = 0.0
     torque_timeout: Annotated[
         float, Field('s', 'wall clock: time without wheel_torques after which the torque falls to zero: larger '
                      'drives on longer', above=0.0)
     ] = 0.1
-    centripetal_coupling: Annotated[
-        bool, Field('', 'include the Coriolis pair that Eq. (13)-(14) lack')
-    ] = False
     pose_covariance_diagonal: Annotated[
         tuple[float, ...], Field('m², rad²', 'diagonal of the covariance of odom.pose', minimum=0.0, length=6)
     ] = (0.0,) * 6
     twist_covariance_diagonal: Annotated[
         tuple[float, ...], Field('m²/s², rad²/s²', 'diagonal of the covariance of odom.twist', minimum=0.0, length=6)
     ] = (0.0,) * 6
-    imperfections: Annotated[Imperfections, INLINE] = Imperfections()
+    model: Annotated[PlantModel, INLINE] = PlantModel()
 
 
 class VelocityControllerParameters(NamedTuple):
@@ -97,6 +97,9 @@ class PositionControllerParameters(NamedTuple):
         bool, Field('', 'wall clock: stop the robot while odom has several publishers that contradict each other',
                     live=True)
     ] = True
+    # beside those of the command in `control`, which rollouts take
+    limits: TrackingLimit = TrackingLimit()
+    approach: ApproachParameters = ApproachParameters()
 
 
 class ReferenceCartParameters(NamedTuple):
@@ -104,6 +107,7 @@ class ReferenceCartParameters(NamedTuple):
 
     shared: Annotated[Shared, INLINE] = Shared()
     curve: Annotated[CurveParameters, INLINE] = CurveParameters()
+    waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
 
 
 class Configuration(NamedTuple):
@@ -117,6 +121,12 @@ class Configuration(NamedTuple):
 
 NODES: dict[str, Any] = dict(Configuration.__annotations__)
 """The parameters' class of each node, by node name."""
+
+
+def has_exact_odometry(plant: PlantParameters) -> bool:
+    """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
+    noise = plant.model.imperfections.noise
+    return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
 
 
 def parameter_names() -> dict[str, set[str]]:
@@ -148,7 +158,17 @@ def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
 
 
 @rule
-def _velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
+def _queues_are_short(plant: PlantParameters) -> Iterator[str]:
+    model, shared = plant.model, plant.shared
+    grid = period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate)
+    if model.drive == VELOCITY:
+        yield from base_violations(model.base, *grid)
+    yield from sensor_violations(model.encoders, model.odometry, *grid)
+
+
+@rule
+def velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
+    """Refuse gains that are unstable at the rate; a base that takes velocity commands has no such loop."""
     shared = parameters.shared
     found = instability(parameters.gains, shared.robot, shared.velocity_rate, shared.lockstep)
     if found:

@@ -12,7 +12,7 @@ from mobile_robot_control.reporting.lines import Floats, Line
 from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.panels import Named, Panel, over_time
 from mobile_robot_control.reporting.series import Series
-from mobile_robot_control.topics import ANSWERS, LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 
 def timed(series: Series) -> bool:
@@ -99,7 +99,7 @@ def timing_table(series: Series) -> str:
     between = html_table(['every', 'messages', 'median', '99 %', 'longest', 'gaps by stamp'], rows)
     answers = html_table(['from question to answer', 'median', '99 %', 'longest'], [
         [f'<code>{question}</code> → <code>{answer}</code>',
-         *_written(quantiles(latency(series, question, answer).value))] for question, answer in ANSWERS
+         *_written(quantiles(latency(series, question, answer).value))] for question, answer in LOOPS['torque'].answers
     ])
     return between + answers
 

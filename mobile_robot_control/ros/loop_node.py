@@ -26,7 +26,7 @@ from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.publisher_watch import PublisherWatch
 from mobile_robot_control.ros.qos import SENSORS, SUBSCRIBED, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision
-from mobile_robot_control.topics import LOOP_TOPICS, MEASURED_TOPICS, OTHER_TOPICS, inputs_of, topics_of
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_TOPICS, LoopGraph
 
 
 class _NodeParameters(Protocol):
@@ -67,9 +67,10 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._check_topics()
         self._values = declare(self, group)
         self._shared = self._values.shared
+        self._loop = self._loop_graph()
         self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout)
         self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
-        self._watch = PublisherWatch(self, topics_of(name))
+        self._watch = PublisherWatch(self, self._loop.topics_of(name))
 
     def _start(self, rate: float, tick: Callable[[], None], pace: OverrunCounter | None = None) -> None:
         """Begin to serve parameters, to publish diagnostics and, on the wall clock, to tick at a rate [Hz]."""
@@ -116,9 +117,13 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Return the newest simulated time [ns], where there is one."""
         return None
 
+    def _loop_graph(self) -> LoopGraph:
+        """Return the loop that the node is part of; all but the plant have the same topics in each."""
+        return LOOPS['torque']
+
     def _monitored(self) -> dict[str, str]:
         """Return the input topics whose silence is reported, each with its publisher."""
-        return inputs_of(self._own_name)
+        return self._loop.inputs_of(self._own_name)
 
     def _condition(self) -> Condition | None:
         """Return a condition that only the node itself can know, or None."""

@@ -1,23 +1,24 @@
-"""The node `plant`: the simulated robot, from wheel torques to odometry."""
+"""The node `plant`: the simulated robot, from wheel torques or velocity commands to odometry."""
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from mobile_robot_control.messages.parsing import read_torque
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.actuators import empty_line
-from mobile_robot_control.model.discretisation import discretise
-from mobile_robot_control.model.plant import actuated_step
-from mobile_robot_control.parameters.nodes import NODES, PlantParameters
-from mobile_robot_control.quantities import Pose, WheelTorque
+from mobile_robot_control.parameters.nodes import PlantParameters
+from mobile_robot_control.quantities import BodyVelocity, WheelTorque
+from mobile_robot_control.ros.command_input import CommandInput
 from mobile_robot_control.ros.diagnostics import Condition
-from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.input_validation import ValidInput, make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.pacing import LockstepPacer
 from mobile_robot_control.ros.plant_publishers import PlantPublishers
+from mobile_robot_control.ros.simulated_robot import SimulatedRobot
 from mobile_robot_control.ros.stall_detector import StallDetector
 from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy, StampDecision, StampPolicy, WallClockStampPolicy
 from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.topics import LOOPS, LoopGraph
 
+_STANDS = BodyVelocity(0.0, 0.0)
 _NO_TORQUE = WheelTorque(0.0, 0.0)
 
 
@@ -37,25 +38,36 @@ class Plant(LoopNode[PlantParameters]):
         shared = self._shared
         self._period, self._position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
         self._steps = round(self._values.duration * shared.velocity_rate)
-        self._discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, self._values.centripetal_coupling)
-        self._state = dynamics.at_rest(Pose(*self._values.initial_pose))
-        self._applied = self._torque = _NO_TORQUE
-        self._line = empty_line(self._values.imperfections.delay)
-        self._k = 0  # steps so far
-        self._plant_publishers = PlantPublishers(self, self._values, self._publish_on)
-        self._stall_detector = StallDetector(self, shared.peer_timeout)
-        self._read = make_reader('wheel_torques', read_torque)
+        self._robot = SimulatedRobot(self._values)
+        self._asked: BodyVelocity | WheelTorque = self._nothing
+        self._plant_publishers = PlantPublishers(self, self._values, self._robot, self._publish_on)
+        self._stall_detector = StallDetector(self, shared.peer_timeout, self._loop)
         self._pacer: LockstepPacer | None = None
         self._policy: StampPolicy
         if shared.lockstep:
-            self._policy = answers = AnswerStampPolicy(self._period)
+            period = self._position_period if self._robot.takes_velocity else self._period
+            self._policy = answers = AnswerStampPolicy(period)
             self._pacer = LockstepPacer(self, answers, self._values.real_time_factor, self._publish, self._repeat)
         else:
             self._policy = WallClockStampPolicy(self.get_clock(), shared.stamp_tolerance)
-        self._subscribe('wheel_torques', self._on_wheel_torques)
+        if self._robot.takes_velocity:
+            self._commands = CommandInput(
+                self._validator, self._policy, shared.base_frame_id, self._clock_stamp, self._on_command)
+            self._commands.subscribe(self, shared.stamped_cmd_vel, self._subscribe)
+        else:
+            self._read = make_reader('wheel_torques', read_torque)
+            self._subscribe('wheel_torques', self._on_wheel_torques)
         self._start(shared.velocity_rate, self._tick, self._pacer)
         if self._pacer is not None:
             self._pacer.ask(self._now)
+
+    def _loop_graph(self) -> LoopGraph:
+        return LOOPS[self._values.model.drive]
+
+    @property
+    def _nothing(self) -> BodyVelocity | WheelTorque:
+        """What stops the robot."""
+        return _STANDS if self._robot.takes_velocity else _NO_TORQUE
 
     def _monitored(self) -> dict[str, str]:
         # in lockstep the stall detector names the missing node
@@ -63,7 +75,8 @@ class Plant(LoopNode[PlantParameters]):
 
     def _awaited(self) -> list[str]:
         # in lockstep the first step needs an answer of every other node
-        return ([node for node in NODES if node != self._own_name] if self._shared.lockstep else super()._awaited())
+        others = [node for node in self._loop.nodes if node != self._own_name]
+        return others if self._shared.lockstep else super()._awaited()
 
     def _reached(self) -> int:
         return self._now
@@ -71,7 +84,7 @@ class Plant(LoopNode[PlantParameters]):
     @property
     def _now(self) -> int:
         """Simulated time [ns], on the wall clock too."""
-        return self._k * self._period
+        return self._robot.k * self._period
 
     @property
     def _held(self) -> bool:
@@ -95,30 +108,39 @@ class Plant(LoopNode[PlantParameters]):
     def _publish(self) -> None:
         """In lockstep: publish the question, at position ticks with odometry."""
         if self._now % self._position_period == 0:
-            self._plant_publishers.publish_odometry(self._now, self._k, self._state)
-        self._plant_publishers.publish_joint_states(self._now, self._k, self._state, self._applied)
+            self._plant_publishers.publish_odometry(self._now)
+        self._plant_publishers.publish_joint_states(self._now)
 
     def _repeat(self, silence: float) -> None:
         """Publish the newest of both again, whichever node missed them."""
         if not self._held:
             self._stall_detector.note_silence(silence, self._now, self._now - self._now % self._position_period)
         self._plant_publishers.repeat_odometry()
-        self._plant_publishers.publish_joint_states(self._now, self._k, self._state, self._applied)
+        self._plant_publishers.publish_joint_states(self._now)
 
     def _on_wheel_torques(self, message: bytes) -> None:
         valid = self._validator.validate('wheel_torques', message, self._read, self._policy)
-        if valid is None:
-            return
+        if valid is not None:
+            self._on_command(valid)
+
+    def _on_command(self, valid: ValidInput) -> None:
         if valid.decision is StampDecision.HOLD:
-            self._torque = valid.value
+            self._asked = valid.value
         elif valid.decision is StampDecision.STEP and not self._held:
             self._on_answer(valid.value)
 
-    def _on_answer(self, torque: WheelTorque) -> None:
-        if self._k == self._steps > 0:
+    def _on_answer(self, asked: BodyVelocity | WheelTorque) -> None:
+        if self._robot.k == self._steps > 0:
             self.exit_code = 0
             return
-        saturated = self._step(torque)
+        saturated = self._step(asked)
+        # a base follows a command until the next position tick, and needs no answer in between
+        while self._robot.takes_velocity and self.exit_code is None and self._now % self._position_period:
+            self._plant_publishers.publish_joint_states(self._now)
+            if self._robot.k == self._steps > 0:
+                self.exit_code = 0
+            else:
+                self._step(asked)
         if self.exit_code is None and self._pacer is not None:
             self._pacer.ask(self._now)
         # publish before updating diagnostics: the other nodes wait for the next question
@@ -126,38 +148,42 @@ class Plant(LoopNode[PlantParameters]):
         self._stall_detector.note_progress()
 
     def _tick(self) -> None:
-        """On the wall clock: step with the newest torque, or none when it is too old."""
+        """On the wall clock: step with what was asked for last, or nothing when that is too old."""
         if self._held:
             # without odometry a cart that has not begun does not begin
-            self._plant_publishers.publish_joint_states(self._clock_stamp(), self._k, self._state, self._applied)
+            self._plant_publishers.publish_joint_states(self._clock_stamp())
             return
-        if self._monitor.age('wheel_torques') > self._values.torque_timeout:
-            self._torque = _NO_TORQUE
-            self._diagnostics.note_stop('wheel_torques')
-        self._diagnostics.note_step(self._step(self._torque))
+        if 0.0 < self._timeout < self._monitor.age(self._loop.command):
+            self._asked = self._nothing
+            self._diagnostics.note_stop(self._loop.command)
+        self._diagnostics.note_step(self._step(self._asked))
         if self.exit_code is None:
             stamp = self._clock_stamp()
-            if self._now % self._position_period == 0:
-                self._plant_publishers.publish_odometry(stamp, self._k, self._state)
-            self._plant_publishers.publish_joint_states(stamp, self._k, self._state, self._applied)
-            if self._k == self._steps > 0:
+            if self._robot.has_sensors:
+                self._plant_publishers.publish_sample(stamp, self._period)
+            elif self._now % self._position_period == 0:
+                self._plant_publishers.publish_odometry(stamp)
+            self._plant_publishers.publish_joint_states(stamp)
+            if self._robot.k == self._steps > 0:
                 self.exit_code = 0
 
-    def _step(self, torque: WheelTorque) -> bool:
-        """Step the robot; return whether the motors gave less than was asked for."""
+    @property
+    def _timeout(self) -> float:
+        """Wall time without what the plant takes after which it stops [s]; 0 for never."""
+        return self._values.model.base.command_timeout if self._robot.takes_velocity else self._values.torque_timeout
+
+    def _step(self, asked: BodyVelocity | WheelTorque) -> bool:
+        """Step the robot; return whether it gave less than was asked for."""
         if not self._in_run:
             self._note_run(StampDecision.START)
-        values = self._values
-        self._state, self._line, acting, self._applied = actuated_step(
-            self._state, self._line, torque, self._k, self._discrete, values.imperfections, values.max_wheel_torque)
-        self._k += 1
-        if dynamics.diverged(self._state):
+        saturated = self._robot.step(asked)
+        if dynamics.diverged(self._robot.state):
             self.get_logger().fatal(
-                f'the motion diverged at t = {self._now / 1e9:g} s: {self._state.pose}, {self._state.velocity}; '
-                'lower the gains or raise the rates'
+                f'the motion diverged at t = {self._now / 1e9:g} s: {self._robot.state.pose}, '
+                f'{self._robot.state.velocity}; lower the gains or raise the rates'
             )
             self.exit_code = 1
-        return self._applied != acting
+        return saturated
 
     def _last_condition(self) -> Condition:
         return Condition(DiagnosticStatus.ERROR, 'diverged') if self.exit_code == 1 else super()._last_condition()

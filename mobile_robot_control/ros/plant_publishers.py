@@ -8,18 +8,10 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from mobile_robot_control.messages import writing
-from mobile_robot_control.model.dynamics import PlantState
-from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.model.noise import (
-    measured_pose,
-    measured_twist,
-    measured_wheels,
-    pose_variances,
-    twist_variances,
-)
-from mobile_robot_control.parameters.nodes import PlantParameters
-from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.parameters.nodes import PlantParameters, has_exact_odometry
+from mobile_robot_control.quantities import Pose
 from mobile_robot_control.ros.qos import PUBLISHED, flush
+from mobile_robot_control.ros.simulated_robot import SimulatedRobot
 from mobile_robot_control.ros.transforms import make_broadcaster
 
 
@@ -37,48 +29,66 @@ class PlantPublishers:
         The plant's.
     values : PlantParameters
         What it was started with.
+    robot : SimulatedRobot
+        That is measured.
     publish_on : callable
         Makes the node's publisher on a loop topic.
 
     """
 
-    def __init__(self, node: Node, values: PlantParameters, publish_on: Callable[[str], Any]) -> None:
+    def __init__(
+        self, node: Node, values: PlantParameters, robot: SimulatedRobot, publish_on: Callable[[str], Any]
+    ) -> None:
         shared = values.shared
-        self._robot, self._noise = shared.robot, values.imperfections.noise
+        self._robot = robot
         frames = shared.odom_frame_id, shared.base_frame_id
-        injected = pose_variances(self._noise), twist_variances(self._noise, self._robot)
+        injected = robot.variances()
         self._write_odometry = writing.odometry_writer(
             *frames, _sums(values.pose_covariance_diagonal, injected[0]),
             _sums(values.twist_covariance_diagonal, injected[1]))
         self._write_truth = writing.odometry_writer(*frames)
-        noisy = any(injected[0] + injected[1])
-        self._ground_truth = node.create_publisher(Odometry, 'ground_truth', PUBLISHED) if noisy else None
-        self._write_joints, self._write_clock = writing.joints_writer(), writing.clock_writer()
+        exact = has_exact_odometry(values)
+        self._ground_truth = None if exact else node.create_publisher(Odometry, 'ground_truth', PUBLISHED)
+        self._write_joints = writing.joints_writer(has_effort=not robot.takes_velocity)
+        self._write_clock = writing.clock_writer()
         self._odom, self._joint_states = publish_on('odom'), publish_on('joint_states')
         publish_clock = values.publish_clock and shared.lockstep
         self._clock = node.create_publisher(Clock, '/clock', PUBLISHED) if publish_clock else None
         self._broadcast = make_broadcaster(node, *frames) if values.publish_tf else None
         self._newest: tuple[int, Pose, bytes]
+        self._sampled = -1
 
-    def publish_odometry(self, stamp: int, k: int, state: PlantState) -> None:
+    def publish_odometry(self, stamp: int) -> None:
+        """Publish, with a stamp [ns], the measured pose and, where odometry is not exact, the true one."""
+        pose, twist = self._robot.measured_odometry()
+        self._newest = stamp, pose, self._write_odometry(stamp, pose, twist)
+        self.repeat_odometry()
+        self._publish_truth(stamp)
+
+    def publish_sample(self, stamp: int, period: int) -> None:
         """
-        Publish the measured pose and, where there is noise, the true one.
+        Publish odometry once as it arrives, with the stamp of its sample, as on the wall clock; the truth as it is.
 
         Parameters
         ----------
         stamp : int
-            [ns].
-        k : int
-            Step of the velocity loop.
-        state : PlantState
-            At that time.
+            Of now [ns].
+        period : int
+            Of the velocity grid [ns].
 
         """
-        twist = measured_twist(state.velocity, self._measured(k, state), self._noise, self._robot)
-        pose = measured_pose(state.pose, self._noise, k)
-        self._newest = stamp, pose, self._write_odometry(stamp, pose, twist)
-        self.repeat_odometry()
+        sampled = self._robot.sampled
+        if sampled != self._sampled:
+            self._sampled = sampled
+            pose, twist = self._robot.measured_odometry()
+            at = stamp - (self._robot.k - sampled) * period
+            self._newest = at, pose, self._write_odometry(at, pose, twist)
+            self.repeat_odometry()
+            self._publish_truth(stamp)
+
+    def _publish_truth(self, stamp: int) -> None:
         if self._ground_truth is not None:
+            state = self._robot.state
             self._ground_truth.publish(self._write_truth(stamp, state.pose, state.velocity))
 
     def repeat_odometry(self) -> None:
@@ -90,28 +100,10 @@ class PlantPublishers:
         if self._broadcast is not None:
             self._broadcast(stamp, pose)
 
-    def publish_joint_states(self, stamp: int, k: int, state: PlantState, applied: WheelTorque) -> None:
-        """
-        Publish the wheels' angles, measured velocities and torques.
-
-        Parameters
-        ----------
-        stamp : int
-            [ns].
-        k : int
-            Step of the velocity loop.
-        state : PlantState
-            At that time.
-        applied : WheelTorque
-            Over the step that ended then [N m].
-
-        """
-        self._joint_states.publish(self._write_joints(
-            stamp, (state.right_angle, state.left_angle), self._measured(k, state), applied
-        ))
-
-    def _measured(self, k: int, state: PlantState) -> WheelVelocity:
-        return measured_wheels(wheel_velocity(state.velocity, self._robot), self._noise, k)
+    def publish_joint_states(self, stamp: int) -> None:
+        """Publish, with a stamp [ns], the wheels' angles, measured velocities, and torques over the last step."""
+        angles, velocities = self._robot.measured_wheels()
+        self._joint_states.publish(self._write_joints(stamp, angles, velocities, self._robot.applied))
 
     def flush(self) -> None:
         """Wait, not long, until every subscriber has what was published."""

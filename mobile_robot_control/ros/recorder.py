@@ -17,12 +17,11 @@ from rclpy.task import Future
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.messages.types import DiagnosticArray
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.texts import shortened
-from mobile_robot_control.topics import LOOP_TOPICS, SHARED_TOPICS, VELOCITY_TOPICS
+from mobile_robot_control.topics import SHARED_TOPICS, LoopGraph
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
@@ -43,6 +42,8 @@ class Recorder(Node):
         Takes topic, type, wall time of receipt [ns], CDR, and whether the topic is latched.
     is_known : callable
         Returns whether the sink takes a type.
+    loop : LoopGraph
+        What is certainly recorded.
 
     Attributes
     ----------
@@ -55,7 +56,7 @@ class Recorder(Node):
 
     """
 
-    def __init__(self, namespace: str, sink: Sink, is_known: Callable[[str], bool]) -> None:
+    def __init__(self, namespace: str, sink: Sink, is_known: Callable[[str], bool], loop: LoopGraph) -> None:
         super().__init__('recorder', namespace=namespace, enable_rosout=False)
         self._sink, self._is_known = sink, is_known
         self._recorded: dict[str, Any] = {}
@@ -66,7 +67,8 @@ class Recorder(Node):
         self.received = 0
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
-        self._loop = {self.resolve_topic_name(name): topic for name, topic in LOOP_TOPICS.items()}
+        self._graph = loop
+        self._loop = {self.resolve_topic_name(name): topic for name, topic in loop.topics.items()}
         for resolved, topic in self._loop.items():
             self._record(resolved, topic.kind, latched=False)
         self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
@@ -88,11 +90,11 @@ class Recorder(Node):
 
     def has_every_topic(self) -> bool:
         """Return whether a message has come on every loop topic, so that nothing more will be missed."""
-        return set(self.newest) == set(LOOP_TOPICS)
+        return set(self.newest) == set(self._graph.topics)
 
     def has_every_node(self) -> bool:
-        """Return whether, besides, the diagnostics of the four nodes are discovered, which may say that a law fails."""
-        return self.has_every_topic() and self.count_publishers('/diagnostics') >= len(NODES)
+        """Return whether, besides, the diagnostics of all nodes are discovered, which may say that a law fails."""
+        return self.has_every_topic() and self.count_publishers('/diagnostics') >= len(self._graph.nodes)
 
     def resume(self, period: int = 0) -> Future[Any]:
         """
@@ -123,8 +125,8 @@ class Recorder(Node):
         return answer
 
     def _complete_until(self) -> int:
-        """Return the stamp [ns] up to which every velocity tick is recorded, question and answer."""
-        return min(self.newest.get(topic, 0) for topic in VELOCITY_TOPICS)
+        """Return the stamp [ns] up to which every velocity tick and the answers to the plant are recorded."""
+        return min(self.newest.get(topic, 0) for topic in ('joint_states', self._graph.command))
 
     def _discover(self) -> None:
         """Subscribe to every topic of the namespace, and to those that all namespaces share."""

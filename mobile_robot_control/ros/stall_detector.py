@@ -11,12 +11,10 @@ from rclpy.subscription import Subscription
 
 from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
 from mobile_robot_control.ros.qos import subscribe_to
-from mobile_robot_control.topics import ANSWERS, LOOP_TOPICS, first_silent
+from mobile_robot_control.topics import LoopGraph, first_silent
 
 _STALL = 0.5
 """[s]: a shorter silence is a busy machine's. Subscriptions that come and go cost every node on the network memory."""
-_CHAIN = tuple(LOOP_TOPICS[answer] for _, answer in ANSWERS)
-"""The answers in the order in which they are given; the last one goes to the plant."""
 
 
 class StallDetector:
@@ -32,6 +30,8 @@ class StallDetector:
         The plant's.
     timeout : float
         Wall time of silence after which the missing node is named [s].
+    loop : LoopGraph
+        The plant's loop.
 
     Attributes
     ----------
@@ -40,8 +40,10 @@ class StallDetector:
 
     """
 
-    def __init__(self, node: Node, timeout: float) -> None:
-        self._node, self._timeout = node, timeout
+    def __init__(self, node: Node, timeout: float, loop: LoopGraph) -> None:
+        self._node, self._timeout, self._loop = node, timeout, loop
+        # the answers in the order in which they are given; the last one goes to the plant
+        self._chain = tuple(loop.topics[answer] for _, answer in loop.answers)
         self._newest: dict[str, int] = {}
         self._subscriptions: list[Subscription[Any]] = []
         self._suspect, self._suspected_at = '', 0.0
@@ -63,7 +65,7 @@ class StallDetector:
             return
         if not self._subscriptions:
             self._subscriptions = [subscribe_to(self._node, topic.name, self._listener(topic.name))
-                                   for topic in _CHAIN[:-1]]
+                                   for topic in self._chain[:-1]]
         missing = self.missing(tick)
         if missing != self._suspect:
             self._suspect, self._suspected_at = missing, silence
@@ -76,9 +78,9 @@ class StallDetector:
 
     def missing(self, tick: int) -> str:
         """Name the nodes, joined with ' and ', that a run at a position tick [ns] waits for."""
-        absent = [topic.publisher for topic in _CHAIN if self._node.count_publishers(topic.name) == 0]
+        absent = [topic.publisher for topic in self._chain if self._node.count_publishers(topic.name) == 0]
         # the plant has no answer to the present question, so that one always counts as silent
-        return ' and '.join(absent) or str(first_silent(self._newest, tick, tick))
+        return ' and '.join(absent) or str(first_silent(self._newest, tick, tick, self._loop))
 
     def note_progress(self) -> None:
         """Note that the question was answered."""

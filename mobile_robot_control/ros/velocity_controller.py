@@ -1,19 +1,18 @@
 """The node `velocity_controller`: from a body velocity command and the wheels' velocities to wheel torques."""
 
-from functools import partial
 
-from geometry_msgs.msg import Twist
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.messages import writing
-from mobile_robot_control.messages.parsing import read_plain_twist, read_twist, read_wheel_velocity
+from mobile_robot_control.messages.parsing import read_wheel_velocity
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.parameters.nodes import VelocityControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
-from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.command_input import CommandInput
+from mobile_robot_control.ros.input_validation import ValidInput, make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
-from mobile_robot_control.ros.qos import SUBSCRIBED, flush
+from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 from mobile_robot_control.stamps import period_nanoseconds
 
@@ -33,9 +32,8 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._policy = make_stamp_policy(self.get_clock(), shared, shared.velocity_rate)
         self._command_policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
         self._read_wheels = make_reader('joint_states', read_wheel_velocity)
-        self._read_twist = make_reader('cmd_vel', partial(read_twist, frame=shared.base_frame_id))
-        self._read_plain = make_reader('cmd_vel', read_plain_twist, 'geometry_msgs/msg/Twist')
-        self._stamp_twist = writing.twist_writer('')
+        self._commands = CommandInput(
+            self._validator, self._command_policy, shared.base_frame_id, self._clock_stamp, self._on_command)
         self._state = VelocityPiState()
         self._wheels: tuple[int, WheelVelocity] | None = None
         self._command: tuple[int, BodyVelocity] | None = None
@@ -43,10 +41,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._write = writing.torque_writer()
         self._wheel_torques = self._publish_on('wheel_torques')
         self._subscribe('joint_states', self._on_joint_states)
-        if shared.stamped_cmd_vel:
-            self._subscribe('cmd_vel', self._on_cmd_vel)
-        else:
-            self.create_subscription(Twist, 'cmd_vel', self._on_twist, SUBSCRIBED, raw=True)
+        self._commands.subscribe(self, shared.stamped_cmd_vel, self._subscribe)
         self._start(shared.velocity_rate, self._tick)
 
     def _change(self, values: VelocityControllerParameters) -> None:
@@ -62,18 +57,11 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._wheels = (valid.stamp, valid.value)
         self._answer_wheels()
 
-    def _on_cmd_vel(self, message: bytes) -> None:
-        # a command is held until the wheels of its position tick ask for it
-        valid = self._validator.validate('cmd_vel', message, self._read_twist, self._command_policy)
-        # of two with one stamp the first counts
-        if valid is not None and (self._command is None or self._command[0] != valid.stamp):
+    def _on_command(self, valid: ValidInput) -> None:
+        # a command is held until the wheels of its position tick ask for it; of two with one stamp the first counts
+        if self._command is None or self._command[0] != valid.stamp:
             self._command = (valid.stamp, valid.value)
             self._answer_wheels()
-
-    def _on_twist(self, message: bytes) -> None:
-        velocity = self._validator.read('cmd_vel', message, self._read_plain)
-        if velocity is not None:
-            self._on_cmd_vel(self._stamp_twist(self._clock_stamp(), velocity))
 
     def _answer_wheels(self) -> None:
         """Step and answer once new wheel velocities and the command of their position tick are there."""

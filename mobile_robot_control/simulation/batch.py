@@ -9,16 +9,15 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
-from mobile_robot_control.control.latency import as_measured, carried_forward
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import JITABLE
 from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference
 from mobile_robot_control.simulation import trial
-from mobile_robot_control.simulation.closed_loop import make_position_tick
+from mobile_robot_control.simulation.cart_motion import CartMotion, cart_motion, references
 from mobile_robot_control.simulation.compiler_messages import reason_of
-from mobile_robot_control.simulation.trial import Drive, Outcome, Trial, references
-from mobile_robot_control.simulation.variation import VARIATIONS
+from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
+from mobile_robot_control.simulation.trial import Outcome, Trial
 
 try:
     import numba
@@ -49,14 +48,14 @@ def _register(*functions: Callable[..., Any]) -> None:
 
 
 @lru_cache(maxsize=32)
-def compiled_rollout(step: Callable[..., Any], compensates: bool = False, varied: str = '') -> Callable[..., Outcome]:
+def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
     _register(*JITABLE, _row, step)
-    position_tick = make_position_tick(step, carried_forward if compensates else as_measured)
-    _register(position_tick)
+    position_tick, velocity_tick = make_position_tick(step, form), make_velocity_tick(form)
+    _register(position_tick, velocity_tick)
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth;
     # never cached on disk: the cache does not see a change of a callee in another file
-    return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, _row, VARIATIONS[varied]))
+    return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, velocity_tick, _row, form))
 
 
 @lru_cache(maxsize=32)
@@ -75,10 +74,9 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=32)
-def plain_rollout(step: Callable[..., Any], compensates: bool = False, varied: str = '') -> Callable[..., Outcome]:
+def plain_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the rollout of a law's step as Python runs it; references are given as they are."""
-    position_tick = make_position_tick(step, carried_forward if compensates else as_measured)
-    return trial.bind(position_tick, operator.getitem, VARIATIONS[varied])
+    return trial.make_rollout(step, operator.getitem, form)
 
 
 _uncompilable: dict[Callable[..., Any], str] = {}
@@ -91,8 +89,8 @@ def compiles(one: Trial) -> bool:
     if not COMPILES or step in _uncompilable:
         return False
     try:
-        compiled_rollout(step, one.compensates, one.varied)(
-            one.state, one.loop, _array(trial.cart_drive(one._replace(steps=0))), 0, one.ratio, 0)
+        compiled_rollout(step, one.form)(
+            one.state, one.loop, _array(cart_motion(one._replace(steps=0))), 0, one.ratio, 0)
     except Exception as error:  # numba raises errors of its own, and others where it fails itself
         _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
@@ -102,9 +100,9 @@ def compiles(one: Trial) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _array(drive: Drive) -> Any:
-    """Return the references of a drive as an array, shape (ticks, 5)."""
-    return np.array([(*reference.pose, *reference.velocity) for reference in references(drive)]).reshape(-1, 5)
+def _array(motion: CartMotion) -> Any:
+    """Return the references of a motion as an array, shape (ticks, 5)."""
+    return np.array([(*reference.pose, *reference.velocity) for reference in references(motion)]).reshape(-1, 5)
 
 
 def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
@@ -112,22 +110,22 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
     outcomes = []
     for one in trials:
-        roll, references_of = chosen[one.law, one.compensates, one.varied]
-        outcomes.append(trial.roll_trial(one, roll, references_of(trial.cart_drive(one))))
+        roll, references_of = chosen[one.law, one.form]
+        outcomes.append(trial.roll_trial(one, roll, references_of(cart_motion(one))))
     return outcomes
 
 
-def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[[Drive], Any]]:
+def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[[CartMotion], Any]]:
     """Return the rollout of the law of a trial, and what makes the references that it takes."""
     step: Callable[..., Any] = LAWS[one.law].step
     if compiles(one) if compile_it is None else compile_it:
-        return compiled_rollout(step, one.compensates, one.varied), _array
-    return plain_rollout(step, one.compensates, one.varied), references
+        return compiled_rollout(step, one.form), _array
+    return plain_rollout(step, one.form), references
 
 
-def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, bool, str], Trial]:
+def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, Form], Trial]:
     """Return the first trial of each law and form."""
-    return {(one.law, one.compensates, one.varied): one for one in reversed(trials)}
+    return {(one.law, one.form): one for one in reversed(trials)}
 
 
 def cores() -> int:

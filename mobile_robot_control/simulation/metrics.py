@@ -7,6 +7,8 @@ from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
+TRUE, MEASURED = 'true', 'measured'
+
 
 class MeasuredRun(NamedTuple):
     """
@@ -21,9 +23,13 @@ class MeasuredRun(NamedTuple):
     final_pose : Pose
         [m], [rad].
     initial_torque : WheelTorque
-        Over the first step [N m].
+        Over the first step [N m]; nan of a base that takes no torque.
     totals : Totals
         Sums and extremes.
+    error : str
+        'true' or 'measured': of which pose the errors of the totals and the final one are, TRUE or MEASURED.
+    measured_squared_position : float or None
+        As of the totals, of the error that the controller saw [m² s]; None where it is the same.
     """
 
     outcome: str
@@ -31,6 +37,8 @@ class MeasuredRun(NamedTuple):
     final_pose: Pose
     initial_torque: WheelTorque
     totals: Totals
+    error: str = TRUE
+    measured_squared_position: float | None = None
 
 
 class RunMeter:
@@ -41,34 +49,52 @@ class RunMeter:
     ----------
     velocity_dt, position_dt : float
         Periods of the two loops [s].
+    error : str
+        TRUE where the error of a tick without a truth beside it is the true one, MEASURED where that is not known.
 
     Attributes
     ----------
     totals : Totals
         Over the periods that have ended: [0, time of the last sample).
     initial_torque : WheelTorque
-        Over the first step; zero before it has ended [N m].
+        Over the first step; zero before it has ended [N m]. nan of a base that takes no torque.
     last : Sample or None
         The newest sample.
 
     """
 
-    def __init__(self, velocity_dt: float, position_dt: float) -> None:
+    def __init__(self, velocity_dt: float, position_dt: float, error: str = TRUE) -> None:
         self.totals = Totals()
         self.initial_torque = WheelTorque(0.0, 0.0)
         self.last: Sample | None = None
-        self._velocity_dt, self._position_dt = velocity_dt, position_dt
+        self._velocity_dt, self._position_dt, self._error = velocity_dt, position_dt, error
+        self._measured: Totals | None = None
 
     def add(self, sample: Sample) -> None:
-        """Count the period that a sample ends: it is one velocity period later than the last."""
-        last = self.last
-        if last is not None:
+        """
+        Count the period that a sample ends: it is one velocity period later than the last.
+
+        Torques and truths that are nan are not known, and count nothing.
+        """
+        last, known = self.last, not math.isnan(sample.applied.right)
+        if last is None:
+            self.initial_torque = self.initial_torque if known else sample.applied
+        else:
             if last.time == 0.0:
                 self.initial_torque = sample.applied
-            self.totals = add_torque(self.totals, sample.applied, last.wheels, self._velocity_dt)
+            if known:
+                self.totals = add_torque(self.totals, sample.applied, last.wheels, self._velocity_dt)
             if last.tick.time == last.time:
-                self.totals = add_error(self.totals, last.tick.error, self._position_dt)
+                self._add_error(last)
         self.last = sample
+
+    def _add_error(self, sample: Sample) -> None:
+        """Count the position period that a sample begins."""
+        if sample.truth is None:
+            self.totals = add_error(self.totals, sample.tick.error, self._position_dt)
+        elif not math.isnan(sample.truth.error.longitudinal):
+            self.totals = add_error(self.totals, sample.truth.error, self._position_dt)
+            self._measured = add_error(self._measured or Totals(), sample.tick.error, self._position_dt)
 
     def run(self, outcome: str) -> MeasuredRun:
         """
@@ -78,24 +104,36 @@ class RunMeter:
         """
         if self.last is None:
             raise ValueError('a run without a sample has no metrics')
-        return MeasuredRun(outcome, self.last.time, self.last.tick.pose, self.initial_torque, self.totals)
+        truth = self.last.truth
+        return MeasuredRun(
+            outcome, self.last.time, self.last.tick.pose if truth is None else truth.pose, self.initial_torque,
+            self.totals, self._error if truth is None else TRUE,
+            None if self._measured is None else self._measured.squared_position,
+        )
 
 
 def summary(run: MeasuredRun) -> dict[str, Any]:
     """Return the metrics by name, in SI units; what is not finite is None."""
     totals = run.totals
     mean = 1.0 / totals.time if totals.time > 0.0 else math.nan
-    values = {
-        'outcome': run.outcome,
-        'duration': run.duration,
-        'final_pose': list(run.final_pose),
-        'rms_position_error': math.sqrt(totals.squared_position * mean),
-        'max_position_error': totals.max_position,
-        'rms_heading_error': math.sqrt(totals.squared_heading * mean),
+    measured = totals.squared_position if run.measured_squared_position is None else run.measured_squared_position
+    takes_torque = totals.highest_right > -math.inf or not math.isnan(run.initial_torque.right)
+    torque = {
         'initial_wheel_torque': run.initial_torque._asdict(),
         'peak_wheel_torque': {'right': totals.peak_right, 'left': totals.peak_left},
         'peak_wheel_power': {'right': totals.power_right, 'left': totals.power_left},
         'energy': totals.energy,
+    }
+    values = {
+        'outcome': run.outcome,
+        'duration': run.duration,
+        'final_pose': list(run.final_pose),
+        'error': run.error,
+        'rms_position_error': math.sqrt(totals.squared_position * mean),
+        'max_position_error': totals.max_position,
+        'rms_heading_error': math.sqrt(totals.squared_heading * mean),
+        'measured_rms_position_error': math.sqrt(measured * mean),
+        **(torque if takes_torque else dict.fromkeys(torque)),
         'objective': objective(totals, False),
     }
     return {name: _finite(value) for name, value in values.items()}

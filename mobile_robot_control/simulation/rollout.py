@@ -4,50 +4,22 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from mobile_robot_control.control.latency import ObservedPose, as_measured, carried_forward, held_age
 from mobile_robot_control.control.law import LawFailedError, is_sound
-from mobile_robot_control.control.laws import LAWS, select
-from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.actuators import empty_line
-from mobile_robot_control.model.discretisation import discretise
-from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.model.noise import measured_wheels
+from mobile_robot_control.model.plant_form import (
+    sensing,
+)
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, WheelTorque
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Truth, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, Sample, make_position_tick, velocity_tick
+from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.loop_start import form_of, shows_the_truth, start
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
+from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
-
-
-def start(configuration: Configuration) -> tuple[Loop, LoopState]:
-    """Return the constants of the rollout that a checked configuration asks for, and the state at t = 0, at rest."""
-    shared, plant = configuration.plant.shared, configuration.plant
-    law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
-    loop = Loop(
-        discretise(shared.robot, 1.0 / shared.velocity_rate, plant.centripetal_coupling),
-        plant.imperfections,
-        plant.max_wheel_torque,
-        configuration.velocity_controller.max_wheel_torque,
-        configuration.velocity_controller.gains,
-        gains,
-        configuration.position_controller.control.limits,
-        configuration.reference_cart.curve.placement,
-        1.0 / shared.position_rate,
-        held_age(configuration.position_controller.odom_latency, shared.stamp_tolerance),
-    )
-    return loop, LoopState(
-        dynamics.at_rest(Pose(*plant.initial_pose)), VelocityPiState(), law.start, BodyVelocity(0.0, 0.0),
-        empty_line(plant.imperfections.delay),
-    )
-
-
-def _observed(configuration: Configuration) -> ObservedPose:
-    """Return what makes the pose that the law sees of the measured one."""
-    return carried_forward if configuration.position_controller.compensate_latency else as_measured
 
 
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
@@ -84,32 +56,33 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     """
     shared = configuration.plant.shared
     velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
-    step, observed_pose = LAWS[configuration.position_controller.control.controller_type].step, _observed(configuration)
-    position_tick = make_position_tick(step, observed_pose)
+    form = form_of(configuration)
+    position_tick = make_position_tick(LAWS[configuration.position_controller.control.controller_type].step, form)
+    velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
     curve = CURVES[configuration.reference_cart.curve.curve]
     loop, state = start(configuration)
-    noise = loop.imperfections.noise
-    applied = WheelTorque(0.0, 0.0)
+    applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
+    exact = shows_the_truth(configuration)
     for k in range(round(duration * shared.velocity_rate) + 1):
         nanoseconds = k * velocity_period
         if nanoseconds % position_period == 0:
             time = nanoseconds / 1e9
             reference = reference_at(curve, time, loop.placement)
             try:
-                after, tick, _ = position_tick(state, reference, k, time, loop)
+                after, tick, true = position_tick(state, reference, k, time, loop)
                 failure = '' if is_sound(after.command) else 'its command is not finite'
             except BaseException as error:  # a law can raise anything
                 failure = f'{describe_error(error)}'
             if failure:
-                after, tick, _ = make_position_tick(_stand, observed_pose)(state, reference, k, time, loop)
+                after, tick, true = make_position_tick(_stand, form)(state, reference, k, time, loop)
                 after = after._replace(command=BodyVelocity(0.0, 0.0))
+            truth = None if exact else Truth(state.plant.pose, state.plant.velocity, true)
             state = after
         before, over_last_step = state, applied
         state, torque, applied = velocity_tick(state, k, loop)
-        yield Sample(
-            nanoseconds / 1e9, tick, before.command, before.plant.right_angle, before.plant.left_angle,
-            measured_wheels(wheel_velocity(before.plant.velocity, shared.robot), noise, k), over_last_step, torque,
-        )
+        shown = before.sensors, before.plant, k, loop.sensors
+        yield Sample(nanoseconds / 1e9, tick, before.command, *sensors.angles(*shown), sensors.wheels(*shown),
+                     over_last_step, torque, truth)
         if failure:
             raise LawFailedError(f'at t = {time:g} s: {failure}')
         if dynamics.diverged(state.plant):

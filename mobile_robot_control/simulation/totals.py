@@ -114,7 +114,8 @@ def objective(totals: Totals, literal: bool) -> float:
     """
     Return the functional F that the chapter's search minimises.
 
-    Implements Eq. (29) of the chapter, with a1 = 1, a2 = 5, a3 = 1, a_R = a_L = 1.
+    Implements Eq. (29) of the chapter, with a1 = 1, a2 = 5, a3 = 1, a_R = a_L = 1; without its torques for a base that
+    takes none.
 
     Parameters
     ----------
@@ -125,9 +126,12 @@ def objective(totals: Totals, literal: bool) -> float:
     """
     a1, a2, a3 = _ERROR_WEIGHTS
     a_right, a_left = _TORQUE_WEIGHTS
+    # of a base that takes no torque there is no highest one
+    highest_right = totals.highest_right if totals.highest_right > -math.inf else 0.0
+    highest_left = totals.highest_left if totals.highest_left > -math.inf else 0.0
     # Eq. (29): F = Σ a_i ∫ ln(1 + |e_i|) dt + a_R max τ_R + a_L max τ_L
     return (
         a1 * totals.log_longitudinal + a2 * totals.log_lateral + a3 * totals.log_heading
-        + a_right * (totals.highest_right if literal else totals.peak_right)
-        + a_left * (totals.highest_left if literal else totals.peak_left)
+        + a_right * (highest_right if literal else totals.peak_right)
+        + a_left * (highest_left if literal else totals.peak_left)
     )

@@ -1,23 +1,22 @@
 """One rollout that is only measured: its inputs, its outcome and the loop itself, plain or to be compiled."""
 
+import math
 import sys
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from mobile_robot_control.control.latency import ObservedPose, as_measured
 from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque
-from mobile_robot_control.reference.cart import Placement, reference_at
-from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_position_tick, velocity_tick
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState
+from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.metrics import MeasuredRun
-from mobile_robot_control.simulation.rollout import start
+from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
-from mobile_robot_control.simulation.variation import Variation, Vary, unvaried
+from mobile_robot_control.simulation.variation import Variation, variation_step
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
 
@@ -33,16 +32,18 @@ class Trial(NamedTuple):
     ----------
     law, curve : str
         Of LAWS and CURVES.
-    loop, state : Loop, LoopState
-        What is constant, and the state at t = 0.
-    steps, ratio : int
-        Of the velocity loop in all, and in one step of the position loop.
+    loop : Loop
+        What is constant.
+    state : LoopState
+        At t = 0.
+    steps : int
+        Of the velocity loop.
+    ratio : int
+        Steps of the velocity loop in one of the position loop.
     late : int
         The step from which the late totals count.
-    compensates : bool
-        Whether the law sees odometry that is carried forward by its age.
-    varied : str
-        What the variation is summed of, of VARIATIONS.
+    form : Form
+        Which functions the loop is made of.
     """
 
     law: str
@@ -52,26 +53,7 @@ class Trial(NamedTuple):
     steps: int
     ratio: int
     late: int
-    compensates: bool = False
-    varied: str = ''
-
-
-class Drive(NamedTuple):
-    """
-    The motion of the reference cart in a trial.
-
-    Attributes
-    ----------
-    curve, placement : str, Placement
-        Of CURVES, and where it lies.
-    period, ticks : int
-        Of the position loop [ns], and how many.
-    """
-
-    curve: str
-    placement: Placement
-    period: int
-    ticks: int
+    form: Form = IDEAL_FORM
 
 
 class Outcome(NamedTuple):
@@ -89,7 +71,7 @@ class Outcome(NamedTuple):
     law_failed : bool
         Whether it ended because the position law failed.
     variation : float
-        As `Trial.varied` asks.
+        Of torque [N m] or command [m/s], where the form sums it.
     """
 
     steps: int
@@ -113,34 +95,24 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
         round(duration * shared.velocity_rate),
         period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
         round(late * shared.velocity_rate),
-        configuration.position_controller.compensate_latency,
+        form_of(configuration),
     )
 
 
-def cart_drive(trial: Trial) -> Drive:
-    """Return the drive of the reference cart in a trial; equal for trials that have the same."""
-    return Drive(trial.curve, trial.loop.placement, period_nanoseconds(1.0 / trial.loop.position_dt),
-                 -(-trial.steps // trial.ratio))
-
-
-@lru_cache(maxsize=32)
-def references(drive: Drive) -> tuple[Reference, ...]:
-    """Return the reference at every position tick; cached, since thousands of trials share it."""
-    curve = CURVES[drive.curve]
-    return tuple(reference_at(curve, n * drive.period / 1e9, drive.placement) for n in range(drive.ticks))
-
-
 def make_rollout(
-    law_step: LawStep, reference_of: Callable[[Any, int], Reference], observed_pose: ObservedPose = as_measured
+    law_step: LawStep, reference_of: Callable[[Any, int], Reference], form: Form = IDEAL_FORM
 ) -> Callable[..., Outcome]:
     """Make the rollout of a law, ``roll(state, loop, references, steps, ratio, late)``; `bind` has `reference_of`."""
-    return bind(make_position_tick(law_step, observed_pose), reference_of)
+    return bind(make_position_tick(law_step, form), make_velocity_tick(form), reference_of, form)
 
 
 def bind(
-    position_tick: Callable[..., Any], reference_of: Callable[[Any, int], Reference], vary: Vary = unvaried
+    position_tick: Callable[..., Any], velocity_tick: Callable[..., Any],
+    reference_of: Callable[[Any, int], Reference], form: Form,
 ) -> Callable[..., Outcome]:
-    """Make the rollout of a position tick, plain or compiled; `reference_of` returns the n-th reference given to it."""
+    """Make the rollout of both ticks, plain or compiled; `reference_of` returns the n-th reference given to it."""
+    has_torque = not form.plant.takes_velocity
+    vary = variation_step(form.varies, form.plant.takes_velocity)
 
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.plant.robot, loop.plant.dt
@@ -160,8 +132,9 @@ def bind(
                     return Outcome(k, pose, initial, totals, late_totals, False, variation.total)
                 if k == 0:
                     initial = applied
-                totals = add_torque(totals, applied, wheels, dt)
                 variation = vary(variation, state.command, applied, robot)
+                if has_torque:
+                    totals = add_torque(totals, applied, wheels, dt)
                 if k == first:
                     totals = add_error(totals, error, loop.position_dt)
                     if k >= late:
@@ -174,13 +147,14 @@ def bind(
 
 
 def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
-    """Return the measured run of an outcome, as that of every other run."""
+    """Return the measured run of an outcome, as that of every other run; what odometry shows is not measured."""
     return MeasuredRun(
         'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged',
         outcome.steps * trial.loop.plant.dt,
         outcome.final_pose,
         outcome.initial_torque,
         outcome.totals,
+        measured_squared_position=math.nan,
     )
 
 

@@ -48,6 +48,10 @@ def varied_command(variation: Variation, command: BodyVelocity, torque: WheelTor
     return Variation(variation.total + changed, command, torque)
 
 
-Vary = Callable[[Variation, BodyVelocity, WheelTorque, Robot], Variation]
-VARIATIONS: dict[str, Vary] = {'': unvaried, 'torque': varied_torque, 'velocity': varied_command}
-"""By how the plant is driven; '' where the variation is not asked for."""
+def variation_step(
+    varies: bool, takes_velocity: bool
+) -> Callable[[Variation, BodyVelocity, WheelTorque, Robot], Variation]:
+    """Return what sums the variation of a run: of the torque, or of the command where a base takes no torque."""
+    if not varies:
+        return unvaried
+    return varied_command if takes_velocity else varied_torque

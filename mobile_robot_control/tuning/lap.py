@@ -5,7 +5,6 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from mobile_robot_control.control.latency import as_measured, carried_forward
 from mobile_robot_control.control.law import is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
@@ -14,8 +13,9 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Reference
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, make_position_tick, velocity_tick
-from mobile_robot_control.simulation.rollout import start
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState
+from mobile_robot_control.simulation.loop_start import form_of, start
+from mobile_robot_control.simulation.ticks import make_position_tick, make_velocity_tick
 from mobile_robot_control.texts import describe_error
 
 _SETTLING = 8.0
@@ -35,7 +35,7 @@ class LapLoop(NamedTuple):
     Attributes
     ----------
     position_tick, velocity_tick : callable
-        Of `simulation.closed_loop`.
+        Of `simulation.ticks`.
     loop : Loop
         Constants.
     ratio : int
@@ -78,9 +78,9 @@ class FollowedTick(NamedTuple):
 
 def lap_loop(configuration: Configuration) -> LapLoop:
     """Return the loop of a checked configuration; its position tick raises NotFollowedError where the law fails."""
-    control, loop = configuration.position_controller, start(configuration)[0]
-    observed_pose = carried_forward if control.compensate_latency else as_measured
-    position_tick = make_position_tick(LAWS[control.control.controller_type].step, observed_pose)
+    control, loop = configuration.position_controller.control, start(configuration)[0]
+    form = form_of(configuration)
+    position_tick = make_position_tick(LAWS[control.controller_type].step, form)
 
     def checked_tick(*arguments: Any) -> Any:
         try:
@@ -93,7 +93,7 @@ def lap_loop(configuration: Configuration) -> LapLoop:
             raise NotFollowedError('the law gives a command that is not finite')
         return ticked
 
-    return LapLoop(checked_tick, velocity_tick, loop, round(loop.position_dt / loop.plant.dt))
+    return LapLoop(checked_tick, make_velocity_tick(form), loop, round(loop.position_dt / loop.plant.dt))
 
 
 def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.simulation.closed_loop import LoopState
 from mobile_robot_control.tuning.lap import FollowedTick, LapLoop
 
@@ -176,12 +177,17 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
     at = np.array([*numbers_of(after, frame), *lap.velocity_tick(after, tick.k, lap.loop)[1]])
     states = len(at) - 2
 
+    gains = lap.loop.velocity_gains
+    opened = lap.loop._replace(velocity_gains=gains._replace(k1=0.0, k2=0.0))
+
     def period(numbers: Array) -> Array:
         values = numbers.tolist()
         state: LoopState = with_numbers(after, iter(values[:states]), frame)
-        # a line longer by the torque that is put in: what the law asks for gets no farther than the line's beginning
-        state = state._replace(line=(WheelTorque(*values[states:]), *state.line))
-        state, asked, _ = lap.velocity_tick(state, tick.k, lap.loop)
-        return np.array([*numbers_of(state._replace(line=state.line[1:]), frame), *asked])
+        closed, asked, _ = lap.velocity_tick(state, tick.k, lap.loop)
+        # without gains the torque is that of the integral terms alone
+        right, left = values[states:]
+        driven = lap.velocity_tick(
+            state._replace(pi=VelocityPiState(0.5 * (right + left), 0.5 * (right - left))), tick.k, opened)[0]
+        return np.array([*numbers_of(driven._replace(pi=closed.pi), frame), *asked])
 
     return _linear([_Opened(period, at, states)])

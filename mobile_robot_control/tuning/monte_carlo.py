@@ -9,7 +9,7 @@ import numpy as np
 
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.simulation.totals import objective
+from mobile_robot_control.simulation.totals import Totals, objective
 from mobile_robot_control.simulation.trial import Outcome, Trial
 from mobile_robot_control.tuning.scenarios import Scenario
 
@@ -28,7 +28,7 @@ class Judged(NamedTuple):
     success : bool
         Whether the run was complete and near the reference late in it.
     metrics : dict of str to float
-        SI units; infinite if the motion diverged.
+        SI units; infinite if the motion diverged, nan for the torque and energy of a base that takes no torque.
     """
 
     success: bool
@@ -40,13 +40,18 @@ def _rms(integral: float, time: float) -> float:
     return math.sqrt(integral / time) if time > 0.0 else math.inf
 
 
+def _of_torque(value: float, totals: Totals) -> float:
+    """Return a value; nan where no torque was applied."""
+    return value if totals.highest_right > -math.inf else math.nan
+
+
 _METRICS: dict[str, Callable[[Outcome], float]] = {
     'rms_position_error': lambda o: _rms(o.totals.squared_position, o.totals.time),
     'max_position_error': lambda o: o.totals.max_position,
     'late_max_position_error': lambda o: o.late.max_position,
     'rms_heading_error': lambda o: _rms(o.totals.squared_heading, o.totals.time),
-    'peak_wheel_torque': lambda o: max(o.totals.peak_right, o.totals.peak_left),
-    'energy': lambda o: o.totals.energy,
+    'peak_wheel_torque': lambda o: _of_torque(max(o.totals.peak_right, o.totals.peak_left), o.totals),
+    'energy': lambda o: _of_torque(o.totals.energy, o.totals),
     'objective': lambda o: objective(o.totals, False),
 }
 
@@ -88,12 +93,12 @@ def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
 
 
 def _quantiles(values: Sequence[float]) -> dict[str, float | None]:
-    """Return median, 95 % quantile and largest of some values; None for those that are infinite."""
+    """Return median, 95 % quantile and largest of some values; None for those that are infinite, or not known."""
     ordered = sorted(values)
 
     def at(fraction: float) -> float | None:
         value = ordered[math.ceil(fraction * len(ordered)) - 1]
-        return value if math.isfinite(value) else None
+        return value if math.isfinite(value) and not any(map(math.isnan, ordered)) else None
 
     return {'median': at(0.5), '95_percent': at(0.95), 'worst': at(1.0)}
 

@@ -14,7 +14,6 @@ from mobile_robot_control.simulation.trial import Outcome, Trial
 from mobile_robot_control.tuning import search_gains
 from mobile_robot_control.tuning.chromosome import Points
 from mobile_robot_control.tuning.genetic import Scores
-from mobile_robot_control.tuning.modelled import drive_of
 from mobile_robot_control.tuning.scenarios import Scenario, scenario_trial
 from mobile_robot_control.tuning.search import WORST
 from mobile_robot_control.tuning.search_gains import Gains
@@ -76,9 +75,8 @@ class Objective:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
         self._position_dt = 1.0 / configuration.plant.shared.position_rate
         self._gains = search_gains.configured_gains(configuration)
-        varied = drive_of(configuration) if goal.smooth > 0.0 else ''
-        self._trials = [scenario_trial(configuration, scenario, goal.laps, 0.0)._replace(varied=varied)
-                        for scenario in goal.scenarios]
+        trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
+        self._trials = [one._replace(form=one.form._replace(varies=goal.smooth > 0.0)) for one in trials]
         if goal.controller != VELOCITY:
             self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
         # velocity gains that the search does not change have been checked with the configuration

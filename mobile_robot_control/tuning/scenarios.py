@@ -5,13 +5,17 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.actuators import Delay, empty_line
+from mobile_robot_control.model.actuators import Delay
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.model.plant import TORQUE, PlantModel
+from mobile_robot_control.model.plant_form import drive_at_rest, drive_constants, sensor_values, sensors_at_rest
+from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.loop_start import plant_grid
 from mobile_robot_control.simulation.trial import Trial, make_trial
 
 
@@ -29,11 +33,12 @@ class Scenario(NamedTuple):
         Offset of the robot's start from the reference cart's start, in the axes of the odometry frame [m], [rad]; None
         is the configured `initial_pose`.
     mass, friction : float
-        Factors on the configured robot's mass and inertia, and on its friction.
+        Factors on the configured robot's mass and inertia, and on its friction; on the lag and on the dead zone of a
+        base that takes velocity commands.
     noise : Noise
         Of the measurements.
     delay : int
-        Of the torques [periods of the velocity loop].
+        Of the torques, or added to the dead time of such a base [periods of the velocity loop].
     """
 
     curve: str
@@ -47,7 +52,7 @@ class Scenario(NamedTuple):
 
 def configured_scenario(configuration: Configuration) -> Scenario:
     """Return the scenario of a checked configuration, with its noise and delay."""
-    curve, imperfect = configuration.reference_cart.curve, configuration.plant.imperfections
+    curve, imperfect = configuration.reference_cart.curve, configuration.plant.model.imperfections
     return Scenario(curve.curve, curve.placement.scale, noise=imperfect.noise, delay=imperfect.delay.velocity_steps)
 
 
@@ -69,28 +74,49 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
     cart = configuration.reference_cart
     placement = cart.curve.placement._replace(scale=scenario.scale)
     prepared = make_trial(configuration, laps * placement.period, late * placement.period)
-    plant = prepared.loop.plant
-    robot = plant.robot._replace(
-        mass=plant.robot.mass * scenario.mass,
-        inertia=plant.robot.inertia * scenario.mass,
-        viscous_friction=plant.robot.viscous_friction * scenario.friction,
-    )
-    delay = Delay(scenario.delay)
     state = prepared.state
     if scenario.start is not None:
         cart_start = reference_at(CURVES[scenario.curve], 0.0, placement).pose
         offset = scenario.start
         at = Pose(cart_start.x + offset.x, cart_start.y + offset.y, cart_start.heading + offset.heading)
         state = state._replace(plant=dynamics.at_rest(at))
+    loop = prepared.loop
+    robot = _varied_robot(loop.plant.robot, scenario)
+    model, grid = _varied_model(configuration.plant.model, scenario, loop.plant.dt), plant_grid(configuration)
+    sensors = sensor_values(model, robot, grid)
     return prepared._replace(
         curve=scenario.curve,
-        loop=prepared.loop._replace(
-            plant=discretise(robot, plant.dt, plant.centripetal_coupling),
-            imperfections=prepared.loop.imperfections._replace(noise=scenario.noise, delay=delay),
+        loop=loop._replace(
+            plant=discretise(robot, loop.plant.dt, loop.plant.centripetal_coupling),
+            imperfections=model.imperfections,
             placement=placement,
+            drive=drive_constants(model, robot, grid),
+            sensors=sensors,
         ),
-        state=state._replace(line=empty_line(delay)),
+        state=state._replace(drive=drive_at_rest(model, grid), sensors=sensors_at_rest(state.plant, sensors)),
     )
+
+
+def _varied_robot(robot: Robot, scenario: Scenario) -> Robot:
+    """Return a robot with a scenario's mass and friction."""
+    return robot._replace(
+        mass=robot.mass * scenario.mass,
+        inertia=robot.inertia * scenario.mass,
+        viscous_friction=robot.viscous_friction * scenario.friction,
+    )
+
+
+def _varied_model(model: PlantModel, scenario: Scenario, dt: float) -> PlantModel:
+    """Return a plant with a scenario's noise and delay; what a base makes of mass and friction is lag and dead zone."""
+    noisy = model.imperfections._replace(noise=scenario.noise)
+    if model.drive == TORQUE:
+        return model._replace(imperfections=noisy._replace(delay=Delay(scenario.delay)))
+    base = model.base
+    return model._replace(imperfections=noisy, base=base._replace(
+        lag=tuple(lag * scenario.mass for lag in base.lag),
+        dead_zone=tuple(zone * scenario.friction for zone in base.dead_zone),
+        dead_time=tuple(time + scenario.delay * dt for time in base.dead_time),
+    ))
 
 
 def scenario_grid(

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from mobile_robot_control.control.laws import LAWS, groups_of
 from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.model.plant import TORQUE
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Declaration, declarations
 from mobile_robot_control.parameters.values import nearest
@@ -90,7 +91,7 @@ def _genes_of(node: str, prefix: str, group: type) -> list[Gene]:
     return genes
 
 
-def search_genes(search: str, with_velocity: bool = False) -> tuple[Gene, ...]:
+def search_genes(search: str, with_velocity: bool = False, drive: str = TORQUE) -> tuple[Gene, ...]:
     """
     Return the genes of a search: those of its law's groups, and of the velocity law where the search includes them.
 
@@ -100,6 +101,8 @@ def search_genes(search: str, with_velocity: bool = False) -> tuple[Gene, ...]:
         Of `searches`.
     with_velocity : bool
         Include the velocity gains even where the law's own searches leave them alone.
+    drive : str
+        What the plant takes; a base that takes velocities has no velocity gains.
 
     """
     genes: list[Gene] = []
@@ -107,7 +110,7 @@ def search_genes(search: str, with_velocity: bool = False) -> tuple[Gene, ...]:
         law = LAWS[search]
         for group in groups_of(law):
             genes += _genes_of('position_controller', group, LAWS[group].gains)
-    if search == VELOCITY or with_velocity or LAWS[search].with_velocity_gains:
+    if drive == TORQUE and (search == VELOCITY or with_velocity or LAWS[search].with_velocity_gains):
         genes += _genes_of('velocity_controller', 'gains', VelocityGains)
     return tuple(genes)
 

@@ -48,9 +48,9 @@ _COMMANDS = ('simulate', 'simulate', 'study', 'tune', 'report', 'experiment', *N
 
 
 def names(draw, place):  # noqa: PLR0911 (one for each form)
-    """Draw an odd name of a parameter, a node, a law, a curve, a gain or a run."""
-    form = draw.choice(('parameter', 'parameter', 'override', 'law', 'curve', 'searched', 'bounds', 'keep', 'run',
-                        'option'))
+    """Draw an odd name of a parameter, a node, a law, a curve, a robot, a gain or a run."""
+    form = draw.choice(('parameter', 'parameter', 'override', 'law', 'curve', 'robot', 'searched', 'bounds', 'keep',
+                        'run', 'option'))
     if form in ('parameter', 'override'):
         command = draw.choice(_COMMANDS)
         sound = draw.choice(PARAMETERS)
@@ -66,6 +66,10 @@ def names(draw, place):  # noqa: PLR0911 (one for each form)
             return _case(draw, draw.choice(('study', 'tune')), place, ['--curves', name], (name, '--curves'))
         return _case(draw, draw.choice(('simulate', 'study', 'experiment')), place, ['-p', f'{where}:={name}'],
                      (name, where, where.partition('.')[2]))
+    if form == 'robot':
+        name = odd_name(draw, 'chapter')
+        return _case(draw, draw.choice(('simulate', 'study', 'tune', 'report', 'experiment')), place,
+                     [f'--robot={name}'], (name, '--robot'))
     if form == 'run':
         name = odd_name(draw)
         sample = place.samples / 'run.csv'
@@ -122,14 +126,14 @@ def numbers(draw, place):
 
 def files(draw, place):  # noqa: PLR0911 (one for each form)
     """Draw an odd file to read, or an odd place to write to."""
-    form = draw.choice(('params', 'params', 'law', 'curve', 'table', 'table', 'bag', 'bag', 'run', 'journal', 'output',
-                        'output', 'compare',
+    form = draw.choice(('params', 'params', 'robot', 'law', 'curve', 'table', 'table', 'bag', 'bag', 'run', 'journal',
+                        'output', 'output', 'compare',
                         'gone', 'standing'))
-    if form in ('params', 'law', 'curve'):
-        option = {'params': '--params-file', 'law': '--law', 'curve': '--curve'}[form]
+    if form in ('params', 'robot', 'law', 'curve'):
+        option = {'params': '--params-file', 'robot': '--robot', 'law': '--law', 'curve': '--curve'}[form]
         command = draw.choice(('simulate', 'study', 'tune', 'experiment', 'report',
                                *(NODES if form == 'params' else ())))
-        path = odd_path(draw, place, 'file.yaml' if form == 'params' else 'file.py')
+        path = odd_path(draw, place, 'file.yaml' if form in ('params', 'robot') else 'file.py')
         return _case(draw, command, place, [option, path], (path, option))
     if form in ('table', 'bag', 'run'):
         if form == 'table':

@@ -21,7 +21,7 @@ from adversary.stage import Stage
 
 SEED = 1
 """Of the cases of `make test`."""
-FEW = {'names': 20, 'numbers': 20, 'files': 30, 'namespaces': 15, 'texts': 20, 'plugins': 25}
+FEW = {'names': 22, 'numbers': 24, 'files': 34, 'namespaces': 15, 'texts': 20, 'plugins': 25}
 """How many cases of a kind `make test` runs."""
 
 

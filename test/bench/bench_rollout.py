@@ -23,7 +23,8 @@ from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.trial import cart_drive, make_trial, references
+from mobile_robot_control.simulation.cart_motion import cart_motion, references
+from mobile_robot_control.simulation.trial import make_trial
 from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.scenarios import configured_scenario
 from mobile_robot_control.tuning.search import SearchSettings, run_search
@@ -68,7 +69,7 @@ class PlainC:
         numbers = _flat((loop.plant.robot, loop.plant.linear, loop.plant.angular, loop.plant.dt, loop.position_dt,
                          loop.velocity_gains, loop.law_gains, loop.motor_limit, loop.command_limit))
         self._loop = np.array(numbers)
-        self._references = np.array([(*one.pose, *one.velocity) for one in references(cart_drive(trial))])
+        self._references = np.array([(*one.pose, *one.velocity) for one in references(cart_motion(trial))])
         self._start = np.array(_flat((trial.state.plant.pose, trial.state.plant.velocity, 0.0, 0.0)))
         self._trial = trial
         self.state, self.totals = self._start.copy(), np.zeros(14)

@@ -9,11 +9,13 @@ import yaml
 
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import declarations, flatten
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.files import load, read_parameter_file
 from mobile_robot_control.parameters.nodes import NODES, Configuration
+from mobile_robot_control.reporting.robots_table import PLACEHOLDER, head, sourced_parameters
 
 CONFIG = Path(__file__).parents[2] / 'config'
 FILES = sorted(CONFIG.rglob('*.yaml'))
+ROBOTS = sorted((CONFIG / 'robots').iterdir())
 
 
 def _id(path):
@@ -53,6 +55,21 @@ def test_the_defaults_equal_backstepping_yaml():
     loaded = configure(load([CONFIG / 'backstepping.yaml']))
     for ours, default in zip(loaded, Configuration(), strict=True):
         assert flatten(ours) == flatten(default)
+
+
+@pytest.mark.parametrize('path', ROBOTS, ids=_id)
+def test_every_number_of_a_robot_has_its_source_above_it(path):
+    """A source names a place, a choice its reason, a placeholder why it has its value."""
+    text = path.read_text(encoding='utf-8')
+    assert len(head(text)) > len(path.stem)
+    parameters = sourced_parameters(text)
+    written = [(section, name) for section, values in read_parameter_file(path) for name in values]
+    assert [(f'/**/{one.node}' if one.node else '/**', one.name) for one in parameters] == written
+    for one in parameters:
+        kind, colon, reason = one.source.partition(': ')
+        assert colon, f'{one.name}: {one.source}'
+        assert reason, f'{one.name}: {one.source}'
+        assert ('placeholder' in kind.lower()) == one.source.startswith(PLACEHOLDER), f'{one.name}: {one.source}'
 
 
 @pytest.mark.parametrize('path', sorted((CONFIG / 'chapter').glob('*.yaml')), ids=_id)

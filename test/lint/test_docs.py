@@ -12,6 +12,7 @@ from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
+from mobile_robot_control.reporting.robots_table import insert_robots
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
 from mobile_robot_control.simulation.totals import Totals
@@ -49,6 +50,13 @@ def test_the_table_of_all_parameters_is_present():
     assert tables() in page
 
 
+def test_the_tables_of_all_robots_are_present():
+    page = _page('robots')
+    assert insert_robots(page) == page
+    assert {file.stem for file in (DOCS.parent / 'config' / 'robots').iterdir()} == set(
+        re.findall('^## (.+)$', page, re.MULTILINE))
+
+
 def test_its_topics_are_those_of_the_node(domain):
     code = (
         'import rclpy\n'
@@ -61,12 +69,16 @@ def test_its_topics_are_those_of_the_node(domain):
         '        for end in found:\n'
         '            kind = end.msg_type.__module__.split(".")[0] + "/msg/" + end.msg_type.__name__\n'
         '            print(name, end.topic_name, kind, verb)\n'
+        '    for end in node.services:\n'
+        '        kind = end.srv_type.__module__.split(".")[0] + "/srv/" + end.srv_type.__name__\n'
+        '        print(name, end.service_name, kind, "serves")\n'
     )
     printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
                              check=True).stdout
     for node, page in PAGES.items():
         real = {tuple(line.split()[1:]) for line in printed.splitlines() if line.split()[0] == node}
-        real = {topic for topic in real if topic[0] not in ('/rosout', '/parameter_events', '/tf')}
+        real = {end for end in real if end[0] not in ('/rosout', '/parameter_events', '/tf')
+                and not end[1].startswith(('rcl_interfaces/srv', 'type_description_interfaces/srv'))}
         written = {('/' + topic.lstrip('/'), kind, verb)
                    for topic, kind, verb in re.findall(r'^\| `(\S+)` \| `(\S+)` \| (\w+) \|$', page, re.MULTILINE)}
         assert written == real

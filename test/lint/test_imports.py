@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 # each layer may import from those named, and from itself; a module with a row of its own is a layer of its own
 FOUNDATION = {'quantities', 'stamps', 'topics', 'files', 'texts', 'streams', 'jit', 'angles'}
 PARAMETERS = {'parameters', 'parameters.shared', 'parameters.nodes', 'parameters.configuration',
-              'parameters.addressing', 'parameters.files'}
+              'parameters.addressing', 'parameters.files', 'parameters.robot_files'}
 DOMAIN = {'model', 'control', 'reference'}
 LAYERS = {
     'quantities': set(),
@@ -37,9 +37,10 @@ LAYERS = {
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.shared': {'parameters', 'stamps', 'model'},
     'parameters.nodes': {'parameters', 'parameters.shared', 'stamps'} | DOMAIN,
-    'parameters.configuration': {'parameters', 'parameters.shared', 'parameters.nodes', 'reference'},
+    'parameters.configuration': {'parameters', 'parameters.shared', 'parameters.nodes', 'model', 'reference'},
     'parameters.addressing': {'parameters.nodes'},
     'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes', 'parameters.addressing'},
+    'parameters.robot_files': {'parameters'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
                    'plugins'} | DOMAIN,
     'recording': {'quantities', 'stamps', 'topics', 'files', 'texts', 'messages', 'simulation'},
@@ -55,7 +56,7 @@ LAYERS = {
 MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
-       'sensor_msgs', 'std_msgs', 'tf2_ros'}
+       'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros'}
 
 
 def _imported(path):

@@ -37,6 +37,13 @@ def _refused(path, environment):
     return done.returncode == 2 and 'robot.mass = -1.0' in done.stderr
 
 
+def _finds_robots(path, environment):
+    """Return whether a command started from a path finds the robots that are installed with it."""
+    done = subprocess.run([path, '--duration', '0.1', '--robot', 'chapter'], env=environment, capture_output=True,
+                          timeout=60, check=False)
+    return done.returncode == 0
+
+
 @pytest.mark.timeout(200)
 def test_colcon_builds_the_package_as_ament_python(domain, source):
     workspace = source.parents[1]
@@ -58,6 +65,7 @@ def test_colcon_builds_the_package_as_ament_python(domain, source):
     library = next(prefix.glob('lib/python3*/site-packages'))
     environment = os.environ | {'PYTHONPATH': str(library)}
     assert _refused(executables / 'plant', environment)
+    assert _finds_robots(executables / 'simulate', environment)
 
 
 @pytest.mark.timeout(200)
@@ -71,7 +79,9 @@ def test_pip_installs_the_package(domain, source, tmp_path):
     executables = tmp_path / 'venv' / 'bin'
     assert {path.name for path in executables.iterdir()} >= EXECUTABLES
     library = next((tmp_path / 'venv').glob('lib/python3*/site-packages'))
-    assert _refused(executables / 'plant', os.environ | {'PYTHONPATH': f'{library}:{found}'})
+    environment = os.environ | {'PYTHONPATH': f'{library}:{found}'}
+    assert _refused(executables / 'plant', environment)
+    assert _finds_robots(executables / 'simulate', environment)
     assert (tmp_path / 'venv' / 'share' / 'mobile_robot_control' / 'config' / 'fuzzy.yaml').is_file()
 
 

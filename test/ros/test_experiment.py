@@ -42,8 +42,10 @@ def test_the_bag_is_read_by_the_mcap_library(domain, tmp_path):
 def test_an_experiment_in_a_namespace_is_recorded(domain, tmp_path):
     output = tmp_path / 'run'
     done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1', '--no-report',
-                       '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml')
+                       '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml',
+                       '--robot', 'chapter')
     assert done.returncode == 0, done.stderr
+    assert (output / 'parameters.yaml').read_text().startswith('# robot: chapter\n')
     recording = bag_reader.read_bag(output / 'bag', '/robot1')
     assert len(recording.samples) == 501
     assert not recording.problems

@@ -5,8 +5,9 @@ from mobile_robot_control.control import backstepping, fuzzy, hybrid_backsteppin
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.actuators import saturate
+from mobile_robot_control.model.base_motion import base_step
+from mobile_robot_control.model.plant import actuated_step
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation import closed_loop
 
 
 def test_jitable_returns_the_function_itself_and_registers_it(monkeypatch):
@@ -23,7 +24,7 @@ def test_everything_a_rollout_calls_is_marked():
     assert {law.step for law in LAWS.values()} <= set(jit.JITABLE)
     assert {curve.point for curve in CURVES.values()} <= set(jit.JITABLE)
     for function in (backstepping.step, fuzzy.surface, hybrid_backstepping.fade_step, velocity_pi.step, dynamics.step,
-                     dynamics.diverged, closed_loop.velocity_tick):
+                     dynamics.diverged, actuated_step, base_step):
         assert function in jit.JITABLE
 
 
@@ -31,4 +32,4 @@ def test_callees_are_registered_before_their_callers():
     order = jit.JITABLE.index
     assert order(backstepping.step) < order(hybrid_backstepping.step)
     assert order(fuzzy.surface) < order(fuzzy.step)
-    assert order(saturate) < order(velocity_pi.step) < order(closed_loop.velocity_tick)
+    assert order(saturate) < order(velocity_pi.step)

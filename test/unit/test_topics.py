@@ -4,19 +4,20 @@ import pytest
 
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.topics import (
-    ANSWERS,
     LOOP_TOPICS,
+    LOOPS,
     POSITION_TOPICS,
-    VELOCITY_TOPICS,
     first_silent,
-    inputs_of,
     silent_node,
 )
 
+TORQUE, VELOCITY = LOOPS['torque'], LOOPS['velocity']
+TICK = 10
+
 
 def test_every_topic_has_one_rate_and_belongs_to_nodes_that_exist():
-    assert {*VELOCITY_TOPICS, *POSITION_TOPICS} == set(LOOP_TOPICS)
-    assert not {*VELOCITY_TOPICS} & {*POSITION_TOPICS}
+    assert {*TORQUE.velocity_topics, *POSITION_TOPICS} == set(LOOP_TOPICS)
+    assert not {*TORQUE.velocity_topics} & {*POSITION_TOPICS}
     for topic in LOOP_TOPICS.values():
         assert {topic.publisher, *topic.subscribers} <= set(NODES)
         assert topic.publisher not in topic.subscribers
@@ -29,7 +30,17 @@ def test_every_topic_has_one_rate_and_belongs_to_nodes_that_exist():
     ('reference_cart', {'odom': 'plant'}),
 ])
 def test_inputs_of_a_node_name_their_publishers(node, inputs):
-    assert inputs_of(node) == inputs
+    assert TORQUE.inputs_of(node) == inputs
+
+
+def test_a_base_takes_cmd_vel_itself_and_nobody_its_joint_states():
+    assert VELOCITY.inputs_of('plant') == {'cmd_vel': 'position_controller'}
+    assert VELOCITY.topics_of('plant') == ['joint_states', 'odom', 'cmd_vel']
+    assert 'velocity_controller' not in VELOCITY.nodes
+    assert VELOCITY.velocity_topics == ('joint_states',)
+    assert [loop.command for loop in (TORQUE, VELOCITY)] == ['wheel_torques', 'cmd_vel']
+    for node in ('position_controller', 'reference_cart'):
+        assert VELOCITY.inputs_of(node) == TORQUE.inputs_of(node)
 
 
 @pytest.mark.parametrize(('newest', 'node'), [
@@ -41,16 +52,23 @@ def test_inputs_of_a_node_name_their_publishers(node, inputs):
     ({'reference': 10, 'cmd_vel': 10, 'wheel_torques': 12}, None),
 ])
 def test_the_first_node_without_an_answer_is_the_silent_one(newest, node):
-    assert first_silent(newest, stamp=12, tick=10) == node
+    assert first_silent(newest, stamp=12, tick=10, loop=TORQUE) == node
+
+
+@pytest.mark.parametrize(('newest', 'node'), [
+    ({}, 'reference_cart'), ({'reference': 10}, 'position_controller'), ({'reference': 10, 'cmd_vel': 10}, None),
+])
+def test_a_base_waits_for_no_answer_between_position_ticks(newest, node):
+    assert first_silent(newest, stamp=12, tick=10, loop=VELOCITY) == node
+    assert silent_node(newest | {'joint_states': 12, 'odom': 10}, True, TICK, VELOCITY) == (node or 'plant')
 
 
 def test_a_question_comes_before_its_answer_and_at_the_same_rate():
-    for question, answer in ANSWERS:
+    for question, answer in TORQUE.answers + VELOCITY.answers:
         assert LOOP_TOPICS[question].rate == LOOP_TOPICS[answer].rate
         assert LOOP_TOPICS[question].publisher == 'plant'
 
 
-TICK = 10
 ALL = {'joint_states': 20, 'odom': 20, 'reference': 20, 'cmd_vel': 20, 'wheel_torques': 20}
 
 
@@ -64,4 +82,4 @@ ALL = {'joint_states': 20, 'odom': 20, 'reference': 20, 'cmd_vel': 20, 'wheel_to
     (ALL | {'tracking_error': 20, 'reference': 5}, False, 'reference_cart'),
 ])
 def test_the_node_that_owes_an_answer_is_named(newest, lockstep, silent):
-    assert silent_node(newest, lockstep, TICK) == silent
+    assert silent_node(newest, lockstep, TICK, TORQUE) == silent

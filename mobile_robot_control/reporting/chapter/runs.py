@@ -15,9 +15,11 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Observation
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.reporting.series import Series
-from mobile_robot_control.simulation.closed_loop import Sample, velocity_tick
+from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.loop_start import start
 from mobile_robot_control.simulation.metrics import RunMeter, summary
-from mobile_robot_control.simulation.rollout import rollout, start
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.simulation.ticks import make_velocity_tick
 
 LAP = 16.0
 """[s]: one lap of either curve."""
@@ -120,7 +122,7 @@ class Runs:
         configuration = self.configuration(ORDINARY_TRIFOLIUM)
         controller = configuration.velocity_controller._replace(gains=STEP_GAINS)
         loop, state = start(configuration._replace(velocity_controller=controller))
-        rate = configuration.plant.shared.velocity_rate
+        velocity_tick, rate = make_velocity_tick(), configuration.plant.shared.velocity_rate
         for k in range(round(duration * rate)):
             command = next((value for at, value in reversed(steps) if k / rate >= at), BodyVelocity(0.0, 0.0))
             yield StepTick(k / rate, command, state.plant.velocity)

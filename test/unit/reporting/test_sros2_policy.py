@@ -7,7 +7,7 @@ from policy_reading import allowed, faults
 
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.reporting.sros2_policy import policy, write_policy
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 SHIPPED = Path(__file__).parents[3] / 'config' / 'sros2' / 'policy.xml'
 ROOM = '/mobile_robot_control'
@@ -49,7 +49,8 @@ def test_a_loop_topic_is_published_by_its_publisher_alone_and_read_by_its_subscr
     rules = allowed(policy())[f'{ROOM}/experiment']
     assert [node for node in rules if ('publish', f'/{topic.name}') in rules[node]] == [f'/{topic.publisher}']
     assert {node for node in rules if ('subscribe', f'/{topic.name}') in rules[node]} == {
-        '/recorder', *(f'/{node}' for node in topic.subscribers)}
+        '/recorder', *(f'/{node}' for loop in LOOPS.values() if topic.name in loop.topics
+                       for node in loop.topics[topic.name].subscribers)}
 
 
 def test_nodes_serve_under_their_own_names_and_the_recorder_alone_calls():

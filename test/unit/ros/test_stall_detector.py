@@ -3,6 +3,7 @@
 import types
 
 from mobile_robot_control.ros.stall_detector import StallDetector
+from mobile_robot_control.topics import LOOPS
 
 
 class StandInNode:
@@ -27,7 +28,7 @@ class StandInNode:
 
 def test_only_a_long_stall_adds_subscriptions_and_names_its_node():
     node = StandInNode()
-    detector = StallDetector(node, timeout=2.0)
+    detector = StallDetector(node, timeout=2.0, loop=LOOPS['torque'])
     for silence in (0.1, 0.2, 0.4):
         detector.note_silence(silence, 0, 0)
         assert not node.listeners
@@ -45,7 +46,7 @@ def test_only_a_long_stall_adds_subscriptions_and_names_its_node():
 
 def test_a_short_timeout_subscribes_before_it_names():
     node = StandInNode()
-    detector = StallDetector(node, timeout=0.2)
+    detector = StallDetector(node, timeout=0.2, loop=LOOPS['torque'])
     detector.note_silence(0.1, 0, 0)
     assert node.listeners
     assert not detector.named

@@ -10,6 +10,7 @@ from observation import observed
 
 from mobile_robot_control.control import backstepping, velocity_pi
 from mobile_robot_control.control.hybrid_backstepping import HybridState
+from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
@@ -19,7 +20,8 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.rollout import is_complete, rollout, start
+from mobile_robot_control.simulation.loop_start import start
+from mobile_robot_control.simulation.rollout import is_complete, rollout
 
 GAINS = {'gains.k1': 1.0, 'gains.ti1': 10.0, 'gains.k2': 0.3, 'gains.ti2': 10.0}
 GENTLE = {'backstepping.p': 1.0, 'backstepping.q': 1.0, 'backstepping.f': 1.0, 'backstepping.g': 2.0}
@@ -157,6 +159,27 @@ def test_unstable_gains_are_refused_before_the_start():
 
 def test_the_default_configuration_runs():
     assert len(list(rollout(Configuration(), 0.1))) == 51
+
+
+def test_there_is_a_truth_beside_the_tick_where_odometry_or_its_error_differ_from_it():
+    assert all(sample.truth is None for sample in rollout(configuration(), 0.1))
+    noisy = list(rollout(configuration(plant={'noise.pose': [0.01, 0.01, 0.01]}), 0.1))
+    ahead = list(rollout(configuration(position_controller={'compensate_latency': True, 'odom_latency': 0.05}), 0.1))
+    for sample in (*noisy, *ahead):
+        assert sample.truth.error == tracking_error(sample.tick.reference.pose, sample.truth.pose)
+    assert all(sample.truth.pose != sample.tick.pose for sample in noisy)
+    assert all((sample.truth.pose, sample.truth.velocity) == (sample.tick.pose, sample.tick.velocity)
+               for sample in ahead)
+    assert ahead[-1].truth.error != ahead[-1].tick.error
+
+
+def test_the_metrics_of_noisy_odometry_are_the_true_ones():
+    noisy = configuration(plant={'noise.pose': [0.1, 0.1, 0.0]}, position_controller={
+        'backstepping.p': 1e-3, 'backstepping.f': 1e-3, 'backstepping.q': 1.0, 'backstepping.g': 1e-3})
+    found, last = measured(noisy, 1.0)
+    assert found['error'] == 'true'
+    assert found['rms_position_error'] < 0.05 < found['measured_rms_position_error']
+    assert found['final_pose'] == list(last.truth.pose) != list(last.tick.pose)
 
 
 def test_the_final_pose_is_the_one_at_the_end():

@@ -4,9 +4,17 @@ import math
 
 import pytest
 
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import (
+    BodyVelocity,
+    Pose,
+    Reference,
+    TrackingError,
+    Truth,
+    WheelTorque,
+    WheelVelocity,
+)
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
-from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter, summary
+from mobile_robot_control.simulation.metrics import MEASURED, MeasuredRun, RunMeter, summary
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
 STILL = BodyVelocity(0.0, 0.0)
@@ -64,9 +72,11 @@ def test_the_summary_has_the_contracts_names_and_values(meter):
         'outcome': 'completed',
         'duration': 2.0,
         'final_pose': [2.5, 1.0, 0.2],
+        'error': 'true',
         'rms_position_error': pytest.approx(math.sqrt(13.0), rel=1e-15),
         'max_position_error': 5.0,
         'rms_heading_error': pytest.approx(math.sqrt(1.25), rel=1e-15),
+        'measured_rms_position_error': pytest.approx(math.sqrt(13.0), rel=1e-15),
         'initial_wheel_torque': {'right': 6.0, 'left': -2.0},
         'peak_wheel_torque': {'right': 6.0, 'left': 8.0},
         'peak_wheel_power': {'right': 10.0, 'left': 24.0},
@@ -110,6 +120,61 @@ def test_an_error_and_a_torque_each_change_their_own_totals_alone():
     assert with_torque[7:] == (20.0, 30.0, 10.0, 30.0, 20.0, 60.0, 14.0 + 30.0)
 
 
+def without_torque():
+    return [sample._replace(applied=WheelTorque(math.nan, math.nan), torque=WheelTorque(math.nan, math.nan))
+            for sample in series()]
+
+
+def test_a_base_that_takes_no_torque_has_the_same_errors_and_no_torque_metrics(meter):
+    other = RunMeter(0.5, 1.0)
+    for sample in without_torque():
+        other.add(sample)
+    found, expected = (summary(one.run('completed')) for one in (other, meter))
+    torque = {'initial_wheel_torque', 'peak_wheel_torque', 'peak_wheel_power', 'energy'}
+    assert {name for name, value in found.items() if value is None} == torque
+    assert found['objective'] == pytest.approx(expected['objective'] - 14.0, rel=1e-15)
+    assert objective(other.totals, literal=True) == objective(other.totals, literal=False)
+    for name in set(found) - torque - {'objective'}:
+        assert found[name] == expected[name]
+
+
+def test_the_metrics_are_of_the_true_error_and_pose_where_they_are_known(meter):
+    truths = {0.0: TrackingError(1.0, 0.0, 0.5), 1.0: TrackingError(0.0, -2.0, 0.5), 2.0: TrackingError(9.0, 9.0, 9.0)}
+    true = RunMeter(0.5, 1.0, MEASURED)
+    for sample in series():
+        error = truths[sample.tick.time]
+        true.add(sample._replace(truth=Truth(Pose(7.0, 8.0, sample.tick.time), STILL, error)))
+    found = summary(true.run('completed'))
+    assert found['error'] == 'true'
+    assert found['final_pose'] == [7.0, 8.0, 2.0]
+    assert found['rms_position_error'] == pytest.approx(math.sqrt(2.5), rel=1e-15)
+    assert found['max_position_error'] == 2.0
+    assert found['rms_heading_error'] == 0.5
+    assert found['measured_rms_position_error'] == summary(meter.run('completed'))['rms_position_error']
+    assert found['objective'] == pytest.approx(
+        math.log(2.0) + 5.0 * math.log(3.0) + 2.0 * math.log(1.5) + 14.0, rel=1e-15)
+
+
+def test_a_truth_that_is_not_known_counts_nothing():
+    meter = RunMeter(0.5, 1.0)
+    for sample in series():
+        error = TrackingError(math.nan, math.nan, math.nan) if sample.tick.time == 0.0 else TrackingError(0.0, 2.0, 0.0)
+        meter.add(sample._replace(truth=Truth(ORIGIN, STILL, error)))
+    found = summary(meter.run('completed'))
+    assert meter.totals.time == 1.0
+    assert found['rms_position_error'] == 2.0
+    assert found['measured_rms_position_error'] == 1.0
+
+
+def test_errors_whose_truth_is_not_known_are_called_measured():
+    meter = RunMeter(0.5, 1.0, MEASURED)
+    for sample in series():
+        meter.add(sample)
+    found = summary(meter.run('completed'))
+    assert found['error'] == 'measured'
+    assert found['measured_rms_position_error'] == found['rms_position_error']
+
+
 def test_the_errors_of_a_single_sample_are_none():
     meter = RunMeter(0.5, 1.0)
     meter.add(next(series()))
@@ -130,7 +195,8 @@ def test_values_that_are_not_finite_become_none():
     totals = Totals(1.0, math.inf, 1.0, math.nan, 0.0, 0.0, 0.0, math.inf, 2.0, 3.0, 4.0, 5.0, -math.inf, math.nan)
     found = summary(MeasuredRun('diverged', 1.0, Pose(math.nan, 1.0, math.inf), WheelTorque(math.inf, 0.5), totals))
     assert found == {
-        'outcome': 'diverged', 'duration': 1.0, 'final_pose': [None, 1.0, None], 'rms_position_error': None,
+        'outcome': 'diverged', 'duration': 1.0, 'final_pose': [None, 1.0, None], 'error': 'true',
+        'rms_position_error': None, 'measured_rms_position_error': None,
         'max_position_error': None, 'rms_heading_error': 1.0, 'initial_wheel_torque': {'right': None, 'left': 0.5},
         'peak_wheel_torque': {'right': None, 'left': 2.0}, 'peak_wheel_power': {'right': 5.0, 'left': None},
         'energy': None, 'objective': None,

@@ -3,18 +3,23 @@
 import pytest
 from measuring import configuration
 
-from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.simulation.trial import make_trial
 
-PARAMETERS = configuration(plant={'initial_pose': [0.9, 0.1, 1.0], 'delay.velocity_steps': 1},
-                           position_controller={'controller_type': 'fuzzy'})
+START = {'initial_pose': [0.9, 0.1, 1.0]}
+MOTORS = configuration(plant={**START, 'delay.velocity_steps': 1}, position_controller={'controller_type': 'fuzzy'})
+BASE = configuration(plant={**START, 'drive': 'velocity', 'base.lag': [0.1, 0.1]})
 
 
-def outcome_of(varied):
-    """Return the outcome of a trial of a second whose variation is summed."""
-    (outcome,) = batch.run_trials([make_trial(PARAMETERS, 1.0)._replace(varied=varied)], False)
+def trial(parameters, varies):
+    """Return a trial of a second."""
+    made = make_trial(parameters, 1.0)
+    return made._replace(form=made.form._replace(varies=varies))
+
+
+def outcome_of(parameters, varies):
+    (outcome,) = batch.run_trials([trial(parameters, varies)], False)
     return outcome
 
 
@@ -24,29 +29,29 @@ def total(numbers):
 
 
 def test_the_variation_of_the_torques_is_that_of_the_torques_applied():
-    applied = [sample.applied for sample in rollout(PARAMETERS, 1.0)][1:]
+    applied = [sample.applied for sample in rollout(MOTORS, 1.0)][1:]
     expected = total([one.right for one in applied]) + total([one.left for one in applied])
-    assert outcome_of('torque').variation == pytest.approx(expected, rel=1e-12)
+    assert outcome_of(MOTORS, True).variation == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_variation_of_the_command_is_that_of_the_speeds_of_the_rims():
-    commands = [sample.command for sample in rollout(PARAMETERS, 0.998)]
-    half = 0.5 * PARAMETERS.plant.shared.robot.wheel_separation
+def test_the_variation_of_a_base_is_that_of_the_speeds_of_the_rims_that_are_commanded():
+    commands = [sample.command for sample in rollout(BASE, 0.998)]
+    half = 0.5 * BASE.plant.shared.robot.wheel_separation
     expected = sum(total([one.linear + side * one.angular for one in commands]) for side in (half, -half))
-    assert isinstance(commands[0], BodyVelocity)
-    assert outcome_of('velocity').variation == pytest.approx(expected, rel=1e-9)
+    assert outcome_of(BASE, True).variation == pytest.approx(expected, rel=1e-9)
 
 
-def test_a_run_is_the_same_to_the_last_bit_whatever_is_summed():
-    plain = outcome_of('')
+@pytest.mark.parametrize('parameters', [MOTORS, BASE])
+def test_a_run_is_the_same_to_the_last_bit_whether_it_is_summed_or_not(parameters):
+    plain = outcome_of(parameters, False)
     assert plain.variation == 0.0
-    for varied in ('torque', 'velocity'):
-        assert outcome_of(varied)._replace(variation=0.0) == plain
+    # as text: a base has no torque, which is nan
+    assert repr(outcome_of(parameters, True)._replace(variation=0.0)) == repr(plain)
 
 
 def test_trials_of_several_forms_run_together():
-    trials = [make_trial(PARAMETERS, 0.2)._replace(varied=varied) for varied in ('torque', '', 'velocity', 'torque')]
-    first, none, command, last = (outcome.variation for outcome in batch.run_trials(trials, False))
-    assert first == last != command
+    trials = [trial(*one) for one in ((MOTORS, True), (MOTORS, False), (BASE, True), (MOTORS, True))]
+    first, none, base, last = (outcome.variation for outcome in batch.run_trials(trials, False))
+    assert first == last != base
     assert none == 0.0
-    assert command > 0.0
+    assert base > 0.0

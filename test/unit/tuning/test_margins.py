@@ -15,7 +15,7 @@ from mobile_robot_control.parameters.files import load
 from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import make_position_tick
+from mobile_robot_control.simulation.ticks import make_position_tick
 from mobile_robot_control.tuning.lap import followed_lap, lap_loop
 from mobile_robot_control.tuning.lap_margins import loop_margins
 from mobile_robot_control.tuning.linearisation import (
@@ -97,7 +97,7 @@ def growth_of_velocity(parameters, gain=1.0, delay=0):
     gains = lap.loop.velocity_gains
     loop = lap.loop._replace(velocity_gains=gains._replace(k1=gain * gains.k1, k2=gain * gains.k2))
     state = next(followed_lap(parameters)).state
-    state = state._replace(line=(WheelTorque(0.0, 0.0),) * delay, command=BodyVelocity(0.01, 0.01),
+    state = state._replace(drive=(WheelTorque(0.0, 0.0),) * delay, command=BodyVelocity(0.01, 0.01),
                            plant=state.plant._replace(velocity=BodyVelocity(0.0, 0.0)))
     errors = []
     for k in range(400):

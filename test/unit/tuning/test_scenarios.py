@@ -10,9 +10,9 @@ import pytest
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.quantities import Pose
+from mobile_robot_control.quantities import Pose, TrackingError
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.totals import objective
+from mobile_robot_control.simulation.totals import Totals, add_error, objective
 from mobile_robot_control.simulation.trial import make_trial
 from mobile_robot_control.tuning.monte_carlo import (
     Judged,
@@ -61,7 +61,7 @@ def test_a_scenario_sets_robot_start_curve_noise_and_delay():
     assert made.loop.placement.scale == 0.5
     # the cart starts at (0.5, 0), heading pi/2
     assert made.state.plant.pose == pytest.approx((0.6, -0.2, -0.5 * math.pi))
-    assert len(made.state.line) == 2
+    assert len(made.state.drive) == 2
     assert made.loop.imperfections.noise.seed == 5
     assert (made.steps, made.late) == (8000, 6000)
 
@@ -108,7 +108,8 @@ def test_the_weight_of_smoothness_adds_the_variation_per_second():
     scenario = configured_scenario(parameters)
     start = configured_gains(parameters)
     alone = Objective(parameters, goal(scenario), run).score(start)
-    trial = scenario_trial(parameters, scenario, 1.0, 0.0)._replace(varied='torque')
+    trial = scenario_trial(parameters, scenario, 1.0, 0.0)
+    trial = trial._replace(form=trial.form._replace(varies=True))
     seconds = trial.steps * trial.loop.plant.dt
     rough = run([trial])[0].variation / seconds
     assert rough > 0.0
@@ -126,7 +127,7 @@ def test_a_search_without_that_weight_sums_no_variation():
         return run(trials)
 
     Objective(parameters, goal(configured_scenario(parameters)), counting).score(configured_gains(parameters))
-    assert [trial.varied for trial in tried] == ['']
+    assert [trial.form.varies for trial in tried] == [False]
 
 
 def test_a_base_that_is_driven_by_velocity_is_searched_with_a_weight():
@@ -168,6 +169,16 @@ def test_success_is_judged_by_the_late_errors_of_a_complete_run():
     assert not judge(made, outcome._replace(late=outcome.late._replace(max_position=0.1))).success
     diverged = judge(made, outcome._replace(steps=3))
     assert set(diverged.metrics.values()) == {math.inf}
+
+
+def test_torque_and_energy_of_a_base_that_takes_no_torque_are_not_known():
+    made = make_trial(short_lap(), 0.1)
+    (outcome,) = run([made])
+    judged = judge(made, outcome._replace(totals=add_error(Totals(), TrackingError(0.1, 0.0, 0.0), 0.5)))
+    found = summarise_runs([judged, Judged(False, dict.fromkeys(judged.metrics, math.inf))])['metrics']
+    assert judged.success
+    assert {name for name, numbers in found.items() if numbers['median'] is None} == {'peak_wheel_torque', 'energy'}
+    assert found['rms_position_error']['median'] == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(('successes', 'runs', 'low', 'high'), [

@@ -1,0 +1,171 @@
+"""A base that takes velocity commands itself, as most robots do: late, lagging and within limits."""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.model.discretisation import Channel, channel
+from mobile_robot_control.model.events import SLOWEST, Events, events_at, periods
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters.declaration import Field
+
+LONGEST_QUEUE = 64
+"""Commands that a base may have taken and not followed yet."""
+_MOST_SUBSTEPS = 64
+
+
+class Base(NamedTuple):
+    """
+    A base that takes velocity commands; 0 means none of each. Pairs are those of the linear and the angular velocity.
+
+    A command is rounded, limited in speed, put to zero in the dead zone, limited in acceleration, and followed with a
+    first-order lag.
+    """
+
+    lag: Annotated[
+        tuple[float, ...],
+        Field('s, s', 'time constants of the first-order lag of the linear and the angular velocity: larger follows '
+              'commands later', minimum=0.0, length=2)
+    ] = (0.0, 0.0)
+    dead_time: Annotated[
+        tuple[float, ...],
+        Field('s, s', 'time before the linear and the angular velocity begin to follow a command, rounded up to a '
+              'velocity period: larger destabilises the position loop', minimum=0.0, length=2)
+    ] = (0.0, 0.0)
+    max_speed: Annotated[
+        tuple[float, ...],
+        Field('m/s, rad/s', 'limits of the linear and the angular velocity: larger lets the robot drive and turn '
+              'faster', minimum=0.0, length=2)
+    ] = (0.0, 0.0)
+    max_acceleration: Annotated[
+        tuple[float, ...],
+        Field('m/s², rad/s²', 'limits of the linear and the angular acceleration: larger follows steps of the command '
+              'sooner', minimum=0.0, length=2)
+    ] = (0.0, 0.0)
+    dead_zone: Annotated[
+        tuple[float, ...],
+        Field('m/s, rad/s', 'smaller commands of the linear and the angular velocity do not move the robot: larger '
+              'leaves larger errors where it drives slowly', minimum=0.0, length=2)
+    ] = (0.0, 0.0)
+    quantum: Annotated[
+        tuple[float, ...],
+        Field('m/s, rad/s', 'steps to which commands of the linear and the angular velocity are rounded: larger makes '
+              'the motion rougher', minimum=0.0, length=2)
+    ] = (0.0, 0.0)
+    command_rate: Annotated[
+        float, Field('Hz', 'rate at which the base takes the newest command, each time rounded up to a velocity '
+                     'period; 0 takes every one at once: larger takes them sooner', minimum=0.0, maximum=1e5)
+    ] = 0.0
+    command_timeout: Annotated[
+        float, Field('s', 'wall clock: time without cmd_vel after which the base stops, 0 for never: larger drives on '
+                     'longer', minimum=0.0)
+    ] = 0.5
+
+
+class BaseChannel(NamedTuple):
+    """
+    One of the two velocities of a base, discretised.
+
+    Attributes
+    ----------
+    delay : int
+        Dead time [velocity periods].
+    max_speed, max_change : float
+        Of a setpoint, and of its change in one velocity period; infinite where there is none.
+    dead_zone, quantum : float
+        0 where there is none.
+    response : Channel
+        To the setpoint, over one of the substeps.
+    """
+
+    delay: int
+    max_speed: float
+    max_change: float
+    dead_zone: float
+    quantum: float
+    response: Channel
+
+
+class DiscreteBase(NamedTuple):
+    """
+    A base discretised for one velocity period.
+
+    Attributes
+    ----------
+    robot : Robot
+        Physical constants.
+    linear, angular : BaseChannel
+        The two velocities.
+    taken : Events
+        When the base takes a command.
+    substeps : int
+        Of the quadrature in one velocity period; 0 where there is no lag.
+    dt : float
+        Of one substep, or of the period where there are none [s].
+    """
+
+    robot: Robot
+    linear: BaseChannel
+    angular: BaseChannel
+    taken: Events
+    substeps: int
+    dt: float
+
+
+def base_violations(base: Base, period: int, position_period: int) -> Iterator[str]:
+    """Yield what breaks the rules between parameters of a base and the periods of the two grids [ns]."""
+    if 0.0 < base.command_rate < SLOWEST:
+        yield (f'base.command_rate = {base.command_rate} Hz is below {SLOWEST:g} Hz; take at least {SLOWEST:g} Hz, or '
+               '0 for every command at once')
+    elif queue_length(base, period, position_period) > LONGEST_QUEUE:
+        yield (f'base.dead_time = {list(base.dead_time)} s has more than {LONGEST_QUEUE} commands on their way; '
+               'shorten it, or lower base.command_rate or position_rate')
+
+
+def queue_length(base: Base, period: int, position_period: int) -> int:
+    """Return how many commands a base keeps; both periods in ns, of the velocity and of the position grid."""
+    longest = max(periods(time, period) for time in base.dead_time)
+    taken = _taken(base, period, position_period)
+    return 1 + -(-longest * taken.number // taken.periods)
+
+
+def _taken(base: Base, period: int, position_period: int) -> Events:
+    """Return when a base takes commands."""
+    return events_at(base.command_rate, period) if base.command_rate > 0.0 else Events(1, position_period // period)
+
+
+def discretise_base(base: Base, robot: Robot, period: int, position_period: int) -> DiscreteBase:
+    """
+    Discretise a base for steps of one velocity period.
+
+    Parameters
+    ----------
+    base : Base
+        Parameters.
+    robot : Robot
+        Physical constants; they give the wheels' velocities.
+    period, position_period : int
+        Of the velocity and the position grid [ns].
+
+    Returns
+    -------
+    DiscreteBase
+        For `base_step`.
+    """
+    dt, shortest = period / 1e9, min((lag for lag in base.lag if lag > 0.0), default=0.0)
+    # half a time constant in each substep: the quadrature's error is below 1e-9 of what the lag costs in it
+    substeps = min(_MOST_SUBSTEPS, math.ceil(2.0 * dt / shortest)) if shortest > 0.0 else 0
+
+    def one(n: int) -> BaseChannel:
+        return BaseChannel(
+            periods(base.dead_time[n], period),
+            base.max_speed[n] or math.inf,
+            base.max_acceleration[n] * dt or math.inf,
+            base.dead_zone[n],
+            base.quantum[n],
+            channel(1.0 / base.lag[n] if base.lag[n] > 0.0 else math.inf, dt / max(1, substeps)),
+        )
+
+    return DiscreteBase(
+        robot, one(0), one(1), _taken(base, period, position_period), substeps, dt / max(1, substeps),
+    )

@@ -1,0 +1,181 @@
+"""Odometry of the wheels: dead reckoning with the constants that a robot's firmware has, right or wrong."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.encoders import WheelAngles
+from mobile_robot_control.model.events import Events, events_at, periods
+from mobile_robot_control.model.kinematics import along_arc
+from mobile_robot_control.model.noise import LEFT_SLIP, RIGHT_SLIP, gaussian
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
+
+
+class WheelOdometry(NamedTuple):
+    """
+    How a robot makes its odometry; with these defaults it shows the true motion at every position tick.
+
+    The errors of radii and separation are the systematic ones of Borenstein and Feng (1996).
+    """
+
+    dead_reckoning: Annotated[
+        bool, Field('', "true: odom's pose is integrated from the angles of the encoders, and drifts; false: it is the "
+                    'true one')
+    ] = False
+    radius_error: Annotated[
+        tuple[float, ...],
+        Field('', 'relative errors of the radii of the right and the left wheel that odometry uses: 0.01 means 1 % '
+              'above the true radius, so that the wheel seems to roll 1 % farther', minimum=-0.5, maximum=0.5, length=2)
+    ] = (0.0, 0.0)
+    separation_error: Annotated[
+        float, Field('', 'relative error of the wheel separation that odometry uses: 0.01 means 1 % above the true '
+                     'one, so that the robot seems to turn 1 % less', minimum=-0.5, maximum=0.5)
+    ] = 0.0
+    slip: Annotated[
+        float, Field('m/√m', 'standard deviation of the way that each wheel slips on 1 m, growing with the square root '
+                     'of the way, in the pose of dead reckoning: larger makes it drift faster', minimum=0.0)
+    ] = 0.0
+    rate: Annotated[
+        float, Field('Hz', 'rate at which odometry is sampled, each time rounded up to a velocity period, odom repeats '
+                     'the last sample in between; 0 for every position tick: larger makes odom newer', minimum=0.0,
+                     maximum=1e5)
+    ] = 0.0
+    latency: Annotated[
+        float, Field('s', 'time from a sample of odometry to the odom that shows it, rounded up to velocity periods: '
+                     'larger destabilises the position loop', minimum=0.0)
+    ] = 0.0
+
+
+class Calibration(NamedTuple):
+    """Radii of the wheels and wheel separation [m] that odometry uses."""
+
+    right_radius: float
+    left_radius: float
+    separation: float
+
+
+class OdometryConstants(NamedTuple):
+    """
+    Odometry on a velocity grid.
+
+    Attributes
+    ----------
+    calibration : Calibration
+        What it uses in place of the true constants.
+    dead_reckoning : bool
+        Whether its pose is integrated.
+    slip : float
+        Standard deviation of the slip of a wheel while it turns by 1 rad [rad/√rad].
+    slip_periods : int
+        Periods of the velocity grid after which the slip within them acts: a position period.
+    events : Events
+        When it is sampled.
+    latency : int
+        From a sample to its arrival [velocity periods].
+    """
+
+    calibration: Calibration
+    dead_reckoning: bool
+    slip: float
+    slip_periods: int
+    events: Events
+    latency: int
+
+
+def odometry_constants(
+    odometry: WheelOdometry, robot: Robot, period: int, position_period: int
+) -> OdometryConstants:
+    """Return the constants of odometry for a robot, and for periods of the velocity and the position grid [ns]."""
+    right, left = odometry.radius_error
+    ratio = max(1, position_period // period)
+    return OdometryConstants(
+        Calibration(
+            robot.wheel_radius * (1.0 + right),
+            robot.wheel_radius * (1.0 + left),
+            robot.wheel_separation * (1.0 + odometry.separation_error),
+        ),
+        odometry.dead_reckoning,
+        odometry.slip / math.sqrt(robot.wheel_radius),
+        ratio,
+        events_at(odometry.rate, period) if odometry.rate > 0.0 else Events(1, ratio),
+        periods(odometry.latency, period),
+    )
+
+
+@jitable
+def odometer_motion(wheels: WheelVelocity, calibration: Calibration) -> BodyVelocity:
+    """
+    Compute the body's motion that odometry makes of the wheels' motion.
+
+    Parameters
+    ----------
+    wheels : WheelVelocity
+        Velocities [rad/s], or the angles of one step [rad].
+    calibration : Calibration
+        What odometry uses.
+
+    Returns
+    -------
+    BodyVelocity
+        v [m/s] and ω [rad/s], or the distance [m] and turn [rad] of the step.
+
+    Examples
+    --------
+    >>> odometer_motion(WheelVelocity(2.0, 1.0), Calibration(0.5, 0.5, 0.25))
+    BodyVelocity(linear=0.75, angular=2.0)
+
+    """
+    right, left = calibration.right_radius * wheels.right, calibration.left_radius * wheels.left
+    return BodyVelocity(0.5 * (right + left), (right - left) / calibration.separation)
+
+
+@jitable
+def wheel_slip(turned: WheelAngles, k: int, seed: int, odometry: OdometryConstants) -> WheelAngles:
+    """
+    Return the angles [rad] by which odometry is wrong about two wheels since they slip.
+
+    Implements the model of Siegwart and Nourbakhsh (2004, section 5.2.4), after Chong and Kleeman (1997): errors that
+    are independent, with a variance proportional to the way of the wheel, so that their sum does not depend on the
+    length of a step.
+
+    Parameters
+    ----------
+    turned : WheelAngles
+        By which they have turned [rad].
+    k : int
+        Step of the velocity loop.
+    seed : int
+        Of the slip.
+    odometry : OdometryConstants
+        How much they slip.
+    """
+    return WheelAngles(
+        odometry.slip * math.sqrt(abs(turned.right)) * gaussian(seed, RIGHT_SLIP, k),
+        odometry.slip * math.sqrt(abs(turned.left)) * gaussian(seed, LEFT_SLIP, k),
+    )
+
+
+@jitable
+def dead_reckoned(pose: Pose, right: float, left: float, calibration: Calibration) -> Pose:
+    """
+    Integrate the pose of odometry over one period, along the exact arc.
+
+    Parameters
+    ----------
+    pose : Pose
+        Of odometry, at the period's start.
+    right, left : float
+        By which the wheels seem to have turned [rad].
+    calibration : Calibration
+        What odometry uses.
+
+    Returns
+    -------
+    Pose
+        At the period's end; the heading is wrapped.
+
+    """
+    step = odometer_motion(WheelVelocity(right, left), calibration)
+    return along_arc(pose, step.linear, step.angular)

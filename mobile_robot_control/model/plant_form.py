@@ -1,0 +1,151 @@
+"""Which functions simulate a plant: chosen once, so that what is off costs nothing."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.actuators import empty_line
+from mobile_robot_control.model.base import discretise_base
+from mobile_robot_control.model.base_motion import base_at_rest, base_step
+from mobile_robot_control.model.dynamics import PlantState
+from mobile_robot_control.model.encoders import WheelAngles
+from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.model.noise import Noise, measured_pose, measured_twist, measured_wheels
+from mobile_robot_control.model.plant import VELOCITY, PlantModel, actuated_step
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants
+from mobile_robot_control.model.sensors import (
+    advance_sensors,
+    seen_angles,
+    seen_odometry,
+    seen_wheels,
+    sensors_at_start,
+)
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
+
+
+class PlantForm(NamedTuple):
+    """
+    Which functions simulate a plant.
+
+    Attributes
+    ----------
+    takes_velocity : bool
+        Whether it is a base that takes velocity commands.
+    has_sensors : bool
+        Whether its sensors show more, or less, than the true motion and white noise.
+    """
+
+    takes_velocity: bool = False
+    has_sensors: bool = False
+
+
+IDEAL = PlantForm()
+"""Ideal motors and exact sensors."""
+
+
+def plant_form(model: PlantModel) -> PlantForm:
+    """Return the form that simulates a plant."""
+    return PlantForm(model.drive == VELOCITY, not is_ideal(model.encoders, model.odometry))
+
+
+class Grid(NamedTuple):
+    """Periods of the velocity and of the position grid [ns]."""
+
+    velocity: int
+    position: int
+
+
+def drive_constants(model: PlantModel, robot: Robot, grid: Grid) -> Any:
+    """Return the constants of what moves the robot; () for ideal motors."""
+    return discretise_base(model.base, robot, *grid) if model.drive == VELOCITY else ()
+
+
+def drive_at_rest(model: PlantModel, grid: Grid) -> Any:
+    """Return the state of what moves the robot at a run's start."""
+    return base_at_rest(model.base, *grid) if model.drive == VELOCITY else empty_line(model.imperfections.delay)
+
+
+def drive_step(form: PlantForm) -> Callable[..., Any]:
+    """Return what moves the plant by one velocity period: `base_step`, or `actuated_step` and what stands for it."""
+    return base_step if form.takes_velocity else actuated_step
+
+
+class Sensing(NamedTuple):
+    """
+    What a robot measures of itself; each takes ``(sensors, state, k, constants)`` at the k-th velocity tick.
+
+    Attributes
+    ----------
+    wheels : callable
+        Returns the wheel velocities of joint_states [rad/s].
+    angles : callable
+        Returns the angles of joint_states [rad].
+    odometry : callable
+        Returns pose and velocity of odom.
+    advance : callable
+        Returns the sensors after the plant has moved to the tick.
+    """
+
+    wheels: Callable[..., WheelVelocity]
+    angles: Callable[..., WheelAngles]
+    odometry: Callable[..., tuple[Pose, BodyVelocity]]
+    advance: Callable[..., Any]
+
+
+class ExactSensors(NamedTuple):
+    """The constants of sensors that show the true motion, but for noise."""
+
+    robot: Robot
+    noise: Noise
+
+
+@jitable
+def _exact_wheels(_sensors: tuple[()], state: PlantState, k: int, constants: ExactSensors) -> WheelVelocity:
+    """Return the true wheel velocities and their noise."""
+    return measured_wheels(wheel_velocity(state.velocity, constants.robot), constants.noise, k)
+
+
+@jitable
+def _exact_angles(_sensors: tuple[()], state: PlantState, _k: int, _constants: ExactSensors) -> WheelAngles:
+    """Return the true angles."""
+    return WheelAngles(state.right_angle, state.left_angle)
+
+
+@jitable
+def _exact_odometry(
+    _sensors: tuple[()], state: PlantState, k: int, constants: ExactSensors
+) -> tuple[Pose, BodyVelocity]:
+    """Return the true pose and velocity and their noise."""
+    robot, noise = constants.robot, constants.noise
+    pose = measured_pose(state.pose, noise, k)
+    wheels = measured_wheels(wheel_velocity(state.velocity, robot), noise, k)
+    return pose, measured_twist(state.velocity, wheels, noise, robot)
+
+
+@jitable
+def _unchanged(sensors: tuple[()], _state: PlantState, _k: int, _constants: ExactSensors) -> tuple[()]:
+    """Return the state of sensors that have none."""
+    return sensors
+
+
+_EXACT = Sensing(_exact_wheels, _exact_angles, _exact_odometry, _unchanged)
+_REAL = Sensing(seen_wheels, seen_angles, seen_odometry, advance_sensors)
+
+
+def sensing(form: PlantForm) -> Sensing:
+    """Return what measures the plant."""
+    return _REAL if form.has_sensors else _EXACT
+
+
+def sensor_values(model: PlantModel, robot: Robot, grid: Grid) -> Any:
+    """Return the constants of the sensors."""
+    noise = model.imperfections.noise
+    if is_ideal(model.encoders, model.odometry):
+        return ExactSensors(robot, noise)
+    return sensor_constants(robot, noise, model.encoders, model.odometry, *grid)
+
+
+def sensors_at_rest(state: PlantState, constants: Any) -> Any:
+    """Return the sensors at a run's start; () where they are exact."""
+    return () if isinstance(constants, ExactSensors) else sensors_at_start(state, constants)

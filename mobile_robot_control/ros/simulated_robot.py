@@ -1,0 +1,106 @@
+"""The simulated robot in the node `plant`: its state, moved step by step by the pure functions of its form."""
+
+from typing import Any
+
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.dynamics import PlantState
+from mobile_robot_control.model.encoders import WheelAngles
+from mobile_robot_control.model.noise import pose_variances, twist_variances
+from mobile_robot_control.model.plant_form import (
+    Grid,
+    drive_at_rest,
+    drive_constants,
+    drive_step,
+    plant_form,
+    sensing,
+    sensor_values,
+    sensors_at_rest,
+)
+from mobile_robot_control.model.sensor_covariance import sensed_pose_variances, sensed_twist_variances
+from mobile_robot_control.model.sensors import shown_sample
+from mobile_robot_control.parameters.nodes import PlantParameters
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.stamps import period_nanoseconds
+
+
+class SimulatedRobot:
+    """
+    A robot at rest at its initial pose, moved by `step`.
+
+    Parameters
+    ----------
+    values : PlantParameters
+        Checked.
+
+    Attributes
+    ----------
+    k : int
+        Steps so far.
+    state : PlantState
+        True motion.
+    applied : WheelTorque or None
+        Over the last step [N m]; None for a base that takes velocity commands.
+    takes_velocity : bool
+        Whether it is such a base.
+
+    """
+
+    def __init__(self, values: PlantParameters) -> None:
+        shared, model = values.shared, values.model
+        self._form = form = plant_form(model)
+        grid = Grid(period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate))
+        self.takes_velocity = form.takes_velocity
+        self.k = 0
+        self.state = dynamics.at_rest(Pose(*values.initial_pose))
+        self.applied = None if form.takes_velocity else WheelTorque(0.0, 0.0)
+        self._model = model
+        self._step, self._sensing = drive_step(form), sensing(form)
+        self._discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
+        self._constants, self._drive = drive_constants(model, shared.robot, grid), drive_at_rest(model, grid)
+        self._sensor_values = sensor_values(model, shared.robot, grid)
+        self._sensors = sensors_at_rest(self.state, self._sensor_values)
+
+    def step(self, asked: BodyVelocity | WheelTorque) -> bool:
+        """Move by one velocity period; return whether the robot gave less than was asked for [N m], [m/s], [rad/s]."""
+        if isinstance(asked, BodyVelocity):
+            self.state, self._drive = self._step(self.state, self._drive, asked, self.k, self._constants)
+            less = any(abs(one) > limit > 0.0 for one, limit in zip(asked, self._model.base.max_speed, strict=True))
+        else:
+            self.state, self._drive, acting, self.applied = self._step(
+                self.state, self._drive, asked, self.k, self._discrete, self._model.imperfections,
+                self._model.max_wheel_torque, self._constants)
+            less = self.applied != acting
+        self.k += 1
+        self._sensors = self._sensing.advance(*self._shown)
+        return less
+
+    @property
+    def _shown(self) -> tuple[Any, PlantState, int, Any]:
+        """What the sensors take."""
+        return self._sensors, self.state, self.k, self._sensor_values
+
+    @property
+    def has_sensors(self) -> bool:
+        """Whether odometry comes at a rate of its own, or late, or drifts."""
+        return self._form.has_sensors
+
+    @property
+    def sampled(self) -> int:
+        """The step at which the odometry that is shown now was sampled."""
+        return shown_sample(self._sensors, self.k, self._sensor_values).k if self._form.has_sensors else self.k
+
+    def variances(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the diagonals of the covariances of pose and twist that the sensors add."""
+        values = self._sensor_values
+        if self._form.has_sensors:
+            return sensed_pose_variances(values), sensed_twist_variances(values)
+        return pose_variances(values.noise), twist_variances(values.noise, values.robot)
+
+    def measured_wheels(self) -> tuple[WheelAngles, WheelVelocity]:
+        """Return the wheels' angles [rad] and velocities [rad/s] of joint_states."""
+        return self._sensing.angles(*self._shown), self._sensing.wheels(*self._shown)
+
+    def measured_odometry(self) -> tuple[Pose, BodyVelocity]:
+        """Return the pose and velocity of odom."""
+        return self._sensing.odometry(*self._shown)

@@ -1,0 +1,45 @@
+"""The references of a trial: the same for thousands of them."""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+from mobile_robot_control.quantities import Reference
+from mobile_robot_control.reference.cart import Placement, reference_at
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.trial import Trial
+from mobile_robot_control.stamps import period_nanoseconds
+
+
+class CartMotion(NamedTuple):
+    """
+    The motion of the reference cart in a trial.
+
+    Attributes
+    ----------
+    curve : str
+        Of CURVES.
+    placement : Placement
+        Of the curve.
+    period : int
+        Of the position loop [ns].
+    ticks : int
+        Of the position loop.
+    """
+
+    curve: str
+    placement: Placement
+    period: int
+    ticks: int
+
+
+def cart_motion(trial: Trial) -> CartMotion:
+    """Return the motion of the reference cart in a trial; equal for trials that have the same."""
+    return CartMotion(trial.curve, trial.loop.placement, period_nanoseconds(1.0 / trial.loop.position_dt),
+                      -(-trial.steps // trial.ratio))
+
+
+@lru_cache(maxsize=32)
+def references(motion: CartMotion) -> tuple[Reference, ...]:
+    """Return the reference at every position tick; cached, since thousands of trials share it."""
+    curve = CURVES[motion.curve]
+    return tuple(reference_at(curve, n * motion.period / 1e9, motion.placement) for n in range(motion.ticks))

@@ -1,0 +1,63 @@
+"""The closed loop of a configuration: which functions it is made of, its constants, and its state at t = 0."""
+
+from mobile_robot_control.control.latency import held_age
+from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.plant_form import (
+    Grid,
+    drive_at_rest,
+    drive_constants,
+    plant_form,
+    sensor_values,
+    sensors_at_rest,
+)
+from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
+from mobile_robot_control.quantities import BodyVelocity, Pose
+from mobile_robot_control.simulation.closed_loop import Loop, LoopState
+from mobile_robot_control.simulation.ticks import Form
+from mobile_robot_control.stamps import period_nanoseconds
+
+
+def form_of(configuration: Configuration) -> Form:
+    """Return which functions the loop of a configuration is made of."""
+    return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency)
+
+
+def plant_grid(configuration: Configuration) -> Grid:
+    """Return the periods of the grids that the plant of a configuration moves on."""
+    shared = configuration.plant.shared
+    return Grid(period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate))
+
+
+def start(configuration: Configuration) -> tuple[Loop, LoopState]:
+    """Return the constants of the rollout that a checked configuration asks for, and the state at t = 0, at rest."""
+    shared, plant = configuration.plant.shared, configuration.plant
+    law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
+    model, grid = plant.model, plant_grid(configuration)
+    loop = Loop(
+        discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling),
+        model.imperfections,
+        model.max_wheel_torque,
+        configuration.velocity_controller.max_wheel_torque,
+        configuration.velocity_controller.gains,
+        gains,
+        configuration.position_controller.control.limits,
+        configuration.reference_cart.curve.placement,
+        1.0 / shared.position_rate,
+        held_age(configuration.position_controller.odom_latency, shared.stamp_tolerance),
+        drive_constants(model, shared.robot, grid),
+        sensor_values(model, shared.robot, grid),
+    )
+    at_rest = dynamics.at_rest(Pose(*plant.initial_pose))
+    return loop, LoopState(
+        at_rest, VelocityPiState(), law.start, BodyVelocity(0.0, 0.0), drive_at_rest(model, grid),
+        sensors_at_rest(at_rest, loop.sensors),
+    )
+
+
+def shows_the_truth(configuration: Configuration) -> bool:
+    """Return whether odometry is exact and the law sees it as it is, so that its error is the true one."""
+    controller = configuration.position_controller
+    return has_exact_odometry(configuration.plant) and not (controller.compensate_latency and controller.odom_latency)

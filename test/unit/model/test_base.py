@@ -1,0 +1,133 @@
+"""A base that takes velocity commands: each departure from the ideal by hand, the lag against an independent solver."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.base import Base, discretise_base, queue_length
+from mobile_robot_control.model.base_motion import base_at_rest, base_step
+from mobile_robot_control.model.events import periods
+from mobile_robot_control.model.kinematics import along_arc
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.quantities import BodyVelocity, Pose
+
+MS = 1_000_000
+ORIGIN = Pose(0.0, 0.0, 0.0)
+ROBOT = Robot(wheel_radius=0.05, wheel_separation=0.4)
+
+
+def drive(base, commands, period=2 * MS, position_period=10 * MS, start=ORIGIN):
+    """Return the states at the beginning and after each step, one command a step."""
+    discrete = discretise_base(base, ROBOT, period, position_period)
+    state, inner = dynamics.at_rest(start), base_at_rest(base, period, position_period)
+    states = [state]
+    for k, command in enumerate(commands):
+        state, inner = base_step(state, inner, BodyVelocity(*command), k, discrete)
+        states.append(state)
+    return states
+
+
+def speeds(states):
+    return [state.velocity.linear for state in states[1:]]
+
+
+def test_without_lag_it_is_the_ideal_unicycle_on_the_exact_arc():
+    pose = Pose(1.0, -2.0, 0.7)
+    states = drive(Base(), [(0.5, 1.3)] * 7, 33 * MS, 33 * MS, start=pose)
+    for k, state in enumerate(states):
+        exact = along_arc(pose, 0.5 * 0.033 * k, 1.3 * 0.033 * k)
+        assert state.pose == pytest.approx(exact, abs=1e-14)
+    assert states[1].velocity == BodyVelocity(0.5, 1.3)
+    # v = r/2 (ω_R + ω_L), ω = r/(2R) (ω_R - ω_L)
+    right, left = states[-1].right_angle, states[-1].left_angle
+    assert 0.025 * (right + left) == pytest.approx(0.5 * 0.231)
+    assert 0.05 * (right - left) / 0.4 == pytest.approx(1.3 * 0.231)
+
+
+@pytest.mark.parametrize('lag', [(0.15, 0.15), (0.02, 0.3), (0.001, 0.0), (0.0, 0.05), (2e-3, 0.1)])
+@pytest.mark.parametrize('period', [2 * MS, 33 * MS])
+def test_with_lag_it_moves_as_an_independent_solver_says(lag, period):
+    dt = period / 1e9
+    commands = [(0.5, 1.0), (-0.3, 2.0), (0.7, -1.5)]
+    states = drive(Base(lag=lag), commands, period, period)
+    x = (0.0, 0.0, 0.0, 0.0, 0.0)
+    for command, state in zip(commands, states[1:], strict=True):
+        rates = [1.0 / one if one else 0.0 for one in lag]
+        x = [*x[:3], *(now if one else to for now, to, one in zip(x[3:], command, lag, strict=True))]
+
+        def slope(_, x, command=command, rates=rates):
+            return (x[3] * math.cos(x[2]), x[3] * math.sin(x[2]), x[4],
+                    rates[0] * (command[0] - x[3]), rates[1] * (command[1] - x[4]))
+
+        x = solve_ivp(slope, (0.0, dt), x, method='DOP853', rtol=1e-12, atol=1e-14).y[:, -1]
+        assert (*state.pose, *state.velocity) == pytest.approx(tuple(x), abs=2e-10 if dt < 0.01 else 1e-8)
+
+
+def test_two_half_steps_are_one_step():
+    whole = drive(Base(lag=(0.1, 0.05)), [(0.5, 1.0)] * 5, 4 * MS, 4 * MS)[-1]
+    halves = drive(Base(lag=(0.1, 0.05)), [(0.5, 1.0)] * 10, 2 * MS, 4 * MS)[-1]
+    assert whole.pose == pytest.approx(halves.pose, abs=1e-12)
+    assert whole.velocity == pytest.approx(halves.velocity, abs=1e-14)
+
+
+def test_dead_time_is_rounded_up_to_a_velocity_period():
+    assert periods(0.06, 2 * MS) == 30
+    assert periods(0.0601, 2 * MS) == 31
+    assert periods(0.0, 2 * MS) == 0
+    commands = [(0.1 * (1 + k // 5), 0.0) for k in range(20)]
+    # 5 ms are 3 periods of 2 ms, and commands are taken every 5 periods
+    late = speeds(drive(Base(dead_time=(0.005, 0.0)), commands))
+    assert late == pytest.approx([0.0] * 3 + [v for v, _ in commands[:17]])
+    assert speeds(drive(Base(), commands)) == [v for v, _ in commands]
+
+
+def test_each_channel_has_its_own_dead_time():
+    states = drive(Base(dead_time=(0.004, 0.021)), [(0.3, 0.7)] * 20)
+    assert speeds(states) == [0.0] * 2 + [0.3] * 18
+    assert [state.velocity.angular for state in states[1:]] == [0.0] * 11 + [0.7] * 9
+
+
+def test_commands_are_taken_at_the_first_tick_after_each_period_of_the_base():
+    # 300 Hz on a grid of 2 ms: 0, 3.3, 6.7, 10 ms are ticks 0, 2, 4, 5
+    states = drive(Base(command_rate=300.0), [(k / 10, 0.0) for k in range(8)])
+    assert speeds(states) == [0.0, 0.0, 0.2, 0.2, 0.4, 0.5, 0.5, 0.7]
+
+
+def test_limits_of_speed_and_acceleration():
+    states = drive(Base(max_speed=(0.4, 1.0), max_acceleration=(50.0, 0.0)), [(0.9, -3.0)] * 5 + [(-0.9, 0.0)] * 3)
+    assert speeds(states) == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.4, 0.3, 0.2, 0.1])
+    assert [state.velocity.angular for state in states[1:]] == [-1.0] * 5 + [0.0] * 3
+
+
+def test_dead_zone_and_quantisation():
+    asked = [0.049, 0.05, -0.049, -0.051, 0.2]
+    assert speeds(drive(Base(dead_zone=(0.05, 0.0)), [(v, 0.0) for v in asked], 2 * MS, 2 * MS)) == [
+        0.0, 0.05, 0.0, -0.051, 0.2]
+    assert speeds(drive(Base(quantum=(0.02, 0.0)), [(v, 0.0) for v in asked], 2 * MS, 2 * MS)) == pytest.approx([
+        0.04, 0.06, -0.04, -0.06, 0.2])
+
+
+@given(
+    st.tuples(*[st.sampled_from([0.0, 0.001, 0.0123, 0.1])] * 2), st.sampled_from([0.0, 7.0, 20.0, 30.0, 1000.0]),
+    st.sampled_from([1, 3, 10]), st.tuples(*[st.sampled_from([0.0, 0.02, 0.3])] * 2),
+)
+def test_it_follows_the_newest_command_that_is_old_enough(dead_time, rate, ratio, lag):
+    period = 2 * MS
+    base = Base(dead_time=dead_time, command_rate=rate, lag=lag)
+    commands = [(float(1 + k // ratio), float(-1 - k // ratio)) for k in range(150)]
+    every = max(period, round(1e9 / rate)) if rate else ratio * period
+
+    def followed(k, delay, n):
+        taken = [tick for j in range(200) if (tick := -(-j * every // period)) <= k - delay]
+        return commands[taken[-1]][n] if taken else 0.0
+
+    discrete = discretise_base(base, ROBOT, period, ratio * period)
+    state, inner = dynamics.at_rest(Pose(0.0, 0.0, 0.0)), base_at_rest(base, period, ratio * period)
+    assert len(inner.commands) == queue_length(base, period, ratio * period)
+    for k, command in enumerate(commands):
+        state, inner = base_step(state, inner, BodyVelocity(*command), k, discrete)
+        assert inner.setpoint == tuple(followed(k, periods(dead_time[n], period), n) for n in (0, 1))

@@ -1,0 +1,222 @@
+"""Sensors that are not ideal: hand-computed numbers, and the times at which odometry is sampled and arrives."""
+
+import itertools
+import math
+import statistics
+
+import pytest
+from driving import DT, PERIOD, QUIET, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
+
+from mobile_robot_control.model.dynamics import PlantState, at_rest
+from mobile_robot_control.model.encoders import Encoders, WheelAngles, angle_velocity, encoder_angles, encoder_constants
+from mobile_robot_control.model.events import events_at, events_until, is_event
+from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.model.noise import Noise, measured_pose, measured_wheels
+from mobile_robot_control.model.odometry import Calibration, WheelOdometry, odometer_motion, wheel_slip
+from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants, sensor_violations
+from mobile_robot_control.model.sensors import advance_sensors, sensors_at_start
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
+
+STRAIGHT = [BodyVelocity(0.5, 0.0)] * 1000
+
+
+def test_angles_are_in_whole_ticks_and_the_wheels_start_between_two_edges():
+    encoders = encoder_constants(Encoders(ticks=8), PERIOD)
+    tick = math.pi / 4.0
+    for turned, ticks in ((0.0, 0), (0.49, 0), (0.51, 1), (1.49, 1), (-0.49, 0), (-0.51, -1), (17.2, 17)):
+        assert encoder_angles(turned * tick, -turned * tick, encoders) == (ticks * tick, -ticks * tick)
+    assert encoder_angles(1.25, -7.5, encoder_constants(Encoders(), PERIOD)) == (1.25, -7.5)
+
+
+def test_a_velocity_is_a_difference_of_ticks_over_the_window():
+    # 0.01 s is 5 periods of 2 ms, 0.0101 s is 6 of them
+    assert encoder_constants(Encoders(1000, 0.01), PERIOD)[1:] == (5, 0.01, True)
+    assert encoder_constants(Encoders(1000, 0.0101), PERIOD)[1:] == (6, 0.012, True)
+    assert encoder_constants(Encoders(1000), PERIOD)[1:] == (1, 0.002, True)
+    assert encoder_constants(Encoders(), PERIOD).differences is False
+    assert angle_velocity(WheelAngles(3.0, 1.0), WheelAngles(2.0, 2.0), 0.5) == (2.0, -2.0)
+    # 1 rad/s turns the wheel by 1.59 ticks in 0.01 s: velocities of one and of two ticks of 0.628 rad/s each
+    run = drive([BodyVelocity(ROBOT.wheel_radius, 0.0)] * 200, Encoders(1000, 0.01))
+    tick = 2.0 * math.pi / 1000.0 / 0.01
+    seen = [step.wheels.right for step in run[10:]]
+    assert {round(velocity / tick, 9) for velocity in seen} == {1.0, 2.0}
+    assert statistics.fmean(seen) == pytest.approx(1.0, rel=0.03)
+
+
+def test_without_ticks_a_window_gives_the_mean_velocity_over_it():
+    ramp = [BodyVelocity(0.001 * k, 0.0) for k in range(50)]
+    run = drive(ramp, Encoders(window=0.01))
+    # the mean of the velocities of the last five steps
+    assert run[-1].wheels == pytest.approx((0.047 / ROBOT.wheel_radius,) * 2)
+
+
+@pytest.mark.parametrize(('period', 'taken', 'arrived'), [
+    # 33.3 ms, 66.7 ms, 100 ms ... at the next multiple of 2 ms, and 30 steps for 60 ms
+    (2_000_000, [0, 17, 34, 50, 67, 84, 100], [30, 47, 64, 80, 97, 114, 130]),
+    # ... of 10 ms, and 6 steps
+    (10_000_000, [0, 4, 7, 10, 14, 17, 20], [6, 10, 13, 16, 20, 23, 26]),
+])
+def test_odometry_at_30_hz_that_is_60_ms_late(period, taken, arrived):
+    shown = shown_steps(WheelOdometry(rate=30.0, latency=0.06), period, arrived[-1] + 1)
+    # before the first arrives, the start is shown
+    assert shown[:arrived[0] + 1] == [0] * (arrived[0] + 1)
+    changes = [k for k in range(1, len(shown)) if shown[k] != shown[k - 1]]
+    assert changes == arrived[1:]
+    assert [shown[k] for k in changes] == taken[1:]
+
+
+@pytest.mark.parametrize(('rate', 'latency', 'first'), [
+    # at position ticks, every 5 steps, at once
+    (0.0, 0.0, [0, 0, 0, 0, 0, 5, 5, 5, 5, 5, 10]),
+    # ... 8 ms late
+    (0.0, 0.008, [0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 5]),
+    # faster than the grid: in every step
+    (2000.0, 0.0, list(range(11))),
+    # 2.1 ms are two steps
+    (500.0, 0.0021, [0, 0, *range(9)]),
+])
+def test_odometry_of_other_rates_and_latencies(rate, latency, first):
+    assert shown_steps(WheelOdometry(rate=rate, latency=latency), PERIOD, 11) == first
+
+
+@pytest.mark.parametrize(('rate', 'period', 'step', 'number'), [
+    (30.0, 2_000_000, 500 * 86400 * 365, 30 * 86400 * 365), (60.0, 2_000_000, 50, 6),
+    (1.0 / 0.033, 33_000_000, 10**9, 10**9), (62.5, 1_000_000, 16 * 10**9, 10**9), (0.001, 10_000, 10**8, 1),
+])
+def test_events_do_not_drift(rate, period, step, number):
+    events = events_at(rate, period)
+    assert [events_until(step + offset, events) for offset in (-1, 0)] == [number - 1, number]
+    assert [is_event(step + offset, events) for offset in (0, 1)] == [True, number == step]
+    # products stay below 2**63 for as many steps as a compiled run can have
+    assert max(events) <= 10**9
+
+
+def test_samples_repeat_with_the_noise_of_their_own_step():
+    noise = Noise((0.01, 0.02, 0.03), 0.1, seed=5)
+    run = drive(STRAIGHT[:100], odometry=WheelOdometry(rate=30.0, latency=0.06), noise=noise)
+    true = {step.k: step.plant for step in run}
+    for step in run[1:]:
+        assert step.pose == measured_pose(true[step.taken].pose if step.taken else Pose(0.0, 0.0, 0.0), noise,
+                                          step.taken)
+    assert len({step.pose for step in run}) == len({step.taken for step in run}) == 5
+
+
+def test_with_all_off_the_sensors_show_what_ideal_ones_do():
+    noise = Noise((0.01, 0.02, 0.03), 0.1, seed=5)
+    for step in drive([BodyVelocity(0.3, 0.02 * k) for k in range(50)], noise=noise):
+        wheels = measured_wheels(wheel_velocity(step.plant.velocity, ROBOT), noise, step.k)
+        assert step.wheels == wheels
+        assert step.angles == (step.plant.right_angle, step.plant.left_angle)
+        if step.k % 5 == 0:
+            assert step.pose == measured_pose(step.plant.pose, noise, step.k)
+            assert step.velocity == pytest.approx(
+                odometer_motion(wheels, Calibration(0.035, 0.035, 0.35)), abs=1e-12)
+
+
+def test_the_twist_is_that_of_the_wheels_with_the_radii_and_the_separation_of_odometry():
+    # r_R = 0.0385 m, r_L = 0.0315 m, b = 0.4375 m: v = (0.0385 + 0.0315) / 2 * 10, omega = 0.007 * 10 / 0.4375
+    constants = sensor_constants(
+        ROBOT, Noise(), Encoders(), WheelOdometry(radius_error=(0.1, -0.1), separation_error=0.25), PERIOD, PERIOD)
+    assert constants.odometry.calibration == pytest.approx((0.0385, 0.0315, 0.4375))
+    assert odometer_motion(WheelVelocity(10.0, 10.0), constants.odometry.calibration) == pytest.approx((0.35, 0.16))
+
+
+def test_a_radius_error_lengthens_a_straight_line():
+    # 1000 steps of 1 mm
+    end = drive(STRAIGHT, odometry=WheelOdometry(True, radius_error=(0.02, 0.02)))[-1]
+    assert end.plant.pose == pytest.approx((1.0, 0.0, 0.0))
+    assert end.pose == pytest.approx((1.02, 0.0, 0.0), abs=1e-12)
+
+
+def test_a_separation_error_turns_a_circle_into_a_larger_one():
+    # a quarter of a circle of 0.5 m
+    circle = [BodyVelocity(0.5, 1.0)] * round(0.5 * math.pi / DT)
+    end = drive(circle, odometry=WheelOdometry(True, separation_error=0.25))[-1]
+    turned = len(circle) * DT / 1.25
+    assert end.pose == pytest.approx((0.625 * math.sin(turned), 0.625 * (1.0 - math.cos(turned)), turned), abs=1e-12)
+
+
+def test_unequal_radii_bend_a_straight_line():
+    # curvature (r_R - r_L) / (b (r_R + r_L) / 2) = 0.02 / 0.35
+    end = drive(STRAIGHT, odometry=WheelOdometry(True, radius_error=(0.01, -0.01)))[-1]
+    curvature = 0.02 / 0.35
+    assert end.pose == pytest.approx(
+        (math.sin(curvature) / curvature, (1.0 - math.cos(curvature)) / curvature, curvature), abs=1e-12)
+
+
+def test_slip_spreads_the_pose_by_the_square_root_of_the_way():
+    for steps, period in ((40, 25_000_000), (20, 50_000_000)):
+        ends = [drive([BodyVelocity(1.0, 0.0)] * steps, odometry=WheelOdometry(True, slip=0.01), period=period,
+                      noise=Noise(seed=seed))[-1].pose for seed in range(300)]
+        # of the mean of two wheels, and of their difference over the separation, after 1 m
+        assert statistics.stdev(end.x for end in ends) == pytest.approx(0.01 / math.sqrt(2.0), rel=0.15)
+        assert statistics.stdev(end.heading for end in ends) == pytest.approx(0.01 * math.sqrt(2.0) / 0.35, rel=0.15)
+        assert abs(statistics.fmean(end.heading for end in ends)) < 4.0 * 0.04 / math.sqrt(300.0)
+
+
+def test_slip_is_independent_of_the_noise_on_the_velocities():
+    odometry = sensor_constants(
+        ROBOT, QUIET, TRUE_ANGLES, WheelOdometry(True, slip=math.sqrt(0.035)), PERIOD, PERIOD).odometry
+    drawn = [(*wheel_slip(WheelAngles(1.0, 1.0), k, 3, odometry),
+              *measured_wheels(WheelVelocity(0.0, 0.0), Noise(velocity=1.0, seed=3), k)) for k in range(2000)]
+    for one, other in itertools.combinations(range(4), 2):
+        assert abs(statistics.fmean(numbers[one] * numbers[other] for numbers in drawn)) < 4.0 / math.sqrt(2000.0)
+
+
+def test_a_robot_that_stands_drifts_nowhere():
+    sensors = WheelOdometry(True, (0.1, -0.1), 0.1, 0.01)
+    end = drive([BodyVelocity(0.0, 0.0)] * 100, Encoders(100), sensors)[-1]
+    assert (end.pose, end.velocity, end.wheels) == ((0.0, 0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+
+
+def test_a_motion_that_has_diverged_is_not_measured():
+    constants = sensor_constants(ROBOT, Noise(), Encoders(100), WheelOdometry(True, slip=0.1), PERIOD, PERIOD)
+    sensors = sensors_at_start(at_rest(Pose(0.0, 0.0, 0.0)), constants)
+    for value in (math.inf, math.nan):
+        gone = PlantState(Pose(value, 0.0, value), BodyVelocity(value, value), value, value)
+        assert advance_sensors(sensors, gone, 1, constants) is sensors
+
+
+@pytest.mark.parametrize('changed', [
+    Encoders(ticks=100), Encoders(window=0.1), WheelOdometry(dead_reckoning=True), WheelOdometry(rate=30.0),
+    WheelOdometry(latency=0.01), WheelOdometry(radius_error=(0.0, 0.1)), WheelOdometry(separation_error=0.1),
+])
+def test_sensors_are_ideal_until_one_of_their_parameters_changes(changed):
+    encoders, odometry = (changed, WheelOdometry()) if isinstance(changed, Encoders) else (Encoders(), changed)
+    assert is_ideal(Encoders(), WheelOdometry())
+    assert not is_ideal(encoders, odometry)
+
+
+def test_slip_without_dead_reckoning_changes_nothing():
+    assert is_ideal(Encoders(), WheelOdometry(slip=0.1))
+
+
+def violations(encoders=TRUE_ANGLES, odometry=TRUE_ODOMETRY):
+    return list(sensor_violations(encoders, odometry, PERIOD, 5 * PERIOD))
+
+
+@pytest.mark.parametrize(('encoders', 'text', 'longest'), [
+    (Encoders(window=0.5), 'encoders.window = 0.5 s is 250 periods of the velocity loop, more than 64; '
+     'take at most 0.128 s', Encoders(window=0.128)),
+])
+def test_a_window_that_is_too_long_is_refused_with_the_longest(encoders, text, longest):
+    assert violations(encoders) == [text]
+    assert not violations(longest)
+
+
+@pytest.mark.parametrize(('odometry', 'text', 'longest'), [
+    (WheelOdometry(latency=1.0), 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples on '
+     'their way, more than 64; take a latency of at most 0.64 s, or a lower odometry.rate', 0.64),
+    (WheelOdometry(rate=30.0, latency=3.0), 'odometry.latency = 3.0 s with odometry.rate = 30.0 Hz keeps 90 samples on '
+     'their way, more than 64; take a latency of at most 2.132 s, or a lower odometry.rate', 2.132),
+])
+def test_odometry_with_too_many_samples_is_refused_with_the_longest_latency(odometry, text, longest):
+    assert violations(odometry=odometry) == [text]
+    assert not violations(odometry=odometry._replace(latency=longest))
+    assert violations(odometry=odometry._replace(latency=longest + 0.04))
+
+
+def test_a_rate_that_is_too_low_is_refused():
+    assert violations(odometry=WheelOdometry(rate=1e-4)) == [
+        'odometry.rate = 0.0001 Hz is below 0.001 Hz; take at least 0.001 Hz, or 0 for every position tick']
+    assert not violations(odometry=WheelOdometry(rate=1e-3))
