@@ -11,9 +11,10 @@ from mobile_robot_control.tuning.margins import UNKNOWN, Margins, longest_delay,
 from mobile_robot_control.tuning.modelled import drive_of, pattern_of, smooth_part
 
 _POINTS = 24
-"""Of the lap, at which the position loop is looked at."""
+"""Of the lap, at which the position loop is looked at; fewer where a pattern of several periods costs more."""
+_LEAST_POINTS = 12
 _VELOCITY_EVERY = 6
-"""The velocity loop hardly changes along the curve: it is looked at at every sixth of them."""
+"""The velocity loop hardly changes along the curve: every sixth of them is enough."""
 
 
 class LapMargins(NamedTuple):
@@ -91,7 +92,8 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
     if not pattern:
         return LoopMargins(nothing if by_torque else None, nothing, 'the rates of the base have no common pattern')
     ticks = math.ceil(placement.period / lap.loop.position_dt)
-    chosen = sorted({n * ticks // _POINTS for n in range(_POINTS)})
+    points = max(_LEAST_POINTS, _POINTS // pattern)
+    chosen = sorted({n * ticks // points for n in range(points)})
     velocity: list[tuple[float, Margins]] = []
     position: list[tuple[float, Margins]] = []
     try:

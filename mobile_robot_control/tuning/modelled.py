@@ -5,7 +5,7 @@ from fnmatch import fnmatchcase
 from typing import Any, NamedTuple
 
 from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.declaration import Declaration, declarations
+from mobile_robot_control.parameters.declaration import Declaration, declarations, flatten
 from mobile_robot_control.parameters.nodes import Configuration
 
 BOTH, TORQUE, VELOCITY = ('torque', 'velocity'), ('torque',), ('velocity',)
@@ -60,6 +60,7 @@ EFFECTS = (
 """The first effect that has a parameter's name counts."""
 DELAYING = EFFECTS[:2] + EFFECTS[5:6]
 """What delays the motion of most bases, and is found on none of their data sheets."""
+_BASE = 'plant.base.'
 WALL_CLOCK = 'timing of the wall clock'
 
 
@@ -85,7 +86,7 @@ class Described(NamedTuple):
 
 def drive_of(configuration: Configuration) -> str:
     """Return how the plant is driven: 'torque' or 'velocity'."""
-    return str(getattr(configuration.plant, 'drive', TORQUE[0]))
+    return str(flatten(configuration.plant)['drive'])
 
 
 def _declared(configuration: Configuration) -> dict[str, Declaration]:
@@ -114,9 +115,10 @@ def _text(value: Any, units: str) -> str:
 
 def _acting(configuration: Configuration) -> Iterator[tuple[str, Declaration, Effect]]:
     """Yield the parameters that model an effect with the configured drive."""
+    drive = drive_of(configuration)
     for name, one in _declared(configuration).items():
         effect = effect_of(name)
-        if effect is not None and drive_of(configuration) in effect.drives:
+        if effect is not None and drive in effect.drives and (drive == 'velocity' or not name.startswith(_BASE)):
             yield name, one, effect
 
 
@@ -133,6 +135,7 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
 
     """
     found: dict[str, list[str]] = {}
+    drive = drive_of(configuration)
     for _, one, effect in _acting(configuration):
         if not _is_off(one.default) and one.kind in (int, float, tuple):
             found.setdefault(effect.phrase, []).append(_text(one.default, one.field.unit or effect.unit))
@@ -140,8 +143,7 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
     modelled = {effect.phrase: texts[effect.phrase] for effect in EFFECTS if texts.get(effect.phrase)}
     # motors and their friction are part of a base that is driven by velocity
     missing = [effect.phrase for effect in EFFECTS
-               if effect.phrase not in modelled and not (drive_of(configuration) == 'velocity'
-                                                         and effect.drives == TORQUE)]
+               if effect.phrase not in modelled and (drive != 'velocity' or effect.drives != TORQUE)]
     wall_clock = () if configuration.plant.shared.lockstep else (WALL_CLOCK,)
     return Described(modelled, (*missing, *wall_clock),
                      tuple(effect.phrase for effect in EFFECTS if effect.phrase in modelled and not effect.smooth))

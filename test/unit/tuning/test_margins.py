@@ -26,6 +26,7 @@ from mobile_robot_control.tuning.linearisation import (
     with_numbers,
 )
 from mobile_robot_control.tuning.margins import UNSTABLE, Margins, margins_of, spectral_radius_of
+from mobile_robot_control.tuning.modelled import pattern_of, smooth_part
 
 RATES = {'velocity_rate': 200.0, 'position_rate': 50.0}
 
@@ -178,6 +179,38 @@ def test_the_position_loop_has_the_margins_with_which_it_leaves_the_circle(file)
     if math.isfinite(found.gain):
         assert growth_of_position(parameters, gain=0.95 * found.gain) < 0.9
         assert growth_of_position(parameters, gain=1.05 * found.gain) > 1.1
+
+
+BASE = {'drive': 'velocity', 'base.lag': [0.15, 0.15], 'base.command_rate': 20.0, 'odometry.rate': 30.0,
+        'odometry.latency': 0.06}
+
+
+def test_the_margins_of_a_base_with_rates_of_its_own_are_those_with_which_it_leaves_the_circle():
+    limited = {**BASE, 'base.dead_zone': [0.05, 0.1], 'base.max_speed': [0.7, 2.0]}
+    parameters = configured('wall_clock.yaml', plant=limited)
+    smooth = smooth_part(parameters)
+    assert smooth == configured('wall_clock.yaml', plant=BASE)
+    # 50, 30 and 20 Hz repeat after a tenth of a second
+    assert pattern_of(parameters) == 5
+    lap = lap_loop(smooth)
+    ticks = margins_of(linear_position_loop(lap, list(islice(followed_lap(smooth), 5)))).delay * lap.ratio
+    assert growth_of_position(smooth, ticks_late=math.floor(0.9 * ticks)) < 0.9
+    assert growth_of_position(smooth, ticks_late=math.ceil(1.1 * ticks)) > 1.1
+
+
+def test_a_base_has_no_velocity_loop_and_its_lag_and_latency_take_from_the_margin():
+    ideal = loop_margins(configured('wall_clock.yaml', plant={'drive': 'velocity'}))
+    assert ideal.velocity is None
+    assert not ideal.reason
+    late = configured('wall_clock.yaml', plant=BASE)
+    ticks = list(islice(followed_lap(late), 5))
+    assert margins_of(linear_position_loop(lap_loop(late), ticks)).delay < 0.6 * ideal.position.margins.delay
+
+
+def test_rates_without_a_common_pattern_leave_the_margins_unknown():
+    found = loop_margins(configured('wall_clock.yaml', plant={**BASE, 'odometry.rate': 29.97}))
+    assert 'no common pattern' in found.reason
+    assert math.isnan(found.position.margins.gain)
 
 
 def test_a_compensation_of_latency_is_part_of_the_position_loop():

@@ -62,6 +62,18 @@ def test_scenarios_count_in_place_of_the_configuration():
     assert {'dead time of the motors', 'noise'} < set(none.not_modelled)
 
 
+def test_a_base_names_its_own_effects_and_none_of_motors():
+    base = configure({'plant': {'drive': 'velocity', 'base.lag': [0.15, 0.1], 'base.max_speed': [0.7, 2.0],
+                                'odometry.latency': 0.06, 'odometry.rate': 30.0}})
+    found = describe_model(base)
+    assert found.modelled == {'lag of the base': '0.15 and 0.1 s', 'latency of odometry': '0.06 s',
+                              'rate of odometry': '30 Hz', 'limit of the speed': '0.7 m/s and 2 rad/s'}
+    assert 'dead time of the base' in found.not_modelled
+    assert 'Coulomb friction' not in found.not_modelled
+    assert found.not_in_margins == ('limit of the speed',)
+    assert drive_of(base) == 'velocity'
+
+
 def test_what_has_no_linearisation_is_off_and_the_rest_stays():
     smooth = configure({'plant': {'delay.velocity_steps': 2}})
     assert smooth_part(ROUGH) == smooth
