@@ -42,6 +42,7 @@ from mobile_robot_control.tuning.monte_carlo import (
     judge,
     summarise_runs,
 )
+from mobile_robot_control.tuning.promises import Promise, promise, promise_lines, promise_values
 from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_trial
 
 _BATCH = 100
@@ -154,6 +155,7 @@ def _run(options: argparse.Namespace) -> int:
     # nothing long begins before the place is known to be writable
     writable_file(str(folder / 'runs.csv'))
     results: dict[str, list[Judged]] = {}
+    promises: dict[str, Promise] = {}
     total = options.runs * len(controllers)
     with runner(options) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
         for name, parameters in controllers.items():
@@ -162,11 +164,11 @@ def _run(options: argparse.Namespace) -> int:
             trials = [scenario_trial(parameters, scenario, options.laps, late) for scenario in scenarios]
             judged = _study(trials, run, bar, interrupt)
             if judged:
-                results[name] = judged
+                results[name], promises[name] = judged, promise(parameters, scenarios)
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
-    found = {name: summarise_runs(judged) for name, judged in results.items()}
+    found = {name: summarise_runs(judged) | promise_values(promises[name]) for name, judged in results.items()}
     settings = {
         'outcome': 'interrupted' if interrupt.requested else 'completed', 'seed': options.seed, 'laps': options.laps,
         'curves': options.curves, 'scales': options.scales, 'within': options.within, 'variation': options.variation,
@@ -179,7 +181,7 @@ def _run(options: argparse.Namespace) -> int:
     for name, numbers in found.items():
         low, high = (100.0 * bound for bound in numbers['success_interval'])
         print(f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
-              f'(95 % interval {low:.2f} to {high:.2f} %)')
+              f'(95 % interval {low:.2f} to {high:.2f} %)', *promise_lines(promises[name]), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1

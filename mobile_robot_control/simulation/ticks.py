@@ -31,10 +31,13 @@ class Form(NamedTuple):
         Of the simulated robot.
     compensates : bool
         Whether the law sees odometry that is carried forward by its age.
+    varies : bool
+        Whether the variation of torque or command is summed, of a run that is only measured.
     """
 
     plant: PlantForm = IDEAL
     compensates: bool = False
+    varies: bool = False
 
 
 IDEAL_FORM = Form()
