@@ -42,7 +42,7 @@ LAYERS = {
     'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes', 'parameters.addressing'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
                    'plugins'} | DOMAIN,
-    'recording': {'quantities', 'stamps', 'topics', 'files', 'texts', 'messages', 'simulation'},
+    'recording': {'quantities', 'angles', 'stamps', 'topics', 'files', 'texts', 'messages', 'control', 'simulation'},
     'tuning': {'quantities', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
     'reporting': {'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
