@@ -8,7 +8,7 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 
-_LONGEST_SUBSTEP = 2.5e-4
+LONGEST_SUBSTEP = 2.5e-4
 """[s]: keeps the position accurate to 1e-9 m over a lap at body velocities of several m/s and rad/s."""
 
 
@@ -92,7 +92,7 @@ def advance(pose: Pose, velocity: BodyVelocity, torque: WheelTorque, robot: Robo
         Displacement, turn and path length since the start, and the velocity at the end.
 
     """
-    substeps = max(1, math.ceil(dt / _LONGEST_SUBSTEP - 1e-9))
+    substeps = max(1, math.ceil(dt / LONGEST_SUBSTEP - 1e-9))
     h = dt / substeps
     motion = Motion(0.0, 0.0, 0.0, 0.0, velocity.linear, velocity.angular)
     for _ in range(substeps):

@@ -1,0 +1,130 @@
+"""Wheels that stop, break away or reach their motors' line within a period, each at its time."""
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.drivetrain import Drivetrain
+from mobile_robot_control.model.events import NO_EVENT, WATCHES, next_event
+from mobile_robot_control.model.friction import Directions, released, sign
+from mobile_robot_control.model.modes import NO_MODE, Modes, find_modes
+from mobile_robot_control.model.wheels import Drive, Rolling, Wheel, find_load, rolled
+from mobile_robot_control.quantities import WheelTorque, WheelVelocity
+
+MOST_EVENTS = 24
+"""Within a period. Rounding errors cause none, since what begins is held on to by a share of SLACK."""
+_DUST = 1e-12
+"""A wheel slower than this share of what both did is at rest when the other stops: both stop at once."""
+
+
+@jitable
+def _turned_to(wheel: Wheel, direction: float, line: float) -> Wheel:
+    """Return a wheel with another direction and another state of its motor."""
+    return Wheel(wheel.speed, wheel.angle, wheel.fading, wheel.lacking, direction, line)
+
+
+@jitable
+def _settled(right: Wheel, left: Wheel, drive: Drive, drivetrain: Drivetrain) -> tuple[Wheel, Wheel]:
+    """Return the wheels with the directions that those take which stand."""
+    load = find_load(right, left, drive, drivetrain)
+    directions = released(
+        Directions(right.direction, left.direction),
+        # what turns has its friction in the load, which `released` takes off again
+        WheelTorque(
+            load.held.right + load.fading.right - load.right_damping * right.speed
+            + drivetrain.coulomb * right.direction,
+            load.held.left + load.fading.left - load.left_damping * left.speed + drivetrain.coulomb * left.direction,
+        ),
+        drivetrain.coupling,
+        drivetrain.coulomb,
+    )
+    return (
+        Wheel(right.speed, right.angle, right.fading, right.lacking, directions.right, right.line),
+        Wheel(left.speed, left.angle, left.fading, left.lacking, directions.left, left.line),
+    )
+
+
+@jitable
+def _begun(wheel: Wheel, asked: float, drivetrain: Drivetrain) -> Wheel:
+    """Return a wheel with direction and line found from its speed [rad/s] and its motor's torques [N m]."""
+    line = 0.0
+    if drivetrain.slope > 0.0:
+        torque = asked + wheel.fading + drivetrain.slope * wheel.speed
+        stall = drivetrain.motor.stall_torque
+        line = 1.0 if torque > stall else -1.0 if torque < -stall else 0.0
+    return _turned_to(wheel, sign(wheel.speed) if drivetrain.coulomb > 0.0 else 0.0, line)
+
+
+@jitable
+def begin(rolling: Rolling, drive: Drive, drivetrain: Drivetrain) -> Rolling:
+    """Return both wheels as they go on from here, under other torques than before."""
+    right = _begun(rolling.right, drive.asked.right, drivetrain)
+    left = _begun(rolling.left, drive.asked.left, drivetrain)
+    if drivetrain.coulomb > 0.0:
+        right, left = _settled(right, left, drive, drivetrain)
+    return Rolling(rolling.x, rolling.y, right, left)
+
+
+@jitable
+def _stopped(wheel: Wheel) -> Wheel:
+    """Return a wheel that stands."""
+    return Wheel(0.0, wheel.angle, wheel.fading, wheel.lacking, 0.0, 0.0)
+
+
+@jitable
+def _changed(own: Wheel, other: Wheel, kind: int, dust: float, rough: bool) -> tuple[Wheel, Wheel, bool]:
+    """Return the wheel of an event, the other one, and whether wheels that stand are to be decided on."""
+    if rough and own.direction == 0.0:
+        return _turned_to(own, 1.0 if kind == 0 else -1.0, 0.0), other, False
+    if kind == 0:
+        return _stopped(own), _stopped(other) if abs(other.speed) <= dust else other, True
+    if own.line != 0.0:
+        return _turned_to(own, own.direction, 0.0), other, False
+    return _turned_to(own, own.direction, 1.0 if kind == 1 else -1.0), other, False
+
+
+@jitable
+def _after_event(rolling: Rolling, event: int, dust: float, drive: Drive, drivetrain: Drivetrain) -> Rolling:
+    """Return both wheels after an event; the other wheel is at rest too where it is slower than dust [rad/s]."""
+    rough = drivetrain.coulomb > 0.0
+    if event < WATCHES:
+        right, left, stopped = _changed(rolling.right, rolling.left, event, dust, rough)
+    else:
+        left, right, stopped = _changed(rolling.left, rolling.right, event - WATCHES, dust, rough)
+    if stopped:
+        right, left = _settled(right, left, drive, drivetrain)
+    return Rolling(rolling.x, rolling.y, right, left)
+
+
+@jitable
+def advance(rolling: Rolling, drive: Drive, time: float, drivetrain: Drivetrain, most_events: int) -> Rolling:
+    """
+    Return both wheels after a time [s], with every event at its time.
+
+    After most_events events both wheels are held still for the rest of the time: that takes energy and adds none.
+
+    Parameters
+    ----------
+    rolling : Rolling
+        At the start.
+    drive : Drive
+        What is held.
+    time : float
+        [s].
+    drivetrain : Drivetrain
+        Constants.
+    most_events : int
+        MOST_EVENTS, or fewer.
+    """
+    left_over = time
+    for _ in range(most_events):
+        load = find_load(rolling.right, rolling.left, drive, drivetrain)
+        speed = WheelVelocity(rolling.right.speed, rolling.left.speed)
+        modes = find_modes(speed, load, drivetrain.linear_inertia, drivetrain.angular_inertia)
+        until, event = next_event(rolling, load, modes, drive, left_over, drivetrain)
+        rolling = rolled(rolling, modes, drive, until, drivetrain)
+        if event == NO_EVENT:
+            return rolling
+        left_over -= until
+        dust = _DUST * (abs(speed.right) + abs(speed.left))
+        rolling = _after_event(rolling, event, dust, drive, drivetrain)
+    still = Modes(NO_MODE, NO_MODE)
+    held = Rolling(rolling.x, rolling.y, _stopped(rolling.right), _stopped(rolling.left))
+    return rolled(held, still, drive, left_over, drivetrain)

@@ -1,0 +1,187 @@
+"""Both wheels within a period: what each does, what acts on it, and how they move until something changes."""
+
+from typing import NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.discretisation import QUADRATURE
+from mobile_robot_control.model.drivetrain import Drivetrain
+from mobile_robot_control.model.dynamics import mean_velocity
+from mobile_robot_control.model.modes import Course, Load, Modes, course
+from mobile_robot_control.model.responses import held_response
+from mobile_robot_control.model.robot import Robot, half_separation
+from mobile_robot_control.quantities import WheelTorque
+
+_MOST_PIECES = 24
+
+
+class Wheel(NamedTuple):
+    """
+    One wheel and its motor at a time within a period.
+
+    Attributes
+    ----------
+    speed : float
+        [rad/s], exactly 0.0 for a wheel that stands.
+    angle : float
+        By which it has turned since the period's start [rad].
+    fading : float
+        By which the lagging torque differs from the one asked for [N m].
+    lacking : float
+        ∫ of the torque asked for less the motor's since the period's start [N m s].
+    direction : float
+        Whither it turns against its friction: 1.0, -1.0, or 0.0 where it stands or has no friction.
+    line : float
+        On which torque-speed line its motor is: 1.0 forwards, -1.0 backwards, or 0.0 within both.
+    """
+
+    speed: float
+    angle: float
+    fading: float
+    lacking: float
+    direction: float
+    line: float
+
+
+class Rolling(NamedTuple):
+    """
+    Both wheels at a time within a period.
+
+    Attributes
+    ----------
+    x, y : float
+        Displacement since the period's start in the odometry frame [m].
+    right, left : Wheel
+        Of each wheel.
+    """
+
+    x: float
+    y: float
+    right: Wheel
+    left: Wheel
+
+
+class Drive(NamedTuple):
+    """
+    What is held over a period.
+
+    Attributes
+    ----------
+    asked : WheelTorque
+        Of the motors, limited [N m].
+    outside : WheelTorque
+        What acts on the wheels and not through the motors [N m].
+    heading : float
+        At the period's start [rad].
+    """
+
+    asked: WheelTorque
+    outside: WheelTorque
+    heading: float
+
+
+@jitable
+def held_torque(wheel: Wheel, asked: float, outside: float, drivetrain: Drivetrain) -> float:
+    """Return the torque [N m] on a wheel that neither fades nor depends on its speed."""
+    motor = wheel.line * drivetrain.motor.stall_torque if wheel.line != 0.0 else asked
+    return motor + outside - drivetrain.coulomb * wheel.direction
+
+
+@jitable
+def _damping(wheel: Wheel, drivetrain: Drivetrain) -> float:
+    """Return the viscous friction of a wheel [N m s/rad], with that of a motor on its line."""
+    viscous = drivetrain.plant.robot.viscous_friction
+    return viscous + drivetrain.slope if wheel.line != 0.0 else viscous
+
+
+@jitable
+def find_load(right: Wheel, left: Wheel, drive: Drive, drivetrain: Drivetrain) -> Load:
+    """Return what acts on the wheels."""
+    rough = drivetrain.coulomb > 0.0
+    return Load(
+        WheelTorque(held_torque(right, drive.asked.right, drive.outside.right, drivetrain),
+                    held_torque(left, drive.asked.left, drive.outside.left, drivetrain)),
+        WheelTorque(right.fading if right.line == 0.0 else 0.0, left.fading if left.line == 0.0 else 0.0),
+        _damping(right, drivetrain),
+        _damping(left, drivetrain),
+        rough and right.direction == 0.0,
+        rough and left.direction == 0.0,
+    )
+
+
+@jitable
+def _later(wheel: Wheel, speed: float, angle: float, asked: float, time: float, drivetrain: Drivetrain) -> Wheel:
+    """Return a wheel and its motor after a time [s] in which it has turned by an angle [rad]."""
+    if wheel.line != 0.0:
+        lacking = (asked - wheel.line * drivetrain.motor.stall_torque) * time + drivetrain.slope * angle
+    elif wheel.fading != 0.0:
+        lacking = -wheel.fading * held_response(drivetrain.lag_rate, time).gain
+    else:
+        lacking = 0.0
+    fading = wheel.fading
+    if fading != 0.0:
+        fading *= held_response(drivetrain.lag_rate, time).decay
+    return Wheel(speed, wheel.angle + angle, fading, wheel.lacking + lacking, wheel.direction, wheel.line)
+
+
+@jitable
+def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, drive: Drive, drivetrain: Drivetrain
+               ) -> tuple[float, float]:
+    """Return the displacement [m] between two times [s] of a course."""
+    first, middle, last = QUADRATURE
+    length = end - begin
+    one = course(modes, drivetrain.lag_rate, begin + first * length)
+    two = course(modes, drivetrain.lag_rate, begin + middle * length)
+    three = course(modes, drivetrain.lag_rate, begin + last * length)
+    robot = drivetrain.plant.robot
+    x, y = mean_velocity(
+        (_forward(one, robot), _forward(two, robot), _forward(three, robot)),
+        (_heading(rolling, one, drive, robot), _heading(rolling, two, drive, robot),
+         _heading(rolling, three, drive, robot)),
+    )
+    return length * x, length * y
+
+
+@jitable
+def _forward(now: Course, robot: Robot) -> float:
+    """Return the forward velocity [m/s]: Eq. (5), (6)."""
+    return 0.5 * robot.wheel_radius * (now.speed.right + now.speed.left)
+
+
+@jitable
+def _heading(rolling: Rolling, now: Course, drive: Drive, robot: Robot) -> float:
+    """Return the heading [rad]: Eq. (7), integrated."""
+    turned = (rolling.right.angle + now.right_angle) - (rolling.left.angle + now.left_angle)
+    return drive.heading + 0.5 * robot.wheel_radius * turned / half_separation(robot)
+
+
+@jitable
+def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, drivetrain: Drivetrain) -> Rolling:
+    """
+    Return both wheels after a time [s] in which nothing changes but speeds and lagging torques.
+
+    Speeds, angles and torques are exact; the position is the sixth-order quadrature of `dynamics.step`, over pieces
+    that begin with the fastest time constant and double, so that it is as accurate for light robots.
+    """
+    if time <= 0.0:
+        return rolling
+    fastest = max(modes.first.rate, modes.second.rate)
+    if rolling.right.fading != 0.0 or rolling.left.fading != 0.0:
+        fastest = max(fastest, drivetrain.lag_rate)
+    x, y, begin = rolling.x, rolling.y, 0.0
+    length = time if fastest * time <= 1.0 else 1.0 / fastest
+    for piece in range(_MOST_PIECES):
+        end = begin + length if begin + length < time and piece < _MOST_PIECES - 1 else time
+        along_x, along_y = _travelled(rolling, modes, begin, end, drive, drivetrain)
+        x += along_x
+        y += along_y
+        if end == time:
+            break
+        length = end
+        begin = end
+    after = course(modes, drivetrain.lag_rate, time)
+    return Rolling(
+        x,
+        y,
+        _later(rolling.right, after.speed.right, after.right_angle, drive.asked.right, time, drivetrain),
+        _later(rolling.left, after.speed.left, after.left_angle, drive.asked.left, time, drivetrain),
+    )
