@@ -10,7 +10,7 @@ from mobile_robot_control.model.motors import Motor
 from mobile_robot_control.model.responses import FadingResponse, fading_response, held_response
 from mobile_robot_control.model.robot import angular_inertia, linear_inertia
 
-_LARGEST_EXPONENT = 0.5
+_LARGEST_EXPONENT = 1.0
 
 
 class FadingChannel(NamedTuple):
@@ -78,6 +78,15 @@ def _fading_channel(rate: float, lag_rate: float, dt: float) -> FadingChannel:
         fading_response(rate, lag_rate, last * dt), fading_response(rate, lag_rate, dt))
 
 
+def _is_predictable(plant: DiscretePlant, rate: float, lag_rate: float) -> bool:
+    """Return whether a period without events has a cheap solution, given the fastest rate of the robot [1/s]."""
+    if plant.centripetal_coupling:
+        # the Runge-Kutta method has no fading torques, and is stable and accurate for slow enough robots
+        return lag_rate == 0.0 and rate * coupled.LONGEST_SUBSTEP <= _LARGEST_EXPONENT
+    # one quadrature over the whole period needs a smooth course
+    return max(rate, lag_rate) * plant.dt <= _LARGEST_EXPONENT
+
+
 def discretise_drivetrain(plant: DiscretePlant, motor: Motor, friction: Friction) -> Drivetrain:
     """
     Discretise motors and friction for steps of the plant's period.
@@ -113,7 +122,5 @@ def discretise_drivetrain(plant: DiscretePlant, motor: Motor, friction: Friction
         held_response(lag_rate, dt).gain / dt if lag_rate > 0.0 else 0.0,
         _fading_channel(K / linear, lag_rate, dt),
         _fading_channel(K / angular, lag_rate, dt),
-        # the Runge-Kutta method of the coupled equations has no fading torques, and a bound of its stability
-        not plant.centripetal_coupling
-        or (lag_rate == 0.0 and K * coupled.LONGEST_SUBSTEP / min(linear, angular) <= _LARGEST_EXPONENT),
+        _is_predictable(plant, max(K / linear, K / angular), lag_rate),
     )

@@ -45,7 +45,7 @@ def _settled(right: Wheel, left: Wheel, drive: Drive, drivetrain: Drivetrain) ->
 def _begun(wheel: Wheel, asked: float, drivetrain: Drivetrain) -> Wheel:
     """Return a wheel with direction and line found from its speed [rad/s] and its motor's torques [N m]."""
     line = 0.0
-    if drivetrain.slope > 0.0:
+    if drivetrain.slope > 0.0 and wheel.speed != 0.0:
         torque = asked + wheel.fading + drivetrain.slope * wheel.speed
         stall = drivetrain.motor.stall_torque
         line = 1.0 if torque > stall else -1.0 if torque < -stall else 0.0
