@@ -100,21 +100,17 @@ class Solver:
             signs = list(self.signs_from(time, state[3:5])) if self.machine.coulomb else [0, 0]
             for n, direction in forced.items():
                 signs[n] = direction
-            events, meanings = self.events(signs)
-            end = dt
-            if forced:
-                # a wheel that has just broken away has neither speed nor acceleration
-                events, meanings, end = [], [], min(dt, time + 1e-6 * dt)
+            # a wheel that has just broken away has no speed, and may have no acceleration: what follows is no event
+            fresh = any(sign != 0 and speed == 0.0 for sign, speed in zip(signs, state[3:5], strict=True))
+            end = min(dt, time + 1e-6 * dt) if fresh else dt
+            events, meanings = ([], []) if fresh else self.events(signs)
             solved = solve_ivp(self.slope, (time, end), state, method='DOP853', args=(signs,), events=events or None,
                                rtol=tolerance, atol=1e-13, max_step=dt / steps)
             assert solved.success
-            if forced and end < dt:
-                state, time, forced = solved.y[:, -1], end, {}
-                continue
             state, time, forced = solved.y[:, -1], solved.t[-1], {}
-            if solved.status == 0:
+            if time >= dt:
                 return [*state[:7], *(state[7:] / dt)]
-            for n, direction in (meaning for found, meaning in zip(solved.t_events, meanings, strict=True)
+            for n, direction in (meaning for found, meaning in zip(solved.t_events or [], meanings, strict=True)
                                  if len(found)):
                 state[3 + n] = 0.0
                 if direction:

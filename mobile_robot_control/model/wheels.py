@@ -1,5 +1,6 @@
 """Both wheels within a period: what each does, what acts on it, and how they move until something changes."""
 
+import math
 from typing import NamedTuple
 
 from mobile_robot_control.jit import jitable
@@ -160,15 +161,20 @@ def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, drivetrain
     Return both wheels after a time [s] in which nothing changes but speeds and lagging torques.
 
     Speeds, angles and torques are exact; the position is the sixth-order quadrature of `dynamics.step`, over pieces
-    that begin with the fastest time constant and double, so that it is as accurate for light robots.
+    that begin with the fastest time constant and double, so that it is as accurate for light robots and fast turns.
     """
     if time <= 0.0:
         return rolling
     fastest = max(modes.first.rate, modes.second.rate)
     if rolling.right.fading != 0.0 or rolling.left.fading != 0.0:
         fastest = max(fastest, drivetrain.lag_rate)
+    after = course(modes, drivetrain.lag_rate, time)
+    # a piece turns by about half a radian at most
+    turns = max(abs(rolling.right.speed - rolling.left.speed), abs(after.speed.right - after.speed.left))
+    robot = drivetrain.plant.robot
+    longest = time / math.ceil(1.0 + turns * time * robot.wheel_radius / half_separation(robot))
     x, y, begin = rolling.x, rolling.y, 0.0
-    length = time if fastest * time <= 1.0 else 1.0 / fastest
+    length = min(longest, time if fastest * time <= 1.0 else 1.0 / fastest)
     for piece in range(_MOST_PIECES):
         end = begin + length if begin + length < time and piece < _MOST_PIECES - 1 else time
         along_x, along_y = _travelled(rolling, modes, begin, end, drive, drivetrain)
@@ -176,9 +182,8 @@ def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, drivetrain
         y += along_y
         if end == time:
             break
-        length = end
+        length = min(longest, end)
         begin = end
-    after = course(modes, drivetrain.lag_rate, time)
     return Rolling(
         x,
         y,
