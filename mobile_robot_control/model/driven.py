@@ -1,9 +1,7 @@
 """The plant with motors and friction: from the torques asked for to motion over one sampling period."""
 
-import math
-
 from mobile_robot_control.angles import wrap_angle
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.model import coupled
 from mobile_robot_control.model.actuators import DelayLine, delayed, saturate
 from mobile_robot_control.model.disturbance import disturbed
@@ -11,7 +9,7 @@ from mobile_robot_control.model.drivetrain import Drivetrain
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.friction import sign
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
-from mobile_robot_control.model.motors import MotorState, at_standstill
+from mobile_robot_control.model.motors import MotorState
 from mobile_robot_control.model.plant import Imperfections
 from mobile_robot_control.model.prediction import coriolis_torque, is_uneventful, stands, uneventful_step
 from mobile_robot_control.model.robot import Robot, half_separation
@@ -38,20 +36,20 @@ def _body_velocity(speed: WheelVelocity, robot: Robot) -> BodyVelocity:
 @jitable
 def _coupled_advance(rolling: Rolling, drive: Drive, drivetrain: Drivetrain, most_events: int) -> Rolling:
     """Return both wheels after a period with the Coriolis pair, held over short substeps at its value in the middle."""
-    robot, outside = drivetrain.plant.robot, drive.outside
-    substeps = max(1, math.ceil(drivetrain.plant.dt / coupled.LONGEST_SUBSTEP - 1e-9))
-    h = drivetrain.plant.dt / substeps
-    for _ in range(substeps):
+    robot, axle, outside = drivetrain.plant.robot, drivetrain.axle, drive.outside
+    count = coupled.substeps(drivetrain.plant.dt)
+    h = drivetrain.plant.dt / count
+    for _ in range(count):
         middle = rolling
         for share in (0.5, 1.0):
             pair = coriolis_torque(WheelVelocity(middle.right.speed, middle.left.speed), robot)
             held = Drive(drive.asked, WheelTorque(outside.right + pair.right, outside.left + pair.left), drive.heading)
-            middle = advance(begin(rolling, held, drivetrain), held, share * h, drivetrain, most_events)
+            middle = advance(begin(rolling, held, axle), held, share * h, axle, most_events)
         rolling = middle
     return rolling
 
 
-@jitable
+@jitable_apart
 def eventful_step(
     state: PlantState, fading: WheelTorque, drive: Drive, drivetrain: Drivetrain, most_events: int
 ) -> tuple[PlantState, WheelTorque]:
@@ -83,7 +81,7 @@ def eventful_step(
     if drivetrain.plant.centripetal_coupling:
         end = _coupled_advance(rolling, drive, drivetrain, most_events)
     else:
-        end = advance(begin(rolling, drive, drivetrain), drive, dt, drivetrain, most_events)
+        end = advance(begin(rolling, drive, drivetrain.axle), drive, dt, drivetrain.axle, most_events)
     turn = 0.5 * robot.wheel_radius * (end.right.angle - end.left.angle) / half_separation(robot)
     return PlantState(
         Pose(state.pose.x + end.x, state.pose.y + end.y, wrap_angle(state.pose.heading + turn)),
@@ -128,8 +126,8 @@ def motorised_step(
     `dynamics.step`; in any other, and in all with a lag, the Coriolis pair is held over substeps of at most 0.25 ms at
     its value in the middle, which leaves an error of about 1e-8 m/s a period.
     """
-    coulomb = drivetrain.coulomb
-    if drivetrain.lag_rate > 0.0:
+    coulomb = drivetrain.axle.coulomb
+    if drivetrain.axle.lag_rate > 0.0:
         fading = WheelTorque(motors.torque.right - asked.right, motors.torque.left - asked.left)
     else:
         fading = WheelTorque(0.0, 0.0)
@@ -186,7 +184,7 @@ def driven_step(
         the one applied: the mean over the period of the torque at the motors' shafts, before any friction [N m].
     """
     late, acting = delayed(line, torque)
-    asked = at_standstill(saturate(acting, motor_limit), drivetrain.motor)
+    asked = saturate(saturate(acting, motor_limit), drivetrain.axle.stall_torque)
     outside = disturbed(WheelTorque(0.0, 0.0), imperfect.disturbance, k, drivetrain.plant.dt)
     moved, after, applied = motorised_step(state, motors, asked, outside, drivetrain)
     return moved, after, late, acting, applied

@@ -4,13 +4,14 @@ import math
 from typing import NamedTuple
 
 from mobile_robot_control.model import coupled
+from mobile_robot_control.model.axle import Axle, make_axle
 from mobile_robot_control.model.discretisation import QUADRATURE, DiscretePlant
 from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.motors import Motor
 from mobile_robot_control.model.responses import FadingResponse, fading_response, held_response
-from mobile_robot_control.model.robot import angular_inertia, linear_inertia
 
 _LARGEST_EXPONENT = 1.0
+_LARGEST_EXPONENT_OF_A_SUBSTEP = 0.25
 
 
 class FadingChannel(NamedTuple):
@@ -30,18 +31,8 @@ class Drivetrain(NamedTuple):
     ----------
     plant : DiscretePlant
         Robot and period.
-    motor : Motor
-        Torque-speed line and time constant.
-    slope : float
-        Stall torque over no-load speed: the damping of a motor on its line [N m s/rad].
-    coulomb : float
-        Friction of each wheel [N m].
-    linear_inertia, angular_inertia : float
-        A + B and A - B [kg m²].
-    coupling : float
-        B/A: the share of one wheel's torque that reaches the other where that stands.
-    lag_rate : float
-        1/T [1/s], 0 without a lag.
+    axle : Axle
+        Wheels, motors and friction.
     remainder, mean_remainder : float
         exp(-dt/T), and its mean over the period; 0 without a lag.
     linear, angular : FadingChannel
@@ -51,13 +42,7 @@ class Drivetrain(NamedTuple):
     """
 
     plant: DiscretePlant
-    motor: Motor
-    slope: float
-    coulomb: float
-    linear_inertia: float
-    angular_inertia: float
-    coupling: float
-    lag_rate: float
+    axle: Axle
     remainder: float
     mean_remainder: float
     linear: FadingChannel
@@ -81,8 +66,8 @@ def _fading_channel(rate: float, lag_rate: float, dt: float) -> FadingChannel:
 def _is_predictable(plant: DiscretePlant, rate: float, lag_rate: float) -> bool:
     """Return whether a period without events has a cheap solution, given the fastest rate of the robot [1/s]."""
     if plant.centripetal_coupling:
-        # the Runge-Kutta method has no fading torques, and is stable and accurate for slow enough robots
-        return lag_rate == 0.0 and rate * coupled.LONGEST_SUBSTEP <= _LARGEST_EXPONENT
+        # the Runge-Kutta method is stable and accurate for slow enough robots and motors
+        return max(rate, lag_rate) * coupled.LONGEST_SUBSTEP <= _LARGEST_EXPONENT_OF_A_SUBSTEP
     # one quadrature over the whole period needs a smooth course
     return max(rate, lag_rate) * plant.dt <= _LARGEST_EXPONENT
 
@@ -105,22 +90,15 @@ def discretise_drivetrain(plant: DiscretePlant, motor: Motor, friction: Friction
     Drivetrain
         For `driven.driven_step`.
     """
-    robot, dt = plant.robot, plant.dt
-    linear, angular = linear_inertia(robot), angular_inertia(robot)
-    lag_rate = 1.0 / motor.time_constant if motor.time_constant > 0.0 else 0.0
-    K = robot.viscous_friction
+    axle, dt = make_axle(plant.robot, motor, friction), plant.dt
+    lag_rate, rates = axle.lag_rate, (axle.viscous_friction / axle.linear_inertia,
+                                      axle.viscous_friction / axle.angular_inertia)
     return Drivetrain(
         plant,
-        motor,
-        motor.stall_torque / motor.no_load_speed if motor.no_load_speed > 0.0 else 0.0,
-        friction.coulomb,
-        linear,
-        angular,
-        (linear - angular) / (linear + angular),
-        lag_rate,
+        axle,
         math.exp(-lag_rate * dt) if lag_rate > 0.0 else 0.0,
         held_response(lag_rate, dt).gain / dt if lag_rate > 0.0 else 0.0,
-        _fading_channel(K / linear, lag_rate, dt),
-        _fading_channel(K / angular, lag_rate, dt),
-        _is_predictable(plant, max(K / linear, K / angular), lag_rate),
+        _fading_channel(rates[0], lag_rate, dt),
+        _fading_channel(rates[1], lag_rate, dt),
+        _is_predictable(plant, max(rates), lag_rate),
     )

@@ -1,7 +1,7 @@
 """What changes next for a wheel: it stops, it breaks away, or its motor reaches its torque-speed line or leaves it."""
 
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.model.drivetrain import Drivetrain
+from mobile_robot_control.model.axle import Axle
 from mobile_robot_control.model.friction import SLACK
 from mobile_robot_control.model.modes import Load, Modes
 from mobile_robot_control.model.wheels import Drive, Rolling, Wheel
@@ -15,10 +15,10 @@ one that stands: it breaks away forwards, or backwards."""
 
 @jitable
 def _watches(
-    wheel: Wheel, asked: float, first_share: float, second_share: float, drivetrain: Drivetrain
+    wheel: Wheel, asked: float, first_share: float, second_share: float, axle: Axle
 ) -> tuple[Watch, Watch, Watch]:
     """Return what ends the present course of a wheel that turns: it stops, its motor reaches a line or leaves it."""
-    stall, slope = drivetrain.motor.stall_torque, drivetrain.slope
+    stall, slope = axle.stall_torque, axle.slope
     held = stall * (1.0 + SLACK)
     stop = (Watch(0.0, 0.0, wheel.direction * first_share, wheel.direction * second_share)
             if wheel.direction != 0.0 else NEVER)
@@ -53,26 +53,27 @@ def _restraint(
 
 @jitable
 def next_event(
-    rolling: Rolling, load: Load, modes: Modes, drive: Drive, time: float, drivetrain: Drivetrain
+    rolling: Rolling, load: Load, modes: Modes, drive: Drive, time: float, axle: Axle
 ) -> tuple[float, int]:
     """Return when the next event comes [s] and which, 0 to 2 of the right wheel and 3 to 5 of the left."""
     right, left = rolling.right, rolling.left
     # B times the acceleration of the wheel that turns beside one that stands
-    mutual = 0.5 * (drivetrain.linear_inertia - drivetrain.angular_inertia)
+    mutual = 0.5 * (axle.linear_inertia - axle.angular_inertia)
     first = modes.first
     turns = 0.0 if load.right_stands and load.left_stands else mutual
     of_right = (_restraint(load.held.right, load.fading.right, turns * first.push, turns * first.fade,
-                           turns * first.rate, drivetrain.coulomb)
+                           turns * first.rate, axle.coulomb)
                 if load.right_stands
-                else _watches(right, drive.asked.right, first.right, modes.second.right, drivetrain))
+                else _watches(right, drive.asked.right, first.right, modes.second.right, axle))
     of_left = (_restraint(load.held.left, load.fading.left, turns * first.push, turns * first.fade,
-                          turns * first.rate, drivetrain.coulomb)
+                          turns * first.rate, axle.coulomb)
                if load.left_stands
-               else _watches(left, drive.asked.left, first.left, modes.second.left, drivetrain))
+               else _watches(left, drive.asked.left, first.left, modes.second.left, axle))
     soonest, event, number = time, NO_EVENT, 0
     for watch in (of_right[0], of_right[1], of_right[2], of_left[0], of_left[1], of_left[2]):
-        found = first_zero(watch, modes, drivetrain.lag_rate, soonest)
+        found = first_zero(watch, modes, axle.lag_rate, soonest)
         if found < soonest:
             soonest, event = found, number
-        number += 1
+        # numba compiles no enumerate over a tuple
+        number += 1  # noqa: SIM113
     return soonest, event

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.model.responses import fading_response, held_response
 from mobile_robot_control.quantities import WheelTorque, WheelVelocity
 
@@ -150,7 +150,7 @@ def _rotated(first: Mode, second: Mode, mixed: float) -> Modes:
     )
 
 
-@jitable
+@jitable_apart
 def mode_after(mode: Mode, lag_rate: float, time: float) -> tuple[float, float]:
     """Return x after a time [s], and its integral; the lag's rate 1/T [1/s] is 0 without a lag."""
     own = held_response(mode.rate, time)

@@ -3,8 +3,6 @@
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.jit import jitable
-from mobile_robot_control.model.actuators import saturate
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import SMALLEST, WheelTorque
@@ -61,9 +59,3 @@ class MotorState(NamedTuple):
 def motors_at_rest() -> MotorState:
     """Return the state at a run's start: no torque."""
     return MotorState(WheelTorque(0.0, 0.0))
-
-
-@jitable
-def at_standstill(torque: WheelTorque, motor: Motor) -> WheelTorque:
-    """Limit the torque [N m] of each motor to what it gives at standstill, the most that it ever gives to drive."""
-    return saturate(torque, motor.stall_torque)

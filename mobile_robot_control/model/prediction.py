@@ -1,6 +1,7 @@
 """A period in which no wheel stops or breaks away and no motor reaches its line, foreseen at its start."""
 
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.model import coupled
 from mobile_robot_control.model.drivetrain import Drivetrain
 from mobile_robot_control.model.dynamics import PlantState, mean_velocity, moved, step
 from mobile_robot_control.model.friction import sign
@@ -20,25 +21,25 @@ def coriolis_torque(speed: WheelVelocity, robot: Robot) -> WheelTorque:
 @jitable
 def _reach(speed: WheelVelocity, fading: WheelTorque, drive: Drive, drivetrain: Drivetrain) -> float:
     """Return a bound [rad/s] of the change of each wheel's speed over a period in which each keeps its direction."""
-    robot, coulomb = drivetrain.plant.robot, drivetrain.coulomb
-    K = robot.viscous_friction
+    axle, coulomb = drivetrain.axle, drivetrain.axle.coulomb
+    K = axle.viscous_friction
     right = drive.asked.right + fading.right + drive.outside.right - coulomb * sign(speed.right) - K * speed.right
     left = drive.asked.left + fading.left + drive.outside.left - coulomb * sign(speed.left) - K * speed.left
     linear = abs(right + left) + abs(fading.right + fading.left)
     angular = abs(right - left) + abs(fading.right - fading.left)
     if drivetrain.plant.centripetal_coupling:
         # twice the pair's present size: it changes little within a period, and only where no bound is left behind
-        pair = coriolis_torque(speed, robot)
+        pair = coriolis_torque(speed, drivetrain.plant.robot)
         linear += 2.0 * (abs(pair.right) + abs(pair.left))
         angular += 2.0 * (abs(pair.right) + abs(pair.left))
-    return 0.5 * drivetrain.plant.dt * (linear / drivetrain.linear_inertia + angular / drivetrain.angular_inertia)
+    return 0.5 * drivetrain.plant.dt * (linear / axle.linear_inertia + angular / axle.angular_inertia)
 
 
 @jitable
 def _within_line(speed: float, reach: float, asked: float, fading: float, drivetrain: Drivetrain) -> bool:
     """Return whether a motor stays within its torque-speed line over a period."""
     highest, lowest = asked + max(fading, 0.0), asked + min(fading, 0.0)
-    stall, slope = drivetrain.motor.stall_torque, drivetrain.slope
+    stall, slope = drivetrain.axle.stall_torque, drivetrain.axle.slope
     return slope * (speed + reach) + highest <= stall and slope * (speed - reach) + lowest >= -stall
 
 
@@ -53,9 +54,9 @@ def stands(speed: float, asked: float, fading: float, outside: float, coulomb: f
 def is_uneventful(speed: WheelVelocity, fading: WheelTorque, drive: Drive, drivetrain: Drivetrain) -> bool:
     """Return whether a period is certainly without an event; where it is not, there need not be one."""
     reach = _reach(speed, fading, drive, drivetrain)
-    turning = drivetrain.coulomb == 0.0 or (abs(speed.right) > reach and abs(speed.left) > reach)
+    turning = drivetrain.axle.coulomb == 0.0 or (abs(speed.right) > reach and abs(speed.left) > reach)
     return turning and (
-        drivetrain.slope == 0.0
+        drivetrain.axle.slope == 0.0
         or (_within_line(speed.right, reach, drive.asked.right, fading.right, drivetrain)
             and _within_line(speed.left, reach, drive.asked.left, fading.left, drivetrain)))
 
@@ -64,15 +65,20 @@ def is_uneventful(speed: WheelVelocity, fading: WheelTorque, drive: Drive, drive
 def uneventful_step(state: PlantState, fading: WheelTorque, torque: WheelTorque, drivetrain: Drivetrain) -> PlantState:
     """Move the plant by one period without an event, under held and fading torques on the wheels [N m]."""
     plant = drivetrain.plant
-    if drivetrain.lag_rate == 0.0:
+    if drivetrain.axle.lag_rate == 0.0:
         return step(state, torque, plant)
     robot = plant.robot
+    if plant.centripetal_coupling:
+        motion = coupled.advance_fading(
+            state.pose, state.velocity, torque, fading, drivetrain.axle.lag_rate, robot, plant.dt)
+        return moved(state, motion.x, motion.y, motion.distance, motion.turn,
+                     BodyVelocity(motion.linear, motion.angular), robot)
     v, omega = state.velocity
     along, around = 0.5 * robot.wheel_radius, 0.5 * robot.wheel_radius / half_separation(robot)
-    push = along * (torque.right + torque.left) / drivetrain.linear_inertia
-    twist = around * (torque.right - torque.left) / drivetrain.angular_inertia
-    fading_push = along * (fading.right + fading.left) / drivetrain.linear_inertia
-    fading_twist = around * (fading.right - fading.left) / drivetrain.angular_inertia
+    push = along * (torque.right + torque.left) / drivetrain.axle.linear_inertia
+    twist = around * (torque.right - torque.left) / drivetrain.axle.angular_inertia
+    fading_push = along * (fading.right + fading.left) / drivetrain.axle.linear_inertia
+    fading_twist = around * (fading.right - fading.left) / drivetrain.axle.angular_inertia
     linear, angular = drivetrain.linear, drivetrain.angular
     a, b, c, end = plant.linear
     speeds = (a.decay * v + a.gain * push + linear.first.gain * fading_push,

@@ -7,6 +7,7 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.discretisation import Response
 
 _SMALL = 0.5
+_NEGLIGIBLE = 1e-18
 
 
 class FadingResponse(NamedTuple):
@@ -37,11 +38,13 @@ def held_response(rate: float, time: float) -> Response:
         decay = math.exp(-x)
         gain = (1.0 - decay) / rate
         return Response(decay, gain, (time - gain) / rate)
-    # (x - 1 + e^-x)/x² as a power series, to the last bit for x <= 0.5
-    series = 1.0
-    for n in range(16, 2, -1):
-        series = 1.0 - x * series / n
-    second = 0.5 * series
+    # (x - 1 + e^-x)/x² as a power series
+    second = term = 0.5
+    for n in range(3, 18):
+        term *= -x / n
+        second += term
+        if abs(term) < _NEGLIGIBLE:
+            break
     first = 1.0 - x * second
     return Response(1.0 - x * first, time * first, time * time * second)
 
@@ -64,6 +67,8 @@ def fading_response(rate: float, fading: float, time: float) -> FadingResponse:
             products = x * products + power
             factor /= -(n + 2.0)
             second += factor * products
+            if abs(factor * products) < _NEGLIGIBLE:
+                break
         travel = time * time * second
         return FadingResponse(held_response(fading, time).gain - rate * travel, travel)
     half = 0.5 * (x - y)

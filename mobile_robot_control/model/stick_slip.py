@@ -1,7 +1,7 @@
 """Wheels that stop, break away or reach their motors' line within a period, each at its time."""
 
-from mobile_robot_control.jit import jitable
-from mobile_robot_control.model.drivetrain import Drivetrain
+from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.model.axle import Axle
 from mobile_robot_control.model.events import NO_EVENT, WATCHES, next_event
 from mobile_robot_control.model.friction import Directions, released, sign
 from mobile_robot_control.model.modes import NO_MODE, Modes, find_modes
@@ -21,19 +21,19 @@ def _turned_to(wheel: Wheel, direction: float, line: float) -> Wheel:
 
 
 @jitable
-def _settled(right: Wheel, left: Wheel, drive: Drive, drivetrain: Drivetrain) -> tuple[Wheel, Wheel]:
+def _settled(right: Wheel, left: Wheel, drive: Drive, axle: Axle) -> tuple[Wheel, Wheel]:
     """Return the wheels with the directions that those take which stand."""
-    load = find_load(right, left, drive, drivetrain)
+    load = find_load(right, left, drive, axle)
     directions = released(
         Directions(right.direction, left.direction),
         # what turns has its friction in the load, which `released` takes off again
         WheelTorque(
             load.held.right + load.fading.right - load.right_damping * right.speed
-            + drivetrain.coulomb * right.direction,
-            load.held.left + load.fading.left - load.left_damping * left.speed + drivetrain.coulomb * left.direction,
+            + axle.coulomb * right.direction,
+            load.held.left + load.fading.left - load.left_damping * left.speed + axle.coulomb * left.direction,
         ),
-        drivetrain.coupling,
-        drivetrain.coulomb,
+        axle.coupling,
+        axle.coulomb,
     )
     return (
         Wheel(right.speed, right.angle, right.fading, right.lacking, directions.right, right.line),
@@ -42,23 +42,23 @@ def _settled(right: Wheel, left: Wheel, drive: Drive, drivetrain: Drivetrain) ->
 
 
 @jitable
-def _begun(wheel: Wheel, asked: float, drivetrain: Drivetrain) -> Wheel:
+def _begun(wheel: Wheel, asked: float, axle: Axle) -> Wheel:
     """Return a wheel with direction and line found from its speed [rad/s] and its motor's torques [N m]."""
     line = 0.0
-    if drivetrain.slope > 0.0 and wheel.speed != 0.0:
-        torque = asked + wheel.fading + drivetrain.slope * wheel.speed
-        stall = drivetrain.motor.stall_torque
+    if axle.slope > 0.0 and wheel.speed != 0.0:
+        torque = asked + wheel.fading + axle.slope * wheel.speed
+        stall = axle.stall_torque
         line = 1.0 if torque > stall else -1.0 if torque < -stall else 0.0
-    return _turned_to(wheel, sign(wheel.speed) if drivetrain.coulomb > 0.0 else 0.0, line)
+    return _turned_to(wheel, sign(wheel.speed) if axle.coulomb > 0.0 else 0.0, line)
 
 
-@jitable
-def begin(rolling: Rolling, drive: Drive, drivetrain: Drivetrain) -> Rolling:
+@jitable_apart
+def begin(rolling: Rolling, drive: Drive, axle: Axle) -> Rolling:
     """Return both wheels as they go on from here, under other torques than before."""
-    right = _begun(rolling.right, drive.asked.right, drivetrain)
-    left = _begun(rolling.left, drive.asked.left, drivetrain)
-    if drivetrain.coulomb > 0.0:
-        right, left = _settled(right, left, drive, drivetrain)
+    right = _begun(rolling.right, drive.asked.right, axle)
+    left = _begun(rolling.left, drive.asked.left, axle)
+    if axle.coulomb > 0.0:
+        right, left = _settled(right, left, drive, axle)
     return Rolling(rolling.x, rolling.y, right, left)
 
 
@@ -81,20 +81,20 @@ def _changed(own: Wheel, other: Wheel, kind: int, dust: float, rough: bool) -> t
 
 
 @jitable
-def _after_event(rolling: Rolling, event: int, dust: float, drive: Drive, drivetrain: Drivetrain) -> Rolling:
+def _after_event(rolling: Rolling, event: int, dust: float, drive: Drive, axle: Axle) -> Rolling:
     """Return both wheels after an event; the other wheel is at rest too where it is slower than dust [rad/s]."""
-    rough = drivetrain.coulomb > 0.0
+    rough = axle.coulomb > 0.0
     if event < WATCHES:
         right, left, stopped = _changed(rolling.right, rolling.left, event, dust, rough)
     else:
         left, right, stopped = _changed(rolling.left, rolling.right, event - WATCHES, dust, rough)
     if stopped:
-        right, left = _settled(right, left, drive, drivetrain)
+        right, left = _settled(right, left, drive, axle)
     return Rolling(rolling.x, rolling.y, right, left)
 
 
-@jitable
-def advance(rolling: Rolling, drive: Drive, time: float, drivetrain: Drivetrain, most_events: int) -> Rolling:
+@jitable_apart
+def advance(rolling: Rolling, drive: Drive, time: float, axle: Axle, most_events: int) -> Rolling:
     """
     Return both wheels after a time [s], with every event at its time.
 
@@ -108,23 +108,23 @@ def advance(rolling: Rolling, drive: Drive, time: float, drivetrain: Drivetrain,
         What is held.
     time : float
         [s].
-    drivetrain : Drivetrain
+    axle : Axle
         Constants.
     most_events : int
         MOST_EVENTS, or fewer.
     """
     left_over = time
     for _ in range(most_events):
-        load = find_load(rolling.right, rolling.left, drive, drivetrain)
+        load = find_load(rolling.right, rolling.left, drive, axle)
         speed = WheelVelocity(rolling.right.speed, rolling.left.speed)
-        modes = find_modes(speed, load, drivetrain.linear_inertia, drivetrain.angular_inertia)
-        until, event = next_event(rolling, load, modes, drive, left_over, drivetrain)
-        rolling = rolled(rolling, modes, drive, until, drivetrain)
+        modes = find_modes(speed, load, axle.linear_inertia, axle.angular_inertia)
+        until, event = next_event(rolling, load, modes, drive, left_over, axle)
+        rolling = rolled(rolling, modes, drive, until, axle)
         if event == NO_EVENT:
             return rolling
         left_over -= until
         dust = _DUST * (abs(speed.right) + abs(speed.left))
-        rolling = _after_event(rolling, event, dust, drive, drivetrain)
+        rolling = _after_event(rolling, event, dust, drive, axle)
     still = Modes(NO_MODE, NO_MODE)
     held = Rolling(rolling.x, rolling.y, _stopped(rolling.right), _stopped(rolling.left))
-    return rolled(held, still, drive, left_over, drivetrain)
+    return rolled(held, still, drive, left_over, axle)

@@ -3,13 +3,12 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.model.axle import Axle
 from mobile_robot_control.model.discretisation import QUADRATURE
-from mobile_robot_control.model.drivetrain import Drivetrain
 from mobile_robot_control.model.dynamics import mean_velocity
 from mobile_robot_control.model.modes import Course, Load, Modes, course
 from mobile_robot_control.model.responses import held_response
-from mobile_robot_control.model.robot import Robot, half_separation
 from mobile_robot_control.quantities import WheelTorque
 
 _MOST_PIECES = 24
@@ -81,82 +80,81 @@ class Drive(NamedTuple):
 
 
 @jitable
-def held_torque(wheel: Wheel, asked: float, outside: float, drivetrain: Drivetrain) -> float:
+def held_torque(wheel: Wheel, asked: float, outside: float, axle: Axle) -> float:
     """Return the torque [N m] on a wheel that neither fades nor depends on its speed."""
-    motor = wheel.line * drivetrain.motor.stall_torque if wheel.line != 0.0 else asked
-    return motor + outside - drivetrain.coulomb * wheel.direction
+    motor = wheel.line * axle.stall_torque if wheel.line != 0.0 else asked
+    return motor + outside - axle.coulomb * wheel.direction
 
 
 @jitable
-def _damping(wheel: Wheel, drivetrain: Drivetrain) -> float:
+def _damping(wheel: Wheel, axle: Axle) -> float:
     """Return the viscous friction of a wheel [N m s/rad], with that of a motor on its line."""
-    viscous = drivetrain.plant.robot.viscous_friction
-    return viscous + drivetrain.slope if wheel.line != 0.0 else viscous
+    viscous = axle.viscous_friction
+    return viscous + axle.slope if wheel.line != 0.0 else viscous
 
 
 @jitable
-def find_load(right: Wheel, left: Wheel, drive: Drive, drivetrain: Drivetrain) -> Load:
+def find_load(right: Wheel, left: Wheel, drive: Drive, axle: Axle) -> Load:
     """Return what acts on the wheels."""
-    rough = drivetrain.coulomb > 0.0
+    rough = axle.coulomb > 0.0
     return Load(
-        WheelTorque(held_torque(right, drive.asked.right, drive.outside.right, drivetrain),
-                    held_torque(left, drive.asked.left, drive.outside.left, drivetrain)),
+        WheelTorque(held_torque(right, drive.asked.right, drive.outside.right, axle),
+                    held_torque(left, drive.asked.left, drive.outside.left, axle)),
         WheelTorque(right.fading if right.line == 0.0 else 0.0, left.fading if left.line == 0.0 else 0.0),
-        _damping(right, drivetrain),
-        _damping(left, drivetrain),
+        _damping(right, axle),
+        _damping(left, axle),
         rough and right.direction == 0.0,
         rough and left.direction == 0.0,
     )
 
 
 @jitable
-def _later(wheel: Wheel, speed: float, angle: float, asked: float, time: float, drivetrain: Drivetrain) -> Wheel:
+def _later(wheel: Wheel, speed: float, angle: float, asked: float, time: float, axle: Axle) -> Wheel:
     """Return a wheel and its motor after a time [s] in which it has turned by an angle [rad]."""
     if wheel.line != 0.0:
-        lacking = (asked - wheel.line * drivetrain.motor.stall_torque) * time + drivetrain.slope * angle
+        lacking = (asked - wheel.line * axle.stall_torque) * time + axle.slope * angle
     elif wheel.fading != 0.0:
-        lacking = -wheel.fading * held_response(drivetrain.lag_rate, time).gain
+        lacking = -wheel.fading * held_response(axle.lag_rate, time).gain
     else:
         lacking = 0.0
     fading = wheel.fading
     if fading != 0.0:
-        fading *= held_response(drivetrain.lag_rate, time).decay
+        fading *= held_response(axle.lag_rate, time).decay
     return Wheel(speed, wheel.angle + angle, fading, wheel.lacking + lacking, wheel.direction, wheel.line)
 
 
 @jitable
-def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, drive: Drive, drivetrain: Drivetrain
+def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, drive: Drive, axle: Axle
                ) -> tuple[float, float]:
     """Return the displacement [m] between two times [s] of a course."""
     first, middle, last = QUADRATURE
     length = end - begin
-    one = course(modes, drivetrain.lag_rate, begin + first * length)
-    two = course(modes, drivetrain.lag_rate, begin + middle * length)
-    three = course(modes, drivetrain.lag_rate, begin + last * length)
-    robot = drivetrain.plant.robot
+    one = course(modes, axle.lag_rate, begin + first * length)
+    two = course(modes, axle.lag_rate, begin + middle * length)
+    three = course(modes, axle.lag_rate, begin + last * length)
     x, y = mean_velocity(
-        (_forward(one, robot), _forward(two, robot), _forward(three, robot)),
-        (_heading(rolling, one, drive, robot), _heading(rolling, two, drive, robot),
-         _heading(rolling, three, drive, robot)),
+        (_forward(one, axle), _forward(two, axle), _forward(three, axle)),
+        (_heading(rolling, one, drive, axle), _heading(rolling, two, drive, axle),
+         _heading(rolling, three, drive, axle)),
     )
     return length * x, length * y
 
 
 @jitable
-def _forward(now: Course, robot: Robot) -> float:
+def _forward(now: Course, axle: Axle) -> float:
     """Return the forward velocity [m/s]: Eq. (5), (6)."""
-    return 0.5 * robot.wheel_radius * (now.speed.right + now.speed.left)
+    return 0.5 * axle.wheel_radius * (now.speed.right + now.speed.left)
 
 
 @jitable
-def _heading(rolling: Rolling, now: Course, drive: Drive, robot: Robot) -> float:
+def _heading(rolling: Rolling, now: Course, drive: Drive, axle: Axle) -> float:
     """Return the heading [rad]: Eq. (7), integrated."""
     turned = (rolling.right.angle + now.right_angle) - (rolling.left.angle + now.left_angle)
-    return drive.heading + 0.5 * robot.wheel_radius * turned / half_separation(robot)
+    return drive.heading + 0.5 * axle.wheel_radius * turned / axle.half_separation
 
 
-@jitable
-def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, drivetrain: Drivetrain) -> Rolling:
+@jitable_apart
+def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, axle: Axle) -> Rolling:
     """
     Return both wheels after a time [s] in which nothing changes but speeds and lagging torques.
 
@@ -167,17 +165,16 @@ def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, drivetrain
         return rolling
     fastest = max(modes.first.rate, modes.second.rate)
     if rolling.right.fading != 0.0 or rolling.left.fading != 0.0:
-        fastest = max(fastest, drivetrain.lag_rate)
-    after = course(modes, drivetrain.lag_rate, time)
+        fastest = max(fastest, axle.lag_rate)
+    after = course(modes, axle.lag_rate, time)
     # a piece turns by about half a radian at most
     turns = max(abs(rolling.right.speed - rolling.left.speed), abs(after.speed.right - after.speed.left))
-    robot = drivetrain.plant.robot
-    longest = time / math.ceil(1.0 + turns * time * robot.wheel_radius / half_separation(robot))
+    longest = time / math.ceil(1.0 + turns * time * axle.wheel_radius / axle.half_separation)
     x, y, begin = rolling.x, rolling.y, 0.0
     length = min(longest, time if fastest * time <= 1.0 else 1.0 / fastest)
     for piece in range(_MOST_PIECES):
         end = begin + length if begin + length < time and piece < _MOST_PIECES - 1 else time
-        along_x, along_y = _travelled(rolling, modes, begin, end, drive, drivetrain)
+        along_x, along_y = _travelled(rolling, modes, begin, end, drive, axle)
         x += along_x
         y += along_y
         if end == time:
@@ -187,6 +184,6 @@ def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, drivetrain
     return Rolling(
         x,
         y,
-        _later(rolling.right, after.speed.right, after.right_angle, drive.asked.right, time, drivetrain),
-        _later(rolling.left, after.speed.left, after.left_angle, drive.asked.left, time, drivetrain),
+        _later(rolling.right, after.speed.right, after.right_angle, drive.asked.right, time, axle),
+        _later(rolling.left, after.speed.left, after.left_angle, drive.asked.left, time, axle),
     )

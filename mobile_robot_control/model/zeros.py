@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.model.modes import Mode, Modes, mode_after
 
 _MOST_STEPS = 100
@@ -76,7 +76,7 @@ def _safe_step(value: float, slope: float, curvature: float, second: float, thir
     return step
 
 
-@jitable
+@jitable_apart
 def first_zero(watch: Watch, modes: Modes, lag_rate: float, end: float) -> float:
     """
     Return when a quantity first falls to zero, or the end [s] where it does not before.
