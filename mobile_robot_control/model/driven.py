@@ -18,7 +18,7 @@ from mobile_robot_control.model.wheels import Drive, Rolling, Wheel
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 
-@jitable
+@jitable_apart
 def _body_velocity(speed: WheelVelocity, robot: Robot) -> BodyVelocity:
     """Return the body velocity, from which `wheel_velocity` finds exactly 0.0 again for a wheel that stands."""
     rim = 0.5 * robot.wheel_radius / half_separation(robot)
@@ -33,7 +33,7 @@ def _body_velocity(speed: WheelVelocity, robot: Robot) -> BodyVelocity:
     return body_velocity(speed, robot)
 
 
-@jitable
+@jitable_apart
 def _coupled_advance(rolling: Rolling, drive: Drive, drivetrain: Drivetrain, most_events: int) -> Rolling:
     """Return both wheels after a period with the Coriolis pair, held over short substeps at its value in the middle."""
     robot, axle, outside = drivetrain.plant.robot, drivetrain.axle, drive.outside

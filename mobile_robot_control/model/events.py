@@ -1,6 +1,6 @@
 """What changes next for a wheel: it stops, it breaks away, or its motor reaches its torque-speed line or leaves it."""
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.axle import Axle
 from mobile_robot_control.model.friction import SLACK
 from mobile_robot_control.model.modes import Load, Modes
@@ -13,7 +13,7 @@ WATCHES = 3
 one that stands: it breaks away forwards, or backwards."""
 
 
-@jitable
+@jitable_apart
 def _watches(
     wheel: Wheel, asked: float, first_share: float, second_share: float, axle: Axle
 ) -> tuple[Watch, Watch, Watch]:
@@ -36,7 +36,7 @@ def _watches(
     )
 
 
-@jitable
+@jitable_apart
 def _restraint(
     torque: float, fading: float, coupled_torque: float, coupled_fading: float, coupled_rate: float,
     coulomb: float,
@@ -51,7 +51,7 @@ def _restraint(
     return (Watch(most - level, -fade, -coupled_rate, 0.0), Watch(most + level, fade, coupled_rate, 0.0), NEVER)
 
 
-@jitable
+@jitable_apart
 def next_event(
     rolling: Rolling, load: Load, modes: Modes, drive: Drive, time: float, axle: Axle
 ) -> tuple[float, int]:

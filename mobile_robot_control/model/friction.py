@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import WheelTorque
 
@@ -32,20 +32,20 @@ def sign(value: float) -> float:
     return 1.0 if value > 0.0 else -1.0 if value < 0.0 else 0.0
 
 
-@jitable
+@jitable_apart
 def _yields_to(torque: float, scale: float, coulomb: float) -> float:
     """Return whither a torque [N m] moves a standing wheel; the scale is that of the torques that it is made of."""
     return sign(torque) if abs(torque) > coulomb + SLACK * (coulomb + scale) else 0.0
 
 
-@jitable
+@jitable_apart
 def _beside(torque: float, other: float, coupling: float, coulomb: float) -> float:
     """Return whither a standing wheel moves beside one that turns, under the torques on both and the coupling B/A."""
     passed_on = coupling * other
     return _yields_to(torque - passed_on, abs(torque) + abs(passed_on), coulomb)
 
 
-@jitable
+@jitable_apart
 def released(
     directions: Directions, torque: WheelTorque, coupling: float, coulomb: float
 ) -> Directions:

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.responses import fading_response, held_response
 from mobile_robot_control.quantities import WheelTorque, WheelVelocity
 
@@ -80,7 +80,7 @@ NO_MODE = Mode(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Of a wheel that stands."""
 
 
-@jitable
+@jitable_apart
 def find_modes(speed: WheelVelocity, load: Load, linear: float, angular: float) -> Modes:
     """
     Decouple Eq. (13)-(14) of the chapter, with a damping and a torque of its own at each wheel.
@@ -123,7 +123,7 @@ def find_modes(speed: WheelVelocity, load: Load, linear: float, angular: float) 
     return _rotated(first, second, mixed) if mixed != 0.0 else Modes(first, second)
 
 
-@jitable
+@jitable_apart
 def _rotated(first: Mode, second: Mode, mixed: float) -> Modes:
     """Decouple two motions that damp each other, by a Jacobi rotation of their symmetric matrix of damping."""
     half = 0.5 * (second.rate - first.rate) / mixed
@@ -162,7 +162,7 @@ def mode_after(mode: Mode, lag_rate: float, time: float) -> tuple[float, float]:
     return value + other.gain * mode.fade, covered + other.travel * mode.fade
 
 
-@jitable
+@jitable_apart
 def course(modes: Modes, lag_rate: float, time: float) -> Course:
     """Return both wheels after a time [s], to rounding errors; the lag's rate 1/T [1/s] is 0 without a lag."""
     first, second = modes

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.discretisation import Response
 
 _SMALL = 0.5
@@ -26,7 +26,7 @@ class FadingResponse(NamedTuple):
     travel: float
 
 
-@jitable
+@jitable_apart
 def held_response(rate: float, time: float) -> Response:
     """
     Return the response to a held u over a time [s], for a rate a >= 0 [1/s].
@@ -49,7 +49,7 @@ def held_response(rate: float, time: float) -> Response:
     return Response(1.0 - x * first, time * first, time * time * second)
 
 
-@jitable
+@jitable_apart
 def fading_response(rate: float, fading: float, time: float) -> FadingResponse:
     """
     Return the response to a fading u over a time [s], for rates a >= 0 and b >= 0 [1/s], which may be equal.

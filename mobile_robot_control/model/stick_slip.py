@@ -1,6 +1,6 @@
 """Wheels that stop, break away or reach their motors' line within a period, each at its time."""
 
-from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.axle import Axle
 from mobile_robot_control.model.events import NO_EVENT, WATCHES, next_event
 from mobile_robot_control.model.friction import Directions, released, sign
@@ -14,13 +14,13 @@ _DUST = 1e-12
 """A wheel slower than this share of what both did is at rest when the other stops: both stop at once."""
 
 
-@jitable
+@jitable_apart
 def _turned_to(wheel: Wheel, direction: float, line: float) -> Wheel:
     """Return a wheel with another direction and another state of its motor."""
     return Wheel(wheel.speed, wheel.angle, wheel.fading, wheel.lacking, direction, line)
 
 
-@jitable
+@jitable_apart
 def _settled(right: Wheel, left: Wheel, drive: Drive, axle: Axle) -> tuple[Wheel, Wheel]:
     """Return the wheels with the directions that those take which stand."""
     load = find_load(right, left, drive, axle)
@@ -41,7 +41,7 @@ def _settled(right: Wheel, left: Wheel, drive: Drive, axle: Axle) -> tuple[Wheel
     )
 
 
-@jitable
+@jitable_apart
 def _begun(wheel: Wheel, asked: float, axle: Axle) -> Wheel:
     """Return a wheel with direction and line found from its speed [rad/s] and its motor's torques [N m]."""
     line = 0.0
@@ -62,13 +62,13 @@ def begin(rolling: Rolling, drive: Drive, axle: Axle) -> Rolling:
     return Rolling(rolling.x, rolling.y, right, left)
 
 
-@jitable
+@jitable_apart
 def _stopped(wheel: Wheel) -> Wheel:
     """Return a wheel that stands."""
     return Wheel(0.0, wheel.angle, wheel.fading, wheel.lacking, 0.0, 0.0)
 
 
-@jitable
+@jitable_apart
 def _changed(own: Wheel, other: Wheel, kind: int, dust: float, rough: bool) -> tuple[Wheel, Wheel, bool]:
     """Return the wheel of an event, the other one, and whether wheels that stand are to be decided on."""
     if rough and own.direction == 0.0:
@@ -80,7 +80,7 @@ def _changed(own: Wheel, other: Wheel, kind: int, dust: float, rough: bool) -> t
     return _turned_to(own, own.direction, 1.0 if kind == 1 else -1.0), other, False
 
 
-@jitable
+@jitable_apart
 def _after_event(rolling: Rolling, event: int, dust: float, drive: Drive, axle: Axle) -> Rolling:
     """Return both wheels after an event; the other wheel is at rest too where it is slower than dust [rad/s]."""
     rough = axle.coulomb > 0.0

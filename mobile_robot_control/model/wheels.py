@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.axle import Axle
 from mobile_robot_control.model.discretisation import QUADRATURE
 from mobile_robot_control.model.dynamics import mean_velocity
@@ -79,21 +79,21 @@ class Drive(NamedTuple):
     heading: float
 
 
-@jitable
+@jitable_apart
 def held_torque(wheel: Wheel, asked: float, outside: float, axle: Axle) -> float:
     """Return the torque [N m] on a wheel that neither fades nor depends on its speed."""
     motor = wheel.line * axle.stall_torque if wheel.line != 0.0 else asked
     return motor + outside - axle.coulomb * wheel.direction
 
 
-@jitable
+@jitable_apart
 def _damping(wheel: Wheel, axle: Axle) -> float:
     """Return the viscous friction of a wheel [N m s/rad], with that of a motor on its line."""
     viscous = axle.viscous_friction
     return viscous + axle.slope if wheel.line != 0.0 else viscous
 
 
-@jitable
+@jitable_apart
 def find_load(right: Wheel, left: Wheel, drive: Drive, axle: Axle) -> Load:
     """Return what acts on the wheels."""
     rough = axle.coulomb > 0.0
@@ -108,7 +108,7 @@ def find_load(right: Wheel, left: Wheel, drive: Drive, axle: Axle) -> Load:
     )
 
 
-@jitable
+@jitable_apart
 def _later(wheel: Wheel, speed: float, angle: float, asked: float, time: float, axle: Axle) -> Wheel:
     """Return a wheel and its motor after a time [s] in which it has turned by an angle [rad]."""
     if wheel.line != 0.0:
@@ -123,7 +123,7 @@ def _later(wheel: Wheel, speed: float, angle: float, asked: float, time: float, 
     return Wheel(speed, wheel.angle + angle, fading, wheel.lacking + lacking, wheel.direction, wheel.line)
 
 
-@jitable
+@jitable_apart
 def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, drive: Drive, axle: Axle
                ) -> tuple[float, float]:
     """Return the displacement [m] between two times [s] of a course."""
@@ -140,13 +140,13 @@ def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, drive: 
     return length * x, length * y
 
 
-@jitable
+@jitable_apart
 def _forward(now: Course, axle: Axle) -> float:
     """Return the forward velocity [m/s]: Eq. (5), (6)."""
     return 0.5 * axle.wheel_radius * (now.speed.right + now.speed.left)
 
 
-@jitable
+@jitable_apart
 def _heading(rolling: Rolling, now: Course, drive: Drive, axle: Axle) -> float:
     """Return the heading [rad]: Eq. (7), integrated."""
     turned = (rolling.right.angle + now.right_angle) - (rolling.left.angle + now.left_angle)

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.modes import Mode, Modes, mode_after
 
 _MOST_STEPS = 100
@@ -38,7 +38,7 @@ class _Bend(NamedTuple):
     third: float
 
 
-@jitable
+@jitable_apart
 def _bend(mode: Mode, slope: float, fading: float, lag_rate: float) -> _Bend:
     """Return the curvature of a mode and its bounds, from its slope and exp(-t/T)."""
     rate, fade = mode.rate, mode.fade * fading
@@ -56,7 +56,7 @@ def _bend(mode: Mode, slope: float, fading: float, lag_rate: float) -> _Bend:
                  min(third, rate * rate * own + lag_rate * lag_rate * follows))
 
 
-@jitable
+@jitable_apart
 def _safe_step(value: float, slope: float, curvature: float, second: float, third: float) -> float:
     """Return a time [s] within which a quantity cannot fall to zero, given bounds of its derivatives; 0 at a zero."""
     if second <= 0.0:
