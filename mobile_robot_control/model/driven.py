@@ -13,8 +13,8 @@ from mobile_robot_control.model.motors import MotorState
 from mobile_robot_control.model.plant import Imperfections
 from mobile_robot_control.model.prediction import coriolis_torque, is_uneventful, stands, uneventful_step
 from mobile_robot_control.model.robot import Robot, half_separation
-from mobile_robot_control.model.stick_slip import MOST_EVENTS, advance, begin
-from mobile_robot_control.model.wheels import Drive, Rolling, Wheel
+from mobile_robot_control.model.stick_slip import MOST_EVENTS, advance_wheels, engaged
+from mobile_robot_control.model.wheels import Forcing, Rolling, Wheel
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 
@@ -34,24 +34,25 @@ def _body_velocity(speed: WheelVelocity, robot: Robot) -> BodyVelocity:
 
 
 @jitable_apart
-def _coupled_advance(rolling: Rolling, drive: Drive, drivetrain: Drivetrain, most_events: int) -> Rolling:
+def _coupled_advance(rolling: Rolling, forcing: Forcing, drivetrain: Drivetrain, most_events: int) -> Rolling:
     """Return both wheels after a period with the Coriolis pair, held over short substeps at its value in the middle."""
-    robot, axle, outside = drivetrain.plant.robot, drivetrain.axle, drive.outside
+    robot, axle, outside = drivetrain.plant.robot, drivetrain.axle, forcing.outside
     count = coupled.substeps(drivetrain.plant.dt)
     h = drivetrain.plant.dt / count
     for _ in range(count):
         middle = rolling
         for share in (0.5, 1.0):
             pair = coriolis_torque(WheelVelocity(middle.right.speed, middle.left.speed), robot)
-            held = Drive(drive.asked, WheelTorque(outside.right + pair.right, outside.left + pair.left), drive.heading)
-            middle = advance(begin(rolling, held, axle), held, share * h, axle, most_events)
+            held = Forcing(forcing.asked, WheelTorque(outside.right + pair.right, outside.left + pair.left),
+                           forcing.heading)
+            middle = advance_wheels(engaged(rolling, held, axle), held, share * h, axle, most_events)
         rolling = middle
     return rolling
 
 
 @jitable_apart
 def eventful_step(
-    state: PlantState, fading: WheelTorque, drive: Drive, drivetrain: Drivetrain, most_events: int
+    state: PlantState, fading: WheelTorque, forcing: Forcing, drivetrain: Drivetrain, most_events: int
 ) -> tuple[PlantState, WheelTorque]:
     """
     Move the plant by one period with every event in it.
@@ -62,7 +63,7 @@ def eventful_step(
         At the period's start.
     fading : WheelTorque
         By which the lagging torques differ from those asked for [N m].
-    drive : Drive
+    forcing : Forcing
         What is held.
     drivetrain : Drivetrain
         Constants.
@@ -79,16 +80,16 @@ def eventful_step(
     rolling = Rolling(0.0, 0.0, Wheel(speed.right, 0.0, fading.right, 0.0, 0.0, 0.0),
                       Wheel(speed.left, 0.0, fading.left, 0.0, 0.0, 0.0))
     if drivetrain.plant.centripetal_coupling:
-        end = _coupled_advance(rolling, drive, drivetrain, most_events)
+        end = _coupled_advance(rolling, forcing, drivetrain, most_events)
     else:
-        end = advance(begin(rolling, drive, drivetrain.axle), drive, dt, drivetrain.axle, most_events)
+        end = advance_wheels(engaged(rolling, forcing, drivetrain.axle), forcing, dt, drivetrain.axle, most_events)
     turn = 0.5 * robot.wheel_radius * (end.right.angle - end.left.angle) / half_separation(robot)
     return PlantState(
         Pose(state.pose.x + end.x, state.pose.y + end.y, wrap_angle(state.pose.heading + turn)),
         _body_velocity(WheelVelocity(end.right.speed, end.left.speed), robot),
         state.right_angle + end.right.angle,
         state.left_angle + end.left.angle,
-    ), WheelTorque(drive.asked.right - end.right.lacking / dt, drive.asked.left - end.left.lacking / dt)
+    ), WheelTorque(forcing.asked.right - end.right.lacking / dt, forcing.asked.left - end.left.lacking / dt)
 
 
 @jitable
@@ -139,12 +140,12 @@ def motorised_step(
     if (stands(speed.right, asked.right, fading.right, outside.right, coulomb)
             and stands(speed.left, asked.left, fading.left, outside.left, coulomb)):
         return state, after, mean
-    drive = Drive(asked, outside, state.pose.heading)
-    if drivetrain.predictable and is_uneventful(speed, fading, drive, drivetrain):
+    forcing = Forcing(asked, outside, state.pose.heading)
+    if drivetrain.predictable and is_uneventful(speed, fading, forcing, drivetrain):
         torque = WheelTorque(asked.right + outside.right - coulomb * sign(speed.right),
                              asked.left + outside.left - coulomb * sign(speed.left))
         return uneventful_step(state, fading, torque, drivetrain), after, mean
-    moved, mean = eventful_step(state, fading, drive, drivetrain, MOST_EVENTS)
+    moved, mean = eventful_step(state, fading, forcing, drivetrain, MOST_EVENTS)
     return moved, after, mean
 
 

@@ -4,7 +4,7 @@ from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.axle import Axle
 from mobile_robot_control.model.friction import SLACK
 from mobile_robot_control.model.modes import Load, Modes
-from mobile_robot_control.model.wheels import Drive, Rolling, Wheel
+from mobile_robot_control.model.wheels import Forcing, Rolling, Wheel
 from mobile_robot_control.model.zeros import NEVER, Watch, first_zero
 
 NO_EVENT = -1
@@ -53,7 +53,7 @@ def _restraint(
 
 @jitable_apart
 def next_event(
-    rolling: Rolling, load: Load, modes: Modes, drive: Drive, time: float, axle: Axle
+    rolling: Rolling, load: Load, modes: Modes, forcing: Forcing, time: float, axle: Axle
 ) -> tuple[float, int]:
     """Return when the next event comes [s] and which, 0 to 2 of the right wheel and 3 to 5 of the left."""
     right, left = rolling.right, rolling.left
@@ -64,11 +64,11 @@ def next_event(
     of_right = (_restraint(load.held.right, load.fading.right, turns * first.push, turns * first.fade,
                            turns * first.rate, axle.coulomb)
                 if load.right_stands
-                else _watches(right, drive.asked.right, first.right, modes.second.right, axle))
+                else _watches(right, forcing.asked.right, first.right, modes.second.right, axle))
     of_left = (_restraint(load.held.left, load.fading.left, turns * first.push, turns * first.fade,
                           turns * first.rate, axle.coulomb)
                if load.left_stands
-               else _watches(left, drive.asked.left, first.left, modes.second.left, axle))
+               else _watches(left, forcing.asked.left, first.left, modes.second.left, axle))
     soonest, event, number = time, NO_EVENT, 0
     for watch in (of_right[0], of_right[1], of_right[2], of_left[0], of_left[1], of_left[2]):
         found = first_zero(watch, modes, axle.lag_rate, soonest)

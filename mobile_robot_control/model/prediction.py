@@ -6,7 +6,7 @@ from mobile_robot_control.model.drivetrain import Drivetrain
 from mobile_robot_control.model.dynamics import PlantState, mean_velocity, moved, step
 from mobile_robot_control.model.friction import sign
 from mobile_robot_control.model.robot import Robot, half_separation
-from mobile_robot_control.model.wheels import Drive
+from mobile_robot_control.model.wheels import Forcing
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
 
 
@@ -19,12 +19,12 @@ def coriolis_torque(speed: WheelVelocity, robot: Robot) -> WheelTorque:
 
 
 @jitable
-def _reach(speed: WheelVelocity, fading: WheelTorque, drive: Drive, drivetrain: Drivetrain) -> float:
+def _reach(speed: WheelVelocity, fading: WheelTorque, forcing: Forcing, drivetrain: Drivetrain) -> float:
     """Return a bound [rad/s] of the change of each wheel's speed over a period in which each keeps its direction."""
     axle, coulomb = drivetrain.axle, drivetrain.axle.coulomb
     K = axle.viscous_friction
-    right = drive.asked.right + fading.right + drive.outside.right - coulomb * sign(speed.right) - K * speed.right
-    left = drive.asked.left + fading.left + drive.outside.left - coulomb * sign(speed.left) - K * speed.left
+    right = forcing.asked.right + fading.right + forcing.outside.right - coulomb * sign(speed.right) - K * speed.right
+    left = forcing.asked.left + fading.left + forcing.outside.left - coulomb * sign(speed.left) - K * speed.left
     linear = abs(right + left) + abs(fading.right + fading.left)
     angular = abs(right - left) + abs(fading.right - fading.left)
     if drivetrain.plant.centripetal_coupling:
@@ -51,14 +51,14 @@ def stands(speed: float, asked: float, fading: float, outside: float, coulomb: f
 
 
 @jitable
-def is_uneventful(speed: WheelVelocity, fading: WheelTorque, drive: Drive, drivetrain: Drivetrain) -> bool:
+def is_uneventful(speed: WheelVelocity, fading: WheelTorque, forcing: Forcing, drivetrain: Drivetrain) -> bool:
     """Return whether a period is certainly without an event; where it is not, there need not be one."""
-    reach = _reach(speed, fading, drive, drivetrain)
+    reach = _reach(speed, fading, forcing, drivetrain)
     turning = drivetrain.axle.coulomb == 0.0 or (abs(speed.right) > reach and abs(speed.left) > reach)
     return turning and (
         drivetrain.axle.slope == 0.0
-        or (_within_line(speed.right, reach, drive.asked.right, fading.right, drivetrain)
-            and _within_line(speed.left, reach, drive.asked.left, fading.left, drivetrain)))
+        or (_within_line(speed.right, reach, forcing.asked.right, fading.right, drivetrain)
+            and _within_line(speed.left, reach, forcing.asked.left, fading.left, drivetrain)))
 
 
 @jitable

@@ -5,7 +5,7 @@ from mobile_robot_control.model.axle import Axle
 from mobile_robot_control.model.events import NO_EVENT, WATCHES, next_event
 from mobile_robot_control.model.friction import Directions, released, sign
 from mobile_robot_control.model.modes import NO_MODE, Modes, find_modes
-from mobile_robot_control.model.wheels import Drive, Rolling, Wheel, find_load, rolled
+from mobile_robot_control.model.wheels import Forcing, Rolling, Wheel, find_load, rolled
 from mobile_robot_control.quantities import WheelTorque, WheelVelocity
 
 MOST_EVENTS = 24
@@ -21,9 +21,9 @@ def _turned_to(wheel: Wheel, direction: float, line: float) -> Wheel:
 
 
 @jitable_apart
-def _settled(right: Wheel, left: Wheel, drive: Drive, axle: Axle) -> tuple[Wheel, Wheel]:
+def _settled(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> tuple[Wheel, Wheel]:
     """Return the wheels with the directions that those take which stand."""
-    load = find_load(right, left, drive, axle)
+    load = find_load(right, left, forcing, axle)
     directions = released(
         Directions(right.direction, left.direction),
         # what turns has its friction in the load, which `released` takes off again
@@ -53,12 +53,12 @@ def _begun(wheel: Wheel, asked: float, axle: Axle) -> Wheel:
 
 
 @jitable_apart
-def begin(rolling: Rolling, drive: Drive, axle: Axle) -> Rolling:
+def engaged(rolling: Rolling, forcing: Forcing, axle: Axle) -> Rolling:
     """Return both wheels as they go on from here, under other torques than before."""
-    right = _begun(rolling.right, drive.asked.right, axle)
-    left = _begun(rolling.left, drive.asked.left, axle)
+    right = _begun(rolling.right, forcing.asked.right, axle)
+    left = _begun(rolling.left, forcing.asked.left, axle)
     if axle.coulomb > 0.0:
-        right, left = _settled(right, left, drive, axle)
+        right, left = _settled(right, left, forcing, axle)
     return Rolling(rolling.x, rolling.y, right, left)
 
 
@@ -81,7 +81,7 @@ def _changed(own: Wheel, other: Wheel, kind: int, dust: float, rough: bool) -> t
 
 
 @jitable_apart
-def _after_event(rolling: Rolling, event: int, dust: float, drive: Drive, axle: Axle) -> Rolling:
+def _after_event(rolling: Rolling, event: int, dust: float, forcing: Forcing, axle: Axle) -> Rolling:
     """Return both wheels after an event; the other wheel is at rest too where it is slower than dust [rad/s]."""
     rough = axle.coulomb > 0.0
     if event < WATCHES:
@@ -89,12 +89,12 @@ def _after_event(rolling: Rolling, event: int, dust: float, drive: Drive, axle: 
     else:
         left, right, stopped = _changed(rolling.left, rolling.right, event - WATCHES, dust, rough)
     if stopped:
-        right, left = _settled(right, left, drive, axle)
+        right, left = _settled(right, left, forcing, axle)
     return Rolling(rolling.x, rolling.y, right, left)
 
 
 @jitable_apart
-def advance(rolling: Rolling, drive: Drive, time: float, axle: Axle, most_events: int) -> Rolling:
+def advance_wheels(rolling: Rolling, forcing: Forcing, time: float, axle: Axle, most_events: int) -> Rolling:
     """
     Return both wheels after a time [s], with every event at its time.
 
@@ -104,7 +104,7 @@ def advance(rolling: Rolling, drive: Drive, time: float, axle: Axle, most_events
     ----------
     rolling : Rolling
         At the start.
-    drive : Drive
+    forcing : Forcing
         What is held.
     time : float
         [s].
@@ -115,16 +115,16 @@ def advance(rolling: Rolling, drive: Drive, time: float, axle: Axle, most_events
     """
     left_over = time
     for _ in range(most_events):
-        load = find_load(rolling.right, rolling.left, drive, axle)
+        load = find_load(rolling.right, rolling.left, forcing, axle)
         speed = WheelVelocity(rolling.right.speed, rolling.left.speed)
         modes = find_modes(speed, load, axle.linear_inertia, axle.angular_inertia)
-        until, event = next_event(rolling, load, modes, drive, left_over, axle)
-        rolling = rolled(rolling, modes, drive, until, axle)
+        until, event = next_event(rolling, load, modes, forcing, left_over, axle)
+        rolling = rolled(rolling, modes, forcing, until, axle)
         if event == NO_EVENT:
             return rolling
         left_over -= until
         dust = _DUST * (abs(speed.right) + abs(speed.left))
-        rolling = _after_event(rolling, event, dust, drive, axle)
+        rolling = _after_event(rolling, event, dust, forcing, axle)
     still = Modes(NO_MODE, NO_MODE)
     held = Rolling(rolling.x, rolling.y, _stopped(rolling.right), _stopped(rolling.left))
-    return rolled(held, still, drive, left_over, axle)
+    return rolled(held, still, forcing, left_over, axle)

@@ -60,7 +60,7 @@ class Rolling(NamedTuple):
     left: Wheel
 
 
-class Drive(NamedTuple):
+class Forcing(NamedTuple):
     """
     What is held over a period.
 
@@ -94,12 +94,12 @@ def _damping(wheel: Wheel, axle: Axle) -> float:
 
 
 @jitable_apart
-def find_load(right: Wheel, left: Wheel, drive: Drive, axle: Axle) -> Load:
+def find_load(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> Load:
     """Return what acts on the wheels."""
     rough = axle.coulomb > 0.0
     return Load(
-        WheelTorque(held_torque(right, drive.asked.right, drive.outside.right, axle),
-                    held_torque(left, drive.asked.left, drive.outside.left, axle)),
+        WheelTorque(held_torque(right, forcing.asked.right, forcing.outside.right, axle),
+                    held_torque(left, forcing.asked.left, forcing.outside.left, axle)),
         WheelTorque(right.fading if right.line == 0.0 else 0.0, left.fading if left.line == 0.0 else 0.0),
         _damping(right, axle),
         _damping(left, axle),
@@ -124,7 +124,7 @@ def _later(wheel: Wheel, speed: float, angle: float, asked: float, time: float, 
 
 
 @jitable_apart
-def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, drive: Drive, axle: Axle
+def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, forcing: Forcing, axle: Axle
                ) -> tuple[float, float]:
     """Return the displacement [m] between two times [s] of a course."""
     first, middle, last = QUADRATURE
@@ -134,8 +134,8 @@ def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, drive: 
     three = course(modes, axle.lag_rate, begin + last * length)
     x, y = mean_velocity(
         (_forward(one, axle), _forward(two, axle), _forward(three, axle)),
-        (_heading(rolling, one, drive, axle), _heading(rolling, two, drive, axle),
-         _heading(rolling, three, drive, axle)),
+        (_heading(rolling, one, forcing, axle), _heading(rolling, two, forcing, axle),
+         _heading(rolling, three, forcing, axle)),
     )
     return length * x, length * y
 
@@ -147,14 +147,14 @@ def _forward(now: Course, axle: Axle) -> float:
 
 
 @jitable_apart
-def _heading(rolling: Rolling, now: Course, drive: Drive, axle: Axle) -> float:
+def _heading(rolling: Rolling, now: Course, forcing: Forcing, axle: Axle) -> float:
     """Return the heading [rad]: Eq. (7), integrated."""
     turned = (rolling.right.angle + now.right_angle) - (rolling.left.angle + now.left_angle)
-    return drive.heading + 0.5 * axle.wheel_radius * turned / axle.half_separation
+    return forcing.heading + 0.5 * axle.wheel_radius * turned / axle.half_separation
 
 
 @jitable_apart
-def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, axle: Axle) -> Rolling:
+def rolled(rolling: Rolling, modes: Modes, forcing: Forcing, time: float, axle: Axle) -> Rolling:
     """
     Return both wheels after a time [s] in which nothing changes but speeds and lagging torques.
 
@@ -174,7 +174,7 @@ def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, axle: Axle
     length = min(longest, time if fastest * time <= 1.0 else 1.0 / fastest)
     for piece in range(_MOST_PIECES):
         end = begin + length if begin + length < time and piece < _MOST_PIECES - 1 else time
-        along_x, along_y = _travelled(rolling, modes, begin, end, drive, axle)
+        along_x, along_y = _travelled(rolling, modes, begin, end, forcing, axle)
         x += along_x
         y += along_y
         if end == time:
@@ -184,6 +184,6 @@ def rolled(rolling: Rolling, modes: Modes, drive: Drive, time: float, axle: Axle
     return Rolling(
         x,
         y,
-        _later(rolling.right, after.speed.right, after.right_angle, drive.asked.right, time, axle),
-        _later(rolling.left, after.speed.left, after.left_angle, drive.asked.left, time, axle),
+        _later(rolling.right, after.speed.right, after.right_angle, forcing.asked.right, time, axle),
+        _later(rolling.left, after.speed.left, after.left_angle, forcing.asked.left, time, axle),
     )

@@ -14,7 +14,7 @@ from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.model.motors import Motor, MotorState
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.model.wheels import Drive
+from mobile_robot_control.model.wheels import Forcing
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 HEAVY = Machine(mass=300.0, inertia=30.0)
@@ -111,7 +111,7 @@ def test_after_too_many_events_both_wheels_are_held_still(most_events):
     robot, drive = model(Machine(coulomb=0.05), 0.033)
     start = PlantState(Pose(0.0, 0.0, 0.4), body_velocity(WheelVelocity(0.3, 0.2), robot), 0.0, 0.0)
     asked = WheelTorque(-0.6, -0.7)
-    end, applied = eventful_step(start, WheelTorque(0.0, 0.0), Drive(asked, WheelTorque(0.0, 0.0), 0.4), drive,
+    end, applied = eventful_step(start, WheelTorque(0.0, 0.0), Forcing(asked, WheelTorque(0.0, 0.0), 0.4), drive,
                                  most_events)
     assert end.velocity == BodyVelocity(0.0, 0.0)
     assert applied == asked
