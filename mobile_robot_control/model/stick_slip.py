@@ -10,8 +10,6 @@ from mobile_robot_control.quantities import WheelTorque, WheelVelocity
 
 MOST_EVENTS = 24
 """Within a period. Rounding errors cause none, since what begins is held on to by a share of SLACK."""
-_DUST = 1e-12
-"""A wheel slower than this share of what both did is at rest when the other stops: both stop at once."""
 
 
 @jitable_apart
@@ -69,25 +67,27 @@ def _stopped(wheel: Wheel) -> Wheel:
 
 
 @jitable_apart
-def _changed(own: Wheel, other: Wheel, kind: int, dust: float, rough: bool) -> tuple[Wheel, Wheel, bool]:
-    """Return the wheel of an event, the other one, and whether wheels that stand are to be decided on."""
-    if rough and own.direction == 0.0:
-        return _turned_to(own, 1.0 if kind == 0 else -1.0, 0.0), other, False
+def _changed(wheel: Wheel, kind: int, rough: bool) -> Wheel:
+    """Return a wheel after an event of its own; one that has stopped is still to be decided on."""
+    if rough and wheel.direction == 0.0:
+        return _turned_to(wheel, 1.0 if kind == 0 else -1.0, 0.0)
     if kind == 0:
-        return _stopped(own), _stopped(other) if abs(other.speed) <= dust else other, True
-    if own.line != 0.0:
-        return _turned_to(own, own.direction, 0.0), other, False
-    return _turned_to(own, own.direction, 1.0 if kind == 1 else -1.0), other, False
+        return _stopped(wheel)
+    if wheel.line != 0.0:
+        return _turned_to(wheel, wheel.direction, 0.0)
+    return _turned_to(wheel, wheel.direction, 1.0 if kind == 1 else -1.0)
 
 
 @jitable_apart
-def _after_event(rolling: Rolling, event: int, dust: float, forcing: Forcing, axle: Axle) -> Rolling:
-    """Return both wheels after an event; the other wheel is at rest too where it is slower than dust [rad/s]."""
-    rough = axle.coulomb > 0.0
+def _after_event(rolling: Rolling, event: int, forcing: Forcing, axle: Axle) -> Rolling:
+    """Return both wheels after an event."""
+    rough, right, left = axle.coulomb > 0.0, rolling.right, rolling.left
     if event < WATCHES:
-        right, left, stopped = _changed(rolling.right, rolling.left, event, dust, rough)
+        right = _changed(right, event, rough)
+        stopped = rough and right.direction == 0.0
     else:
-        left, right, stopped = _changed(rolling.left, rolling.right, event - WATCHES, dust, rough)
+        left = _changed(left, event - WATCHES, rough)
+        stopped = rough and left.direction == 0.0
     if stopped:
         right, left = _settled(right, left, forcing, axle)
     return Rolling(rolling.x, rolling.y, right, left)
@@ -123,8 +123,7 @@ def advance_wheels(rolling: Rolling, forcing: Forcing, time: float, axle: Axle, 
         if event == NO_EVENT:
             return rolling
         left_over -= until
-        dust = _DUST * (abs(speed.right) + abs(speed.left))
-        rolling = _after_event(rolling, event, dust, forcing, axle)
+        rolling = _after_event(rolling, event, forcing, axle)
     still = Modes(NO_MODE, NO_MODE)
     held = Rolling(rolling.x, rolling.y, _stopped(rolling.right), _stopped(rolling.left))
     return rolled(held, still, forcing, left_over, axle)

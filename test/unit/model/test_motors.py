@@ -163,3 +163,13 @@ def test_of_a_motor_that_reaches_its_line_the_mean_is_applied():
     assert speed > 6.4 * (1.0 - 1.0 / 1.4)
     # what the motors gave is what the wheels have: (A+B) w = mean torque × dt
     assert applied.right * dt == pytest.approx(0.007125 * speed, rel=1e-12)
+
+
+def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
+    # asked + (begun - asked) is a little more than begun, which is all that a motor at rest can give
+    asked, dt = WheelTorque(0.0, -0.057514901958833714), 0.005
+    assert asked.left + (0.3 - asked.left) > 0.3
+    drive = drivetrain(Motor(0.3, 6.4, 0.002), 1.0, dt)
+    _, _, applied = motorised_step(turning(-1.0, 0.0), MotorState(WheelTorque(0.0, 0.3)), asked, NONE, drive)
+    mean = asked.left + (0.3 - asked.left) * 0.002 / dt * (1.0 - math.exp(-dt / 0.002))
+    assert applied.left == pytest.approx(mean, rel=1e-12)
