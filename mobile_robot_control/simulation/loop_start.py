@@ -36,8 +36,9 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     shared, plant = configuration.plant.shared, configuration.plant
     law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
     model, grid = plant.model, plant_grid(configuration)
+    discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
     loop = Loop(
-        discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling),
+        discrete,
         model.imperfections,
         model.max_wheel_torque,
         configuration.velocity_controller.max_wheel_torque,
@@ -48,7 +49,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
         1.0 / shared.position_rate,
         configuration.position_controller.odom_latency,
         shared.stamp_tolerance,
-        drive_constants(model, shared.robot, grid),
+        drive_constants(model, discrete, grid),
         sensor_values(model, shared.robot, grid),
     )
     at_rest = dynamics.at_rest(Pose(*plant.initial_pose))
