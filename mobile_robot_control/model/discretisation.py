@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
 
-# Gauss-Legendre quadrature with three points on [0, 1], exact to the fifth power of the period
 _OFFSET = 0.5 * math.sqrt(0.6)
+QUADRATURE = (0.5 - _OFFSET, 0.5, 0.5 + _OFFSET)
+"""Gauss-Legendre quadrature with three points on [0, 1], exact to the fifth power of the period."""
 
 
 class Response(NamedTuple):
@@ -74,12 +75,9 @@ def _response(rate: float, time: float) -> Response:
 
 def _channel(rate: float, dt: float) -> Channel:
     """Return the responses of a velocity at the quadrature points and at the period's end."""
+    first, middle, last = QUADRATURE
     return Channel(
-        _response(rate, (0.5 - _OFFSET) * dt),
-        _response(rate, 0.5 * dt),
-        _response(rate, (0.5 + _OFFSET) * dt),
-        _response(rate, dt),
-    )
+        _response(rate, first * dt), _response(rate, middle * dt), _response(rate, last * dt), _response(rate, dt))
 
 
 def discretise(robot: Robot, dt: float, centripetal_coupling: bool = False) -> DiscretePlant:
