@@ -86,8 +86,9 @@ class PositionControllerParameters(NamedTuple):
                      'drives on longer', above=0.0)
     ] = 0.5
     compensate_latency: Annotated[
-        bool, Field('', 'carry odometry forward along its arc by its age: on the wall clock the age of its stamp plus '
-                    'odom_latency, in lockstep odom_latency', live=True)
+        bool, Field('', 'carry odometry forward along its arc by its age: odom_latency, on the wall clock plus the '
+                    'age of its stamp, in lockstep plus the steps for which it repeats a sample; on the wall clock '
+                    'the reference, too', live=True)
     ] = False
     odom_latency: Annotated[
         float, Field('s', "age of odometry that its stamp does not show, and the base's dead time if you like: larger "

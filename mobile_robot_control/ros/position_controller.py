@@ -6,7 +6,7 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 
-from mobile_robot_control.control.latency import carried_forward, held_age
+from mobile_robot_control.control.latency import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
@@ -17,6 +17,7 @@ from mobile_robot_control.ros.far_start import log_far_start
 from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.law_runner import LawRunner
 from mobile_robot_control.ros.loop_node import LoopNode
+from mobile_robot_control.ros.odom_age import OdomAge
 from mobile_robot_control.ros.odom_conflict import CONFLICT, OdomConflict
 from mobile_robot_control.ros.odom_twist import OdomTwist
 from mobile_robot_control.ros.qos import PUBLISHED, flush
@@ -38,7 +39,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             for topic, child in (('odom', shared.base_frame_id), ('reference', shared.reference_frame_id))
         )
         self._law = LawRunner(self, self._values.control, 1.0 / shared.position_rate, self._tell_failure)
-        self._twist = OdomTwist(self)
+        self._twist, self._age = OdomTwist(self), OdomAge(shared)
         self._conflict = OdomConflict(self, self._watch, self._values.input_timeout)
         self._drive = WallClockDrive(self, shared.lockstep, self._law, self._act)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
@@ -67,6 +68,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             return
         pose, velocity = valid.value
         if valid.decision is StampDecision.HOLD:
+            self._age.note(valid.stamp, pose, velocity)
             self._conflict.note(valid.stamp, pose, velocity)
             velocity = self._twist.note(valid.stamp, pose, velocity)
         self._odom = (valid.stamp, (pose, velocity))
@@ -91,7 +93,9 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._law.failure = ''
             self._law.begin(self._values.control, decision is StampDecision.JOIN)
             self._check_start(decision)
+            self._age.begin()
         self._policy.accept(stamp)
+        self._age.note(stamp, *self._odom[1])
         self._step(stamp, *self._odom[1], self._reference[1])
 
     def _tick(self) -> None:
@@ -134,7 +138,9 @@ class PositionController(LoopNode[PositionControllerParameters]):
 
     def _step(self, stamp: int, pose: Pose, velocity: BodyVelocity, reference: Reference) -> None:
         if self._values.compensate_latency:
-            pose = carried_forward(pose, velocity, self._odom_age(stamp))
+            pose = carried_forward(pose, velocity, self._age.at(stamp, self._values.odom_latency))
+            if not self._shared.lockstep and self._reference is not None:
+                reference = self._age.present(reference, stamp - self._reference[0])
         observation = Observation(tracking_error(reference.pose, pose), reference, velocity)
         command = (self._law.command(observation, stamp, math.inf) if self._shared.lockstep
                    else self._drive.command(observation, self._values))
@@ -161,11 +167,6 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _last_condition(self) -> Condition:
         # a run may end before the first report that an experiment receives
         return (self._condition() if self._law.failure else None) or super()._last_condition()
-
-    def _odom_age(self, stamp: int) -> float:
-        """Return how old odometry is at a stamp [s]; in lockstep it is of the same stamp."""
-        measured = self._odom[0] if self._odom is not None else stamp
-        return held_age((stamp - measured) / 1e9 + self._values.odom_latency, self._shared.stamp_tolerance)
 
     def _publish(self, stamp: int) -> None:
         if self._answer is not None:

@@ -1,6 +1,6 @@
 """The closed loop of a configuration: which functions it is made of, its constants, and its state at t = 0."""
 
-from mobile_robot_control.control.latency import held_age
+from mobile_robot_control.control.latency import NO_ODOMETRY
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
@@ -46,7 +46,8 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
         configuration.position_controller.control.limits,
         configuration.reference_cart.curve.placement,
         1.0 / shared.position_rate,
-        held_age(configuration.position_controller.odom_latency, shared.stamp_tolerance),
+        configuration.position_controller.odom_latency,
+        shared.stamp_tolerance,
         drive_constants(model, shared.robot, grid),
         sensor_values(model, shared.robot, grid),
     )
@@ -54,6 +55,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     return loop, LoopState(
         at_rest, VelocityPiState(), law.start, BodyVelocity(0.0, 0.0), drive_at_rest(model, grid),
         sensors_at_rest(at_rest, loop.sensors),
+        NO_ODOMETRY if configuration.position_controller.compensate_latency else (),
     )
 
 
