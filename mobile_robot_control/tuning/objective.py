@@ -20,7 +20,7 @@ from mobile_robot_control.tuning.search_gains import Gains
 from mobile_robot_control.tuning.search_space import VELOCITY, Gene
 
 RunTrials = Callable[[Sequence[Trial]], list[Outcome]]
-DEFAULT_SMOOTH = {'torque': 0.0, 'velocity': 0.1}
+DEFAULT_SMOOTH = {'torque': 0.0, 'velocity': 0.5}
 """The weight `Goal.smooth` by how the plant is driven: Eq. (29) has a term for the torque, but none for the command."""
 COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistics.fmean, 'worst': max}
 
