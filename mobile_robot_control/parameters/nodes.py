@@ -19,6 +19,7 @@ from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import CurveParameters
 from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.topics import LOOPS, LoopGraph, with_truth
 
 
 class PlantParameters(NamedTuple):
@@ -128,6 +129,12 @@ def has_exact_odometry(plant: PlantParameters) -> bool:
     """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
     noise = plant.model.imperfections.noise
     return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
+
+
+def loop_of(plant: PlantParameters) -> LoopGraph:
+    """Return the loop that a plant is part of."""
+    loop = LOOPS[plant.model.drive]
+    return loop if has_exact_odometry(plant) else with_truth(loop)
 
 
 def parameter_names() -> dict[str, set[str]]:
