@@ -50,7 +50,7 @@ class Drivetrain(NamedTuple):
     predictable: bool
 
 
-def is_ideal(motor: Motor, friction: Friction) -> bool:
+def has_ideal_motors(motor: Motor, friction: Friction) -> bool:
     """Return whether motors and friction change nothing, so that `plant.actuated_step` does."""
     return motor == Motor() and friction == Friction()
 

@@ -54,7 +54,7 @@ IDEAL = PlantForm()
 
 def plant_form(model: PlantModel) -> PlantForm:
     """Return the form that simulates a plant."""
-    return PlantForm(model.drive == VELOCITY, not drivetrain.is_ideal(model.motor, model.friction),
+    return PlantForm(model.drive == VELOCITY, not drivetrain.has_ideal_motors(model.motor, model.friction),
                      not is_ideal(model.encoders, model.odometry))
 
 

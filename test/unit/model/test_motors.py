@@ -8,7 +8,7 @@ from mobile_robot_control.model.actuators import Delay, empty_line
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.disturbance import Disturbance
 from mobile_robot_control.model.driven import driven_step, motorised_step
-from mobile_robot_control.model.drivetrain import discretise_drivetrain, is_ideal
+from mobile_robot_control.model.drivetrain import discretise_drivetrain, has_ideal_motors
 from mobile_robot_control.model.dynamics import PlantState, at_rest, step
 from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
@@ -32,10 +32,10 @@ def drivetrain(motor=IDEAL, coulomb=0.0, dt=DT, robot=ROBOT):
 
 
 def test_both_groups_are_ideal_by_default_and_then_alone():
-    assert is_ideal(Motor(), Friction())
-    assert not is_ideal(LINE, Friction())
-    assert not is_ideal(Motor(time_constant=0.01), Friction())
-    assert not is_ideal(Motor(), Friction(0.01))
+    assert has_ideal_motors(Motor(), Friction())
+    assert not has_ideal_motors(LINE, Friction())
+    assert not has_ideal_motors(Motor(time_constant=0.01), Friction())
+    assert not has_ideal_motors(Motor(), Friction(0.01))
 
 
 @pytest.mark.parametrize(('given', 'missing'), [
@@ -130,7 +130,7 @@ def test_delay_limit_and_disturbance_are_those_of_the_plant_without_motors():
     old, line = turning(2.0, 1.0), empty_line(imperfect.delay)
     new, motors, other = old, motors_at_rest(), line
     for k, torque in enumerate([WheelTorque(2.0, -0.3), WheelTorque(0.1, 0.2), WheelTorque(0.0, 0.0)]):
-        old, line, *torques = actuated_step(old, line, torque, k, plant, imperfect, 0.5)
+        old, line, *torques = actuated_step(old, line, torque, k, plant, imperfect, 0.5, ())
         new, motors, other, *others = driven_step(
             new, motors, other, torque, k, drivetrain(), imperfect, 0.5)
         assert (new, other, others) == (old, line, torques)
