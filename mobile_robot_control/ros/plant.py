@@ -160,7 +160,7 @@ class Plant(LoopNode[PlantParameters]):
         if self.exit_code is None:
             stamp = self._clock_stamp()
             if self._robot.has_sensors:
-                self._plant_publishers.publish_sample(stamp, self._period)
+                self._plant_publishers.publish_sample(stamp)
             elif self._now % self._position_period == 0:
                 self._plant_publishers.publish_odometry(stamp)
             self._plant_publishers.publish_joint_states(stamp)

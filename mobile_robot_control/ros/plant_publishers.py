@@ -65,26 +65,11 @@ class PlantPublishers:
         self._truth = self._true_motion(stamp)
         self.repeat_odometry()
 
-    def publish_sample(self, stamp: int, period: int) -> None:
-        """
-        Publish odometry once as it arrives, with the stamp of its sample, as on the wall clock; the truth as it is.
-
-        Parameters
-        ----------
-        stamp : int
-            Of now [ns].
-        period : int
-            Of the velocity grid [ns].
-
-        """
-        sampled = self._robot.sampled
-        if sampled != self._sampled:
-            self._sampled = sampled
-            pose, twist = self._robot.measured_odometry()
-            at = stamp - (self._robot.k - sampled) * period
-            self._newest = at, pose, self._write_odometry(at, pose, twist)
-            self._truth = self._true_motion(stamp)
-            self.repeat_odometry()
+    def publish_sample(self, stamp: int) -> None:
+        """Publish odometry where a sample has arrived that is not published yet, with the stamp of now [ns]."""
+        if self._robot.sampled != self._sampled:
+            self._sampled = self._robot.sampled
+            self.publish_odometry(stamp)
 
     def _true_motion(self, stamp: int) -> bytes:
         if self._ground_truth is None:
