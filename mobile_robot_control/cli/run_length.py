@@ -46,5 +46,6 @@ def check_run_length(asked: str, seconds: float, velocity_rate: float, most: flo
 
 def check_laps(laps: float, parameters: Configuration) -> None:
     """Check the length of each of many runs, as `check_run_length` does, by its laps."""
-    check_run_length(f'--laps {laps:g}', laps * parameters.reference_cart.curve.placement.period,
+    period = parameters.reference_cart.curve.placement.period
+    check_run_length(f'--laps {laps:g} of reference_cart.period = {period!r} s', laps * period,
                      parameters.plant.shared.velocity_rate, EACH_OF_MANY)

@@ -15,7 +15,7 @@ from mobile_robot_control.model.motors import Motor
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.model.odometry import WheelOdometry
 from mobile_robot_control.parameters.checking import rule
-from mobile_robot_control.parameters.declaration import INLINE, Field
+from mobile_robot_control.parameters.declaration import INLINE, Field, flatten
 from mobile_robot_control.quantities import WheelTorque
 
 TORQUE, VELOCITY = 'torque', 'velocity'
@@ -28,6 +28,13 @@ class Imperfections(NamedTuple):
     noise: Noise = Noise()
     delay: Delay = Delay()
     disturbance: Disturbance = Disturbance()
+
+
+_PARAMETERS_OF = {
+    TORQUE: ('max_wheel_torque', 'centripetal_coupling', 'delay', 'disturbance', 'motor', 'friction'),
+    VELOCITY: ('base',),
+}
+"""Parameters, or groups of them, that one drive alone has."""
 
 
 class PlantModel(NamedTuple):
@@ -54,22 +61,12 @@ class PlantModel(NamedTuple):
 @rule
 def _drive_has_its_own_parameters(model: PlantModel) -> Iterator[str]:
     """A parameter of the other drive would do nothing, in silence."""
-    ideal = PlantModel()
-    if model.drive == TORQUE:
-        given = [] if model.base == ideal.base else ['base.*']
-    else:
-        parts = {
-            'max_wheel_torque': model.max_wheel_torque != ideal.max_wheel_torque,
-            'centripetal_coupling': model.centripetal_coupling != ideal.centripetal_coupling,
-            'delay.*': model.imperfections.delay != ideal.imperfections.delay,
-            'motor.*': model.motor != ideal.motor,
-            'friction.*': model.friction != ideal.friction,
-            'disturbance.*': model.imperfections.disturbance != ideal.imperfections.disturbance,
-        }
-        given = [name for name, there in parts.items() if there]
     other = VELOCITY if model.drive == TORQUE else TORQUE
-    for name in given:
-        yield f"{name} is of plant.drive = '{other}', and drive is '{model.drive}'; leave it out, or change drive"
+    given, ideal = flatten(model), flatten(PlantModel())
+    for name, value in given.items():
+        if value != ideal[name] and name.partition('.')[0] in _PARAMETERS_OF[other]:
+            yield (f"{name} = {list(value) if isinstance(value, tuple) else value} is of plant.drive = '{other}', and "
+                   f"drive is '{model.drive}'; leave it out, or change drive")
 
 
 @jitable

@@ -21,6 +21,7 @@ def test_experiment_and_simulate_give_the_same_metrics(domain, tmp_path, capsys)
     simulated = json.loads(capsys.readouterr().out)
     assert set(metrics) == set(simulated)
     assert metrics.pop('outcome') == simulated.pop('outcome') == 'completed'
+    assert metrics.pop('error') == simulated.pop('error') == 'true'
     for name, value in simulated.items():
         assert metrics[name] == pytest.approx(value, rel=1e-9, abs=1e-9)
     assert (tmp_path / 'run' / 'figures' / 'path.png').read_bytes().startswith(b'\x89PNG')

@@ -32,6 +32,7 @@ class TransformBroadcaster:
 MODES = {
     '/lockstep': ['-p', 'noise.velocity:=0.01'],
     '/wall_clock': ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'use_sim_time:=true'],
+    '/base': ['-p', 'drive:=velocity', '-p', 'publish_clock:=false'],
 }
 """Arguments by namespace."""
 

@@ -23,10 +23,10 @@ def no_signal_handlers(monkeypatch):
     (simulate, ['--duration', '1e-9'], 'is too short for a step at velocity_rate = 500 Hz; ask for at least 0.002 s'),
     (experiment, ['--duration', '1e-9'], 'duration = 1e-09 s is too short for a step'),
     (experiment, ['--duration', '1e300'], 'duration = 1e+300 is beyond 1e+12'),
-    (tune, [*TUNE, '--laps', '1e9'], '--laps 1e+09: 8e+12 steps'),
-    (tune, [*TUNE, '--laps', '1e-9'], '--laps 1e-09: 1.6e-08 s is too short for a step'),
-    (tune, [*TUNE, '-p', 'reference_cart.period:=1e12'], '--laps 1: 5e+14 steps'),
-    (study, [*STUDY, '--laps', '1e9'], '--laps 1e+09: 8e+12 steps'),
+    (tune, [*TUNE, '--laps', '1e9'], '--laps 1e+09 of reference_cart.period = 16.0 s: 8e+12 steps'),
+    (tune, [*TUNE, '--laps', '1e-9'], '--laps 1e-09 of reference_cart.period = 16.0 s: 1.6e-08 s is too short for a step'),
+    (tune, [*TUNE, '-p', 'reference_cart.period:=1e12'], '--laps 1 of reference_cart.period = 1000000000000.0 s: 5e+14 steps'),
+    (study, [*STUDY, '--laps', '1e9'], '--laps 1e+09 of reference_cart.period = 16.0 s: 8e+12 steps'),
     (study, [*STUDY, '--laps', '1e-9'], 'is too short for a step'),
 ])
 def test_a_run_without_a_step_or_an_end_is_refused(tmp_path, capsys, command, arguments, refusal):

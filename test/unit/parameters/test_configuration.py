@@ -185,3 +185,34 @@ def test_outputs_out_of_order_are_refused_in_their_node():
 
 def test_the_robot_starts_where_the_closed_curves_do():
     assert Configuration().plant.initial_pose == (1.0, 0.0, 0.5 * math.pi)
+
+
+@pytest.mark.parametrize(('drive', 'others'), [
+    ('torque', {'base.lag': [0.1, 0.1], 'base.command_rate': 20.0}),
+    ('velocity', {'max_wheel_torque': 1.0, 'centripetal_coupling': True, 'delay.velocity_steps': 1,
+                  'disturbance.step': [0.1, 0.0], 'friction.coulomb': 0.1, 'motor.time_constant': 0.1}),
+])
+def test_a_parameter_of_the_other_drive_is_refused_by_name(drive, others):
+    violations = refused({'plant': {'drive': drive, **others}})
+    assert len(violations) == len(others)
+    for name, value in others.items():
+        assert any(text.startswith(f'plant: {name} = {value} is of plant.drive') and f"drive is '{drive}'" in text
+                   for text in violations)
+
+
+@pytest.mark.parametrize(('parameters', 'named'), [
+    ({'drive': 'velocity', 'base.dead_time': [1.0, 0.0]}, 'base.dead_time = [1.0, 0.0] s has more than 64 commands'),
+    ({'drive': 'velocity', 'base.command_rate': 1e-4}, 'base.command_rate = 0.0001 Hz is below 0.001 Hz'),
+    ({'odometry.latency': 1.0}, 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples'),
+    ({'encoders.window': 1.0}, 'encoders.window = 1.0 s is 500 periods of the velocity loop'),
+])
+def test_queues_that_would_be_long_are_refused(parameters, named):
+    violation, = refused({'plant': parameters})
+    assert violation.startswith(f'plant: {named}')
+
+
+def test_gains_of_a_loop_that_a_base_does_not_have_are_not_judged():
+    slow = everywhere(velocity_rate=5.0, position_rate=5.0)
+    assert 'unstable' in refused(slow)[0]
+    slow['plant']['drive'] = 'velocity'
+    assert configure(slow).plant.model.drive == 'velocity'
