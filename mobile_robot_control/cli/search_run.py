@@ -30,7 +30,7 @@ from mobile_robot_control.tuning.search import WORST, Found, Generation, SearchS
 from mobile_robot_control.tuning.search_gains import Gains
 
 
-def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
+def search_goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
     """Return what the options search for."""
     genes = search_space.search_genes(options.controller, options.with_velocity, parameters.plant.model.drive)
     genes = search_space.bounded(search_space.without(genes, options.keep), dict(options.bounds))
@@ -41,7 +41,7 @@ def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
                 options.combine, options.literal_torque)
 
 
-def _settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:
+def search_settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:
     """Return how the options search."""
     population = options.population or search_space.population_of(options.controller)
     return SearchSettings(options.algorithm, len(goal.genes), population, options.generations, options.seed,
@@ -63,7 +63,7 @@ def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
     return {f"source of the law '{law}'": LAWS.checksum(law), **curves}
 
 
-def _with_gains(parameters: Configuration, gains: Gains) -> Configuration:
+def with_gains(parameters: Configuration, gains: Gains) -> Configuration:
     """Return a configuration with other gains, checked as a whole."""
     values = {node: flatten(group) for node, group in parameters._asdict().items()}
     values['velocity_controller'] |= {f'gains.{name}': x for name, x in gains.velocity._asdict().items()}
@@ -92,8 +92,8 @@ class SearchRun:
     def __init__(self, options: argparse.Namespace, parameters: Configuration, run: TrialRunner) -> None:
         self._options, self._parameters = options, parameters
         self._output, self._shown = Path(options.output), printable(options.output)
-        self._goal = _goal(options, parameters)
-        self._settings = _settings(options, self._goal)
+        self._goal = search_goal(options, parameters)
+        self._settings = search_settings(options, self._goal)
         self._objective = Objective(parameters, self._goal, run)
         self._journal_file = self._output.parent / f'{self._output.name}.journal'
 
@@ -165,7 +165,7 @@ class SearchRun:
             print(f'tune: {self._shown} has the objective {standing:.6g} and stays, {found.score:.6g} was '
                   'found; --overwrite replaces it', file=sys.stderr)
             return standing == found.score
-        tuned = _with_gains(self._parameters, gains)
+        tuned = with_gains(self._parameters, gains)
         metrics, after = self._drive(tuned)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
         write_atomically(self._output, result.parameter_file(tuned, named, self._notes(found, metrics)))

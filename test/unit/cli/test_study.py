@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from mobile_robot_control.cli import study
+from mobile_robot_control.cli import study, study_run
 from mobile_robot_control.simulation import batch
 
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
@@ -93,14 +93,14 @@ def test_a_study_is_replaced_only_where_that_is_asked_for(tmp_path, capsys):
 
 
 def test_an_interrupted_study_holds_what_was_done(tmp_path, monkeypatch, capsys):
-    judge = study.judge
+    judge = study_run.judge
 
     def interrupted(trial, outcome):
         os.kill(os.getpid(), signal.SIGINT)
-        monkeypatch.setattr(study, 'judge', judge)
+        monkeypatch.setattr(study_run, 'judge', judge)
         return judge(trial, outcome)
 
-    monkeypatch.setattr(study, 'judge', interrupted)
+    monkeypatch.setattr(study_run, 'judge', interrupted)
     assert run(tmp_path, '--runs', 150) == 1
     found, rows = read(tmp_path)
     assert found['outcome'] == 'interrupted'
