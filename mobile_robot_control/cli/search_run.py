@@ -26,7 +26,7 @@ from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning import result, search_gains, search_space
 from mobile_robot_control.tuning.journal import Journal
 from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.search import WORST, Found, Generation, SearchSettings, run_search
+from mobile_robot_control.tuning.search import Found, Generation, SearchSettings, no_result, run_search
 from mobile_robot_control.tuning.search_gains import Gains
 
 
@@ -135,13 +135,10 @@ class SearchRun:
         return 1
 
     def _done(self, found: Found, standing: float, interrupted: bool) -> int:
-        if found.point is None:
-            print('tune: interrupted before the first generation was scored' if interrupted else
-                  'tune: the time limit is too short for one generation', file=sys.stderr)
-            return 1
-        if found.score >= WORST:
-            print('tune: no individual could be scored: all are unstable or diverge; give tighter --bounds or raise '
-                  'the rates', file=sys.stderr)
+        why = no_result(found)
+        if why:
+            before = found.point is None and interrupted
+            print(f'tune: {"interrupted before the first generation was scored" if before else why}', file=sys.stderr)
             return 1
         better = self._write(found, standing)
         generations = len(found.history)

@@ -52,6 +52,14 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
     assert capsys.readouterr().out.count('of 120 runs succeed') == 2
 
 
+def test_each_controller_has_its_own_delay_in_the_table(tmp_path):
+    for steps in (2, 0):
+        (tmp_path / f'{steps}.yaml').write_text(
+            f'/**/plant: {{ros__parameters: {{delay.velocity_steps: {steps}}}}}')
+    assert run(tmp_path / 'out', '--runs', 2, '--compare', tmp_path / '2.yaml', tmp_path / '0.yaml') == 0
+    assert [row['delay'] for row in read(tmp_path / 'out')[1]] == ['2', '2', '0', '0']
+
+
 def test_the_same_seed_gives_the_same_study(tmp_path):
     for name in ('one', 'two'):
         assert run(tmp_path / name, '--runs', 20, '--longest-delay', 2, '--noise-pose', 0.01, 0.01, 0.0,
