@@ -76,6 +76,8 @@ setup(
             'distributed==2026.8.0',
             'mypy==2.4.1',
             'numba==0.68.0',
+            # of examples/mpc_controller
+            'piqp==0.7.0',
             'pytest==9.2.0',
             'pytest-timeout==2.4.0',
             'pytest-xdist==3.8.0',
