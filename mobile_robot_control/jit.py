@@ -8,6 +8,9 @@ Function = TypeVar('Function', bound=Callable[..., Any])
 JITABLE: list[Callable[..., Any]] = []
 """Every marked function, in the order of definition: callees before their callers."""
 
+APART: set[Callable[..., Any]] = set()
+"""Those of them that are compiled by themselves, and not into their callers."""
+
 
 def jitable(function: Function) -> Function:
     """
@@ -28,3 +31,22 @@ def jitable(function: Function) -> Function:
     """
     JITABLE.append(function)
     return function
+
+
+def jitable_apart(function: Function) -> Function:
+    """
+    Remember a large function that is rarely called, as `jitable` does: its callers stay short and compile soon.
+
+    Parameters
+    ----------
+    function : callable
+        As for `jitable`.
+
+    Returns
+    -------
+    callable
+        The same function.
+
+    """
+    APART.add(function)
+    return jitable(function)

@@ -125,6 +125,12 @@ LOOPS = {'torque': _TORQUE_LOOP, 'velocity': _VELOCITY_LOOP}
 """The loops by what the plant takes, its parameter `drive`."""
 
 
+def with_truth(loop: LoopGraph) -> LoopGraph:
+    """Return the loop of a plant whose odometry is not exact: it publishes `ground_truth` beside it."""
+    return loop._replace(topics={**loop.topics, 'ground_truth': LOOP_TOPICS['odom']._replace(
+        name='ground_truth', subscribers=())})
+
+
 def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int, loop: LoopGraph) -> str:
     """
     Name the first node that owes an answer; on the wall clock, the one that fell silent first.

@@ -11,8 +11,10 @@ WALL = 1_790_000_000_000_000_000
 
 
 ODOM, REFERENCE = (writing.odometry_writer('odom', frame) for frame in ('base_link', 'reference_cart'))
+GROUND_TRUTH = writing.odometry_writer('odom', 'base_link')
 CMD_VEL, TRACKING_ERROR = writing.twist_writer('base_link'), writing.error_writer('base_link')
 JOINT_STATES, WHEEL_TORQUES = writing.joints_writer(), writing.torque_writer()
+KINDS = {**{name: topic.kind for name, topic in LOOP_TOPICS.items()}, 'ground_truth': LOOP_TOPICS['odom'].kind}
 
 
 def messages_of(sample):
@@ -23,6 +25,8 @@ def messages_of(sample):
         yield 'reference', stamp, REFERENCE(stamp, *tick.reference)
         yield 'cmd_vel', stamp, CMD_VEL(stamp, sample.command)
         yield 'tracking_error', stamp, TRACKING_ERROR(stamp, tick.error)
+        if sample.truth is not None and sample.truth.pose != tick.pose:
+            yield 'ground_truth', stamp, GROUND_TRUTH(stamp, sample.truth.pose, sample.truth.velocity)
     yield 'joint_states', stamp, JOINT_STATES(
         stamp, (sample.right_angle, sample.left_angle), sample.wheels, sample.applied)
     yield 'wheel_torques', stamp, WHEEL_TORQUES(stamp, sample.torque)
@@ -32,7 +36,7 @@ def write(writer, samples, prefix='/'):
     """Write samples as an experiment records them."""
     for sample in samples:
         for topic, stamp, message in messages_of(sample):
-            writer.write(prefix + topic, LOOP_TOPICS[topic].kind, WALL + stamp, message)
+            writer.write(prefix + topic, KINDS[topic], WALL + stamp, message)
 
 
 def record(path, samples, prefix='/'):

@@ -23,6 +23,51 @@ class Base(NamedTuple):
     fastest: float = 0.7
 
 
+class StandIn:
+    """
+    A base at rest at a pose; `step` moves it by `STEP`.
+
+    Attributes
+    ----------
+    pose : tuple of float
+        True one.
+    commanded : tuple of float
+        The newest command, set from outside.
+    odometry : deque
+        Samples (time, pose, twist); the first is the newest that has arrived.
+
+    """
+
+    def __init__(self, base, pose):
+        self.base, self.pose = base, tuple(pose)
+        self.k, self.v, self.omega = 0, 0.0, 0.0
+        self.commanded = self._taken = (0.0, 0.0)
+        self.odometry = deque([(0.0, self.pose, (0.0, 0.0))])
+
+    def sample(self):
+        """Sample odometry where it is due, and let what is late enough arrive."""
+        time = self.k * STEP
+        if _due(self.k, self.base.odom_rate):
+            self.odometry.append((time, self.pose, (self.v, self.omega)))
+        while len(self.odometry) > 1 and self.odometry[1][0] + self.base.latency <= time:
+            self.odometry.popleft()
+
+    def move(self):
+        """Take the command where it is due, and move."""
+        base = self.base
+        if _due(self.k, base.command_rate):
+            self._taken = self.commanded
+        asked = max(-base.fastest, min(base.fastest, self._taken[0]))
+        if abs(asked) < base.dead_zone:
+            asked = 0.0
+        self.v += STEP / base.lag * (asked - self.v)
+        self.omega += STEP / base.lag * (self._taken[1] - self.omega)
+        x, y, heading = self.pose
+        heading += STEP * self.omega
+        self.pose = (x + STEP * self.v * math.cos(heading), y + STEP * self.v * math.sin(heading), heading)
+        self.k += 1
+
+
 def drive(base, control, start, seconds, rate=50.0):
     """
     Drive a base; return its true poses by time, one for each step of the controller.
@@ -30,30 +75,15 @@ def drive(base, control, start, seconds, rate=50.0):
     ``control(time, stamp, pose, velocity) -> (v, omega)`` is called at the controller's rate with the newest odometry
     that has arrived, and its stamp.
     """
-    x, y, heading = start
-    v = omega = 0.0
-    commanded = taken = (0.0, 0.0)
-    odometry = deque([(0.0, (x, y, heading), (0.0, 0.0))])
+    robot = StandIn(base, start)
     truth = []
     for k in range(round(seconds / STEP)):
         time = k * STEP
-        if _due(k, base.odom_rate):
-            odometry.append((time, (x, y, heading), (v, omega)))
-        while len(odometry) > 1 and odometry[1][0] + base.latency <= time:
-            odometry.popleft()
+        robot.sample()
         if _due(k, rate):
-            truth.append((time, (x, y, heading)))
-            commanded = control(time, *odometry[0])
-        if _due(k, base.command_rate):
-            taken = commanded
-        asked = max(-base.fastest, min(base.fastest, taken[0]))
-        if abs(asked) < base.dead_zone:
-            asked = 0.0
-        v += STEP / base.lag * (asked - v)
-        omega += STEP / base.lag * (taken[1] - omega)
-        heading += STEP * omega
-        x += STEP * v * math.cos(heading)
-        y += STEP * v * math.sin(heading)
+            truth.append((time, robot.pose))
+            robot.commanded = control(time, *robot.odometry[0])
+        robot.move()
     return truth
 
 

@@ -11,6 +11,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reporting.palette import LINES, style
 from mobile_robot_control.reporting.panels import Named, plain
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
+from mobile_robot_control.texts import printable
 
 
 def draw(name: str, runs: Sequence[Run]) -> Figure:
@@ -21,6 +22,8 @@ def draw(name: str, runs: Sequence[Run]) -> Figure:
     if len(runs) > len(LINES):
         raise ParameterError([f'{len(runs)} runs are more than a reader can tell apart; draw {len(LINES)} at the most'])
     figure = drawings[name]([Named(plain(run.name), run.series) for run in runs])
+    if figure is None:
+        raise ParameterError([f"figure = '{name}': nothing of it is known of {printable(runs[0].name)}; take another"])
     # without pyplot, a figure shows itself in a notebook by this method alone
     figure._repr_png_ = partial(_as_png, figure)  # type: ignore[attr-defined]
     return figure

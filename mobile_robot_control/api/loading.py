@@ -1,5 +1,7 @@
 """`load`: a recorded run as arrays."""
 
+from collections.abc import Mapping
+
 from mobile_robot_control.api.command_lines import File
 from mobile_robot_control.api.runs import Run, SampleRows
 from mobile_robot_control.cli.report import load_run, name_of
@@ -8,7 +10,10 @@ from mobile_robot_control.recording.joining import joined
 from mobile_robot_control.reporting.run_files import UnreadableRunError
 
 
-def load(path: File, name: str | None = None, namespace: str = '/', progress: bool = False) -> Run:
+def load(
+    path: File, name: str | None = None, namespace: str = '/', topics: Mapping[str, str] | None = None,
+    progress: bool = False,
+) -> Run:
     """
     Read a recorded run, as the command `report` does.
 
@@ -20,6 +25,8 @@ def load(path: File, name: str | None = None, namespace: str = '/', progress: bo
         For legends; if None, that of the file or of the folder.
     namespace : str
         In which the nodes of a bag ran.
+    topics : mapping of str to str or None
+        Names that topics of the loop have in a bag, such as ``{'odom': '/base/odom'}``.
     progress : bool
         Whether to show a progress bar.
 
@@ -35,7 +42,8 @@ def load(path: File, name: str | None = None, namespace: str = '/', progress: bo
     """
     named, place = name_of(str(path))
     try:
-        run = load_run(named if name is None else name, place, namespace, quiet=not progress)
+        run = load_run(named if name is None else name, place, namespace, quiet=not progress,
+                       topics=topics)
     except UnreadableRunError as error:
         raise ParameterError([str(error)]) from error
     rows = SampleRows()

@@ -114,7 +114,7 @@ class Run(NamedTuple):
         Raises
         ------
         ParameterError
-            If there is no figure of this name, or there are too many runs.
+            If there is no figure of this name, nothing to draw in it, or too many runs.
 
         """
         # imported late: Matplotlib takes a second

@@ -13,13 +13,13 @@ from mobile_robot_control.cli.node_processes import START, NodeProcess, stop_pro
 from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.parameters.nodes import Configuration, loop_of
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import RCLError, make_executor, one_line
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import LOOPS, silent_node
+from mobile_robot_control.topics import silent_node
 
 _SETTLE = 1.0
 """[s] of wall time in which other publishers are looked for, before a run and again and again in it."""
@@ -58,7 +58,7 @@ class _ExperimentRunner:
         self.processes: list[NodeProcess] = []
         self._output, self._namespace, self._patience = output, namespace, patience
         self._stop, self._recorder, self._turn, self._bag, self._bar = stop, recorder, turn, bag, bar
-        shared, self.loop = parameters.plant.shared, LOOPS[parameters.plant.model.drive]
+        shared, self.loop = parameters.plant.shared, loop_of(parameters.plant)
         self.lockstep = shared.lockstep
         self._period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
@@ -164,7 +164,7 @@ def run_experiment(
     try:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
-            recorder = Recorder(namespace, bag.write, bag.knows, LOOPS[parameters.plant.model.drive])
+            recorder = Recorder(namespace, bag.write, bag.knows, loop_of(parameters.plant))
             executor = make_executor()
             executor.add_node(recorder)
 

@@ -3,13 +3,14 @@
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.namespace_option import add_namespace_option
 from mobile_robot_control.cli.options import configuration, distinct, make_main
 from mobile_robot_control.cli.progress import tqdm
+from mobile_robot_control.cli.topic_option import TopicNames
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
@@ -25,6 +26,8 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
                       help='a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN names it in the report')
     made.add_argument('--output', required=True, metavar='DIR', help='folder for the page and the figures')
     add_namespace_option(made, 'in which the nodes of a bag ran')
+    made.add_argument('--topic', action=TopicNames, default={}, metavar='NAME:=TOPIC',
+                      help='the name that a topic of the loop has in a bag, such as odom:=/base/odom; may be repeated')
     made.add_argument('--animation', action='store_true', help='write an animation (GIF) of each run too')
     return made.parse_args(arguments)
 
@@ -50,7 +53,8 @@ def name_of(text: str) -> tuple[str, Path]:
 
 
 def load_run(
-    name: str, path: Path, namespace: str = '/', outcome: str | None = None, quiet: bool = False
+    name: str, path: Path, namespace: str = '/', outcome: str | None = None, quiet: bool = False,
+    topics: Mapping[str, str] | None = None,
 ) -> RecordedRun:
     """
     Read and measure a run, with progress.
@@ -67,6 +71,8 @@ def load_run(
         How it ended; where None, as written beside it.
     quiet : bool
         Without a progress bar.
+    topics : mapping of str to str
+        Topics of the loop that have another name in a bag.
 
     Raises
     ------
@@ -78,7 +84,7 @@ def load_run(
             bar.update(int(100 * done / max(1, total)) - bar.n)
 
         return read_run(path, name, namespace, lambda file: configure(load([file], namespace=namespace)), progress,
-                        outcome)
+                        outcome, topics)
 
 
 def draw_report(
@@ -121,7 +127,7 @@ def refuse_too_many(runs: int) -> None:
 
 def report(
     named: Sequence[tuple[str, Path]], output: Path, namespace: str = '/', assumed: Configuration | None = None,
-    animation: bool = False, quiet: bool = False,
+    animation: bool = False, quiet: bool = False, topics: Mapping[str, str] | None = None,
 ) -> list[str]:
     """
     Read runs and write their report; what is missing is printed to the standard error.
@@ -140,6 +146,8 @@ def report(
         Whether to write animations.
     quiet : bool
         Without progress bars.
+    topics : mapping of str to str
+        Topics of the loop that have another name in bags.
 
     Returns
     -------
@@ -155,7 +163,7 @@ def report(
     runs, unreadable = [], []
     for name, (_, path) in zip(distinct([printable(name) for name, _ in named]), named, strict=True):
         try:
-            run = load_run(name, path, namespace, quiet=quiet)
+            run = load_run(name, path, namespace, quiet=quiet, topics=topics)
         except UnreadableRunError as error:
             unreadable.append(printable(str(error)))
             if len(named) > 1:
@@ -176,7 +184,8 @@ def _run(options: argparse.Namespace) -> int:
         assumed = configuration(options, options.namespace)
     output = Path(options.output)
     unreadable = report(
-        [name_of(text) for text in options.runs], output, options.namespace, assumed, options.animation
+        [name_of(text) for text in options.runs], output, options.namespace, assumed, options.animation,
+        topics=options.topic,
     )
     print(f'report: {printable(str((output / "report.html").resolve()))}')
     return 1 if unreadable else 0

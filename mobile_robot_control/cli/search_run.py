@@ -6,26 +6,26 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control import __version__
 from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.scenario_options import scenarios
+from mobile_robot_control.cli.search_notes import search_notes, search_purpose
 from mobile_robot_control.cli.worker_options import TrialRunner
-from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.files import check_regular, write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.search_picture import draw_search
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import recorded
 from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning import result, search_gains, search_space
 from mobile_robot_control.tuning.journal import Journal
-from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.modelled import drive_of
+from mobile_robot_control.tuning.objective import DEFAULT_SMOOTH, Goal, Objective
+from mobile_robot_control.tuning.promises import promise, promise_lines
 from mobile_robot_control.tuning.search import Found, Generation, SearchSettings, no_result, run_search
 from mobile_robot_control.tuning.search_gains import Gains
 
@@ -37,8 +37,9 @@ def search_goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
     if not genes:
         raise ParameterError([f"'{options.controller}' leaves nothing to search; --keep less, or declare ranges: "
                               'Field(..., search=(low, high))'])
+    smooth = DEFAULT_SMOOTH[drive_of(parameters)] if options.smooth is None else options.smooth
     return Goal(options.controller, genes, tuple(scenarios(options, parameters)), options.laps,
-                options.combine, options.literal_torque)
+                options.combine, options.literal_torque, smooth)
 
 
 def search_settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:
@@ -46,21 +47,6 @@ def search_settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:
     population = options.population or search_space.population_of(options.controller)
     return SearchSettings(options.algorithm, len(goal.genes), population, options.generations, options.seed,
                           options.time_limit or 0.0)
-
-
-def _purpose(parameters: Configuration, goal: Goal, settings: SearchSettings) -> dict[str, Any]:
-    """Return everything that the scores of a search depend on, by name."""
-    kept = {name: value for name, value in settings._asdict().items() if name not in ('generations', 'seconds')}
-    loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
-            for name, value in flatten(group).items()}
-    return {'version': __version__, **kept, **goal._asdict(), **loop, **_checksums(parameters, goal)}
-
-
-def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
-    """Return checksums of the source of the law and of the curves that are searched with."""
-    law = parameters.position_controller.control.controller_type
-    curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve) for one in goal.scenarios}
-    return {f"source of the law '{law}'": LAWS.checksum(law), **curves}
 
 
 def with_gains(parameters: Configuration, gains: Gains) -> Configuration:
@@ -107,7 +93,7 @@ class SearchRun:
         if self._journal_file.exists() and not (self._options.resume or self._options.overwrite):
             raise ParameterError([f'{self._journal_file}: holds a search that was not finished; --resume goes on with '
                                   'it, --overwrite begins anew'])
-        journal = Journal(self._journal_file, _purpose(self._parameters, self._goal, self._settings),
+        journal = Journal(self._journal_file, search_purpose(self._parameters, self._goal, self._settings),
                           self._options.resume and not self._options.overwrite)
         with Interrupt() as interrupt, tqdm(total=self._settings.generations, disable=None, unit='generation') as bar:
             def progress(generation: Generation) -> None:
@@ -165,12 +151,14 @@ class SearchRun:
         tuned = with_gains(self._parameters, gains)
         metrics, after = self._drive(tuned)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
-        write_atomically(self._output, result.parameter_file(tuned, named, self._notes(found, metrics)))
+        holds = promise_lines(promise(tuned, self._goal.scenarios))
+        notes = search_notes(self._options, self._goal, self._settings, found, metrics)
+        write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))
         write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
         _, before = self._drive(self._parameters)
         title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
         draw_search(found.history, {'before': before, 'after': after}, title, self._output.with_suffix('.png'))
-        print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations')
+        print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations', *holds, sep='\n')
         return True
 
     def _drive(self, parameters: Configuration) -> tuple[dict[str, Any], list[Any]]:
@@ -178,20 +166,3 @@ class SearchRun:
         duration = self._goal.laps * parameters.reference_cart.curve.placement.period
         run, samples = recorded(parameters, duration)
         return summary(run), samples
-
-    def _notes(self, found: Found, metrics: dict[str, Any]) -> list[str]:
-        """Return the comments at the head of the parameter file."""
-        goal, settings = self._goal, self._settings
-        torque = metrics['peak_wheel_torque']
-        robot = '' if self._options.robot is None else f' for the robot {self._options.robot}'
-        return [
-            f'{goal.controller} gains{robot} found by mobile_robot_control {__version__} with',
-            f'  {self._options.command_line}',
-            f'{settings.algorithm}, seed {settings.seed}, {len(found.history)} generations of {settings.population}, '
-            f'{len(goal.scenarios)} scenario{"s" * (len(goal.scenarios) != 1)} of {goal.laps:g} laps',
-            f'objective {found.score!r}: {goal.combine} of Eq. (29) with max '
-            f'{"tau as printed" if goal.literal else "|tau|"}',
-            f'the configured run: objective {metrics["objective"]:.4f}, RMS error '
-            f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm'
-            + (f', largest |torque| {max(torque.values()):.3f} N m' if torque else ''),
-        ]

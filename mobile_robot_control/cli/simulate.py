@@ -15,6 +15,7 @@ from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.run_length import ONE_RUN, check_run_length
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.files import naming_errors, write_atomically
+from mobile_robot_control.parameters.nodes import has_exact_odometry
 from mobile_robot_control.recording.csv_table import write_csv
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.metrics import summary
@@ -71,7 +72,7 @@ def _run(options: argparse.Namespace) -> int:
             stack.enter_context(naming_errors(Path(options.output)))
             path = writable_file(options.output)
             file = stack.enter_context(path.open('w', encoding='utf-8', newline=''))
-            samples = write_csv(samples, file)
+            samples = write_csv(samples, file, not has_exact_odometry(parameters.plant))
             plant = parameters.plant._replace(duration=options.duration)
             ran_with = configuration_text(parameters._replace(plant=plant), options.robot)
             write_atomically(path.with_suffix('.parameters.yaml'), ran_with)

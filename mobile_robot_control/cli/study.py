@@ -37,6 +37,7 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
 from mobile_robot_control.texts import printable
+from mobile_robot_control.tuning.promises import promise_lines
 
 
 def parse_study(arguments: Sequence[str] | None, writes: bool = True) -> argparse.Namespace:
@@ -98,7 +99,7 @@ def _map(results: dict[str, StudiedController], file: Path) -> None:
         f'{name.replace("_", " ")}: {100.0 * sum(run.success for run in judged) / len(judged):.2f} %': [
             Start(scenario.start, run.success)
             for scenario, run in zip(scenarios, judged, strict=False) if scenario.start is not None
-        ] for name, (scenarios, judged) in results.items()
+        ] for name, (scenarios, judged, _) in results.items()
     }, file)
 
 
@@ -124,7 +125,7 @@ def _run(options: argparse.Namespace) -> int:
     for name, numbers in found['controllers'].items():
         low, high = (100.0 * bound for bound in numbers['success_interval'])
         print(f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
-              f'(95 % interval {low:.2f} to {high:.2f} %)')
+              f'(95 % interval {low:.2f} to {high:.2f} %)', *promise_lines(results[name].promise), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1

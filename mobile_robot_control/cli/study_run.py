@@ -18,6 +18,7 @@ from mobile_robot_control.tuning.monte_carlo import (
     judge,
     summarise_runs,
 )
+from mobile_robot_control.tuning.promises import Promise, promise, promise_values
 from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_trial
 
 _BATCH = 100
@@ -35,10 +36,13 @@ class StudiedController(NamedTuple):
         Of all runs, those that an interrupt has left out too.
     judged : list of Judged
         Of the runs that were done, at least one, in the order of the scenarios.
+    promise : Promise
+        What was modelled, and the margins.
     """
 
     scenarios: list[Scenario]
     judged: list[Judged]
+    promise: Promise
 
 
 def study_scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Scenario]:
@@ -100,7 +104,7 @@ def run_study(
             judged += [judge(one, outcome) for one, outcome in zip(batch, run(batch), strict=True)]
             progress(len(batch))
         if judged:
-            results[name] = StudiedController(scenarios, judged)
+            results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios))
     return results
 
 
@@ -112,7 +116,8 @@ def study_values(
         'outcome': 'interrupted' if interrupted else 'completed', 'seed': options.seed, 'laps': options.laps,
         'curves': options.curves, 'scales': options.scales, 'within': options.within, 'variation': options.variation,
         'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupted, 'error': TRUE,
-        'controllers': {name: summarise_runs(studied.judged) for name, studied in results.items()},
+        'controllers': {name: summarise_runs(studied.judged) | promise_values(studied.promise)
+                        for name, studied in results.items()},
     }
 
 

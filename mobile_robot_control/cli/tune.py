@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from mobile_robot_control.cli.command_parser import Lazy, make_parser
-from mobile_robot_control.cli.options import configuration, make_main, positive, whole_number
+from mobile_robot_control.cli.options import configuration, make_main, non_negative, positive, whole_number
 from mobile_robot_control.cli.run_length import check_laps
 from mobile_robot_control.cli.scenario_options import add_scenario_options
 from mobile_robot_control.cli.search_run import SearchRun
@@ -14,7 +14,7 @@ from mobile_robot_control.cli.worker_options import add_worker_options, runner
 from mobile_robot_control.model import plant
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.tuning.objective import COMBINATIONS
+from mobile_robot_control.tuning.objective import COMBINATIONS, DEFAULT_SMOOTH
 from mobile_robot_control.tuning.search import ALGORITHMS
 from mobile_robot_control.tuning.search_space import VELOCITY, searches
 
@@ -54,6 +54,10 @@ def parse_tune(arguments: Sequence[str] | None, writes: bool = True) -> argparse
                       help='of the objective over the scenarios')
     made.add_argument('--literal-torque', action='store_true',
                       help='take max(tau) in Eq. (29) as printed, not max|tau|')
+    made.add_argument('--smooth', type=non_negative, metavar='W', help='add W times the total variation per second of '
+                      'the torques [N m/s] to Eq. (29), or of the speeds that the command asks for [m/s²] where the '
+                      f'base is driven by velocity; {DEFAULT_SMOOTH["torque"]:g} and {DEFAULT_SMOOTH["velocity"]:g} '
+                      'if left out')
     made.add_argument('--laps', type=positive, default=1.0, metavar='N', help='length of each rollout')
     add_scenario_options(made)
     add_worker_options(made)

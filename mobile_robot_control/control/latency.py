@@ -1,13 +1,11 @@
 """Latency compensation: odometry is carried forward by its age, along the arc of its twist."""
 
-from collections.abc import Callable
+import math
+from typing import NamedTuple
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.kinematics import along_arc
 from mobile_robot_control.quantities import BodyVelocity, Pose
-
-ObservedPose = Callable[[Pose, BodyVelocity, float], Pose]
-"""Makes the pose that a law sees of a measured pose, its velocity and its age [s]."""
 
 
 @jitable
@@ -38,10 +36,28 @@ def carried_forward(pose: Pose, velocity: BodyVelocity, age: float) -> Pose:
     return along_arc(pose, velocity.linear * age, velocity.angular * age)
 
 
+class HeldOdometry(NamedTuple):
+    """
+    The newest odometry, and for how many steps it has not changed.
+
+    A base whose odometry is slower than the position loop, and that stamps when it sends, repeats a sample as if it
+    were new: it is as much older.
+    """
+
+    pose: Pose
+    velocity: BodyVelocity
+    steps: int
+
+
+NO_ODOMETRY = HeldOdometry(Pose(math.nan, math.nan, math.nan), BodyVelocity(math.nan, math.nan), 0)
+"""Before the first one: equal to none."""
+
+
 @jitable
-def as_measured(pose: Pose, velocity: BodyVelocity, age: float) -> Pose:
-    """Return a pose as it is: what `carried_forward` is where latency is not compensated."""
-    return pose
+def held_odometry(last: HeldOdometry, pose: Pose, velocity: BodyVelocity) -> HeldOdometry:
+    """Return the newest odometry after that of the step before; a robot that moves does not measure the same twice."""
+    same = pose == last.pose and velocity == last.velocity
+    return HeldOdometry(pose, velocity, last.steps + 1 if same else 0)
 
 
 @jitable

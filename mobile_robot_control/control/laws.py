@@ -22,7 +22,7 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
 """In the order of their parameters; a further law of the package is a module and a line above."""
 RESERVED = frozenset({
     'velocity', 'controller_type', 'limits', 'input_timeout', 'stop_on_odom_conflict', 'compensate_latency',
-    'odom_latency', 'robot', 'velocity_rate',
+    'odom_latency', 'approach', 'robot', 'velocity_rate',
     'position_rate', 'lockstep', 'peer_timeout', 'stamp_tolerance', 'stamped_cmd_vel', 'odom_frame_id',
     'base_frame_id', 'reference_frame_id',
     'use_sim_time', 'qos_overrides', 'start_type_description_service',

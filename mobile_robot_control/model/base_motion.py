@@ -3,11 +3,10 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.angles import direction
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.base import Base, BaseChannel, DiscreteBase, queue_length
-from mobile_robot_control.model.discretisation import FIRST, LAST, MIDDLE, MIDDLE_WEIGHT, OUTER_WEIGHT
-from mobile_robot_control.model.dynamics import PlantState, moved
+from mobile_robot_control.model.discretisation import QUADRATURE
+from mobile_robot_control.model.dynamics import PlantState, mean_velocity, moved
 from mobile_robot_control.model.events import events_until, is_event
 from mobile_robot_control.model.kinematics import along_arc
 from mobile_robot_control.quantities import BodyVelocity
@@ -106,17 +105,15 @@ def _lagging(state: PlantState, setpoint: BodyVelocity, base: DiscreteBase) -> P
     linear, angular = base.linear.response, base.angular.response
     # what the velocities lack, which decays
     v, omega = state.velocity.linear - setpoint.linear, state.velocity.angular - setpoint.angular
-    x = y = 0.0
-    for point, weight, along, around in (
-        (FIRST, OUTER_WEIGHT, linear.first, angular.first),
-        (MIDDLE, MIDDLE_WEIGHT, linear.middle, angular.middle),
-        (LAST, OUTER_WEIGHT, linear.last, angular.last),
-    ):
-        forward = weight * (setpoint.linear + along.decay * v)
-        heading = state.pose.heading + setpoint.angular * point * base.dt + around.gain * omega
-        cosine, sine = direction(heading)
-        x += forward * cosine
-        y += forward * sine
+    first, middle, last = QUADRATURE
+    x, y = mean_velocity(
+        (setpoint.linear + linear.first.decay * v,
+         setpoint.linear + linear.middle.decay * v,
+         setpoint.linear + linear.last.decay * v),
+        (state.pose.heading + setpoint.angular * first * base.dt + angular.first.gain * omega,
+         state.pose.heading + setpoint.angular * middle * base.dt + angular.middle.gain * omega,
+         state.pose.heading + setpoint.angular * last * base.dt + angular.last.gain * omega),
+    )
     along, around = linear.end, angular.end
     return moved(
         state, base.dt * x, base.dt * y,

@@ -5,12 +5,9 @@ from typing import NamedTuple
 
 from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
 
-# Gauss-Legendre quadrature with three points on [0, 1], exact to the fifth power of the period
 _OFFSET = 0.5 * math.sqrt(0.6)
-FIRST, MIDDLE, LAST = 0.5 - _OFFSET, 0.5, 0.5 + _OFFSET
-"""Its points."""
-OUTER_WEIGHT, MIDDLE_WEIGHT = 5.0 / 18.0, 8.0 / 18.0
-"""Its weights, of the first and the last point and of the middle one."""
+QUADRATURE = (0.5 - _OFFSET, 0.5, 0.5 + _OFFSET)
+"""Gauss-Legendre quadrature with three points on [0, 1], exact to the fifth power of the period."""
 
 
 class Response(NamedTuple):
@@ -78,12 +75,9 @@ def _response(rate: float, time: float) -> Response:
 
 def channel(rate: float, dt: float) -> Channel:
     """Return the responses of a velocity with a decay rate [1/s] at the points within a time [s] and at its end."""
+    first, middle, last = QUADRATURE
     return Channel(
-        _response(rate, FIRST * dt),
-        _response(rate, MIDDLE * dt),
-        _response(rate, LAST * dt),
-        _response(rate, dt),
-    )
+        _response(rate, first * dt), _response(rate, middle * dt), _response(rate, last * dt), _response(rate, dt))
 
 
 def discretise(robot: Robot, dt: float, centripetal_coupling: bool = False) -> DiscretePlant:

@@ -5,9 +5,11 @@ from typing import NamedTuple
 from mobile_robot_control.angles import direction, wrap_angle
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import coupled
-from mobile_robot_control.model.discretisation import MIDDLE_WEIGHT, OUTER_WEIGHT, DiscretePlant
+from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
+
+_OUTER_WEIGHT, _MIDDLE_WEIGHT = 5.0 / 18.0, 8.0 / 18.0
 
 _BEYOND = 1e6
 
@@ -46,6 +48,40 @@ def diverged(state: PlantState) -> bool:
 
 
 @jitable
+def mean_velocity(
+    speeds: tuple[float, float, float], headings: tuple[float, float, float]
+) -> tuple[float, float]:
+    """Return the mean of v (cos θ, sin θ) [m/s] over a time from v and θ at the points of `QUADRATURE` within it."""
+    x = y = 0.0
+    for weight, speed, heading in (
+        (_OUTER_WEIGHT, speeds[0], headings[0]),
+        (_MIDDLE_WEIGHT, speeds[1], headings[1]),
+        (_OUTER_WEIGHT, speeds[2], headings[2]),
+    ):
+        forward = weight * speed
+        # Eq. (5), (6): dx/dt = v cos θ, dy/dt = v sin θ
+        cosine, sine = direction(heading)
+        x += forward * cosine
+        y += forward * sine
+    return x, y
+
+
+@jitable
+def moved(
+    state: PlantState, dx: float, dy: float, distance: float, turn: float, velocity: BodyVelocity, robot: Robot
+) -> PlantState:
+    """Add the displacement and path length [m] and turn [rad] of one period, and the velocity at its end."""
+    rim = half_separation(robot) * turn
+    return PlantState(
+        Pose(state.pose.x + dx, state.pose.y + dy, wrap_angle(state.pose.heading + turn)),
+        velocity,
+        # Eq. (19), integrated
+        state.right_angle + (distance + rim) / robot.wheel_radius,
+        state.left_angle + (distance - rim) / robot.wheel_radius,
+    )
+
+
+@jitable
 def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantState:
     """
     Move the plant by one sampling period under constant torques.
@@ -76,25 +112,21 @@ def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantS
     if plant.centripetal_coupling:
         motion = coupled.advance(state.pose, state.velocity, torque, plant.robot, plant.dt)
         return moved(state, motion.x, motion.y, motion.distance, motion.turn,
-                      BodyVelocity(motion.linear, motion.angular), plant.robot)
+                     BodyVelocity(motion.linear, motion.angular), plant.robot)
     robot = plant.robot
     v, omega = state.velocity
     # the accelerations that the torques alone would give
     push = 0.5 * robot.wheel_radius * (torque.right + torque.left) / linear_inertia(robot)
     twist = (0.5 * robot.wheel_radius * (torque.right - torque.left)
              / (half_separation(robot) * angular_inertia(robot)))
-    x = y = 0.0
-    for weight, along, around in (
-        (OUTER_WEIGHT, plant.linear.first, plant.angular.first),
-        (MIDDLE_WEIGHT, plant.linear.middle, plant.angular.middle),
-        (OUTER_WEIGHT, plant.linear.last, plant.angular.last),
-    ):
-        forward = weight * (along.decay * v + along.gain * push)
-        heading = state.pose.heading + around.gain * omega + around.travel * twist
-        # Eq. (5), (6): dx/dt = v cos θ, dy/dt = v sin θ
-        cosine, sine = direction(heading)
-        x += forward * cosine
-        y += forward * sine
+    x, y = mean_velocity(
+        (plant.linear.first.decay * v + plant.linear.first.gain * push,
+         plant.linear.middle.decay * v + plant.linear.middle.gain * push,
+         plant.linear.last.decay * v + plant.linear.last.gain * push),
+        (state.pose.heading + plant.angular.first.gain * omega + plant.angular.first.travel * twist,
+         state.pose.heading + plant.angular.middle.gain * omega + plant.angular.middle.travel * twist,
+         state.pose.heading + plant.angular.last.gain * omega + plant.angular.last.travel * twist),
+    )
     along, around = plant.linear.end, plant.angular.end
     return moved(
         state,
@@ -104,19 +136,4 @@ def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantS
         around.gain * omega + around.travel * twist,
         BodyVelocity(along.decay * v + along.gain * push, around.decay * omega + around.gain * twist),
         robot,
-    )
-
-
-@jitable
-def moved(
-    state: PlantState, dx: float, dy: float, distance: float, turn: float, velocity: BodyVelocity, robot: Robot
-) -> PlantState:
-    """Add the displacement and path length [m] and turn [rad] of one period, and the velocity at its end."""
-    rim = half_separation(robot) * turn
-    return PlantState(
-        Pose(state.pose.x + dx, state.pose.y + dy, wrap_angle(state.pose.heading + turn)),
-        velocity,
-        # Eq. (19), integrated
-        state.right_angle + (distance + rim) / robot.wheel_radius,
-        state.left_angle + (distance - rim) / robot.wheel_radius,
     )

@@ -10,6 +10,8 @@ from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.disturbance import Disturbance, disturbed
 from mobile_robot_control.model.dynamics import PlantState, step
 from mobile_robot_control.model.encoders import Encoders
+from mobile_robot_control.model.friction import Friction
+from mobile_robot_control.model.motors import Motor
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.model.odometry import WheelOdometry
 from mobile_robot_control.parameters.checking import rule
@@ -42,6 +44,8 @@ class PlantModel(NamedTuple):
         bool, Field('', 'include the Coriolis pair that Eq. (13)-(14) lack')
     ] = False
     imperfections: Annotated[Imperfections, INLINE] = Imperfections()
+    motor: Motor = Motor()
+    friction: Friction = Friction()
     base: Base = Base()
     encoders: Encoders = Encoders()
     odometry: WheelOdometry = WheelOdometry()
@@ -58,6 +62,8 @@ def _drive_has_its_own_parameters(model: PlantModel) -> Iterator[str]:
             'max_wheel_torque': model.max_wheel_torque != ideal.max_wheel_torque,
             'centripetal_coupling': model.centripetal_coupling != ideal.centripetal_coupling,
             'delay.*': model.imperfections.delay != ideal.imperfections.delay,
+            'motor.*': model.motor != ideal.motor,
+            'friction.*': model.friction != ideal.friction,
             'disturbance.*': model.imperfections.disturbance != ideal.imperfections.disturbance,
         }
         given = [name for name, there in parts.items() if there]

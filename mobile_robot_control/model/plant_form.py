@@ -4,14 +4,19 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.model.actuators import empty_line
+from mobile_robot_control.model import drivetrain
+from mobile_robot_control.model.actuators import DelayLine, empty_line
 from mobile_robot_control.model.base import discretise_base
 from mobile_robot_control.model.base_motion import base_at_rest, base_step
+from mobile_robot_control.model.discretisation import DiscretePlant
+from mobile_robot_control.model.driven import driven_step
+from mobile_robot_control.model.drivetrain import Drivetrain
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.encoders import WheelAngles
 from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.model.motors import MotorState, motors_at_rest
 from mobile_robot_control.model.noise import Noise, measured_pose, measured_twist, measured_wheels
-from mobile_robot_control.model.plant import VELOCITY, PlantModel, actuated_step
+from mobile_robot_control.model.plant import VELOCITY, Imperfections, PlantModel, actuated_step
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants
 from mobile_robot_control.model.sensors import (
@@ -21,7 +26,7 @@ from mobile_robot_control.model.sensors import (
     seen_wheels,
     sensors_at_start,
 )
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 
 class PlantForm(NamedTuple):
@@ -32,11 +37,14 @@ class PlantForm(NamedTuple):
     ----------
     takes_velocity : bool
         Whether it is a base that takes velocity commands.
+    has_motors : bool
+        Whether its motors or friction are not ideal.
     has_sensors : bool
         Whether its sensors show more, or less, than the true motion and white noise.
     """
 
     takes_velocity: bool = False
+    has_motors: bool = False
     has_sensors: bool = False
 
 
@@ -46,7 +54,8 @@ IDEAL = PlantForm()
 
 def plant_form(model: PlantModel) -> PlantForm:
     """Return the form that simulates a plant."""
-    return PlantForm(model.drive == VELOCITY, not is_ideal(model.encoders, model.odometry))
+    return PlantForm(model.drive == VELOCITY, not drivetrain.has_ideal_motors(model.motor, model.friction),
+                     not is_ideal(model.encoders, model.odometry))
 
 
 class Grid(NamedTuple):
@@ -56,19 +65,46 @@ class Grid(NamedTuple):
     position: int
 
 
-def drive_constants(model: PlantModel, robot: Robot, grid: Grid) -> Any:
+class MotorDrive(NamedTuple):
+    """The state of motors that are not ideal, and the torques asked for and not yet applied."""
+
+    motors: MotorState
+    line: DelayLine
+
+
+def drive_constants(model: PlantModel, plant: DiscretePlant, grid: Grid) -> Any:
     """Return the constants of what moves the robot; () for ideal motors."""
-    return discretise_base(model.base, robot, *grid) if model.drive == VELOCITY else ()
+    form = plant_form(model)
+    if form.takes_velocity:
+        return discretise_base(model.base, plant.robot, *grid)
+    return drivetrain.discretise_drivetrain(plant, model.motor, model.friction) if form.has_motors else ()
 
 
 def drive_at_rest(model: PlantModel, grid: Grid) -> Any:
     """Return the state of what moves the robot at a run's start."""
-    return base_at_rest(model.base, *grid) if model.drive == VELOCITY else empty_line(model.imperfections.delay)
+    form = plant_form(model)
+    if form.takes_velocity:
+        return base_at_rest(model.base, *grid)
+    line = empty_line(model.imperfections.delay)
+    return MotorDrive(motors_at_rest(), line) if form.has_motors else line
+
+
+@jitable
+def _motor_step(
+    state: PlantState, drive: MotorDrive, torque: WheelTorque, k: int, _plant: DiscretePlant, imperfect: Imperfections,
+    motor_limit: float, constants: Drivetrain,
+) -> tuple[PlantState, MotorDrive, WheelTorque, WheelTorque]:
+    """Move a plant with motors and friction by one period; as `actuated_step`."""
+    moved, motors, line, acting, applied = driven_step(
+        state, drive.motors, drive.line, torque, k, constants, imperfect, motor_limit)
+    return moved, MotorDrive(motors, line), acting, applied
 
 
 def drive_step(form: PlantForm) -> Callable[..., Any]:
     """Return what moves the plant by one velocity period: `base_step`, or `actuated_step` and what stands for it."""
-    return base_step if form.takes_velocity else actuated_step
+    if form.takes_velocity:
+        return base_step
+    return _motor_step if form.has_motors else actuated_step
 
 
 class Sensing(NamedTuple):

@@ -5,7 +5,9 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
+from mobile_robot_control.control.approach import ApproachParameters
 from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.control.tracking_limit import TrackingLimit
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
 from mobile_robot_control.model.base import base_violations
@@ -15,7 +17,9 @@ from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
 from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import CurveParameters
+from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.topics import LOOPS, LoopGraph, with_truth
 
 
 class PlantParameters(NamedTuple):
@@ -83,8 +87,9 @@ class PositionControllerParameters(NamedTuple):
                      'drives on longer', above=0.0)
     ] = 0.5
     compensate_latency: Annotated[
-        bool, Field('', 'carry odometry forward along its arc by its age: on the wall clock the age of its stamp plus '
-                    'odom_latency, in lockstep odom_latency', live=True)
+        bool, Field('', 'carry odometry forward along its arc by its age: odom_latency, on the wall clock plus the '
+                    'age of its stamp, in lockstep plus the steps for which it repeats a sample; on the wall clock '
+                    'the reference, too', live=True)
     ] = False
     odom_latency: Annotated[
         float, Field('s', "age of odometry that its stamp does not show, and the base's dead time if you like: larger "
@@ -94,6 +99,9 @@ class PositionControllerParameters(NamedTuple):
         bool, Field('', 'wall clock: stop the robot while odom has several publishers that contradict each other',
                     live=True)
     ] = True
+    # beside those of the command in `control`, which rollouts take
+    limits: TrackingLimit = TrackingLimit()
+    approach: ApproachParameters = ApproachParameters()
 
 
 class ReferenceCartParameters(NamedTuple):
@@ -101,6 +109,7 @@ class ReferenceCartParameters(NamedTuple):
 
     shared: Annotated[Shared, INLINE] = Shared()
     curve: Annotated[CurveParameters, INLINE] = CurveParameters()
+    waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
 
 
 class Configuration(NamedTuple):
@@ -120,6 +129,12 @@ def has_exact_odometry(plant: PlantParameters) -> bool:
     """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
     noise = plant.model.imperfections.noise
     return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
+
+
+def loop_of(plant: PlantParameters) -> LoopGraph:
+    """Return the loop that a plant is part of."""
+    loop = LOOPS[plant.model.drive]
+    return loop if has_exact_odometry(plant) else with_truth(loop)
 
 
 def parameter_names() -> dict[str, set[str]]:

@@ -1,32 +1,37 @@
 """Runs read from bags, whole or damaged, as signals: memory holds numbers, never messages."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import yaml
-from rosbags.rosbag2 import Reader
-
-from mobile_robot_control.files import BAG, METADATA, open_bounded, read_bounded
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
+from mobile_robot_control.messages.parsing import (
+    RefusedMessageError,
+    read_or_refuse,
+    read_plain_twist,
+    serialised_stamp,
+)
 from mobile_robot_control.recording import gaps
+from mobile_robot_control.recording.bag_files import BagFiles
+from mobile_robot_control.recording.bag_topics import choose_topics, held_topics, missing_topics
 from mobile_robot_control.recording.collector import Collector
+from mobile_robot_control.recording.errors import with_errors
 from mobile_robot_control.recording.joining import joined
-from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, ProgressCallback
-from mobile_robot_control.recording.signals import READ, Signal
-from mobile_robot_control.recording.unpacking import unpack_file, unpack_message
+from mobile_robot_control.recording.mcap_stream import Message, ProgressCallback
+from mobile_robot_control.recording.receipt import stamped_by_receipt
+from mobile_robot_control.recording.signals import GROUND_TRUTH, READ, Signal, empty_signal
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS
 
-_ENDINGS = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 _LATEST = 1 << 63
 """[ns]: times of receipt are kept in 64 bits."""
+_PLAIN_TWIST = 'geometry_msgs/msg/Twist'
+_KINDS = {**{name: (topic.kind,) for name, topic in LOOP_TOPICS.items()},
+          'cmd_vel': (LOOP_TOPICS['cmd_vel'].kind, _PLAIN_TWIST), GROUND_TRUTH: (LOOP_TOPICS['odom'].kind,)}
+"""Types that a topic may have."""
 
 
 class Recording(NamedTuple):
@@ -47,96 +52,81 @@ class Recording(NamedTuple):
     @property
     def samples(self) -> list[Sample]:
         """All samples in order of time; `joined` yields the same one by one."""
-        return list(joined(self.signals))
+        return list(joined(with_errors(self.signals, exact=False)))
 
 
-class _Bag:
-    """A bag's messages from whatever files it is made of."""
+class _Run:
+    """Takes in the messages of a run."""
 
-    def __init__(self, path: Path, progress: ProgressCallback) -> None:
-        self.problems: list[str] = []
-        self.topics: set[str] = set()
-        self._path, self._progress = path, progress
+    def __init__(self) -> None:
+        self.collector = Collector()
+        self.left_out: Counter[str] = Counter()
+        self._frames: dict[str, str] = {}
+        self._found: dict[str, str] = {}
+        self._without_stamp = False
 
-    def messages(self, wanted: Callable[[str], bool]) -> Iterator[Message]:
-        """Yield the messages of wanted topics, in the order of the files."""
-        if not self._path.exists():
-            raise BagError(f'{self._path}: does not exist; name a bag that `experiment` or `ros2 bag record` wrote')
-        files = [self._path] if self._path.is_file() else sorted(
-            (file for ending in _ENDINGS for file in self._path.glob(f'*{ending}')),
-            key=lambda file: (len(file.name), file.name))  # bag_10 after bag_9
-        if not files:
-            raise BagError(f'{self._path}: is not a bag: there is no .mcap or .db3 file in it; '
-                           'name the folder that `experiment` or `ros2 bag record` wrote')
-        unpacked = self._unpacked if self._compression() == 'message' else iter
-        for file in files:
-            yield from unpacked(self._of_file(file, wanted))
-
-    def _of_file(self, file: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
-        """Yield the messages of one file."""
-        if file.suffix == '.zstd':
-            with TemporaryDirectory() as folder:
-                try:
-                    plain = unpack_file(file, Path(folder))
-                except (OSError, ValueError) as error:
-                    raise _unreadable(file, error) from error
-                yield from self._of_file(plain, wanted)
-        elif file.suffix == '.mcap':
-            stream = McapStream(file, self._progress)
-            yield from stream.messages(wanted)
-            self.problems += stream.problems
-            self.topics.update(stream.topics())
+    def take(self, name: str, message: Message) -> None:
+        """Take in one message of a topic; one that cannot be used is counted by its reason."""
+        try:
+            stamp, values = self._read(name, *message[1:])
+        except RefusedMessageError as refusal:
+            # the first of each kind stands for all
+            reason = self._found.setdefault(f'{message.topic}: {refusal.reason}', f'{message.topic}: {refusal}')
+            self.left_out[reason] += 1
         else:
-            yield from self._by_rosbags(file, wanted)
+            self.collector.add(name, stamp, values, message.received)
 
-    def _unpacked(self, messages: Iterator[Message]) -> Iterator[Message]:
-        """Yield messages that were packed one by one; what cannot be unpacked is empty, and counted as not readable."""
-        for message in messages:
-            data = b''
-            with suppress(ValueError):
-                data = unpack_message(message.data)
-            yield message._replace(data=data)
+    def _read(self, name: str, kind: Any, received: Any, data: Any) -> tuple[int, tuple[float, ...]]:
+        """Return stamp and numbers of a message; raise RefusedMessageError where it cannot be used."""
+        if kind not in _KINDS[name]:
+            raise RefusedMessageError(f'is of type {shortened(str(kind), 60)}, not {" or ".join(_KINDS[name])}')
+        if not (isinstance(received, int) and 0 <= received < _LATEST):
+            raise RefusedMessageError('received at no possible time', f'{received} ns')
+        if not isinstance(data, bytes):
+            raise RefusedMessageError('not readable', f'{type(data).__name__} instead of bytes')
+        if kind == _PLAIN_TWIST:
+            self._without_stamp = True
+            return received, read_or_refuse(kind, (partial(deserialise, kind), read_plain_twist), data)
+        stamp = serialised_stamp(data)
+        return stamp, read_or_refuse(kind, (partial(deserialise, kind), partial(self._numbers, name)), data)
 
-    def _compression(self) -> str:
-        """Return what is compressed, by metadata.yaml, such as 'message'; 'none' where that is missing or broken."""
-        try:
-            text = read_bounded(self._path / 'metadata.yaml', METADATA).decode()
-            return str(yaml.safe_load(text)['rosbag2_bagfile_information']['compression_mode']).lower()
-        except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError):
-            return 'none'
+    def _numbers(self, name: str, message: Any) -> tuple[float, ...]:
+        """Return the columns of a message, and note the frame of its topic."""
+        self._frames.setdefault(name, message.header.frame_id)
+        return READ['odom' if name == GROUND_TRUTH else name](message)
 
-    def _by_rosbags(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
-        """Read an sqlite3 file."""
-        try:
-            open_bounded(path, BAG).close()
-            reader = Reader(path)
-            reader.open()
-        except Exception as error:  # a broken file can raise anything
-            raise _unreadable(path, error) from error
-        try:
-            self.topics.update(connection.topic for connection in reader.connections)
-            connections = [connection for connection in reader.connections if wanted(connection.topic)]
-            total = reader.message_count
-            messages = reader.messages(connections=connections) if connections else ()
-            for count, (connection, received, data) in enumerate(messages):
-                if count % 1000 == 0:
-                    self._progress(count, total)
-                yield Message(connection.topic, connection.msgtype, received, data)
-            self._progress(total, total)
-        except Exception as error:
-            self.problems.append(f'the recording was cut off: {path.name} is damaged ({shortened(str(error))}), '
-                                 'and was read up to there')
-        finally:
-            reader.close()
+    def signals(self) -> dict[str, Signal]:
+        """Return what was taken in; commands without a stamp have that of their receipt."""
+        signals = self.collector.signals
+        if self._without_stamp:
+            signals['cmd_vel'] = stamped_by_receipt(signals['cmd_vel'], signals['odom'])
+        if GROUND_TRUTH in self._in_other_frames():
+            signals[GROUND_TRUTH] = empty_signal()
+        return signals
 
+    def problems(self) -> Iterator[str]:
+        """Yield what could not be used, in words."""
+        for reason, count in self.left_out.items():
+            yield f'{count} messages left out: {reason}'
+        if self.collector.disordered:
+            yield f'{self.collector.disordered} messages came after a later stamp of their topic'
+        if self.collector.earlier_runs:
+            yield f'{self.collector.earlier_runs} earlier runs left out; the last one is taken'
+        for name in self._in_other_frames():
+            yield (f"{name} is in the frame '{shortened(self._frames[name], 60)}', odom in "
+                   f"'{shortened(self._frames['odom'], 60)}': "
+                   + ('it is left out' if name == GROUND_TRUTH else 'errors between them mean nothing'))
 
-def _unreadable(file: Path, error: Exception) -> BagError:
-    """Return the error of a file that is no part of a bag."""
-    return BagError(f'{file}: cannot be read as a bag ({shortened(str(error))}); '
-                    'name one that `experiment` or `ros2 bag record` wrote')
+    def _in_other_frames(self) -> list[str]:
+        """Return the topics whose poses are in another frame than those of odometry."""
+        odom = self._frames.get('odom', '')
+        return [name for name in ('reference', GROUND_TRUTH) if odom and self._frames.get(name, '') not in ('', odom)]
 
 
-def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = lambda *_: None) -> Recording:
+def read_bag(
+    path: Path, namespace: str = '/', progress: ProgressCallback = lambda *_: None,
+    topics: Mapping[str, str] | None = None,
+) -> Recording:
     """
     Read a run from a bag.
 
@@ -148,6 +138,9 @@ def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = lamb
         In which the nodes ran.
     progress : callable
         Told how far the reading is.
+    topics : mapping of str to str
+        Topics of the loop, or `ground_truth`, that have another name in the bag; where the bag has none of that name,
+        the usual one is taken and reported.
 
     Returns
     -------
@@ -159,41 +152,10 @@ def read_bag(path: Path, namespace: str = '/', progress: ProgressCallback = lamb
     BagError
         If it is not a bag that can be read.
     """
-    prefix = namespace.rstrip('/') + '/'
-    names = {prefix + name: name for name in LOOP_TOPICS}
-    bag, collector = _Bag(path, progress), Collector()
-    left_out: Counter[str] = Counter()
-    found: dict[str, str] = {}
-    for topic, kind, received, data in bag.messages(names.__contains__):
-        name = names[topic]
-        try:
-            if kind != LOOP_TOPICS[name].kind:
-                raise RefusedMessageError(f'is of type {shortened(str(kind), 60)}, not {LOOP_TOPICS[name].kind}')
-            if not (isinstance(received, int) and 0 <= received < _LATEST):
-                raise RefusedMessageError('received at no possible time', f'{received} ns')
-            if not isinstance(data, bytes):
-                raise RefusedMessageError('not readable', f'{type(data).__name__} instead of bytes')
-            stamp = serialised_stamp(data)
-            values = read_or_refuse(kind, (partial(deserialise, kind), READ[name]), data)
-        except RefusedMessageError as refusal:
-            # the first of each kind stands for all
-            reason = found.setdefault(f'{topic}: {refusal.reason}', f'{topic}: {refusal}')
-            left_out[reason] += 1
-        else:
-            collector.add(name, stamp, values, received)
-    return Recording(collector.signals, tuple(_problems(bag, collector, left_out, prefix)))
-
-
-def _problems(bag: _Bag, collector: Collector, left_out: Counter[str], prefix: str) -> Iterator[str]:
-    """Yield what is missing, in words."""
-    yield from bag.problems
-    for reason, count in left_out.items():
-        yield f'{count} messages left out: {reason}'
-    if collector.disordered:
-        yield f'{collector.disordered} messages came after a later stamp of their topic'
-    if collector.earlier_runs:
-        yield f'{collector.earlier_runs} earlier runs left out; the last one is taken'
-    if not any(prefix + name in bag.topics for name in LOOP_TOPICS):
-        yield (f'none of the topics {", ".join(prefix + name for name in LOOP_TOPICS)}; the bag holds '
-               f'{shortened(", ".join(sorted(map(str, bag.topics)))) or "nothing"}: name the robot with --namespace')
-    yield from gaps.describe_gaps(collector.signals)
+    names, problems = choose_topics(namespace, topics or {}, held_topics(path) if topics else set())
+    bag, run = BagFiles(path, progress), _Run()
+    for message in bag.messages(names.__contains__):
+        run.take(names[message.topic], message)
+    signals = run.signals()
+    problems = [*problems, *bag.problems, *run.problems(), *missing_topics(names, signals, bag.topics)]
+    return Recording(signals, (*problems, *gaps.describe_gaps(signals)))

@@ -1,20 +1,15 @@
 """Gather the loop topics of a run, message by message."""
 
+import math
 from array import array
 from collections import Counter
 from collections.abc import Iterable
 
-from mobile_robot_control.recording.signals import Signal
+from mobile_robot_control.recording.signals import COLUMNS, GROUND_TRUTH, TRUE_ERROR, Signal, empty_signal
 from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.topics import LOOP_TOPICS
 
 _SURE = 50
 """So many stamps after a fall, behind as many before it, are a new run whose start was missed."""
-
-
-def _empty() -> Signal:
-    """Return a signal without messages."""
-    return Signal(array('q'), array('q'), array('d'))
 
 
 class Collector:
@@ -29,7 +24,7 @@ class Collector:
 
     def __init__(self) -> None:
         self.disordered = 0
-        self._signals = {topic: _empty() for topic in LOOP_TOPICS}
+        self._signals = {topic: empty_signal() for topic in COLUMNS}
         self._starts: Counter[str] = Counter()
         self._descents: dict[str, int] = {}
 
@@ -40,7 +35,7 @@ class Collector:
         Parameters
         ----------
         topic : str
-            Of LOOP_TOPICS.
+            Of COLUMNS.
         stamp : int
             [ns].
         values : iterable of float
@@ -54,7 +49,7 @@ class Collector:
             return
         if stamp == 0 and newest > 0:
             # each topic begins anew by itself: a recorder may receive an answer before the question
-            signal = self._signals[topic] = _empty()
+            signal = self._signals[topic] = empty_signal()
             self._starts[topic] += 1
             self._descents.pop(topic, None)
         elif stamp < newest:
@@ -76,12 +71,16 @@ class Collector:
         """Take in all topics of one time, later than the last."""
         stamp, tick = round(sample.time * 1e9), sample.tick
         self.add('joint_states', stamp, (sample.right_angle, sample.left_angle, *sample.wheels, *sample.applied))
-        self.add('wheel_torques', stamp, sample.torque)
+        if not math.isnan(sample.torque.right):
+            self.add('wheel_torques', stamp, sample.torque)
         at = round(tick.time * 1e9)
         self.add('odom', at, (*tick.pose, *tick.velocity))
         self.add('reference', at, (*tick.reference.pose, *tick.reference.velocity))
         self.add('cmd_vel', at, sample.command)
         self.add('tracking_error', at, tick.error)
+        if sample.truth is not None:
+            self.add(GROUND_TRUTH, at, (*sample.truth.pose, *sample.truth.velocity))
+            self.add(TRUE_ERROR, at, sample.truth.error)
 
     @property
     def earlier_runs(self) -> int:
@@ -91,7 +90,7 @@ class Collector:
     @property
     def signals(self) -> dict[str, Signal]:
         """The signals by topic; empty for one that was silent in the last run."""
-        return {topic: _in_order(self._of_last_run(topic), len(LOOP_TOPICS[topic].columns)) for topic in LOOP_TOPICS}
+        return {topic: _in_order(self._of_last_run(topic), len(names)) for topic, names in COLUMNS.items()}
 
     def _of_last_run(self, topic: str) -> Signal:
         """Return what a topic carried in the last run."""
@@ -105,12 +104,12 @@ class Collector:
         begun = [one.received[0] for other, one in self._signals.items()
                  if self._starts[other] == self.earlier_runs and one.received]
         goes_on = signal.received and begun and signal.received[-1] > max(begun)
-        return signal if goes_on else _empty()
+        return signal if goes_on else empty_signal()
 
     def _since(self, topic: str, first: int) -> Signal:
         """Return a topic's messages from the n-th on."""
         signal = self._signals[topic]
-        width = len(LOOP_TOPICS[topic].columns)
+        width = len(COLUMNS[topic])
         return Signal(signal.stamps[first:], signal.received[first:], signal.values[first * width:])
 
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TextIO
 
+from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.quantities import (
     LARGEST,
@@ -13,6 +14,7 @@ from mobile_robot_control.quantities import (
     Pose,
     Reference,
     TrackingError,
+    Truth,
     WheelTorque,
     WheelVelocity,
 )
@@ -35,8 +37,11 @@ CSV_COLUMNS = (
 )
 """
 Time and stamp in s, everything else in SI units as in the topics. The columns of the position loop (from
-`odom.header.stamp` on) hold the values of the newest position tick.
+`odom.header.stamp` on) hold the values of the newest position tick. The torques of a base that takes none are empty.
 """
+TRUTH_COLUMNS = tuple(f'ground_truth.{field}' for field in _ODOMETRY)
+"""The true motion at the newest position tick: columns of a run whose odometry hides it, and of no other."""
+_TORQUES = slice(CSV_COLUMNS.index(f'joint_states.effort.{WHEEL_JOINTS[0]}'), CSV_COLUMNS.index('odom.header.stamp'))
 
 
 def _odometry(pose: Pose, velocity: BodyVelocity) -> tuple[float, ...]:
@@ -58,12 +63,21 @@ def row_from_sample(sample: Sample) -> tuple[float, ...]:
     )
 
 
-def write_csv(samples: Iterable[Sample], file: TextIO) -> Iterator[Sample]:
-    """Write samples as CSV, numbers to the last bit, and yield the same samples on."""
+def write_csv(samples: Iterable[Sample], file: TextIO, with_truth: bool = False) -> Iterator[Sample]:
+    """
+    Write samples as CSV, numbers to the last bit, and yield the same samples on.
+
+    TRUTH_COLUMNS are written if `with_truth`, of which every sample must then have one.
+    """
     writer = csv.writer(file, lineterminator='\n')
-    writer.writerow(CSV_COLUMNS)
+    writer.writerow((*CSV_COLUMNS, *TRUTH_COLUMNS) if with_truth else CSV_COLUMNS)
     for sample in samples:
-        writer.writerow(map(repr, row_from_sample(sample)))
+        cells = list(map(repr, row_from_sample(sample)))
+        if math.isnan(sample.torque.right):
+            cells[_TORQUES] = [''] * 4
+        if with_truth and sample.truth is not None:
+            cells += map(repr, _odometry(sample.truth.pose, sample.truth.velocity))
+        writer.writerow(cells)
         yield sample
 
 
@@ -85,13 +99,22 @@ def _read_odometry(values: Sequence[float]) -> tuple[Pose, BodyVelocity]:
 
 
 def sample_from_row(values: Sequence[float]) -> Sample:
-    """Return a row of CSV_COLUMNS as a sample, headings to rounding: the inverse of `row_from_sample`."""
+    """
+    Return a row of CSV_COLUMNS, and TRUTH_COLUMNS where there are any, as a sample, headings to rounding.
+
+    The inverse of `row_from_sample`.
+    """
     v = values
+    reference = Reference(*_read_odometry(v[16:22]))
+    truth = None
+    if len(v) > len(CSV_COLUMNS):
+        pose, velocity = _read_odometry(v[27:33])
+        truth = Truth(pose, velocity, tracking_error(reference.pose, pose))
     return Sample(
         v[0],
-        PositionTick(v[9], *_read_odometry(v[10:16]), Reference(*_read_odometry(v[16:22])), TrackingError(*v[24:27])),
+        PositionTick(v[9], *_read_odometry(v[10:16]), reference, TrackingError(*v[24:27])),
         BodyVelocity(v[22], v[23]), v[1], v[2], WheelVelocity(v[3], v[4]), WheelTorque(v[5], v[6]),
-        WheelTorque(v[7], v[8]),
+        WheelTorque(v[7], v[8]), truth,
     )
 
 
@@ -101,6 +124,19 @@ def _lines(file: TextIO) -> Iterator[str]:
         if len(line) == _LONGEST_LINE:
             raise csv.Error(f'a line is longer than {_LONGEST_LINE} characters')
         yield line
+
+
+def _without_unknown_torques(values: list[float]) -> list[float]:
+    """Return the numbers of a row; without its torques where none of them is known."""
+    known = not all(map(math.isnan, values[_TORQUES]))
+    return values if known else [*values[:_TORQUES.start], *values[_TORQUES.stop:]]
+
+
+def _numbers(cells: list[str]) -> list[float]:
+    """Return the numbers of a row; raise ValueError where one is missing, but torques may all be."""
+    if cells[_TORQUES] == [''] * 4:
+        cells[_TORQUES] = ['nan'] * 4
+    return list(map(float, cells))
 
 
 class Rows:
@@ -135,7 +171,8 @@ class Rows:
             some = ', '.join(missing[:3]) + (', ...' if len(missing) > 3 else '')
             raise NotATableError(f'lacks {len(missing)} of {len(CSV_COLUMNS)} columns ({some}); '
                                  'name a file that `simulate --output` wrote')
-        self._order = [names.index(name) for name in CSV_COLUMNS]
+        known = (*CSV_COLUMNS, *TRUTH_COLUMNS) if all(name in names for name in TRUTH_COLUMNS) else CSV_COLUMNS
+        self._order = [names.index(name) for name in known]
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield a sample for each row that is whole, finite and later than the one before."""
@@ -143,13 +180,14 @@ class Rows:
         try:
             for cells in self._reader:
                 try:
-                    values = [float(cells[place]) for place in self._order]
+                    values = _numbers([cells[place] for place in self._order])
                 except (ValueError, IndexError):
                     self.left_out['broken off or not a number'] += 1
                     continue
-                if not all(map(math.isfinite, values)):
+                numbers = _without_unknown_torques(values)
+                if not all(map(math.isfinite, numbers)):
                     self.left_out['not finite'] += 1
-                elif max(map(abs, values)) > LARGEST or not all(0.0 <= values[n] < _LATEST for n in _TIMES):
+                elif max(map(abs, numbers)) > LARGEST or not all(0.0 <= values[n] < _LATEST for n in _TIMES):
                     self.left_out['a time or a number that no run can have'] += 1
                 elif values[0] <= newest:
                     self.left_out['not later than the row before'] += 1

@@ -6,10 +6,10 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from mobile_robot_control.recording.signals import Signal, origin
+from mobile_robot_control.recording.signals import GROUND_TRUTH, Signal, has_torques, origin
 from mobile_robot_control.topics import LOOP_TOPICS
 
-_MANY_PERIODS = 2.5
+MANY_PERIODS = 2.5
 """On the wall clock, a silence longer than this many periods is a gap."""
 _LATE_PERIODS = 20.0
 """On the wall clock, one longer than this many is a fault."""
@@ -61,7 +61,7 @@ def find_gaps(stamps: 'array[int]', start: int = 0) -> list[Gap]:
     """
     usual = period(stamps)
     # stamps of a lockstep run lie on a grid; those of a wall clock jitter
-    longest = usual * (_MANY_PERIODS if start else 1.5)
+    longest = usual * (MANY_PERIODS if start else 1.5)
     return [Gap((before - start) / 1e9, (after - start) / 1e9)
             for before, after in itertools.pairwise(stamps) if after - before > longest]
 
@@ -79,14 +79,22 @@ def describe_gaps(signals: dict[str, Signal]) -> Iterator[str]:
         first, last = start, (signals['joint_states'].stamps or [last])[-1]
     if not start and first > 0:
         yield f'the recording starts late, at t = {first / 1e9:g} s'
-    for topic in LOOP_TOPICS:
+    silent = _silent(signals)
+    if silent:
+        yield f'no messages on {", ".join(silent)}'
+    for topic in (*LOOP_TOPICS, GROUND_TRUTH):
         stamps = signals[topic].stamps
-        if not stamps:
-            yield f'no messages on {topic}'
-        elif len(stamps) == 1 and last > first:
+        if len(stamps) == 1 and last > first:
             yield f'one message only on {topic}'
         elif len(stamps) > 1:
             yield from _faults(topic, stamps, first, last, start)
+
+
+def _silent(signals: dict[str, Signal]) -> list[str]:
+    """Return the topics of the loop that carried nothing; a base that tells no efforts takes no `wheel_torques`."""
+    takes_none = signals['joint_states'].stamps and not has_torques(signals)
+    return [topic for topic in LOOP_TOPICS
+            if not signals[topic].stamps and not (takes_none and topic == 'wheel_torques')]
 
 
 def _faults(topic: str, stamps: 'array[int]', first: int, last: int, start: int) -> Iterator[str]:

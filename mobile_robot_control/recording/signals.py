@@ -1,5 +1,6 @@
 """The loop's topics of a run as plain arrays by stamp, whatever the run was read from."""
 
+import math
 from array import array
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -12,7 +13,18 @@ from mobile_robot_control.messages.parsing import (
     read_wheel_angles,
     read_wheel_velocity,
 )
+from mobile_robot_control.topics import LOOP_TOPICS
 
+GROUND_TRUTH, TRUE_ERROR = 'ground_truth', 'true_error'
+COLUMNS = {
+    **{name: topic.columns for name, topic in LOOP_TOPICS.items()},
+    GROUND_TRUTH: LOOP_TOPICS['odom'].columns, TRUE_ERROR: LOOP_TOPICS['tracking_error'].columns,
+}
+"""
+The columns of each signal of a run: the topics of the loop; the true motion, where it is recorded beside odometry that
+hides it; and the true error, where that of `tracking_error` differs from it, which no topic carries.
+"""
+_UNKNOWN = (math.nan, math.nan)
 _WALL = 10**15
 """[ns]: eleven days; later stamps are those of a wall clock, not of a run."""
 
@@ -23,14 +35,16 @@ def _odometry(message: Any) -> tuple[float, ...]:
 
 
 def _joints(message: Any) -> tuple[float, ...]:
-    return (*read_wheel_angles(message), *read_wheel_velocity(message), *read_torque(message))
+    """Return the columns of joint states; of a base that tells no efforts, they are nan."""
+    efforts = read_torque(message) if len(message.effort) else _UNKNOWN
+    return (*read_wheel_angles(message), *read_wheel_velocity(message), *efforts)
 
 
 READ: dict[str, Callable[[Any], tuple[float, ...]]] = {
     'joint_states': _joints, 'wheel_torques': read_torque, 'odom': _odometry, 'reference': _odometry,
     'cmd_vel': read_twist, 'tracking_error': read_error,
 }
-"""Reads a message of each loop topic into the columns of LOOP_TOPICS."""
+"""Reads a message of each loop topic into its COLUMNS."""
 
 
 class Signal(NamedTuple):
@@ -52,12 +66,35 @@ class Signal(NamedTuple):
     values: 'array[float]'
 
 
+def empty_signal() -> Signal:
+    """Return a signal without messages."""
+    return Signal(array('q'), array('q'), array('d'))
+
+
+def has_torques(signals: dict[str, Signal]) -> bool:
+    """Return whether a run tells which torques were applied: the efforts of its `joint_states`."""
+    efforts = signals['joint_states'].values[len(COLUMNS['joint_states']) - 2::len(COLUMNS['joint_states'])]
+    return not all(map(math.isnan, efforts))
+
+
+def is_lockstep(signals: dict[str, Signal]) -> bool:
+    """Return whether the stamps are those of simulated time, which all nodes share, and not of clocks of their own."""
+    odom, reference = (set(signals[topic].stamps) for topic in ('odom', 'reference'))
+    if max(_begun(signals), default=0) > _WALL:
+        return False
+    return not odom or not reference or 2 * len(odom & reference) > max(len(odom), len(reference))
+
+
+def _begun(signals: dict[str, Signal]) -> list[int]:
+    """Return the stamp at which a run begins: the first one of the reference, or of all topics where there is none."""
+    first = {topic: signal.stamps[0] for topic, signal in signals.items() if signal.stamps}
+    return [first.get('reference', min(first.values()))] if first else []
+
+
 def origin(signals: dict[str, Signal]) -> int:
     """
     Return the stamp [ns] that a run's time is counted from.
 
-    It is 0 in lockstep; on the wall clock it is the first stamp of ``reference``, when the curve begins.
+    It is 0 in lockstep; elsewhere it is the first stamp of ``reference``, when the curve begins.
     """
-    first = {topic: signal.stamps[0] for topic, signal in signals.items() if signal.stamps}
-    begun = first.get('reference', min(first.values(), default=0))
-    return begun if begun > _WALL else 0
+    return 0 if is_lockstep(signals) else max(_begun(signals), default=0)

@@ -1,4 +1,4 @@
-"""A run as a small animation: robot, its trail, reference cart and torque bars."""
+"""A run as a small animation: robot, its trail, reference cart and, where torques are known, their bars."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -22,7 +22,7 @@ _COLORS = 32
 
 
 class _Motion(NamedTuple):
-    """Time [s] and poses of each frame, and the largest torque of each wheel [N m] since the frame before."""
+    """Time [s] and poses of each frame; the largest torque of each wheel [N m] since the frame before, if known."""
 
     times: Floats
     robot: Floats
@@ -39,22 +39,22 @@ def _held(series: Series, topic: str, columns: tuple[str, ...], times: Floats) -
 
 def _motion(series: Series, frames: int) -> _Motion:
     """Return the motion in so many frames, evenly in time."""
-    recorded = series.time('odom')
+    recorded = series.time(series.motion)
     times = np.linspace(recorded[0], recorded[-1], frames)
     pose = ('x', 'y', 'heading')
     cart = _held(series, 'reference', pose, times) if series.time('reference').size else np.zeros((0, 3))
-    torque = np.zeros((frames, 2))
+    torque = np.zeros((frames if series.torque('right').time.size else 0, 2))
     for n, wheel in enumerate(('right', 'left')):
         line = series.torque(wheel)
         for frame, part in enumerate(np.split(line.value, np.searchsorted(line.time, times[1:], side='right'))):
-            if part.size:
+            if part.size and torque.size:
                 torque[frame, n] = part[np.argmax(np.abs(part))]
-    return _Motion(times, _held(series, 'odom', pose, times), cart, torque)
+    return _Motion(times, _held(series, series.motion, pose, times), cart, torque)
 
 
 def _plane(axes: Axes, series: Series) -> None:
     """Draw the reference, on axes wide enough for the path of the robot."""
-    for topic, options in (('reference', {'color': GREY, 'linewidth': 3.0}), ('odom', {'alpha': 0.0})):
+    for topic, options in (('reference', {'color': GREY, 'linewidth': 3.0}), (series.motion, {'alpha': 0.0})):
         axes.plot(series.line(topic, 'x').value, series.line(topic, 'y').value, **options)
     axes.set_aspect('equal', adjustable='datalim')
     axes.margins(0.08)
@@ -76,14 +76,17 @@ def _bars(axes: Axes, torque: Floats) -> Any:
 def _painter(series: Series, motion: _Motion) -> tuple[Figure, Callable[[int], None]]:
     """Return the figure, and a function that draws the n-th frame on it."""
     figure = Figure(figsize=(5.6, 3.5), dpi=90, layout='constrained')
-    plane, wheels = figure.subplots(1, 2, width_ratios=[3.2, 1.0])
+    if motion.torque.size:
+        plane, wheels = figure.subplots(1, 2, width_ratios=[3.2, 1.0])
+        bars = _bars(wheels, motion.torque)
+    else:
+        plane, bars = figure.subplots(), ()
     _plane(plane, series)
-    bars = _bars(wheels, motion.torque)
     size = 0.11 * max(*np.ptp(motion.robot[:, :2], axis=0), 0.1)
     trail, = plane.plot([], [], color=BLUE, linewidth=1.8)
     cart, = plane.fill([0.0], [0.0], facecolor=FAINT, edgecolor=INK, linewidth=1.0, zorder=3)
     robot, = plane.fill([0.0], [0.0], facecolor=BLUE, edgecolor=INK, linewidth=1.0, zorder=4)
-    x, y = series.line('odom', 'x'), series.line('odom', 'y')
+    x, y = series.line(series.motion, 'x'), series.line(series.motion, 'y')
 
     def paint(frame: int) -> None:
         passed = int(np.searchsorted(x.time, motion.times[frame], side='right'))
@@ -92,8 +95,8 @@ def _painter(series: Series, motion: _Motion) -> tuple[Figure, Callable[[int], N
         if motion.cart.size:
             cart.set_xy(triangle(motion.cart[frame], size))
         # the bar of the left wheel is the left one
-        for bar, value in zip(bars, motion.torque[frame, ::-1], strict=True):
-            bar.set_height(value)
+        for n, bar in enumerate(bars):
+            bar.set_height(motion.torque[frame, 1 - n])
         plane.set_title(f't = {motion.times[frame]:.1f} s', loc='left')
 
     return figure, paint

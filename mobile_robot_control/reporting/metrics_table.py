@@ -8,14 +8,27 @@ from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.simulation.metrics import MEASURED, TRUE
 
 
 class Row(NamedTuple):
-    """A metric in a table: label, unit, and the function that returns its value from the metrics of a run."""
+    """
+    A metric in a table.
+
+    Attributes
+    ----------
+    label, unit : str
+        As shown.
+    value : callable
+        Returns it from the metrics of a run; None if it is not known.
+    depends : tuple of str
+        Metrics that runs must have in common to be compared by it: the same `error`, and `energy` known or not.
+    """
 
     label: str
     unit: str
     value: Callable[[dict[str, Any]], Any]
+    depends: tuple[str, ...] = ()
 
 
 def _metric(*path: str) -> Callable[[dict[str, Any]], Any]:
@@ -38,16 +51,20 @@ def peak_torque(metrics: dict[str, Any]) -> float | None:
 
 _WHEELS = ('right', 'left')
 ROWS = (
-    Row('position error, RMS', 'm', _metric('rms_position_error')),
-    Row('position error, largest', 'm', _metric('max_position_error')),
-    Row('heading error, RMS', 'rad', _metric('rms_heading_error')),
+    Row('position error, RMS', 'm', _metric('rms_position_error'), ('error',)),
+    Row('position error, largest', 'm', _metric('max_position_error'), ('error',)),
+    Row('heading error, RMS', 'rad', _metric('rms_heading_error'), ('error',)),
     *(Row(f'peak torque, {wheel}', 'N m', _metric('peak_wheel_torque', wheel)) for wheel in _WHEELS),
     *(Row(f'peak power, {wheel}', 'W', _metric('peak_wheel_power', wheel)) for wheel in _WHEELS),
     Row('energy', 'J', _metric('energy')),
-    Row('objective, Eq. (29)', '', _metric('objective')),
+    Row('objective, Eq. (29)', '', _metric('objective'), ('error', 'energy')),
 )
 """Metrics of which a smaller value is better."""
 _FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _metric('initial_wheel_torque', wheel)) for wheel in _WHEELS)
+_NOTES = {
+    TRUE: 'True error: of where the robot really was.',
+    MEASURED: 'Measured error (odometry): of where odometry saw the robot; where it really was is not known.',
+}
 
 
 def four_digits(value: float | None) -> str:
@@ -65,7 +82,7 @@ def _comparable(runs: Sequence[RecordedRun]) -> list[bool]:
 def _marked(values: Sequence[float | None], comparable: Sequence[bool], unit: str) -> list[str]:
     """Return the cells of a row, with the smallest value of the comparable runs marked if there are several."""
     candidates = [value for value, counts in zip(values, comparable, strict=True) if counts and value is not None]
-    texts = [four_digits(value) + (f' {unit}' if unit and value is not None else '') for value in values]
+    texts = [_with_unit(value, unit) for value in values]
     if len(candidates) < 2:
         return texts
     return [f'<span class="best">★ {text}</span>' if counts and value == min(candidates) else text
@@ -76,17 +93,42 @@ def metrics_table(runs: Sequence[RecordedRun]) -> str:
     """Return the metrics of runs side by side, as HTML; of several runs the best is marked in each row."""
     comparable = _comparable(runs)
     rows = [['outcome', *(escape(str(run.metrics.get('outcome', 'not measured'))) for run in runs)],
-            ['duration', *(f'{four_digits(run.metrics.get("duration"))} s' for run in runs)]]
+            ['duration', *(_with_unit(run.metrics.get('duration'), 's') for run in runs)],
+            ['error', *(str(run.metrics.get('error') or '–') for run in runs)]]
     for row in ROWS:
-        rows.append([row.label, *_marked([row.value(run.metrics) for run in runs], comparable, row.unit)])
+        fair = comparable if _alike(runs, row) else [False] * len(runs)
+        rows.append([row.label, *_marked([row.value(run.metrics) for run in runs], fair, row.unit)])
+    rows.append(['position error by odometry, RMS', *(_hidden(run.metrics) for run in runs)])
     if len(runs) > 1:
         rows.append(['peak torque against the least', *_ratios(runs, comparable)])
     for row in _FACTS:
-        rows.append([row.label, *(f'{four_digits(row.value(run.metrics))} {row.unit}' for run in runs)])
+        rows.append([row.label, *(_with_unit(row.value(run.metrics), row.unit) for run in runs)])
     for n, (label, unit) in enumerate((('x', 'm'), ('y', 'm'), ('heading', 'rad'))):
         rows.append([f'final {label}', *(_part(run.metrics.get('final_pose'), n, unit) for run in runs)])
-    note = '<p class="soft">★ marks the best of the runs that went to their end.</p>' if len(runs) > 1 else ''
-    return html_table(['', *(run.name for run in runs)], rows) + note
+    # what is not known of any run has no row
+    rows = [row for row in rows if set(row[1:]) != {'–'}]
+    notes = [note for kind, note in _NOTES.items() if any(run.metrics.get('error') == kind for run in runs)]
+    if len(runs) > 1:
+        notes.append('★ marks the best of the runs that went to their end.')
+    return html_table(['', *(run.name for run in runs)], rows) + f'<p class="soft">{" ".join(notes)}</p>'
+
+
+def _with_unit(value: float | None, unit: str) -> str:
+    """Return a number with its unit, and a dash for None."""
+    return four_digits(value) + (f' {unit}' if unit and value is not None else '')
+
+
+def _alike(runs: Sequence[RecordedRun], row: Row) -> bool:
+    """Return whether the values of runs mean the same: a true error is no better than a measured one by its number."""
+    measured = [run.metrics for run in runs if row.value(run.metrics) is not None]
+    return ('error' not in row.depends or len({metrics.get('error') for metrics in measured}) < 2) and (
+        'energy' not in row.depends or len({metrics.get('energy') is None for metrics in measured}) < 2)
+
+
+def _hidden(metrics: dict[str, Any]) -> str:
+    """Return what odometry shows of the position error, where that is not the error itself."""
+    measured = metrics.get('measured_rms_position_error')
+    return '–' if measured == metrics.get('rms_position_error') else _with_unit(measured, 'm')
 
 
 def _part(pose: Sequence[float | None] | None, n: int, unit: str) -> str:
@@ -96,8 +138,10 @@ def _part(pose: Sequence[float | None] | None, n: int, unit: str) -> str:
 
 
 def _ratios(runs: Sequence[RecordedRun], comparable: Sequence[bool]) -> list[str]:
-    """Return the peak torques as multiples of the smallest one of the comparable runs."""
+    """Return the peak torques as multiples of the smallest one of the comparable runs; of one torque there is none."""
     peaks = [peak_torque(run.metrics) for run in runs]
+    if sum(peak is not None for peak in peaks) < 2:
+        return ['–'] * len(peaks)
     least = min((peak for peak, counts in zip(peaks, comparable, strict=True) if counts and peak), default=None)
     return ['–' if peak is None or least is None else f'{peak / least:.3g} times' for peak in peaks]
 

@@ -1,6 +1,5 @@
 """Figures of one or several runs, made of panels over time."""
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ from matplotlib.figure import Figure
 from mobile_robot_control.reporting.lines import Line, thinned
 from mobile_robot_control.reporting.palette import FAINT, GREY, INK, LINES, style
 from mobile_robot_control.reporting.series import Series
+from mobile_robot_control.reporting.spikes import ordinary_size, stretch
 from mobile_robot_control.texts import printable
 
 WIDTH = 5.6
@@ -19,8 +19,6 @@ _LONGEST = 44
 """Characters of a name in a legend."""
 _ROOM, _HANDLE, _LETTER = 4.8, 0.62, 0.085
 """[in]: width of the axes, of a line in the legend, and of a character."""
-_SPIKE = 25.0
-"""A peak this many times larger than 98 % of the values would make all others look flat."""
 
 
 class Named(NamedTuple):
@@ -59,9 +57,11 @@ class Panel(NamedTuple):
     reference : callable or None
         Returns the line of the reference, drawn grey under the others.
     command : callable or None
-        Returns the line of a law's command, drawn dotted over the others.
+        Returns the line of a law's command, or of whatever else is compared with the first, drawn dotted over it.
     logarithmic : bool
         Whether to use a symmetric logarithmic scale where a few peaks are much larger than everything else.
+    labels : tuple of str
+        Of the first line and of the dotted one in the legend of a single run.
     """
 
     label: str
@@ -69,21 +69,19 @@ class Panel(NamedTuple):
     reference: Callable[[Series], Line] | None = None
     command: Callable[[Series], Line] | None = None
     logarithmic: bool = False
+    labels: tuple[str, str] = ('measured', 'commanded')
 
-
-def _spiky(lines: Sequence[Line]) -> float:
-    """Return the 98 % quantile of the absolute values where a peak is much larger, otherwise 0."""
-    values = np.abs(np.concatenate([line.value for line in lines]))
-    if values.size < 100:  # too few for a quantile
-        return 0.0
-    ordinary = float(np.quantile(values, 0.98))
-    return ordinary if ordinary > 0.0 and float(values.max()) > _SPIKE * ordinary else 0.0
+    def has_lines(self, runs: Sequence[Named]) -> bool:
+        """Return whether any of the runs has something to draw."""
+        lines = [line for line in (self.value, self.reference, self.command) if line]
+        return any(bool(np.isfinite(line(run.series).value).any()) for line in lines for run in runs)
 
 
 def _plot(axes: Axes, line: Line, **options: Any) -> bool:
-    """Draw a line; return whether it has any points."""
+    """Draw a line if it has any points; return whether it has."""
     shown = thinned(line)
-    axes.plot(shown.time, shown.value, **options)
+    if shown.time.size:
+        axes.plot(shown.time, shown.value, **options)
     return bool(shown.time.size)
 
 
@@ -106,18 +104,19 @@ def panel_on(axes: Axes, panel: Panel, runs: Sequence[Named], span: tuple[float,
     for (name, series), (color, dashes) in zip(runs, LINES, strict=False):
         if panel.reference and not reference_drawn:
             reference_drawn = _plot(axes, panel.reference(series), color=GREY, linewidth=3.5, label='reference')
-        label = name if len(runs) > 1 else 'measured' if panel.command else 'robot' if panel.reference else '_'
+        dotted = panel.command(series) if panel.command else Line(np.zeros(0), np.zeros(0))
+        label = (name if len(runs) > 1 else panel.labels[0] if dotted.time.size else
+                 'robot' if panel.reference else '_')
         drawn |= _plot(axes, panel.value(series), color=color, linestyle=dashes, label=label)
-        if panel.command:
-            command_drawn |= _plot(axes, panel.command(series), color=INK, linewidth=1.1, linestyle=(0, (1, 2)),
-                                   label='_' if command_drawn else 'commanded')
+        command_drawn |= _plot(axes, dotted, color=INK, linewidth=1.1, linestyle=(0, (1, 2)),
+                               label='_' if command_drawn else panel.labels[1])
     axes.set_ylabel(panel.label)
     axes.margins(x=0.02)
     if span:
         axes.set_xlim(*span)
-    ordinary = _spiky([panel.value(run.series) for run in runs]) if panel.logarithmic else 0.0
+    ordinary = ordinary_size([panel.value(run.series) for run in runs]) if panel.logarithmic else 0.0
     if ordinary:
-        _stretch(axes, ordinary)
+        stretch(axes, ordinary)
         axes.set_ylabel(f'{panel.label},\nlogarithmic scale')
     elif drawn:
         axes.axhline(0.0, color=FAINT, linewidth=1.0, zorder=0.5)
@@ -125,25 +124,23 @@ def panel_on(axes: Axes, panel: Panel, runs: Sequence[Named], span: tuple[float,
         axes.text(0.5, 0.5, 'not recorded', transform=axes.transAxes, ha='center', va='center', color=GREY)
 
 
-def _stretch(axes: Axes, ordinary: float) -> None:
-    """Make the scale logarithmic beyond the ordinary values, with a tick at every decade or every few."""
-    decade = math.ceil(math.log10(ordinary))
-    axes.set_yscale('symlog', linthresh=10.0**decade, linscale=1.0)
-    lowest, highest = axes.dataLim.intervaly
-    lowest, highest = (1.8 * limit if abs(limit) > 10.0**decade else sign * 10.0**decade
-                       for limit, sign in ((lowest, -1.0), (highest, 1.0)))
-    axes.set_ylim(lowest, highest)
-    powers = [10.0**power for power in range(decade, 1 + math.ceil(math.log10(max(highest, -lowest))))]
-    step = 1 + len(powers) // 4
-    ticks = [0.0, *powers[::step], *(-power for power in powers[::step])]
-    axes.set_yticks([tick for tick in ticks if lowest <= tick <= highest])
-    axes.minorticks_off()
-    axes.yaxis.set_major_formatter(lambda value, _: f'{value:g}')
+def draw_panels(panels: Sequence[Panel], runs: Sequence[Named], height: float = 1.75) -> Figure | None:
+    """Draw those panels over time for which any run has something to draw, as `over_time`; None if there are none."""
+    shown = [panel for panel in panels if panel.has_lines(runs)]
+    return over_time(shown, runs, height=height) if shown else None
 
 
-def legend(axes: Axes, columns: int = 4) -> None:
-    """Draw the legend above the axes, where no line can be, with at most so many columns; none without labels."""
-    handles, labels = axes.get_legend_handles_labels()
+def legend(axes: Axes, columns: int = 4, others: Sequence[Axes] = ()) -> None:
+    """
+    Draw the legend above the axes, where no line can be, with at most so many columns; none without labels.
+
+    It has the labels of other axes too, each once.
+    """
+    found: dict[str, Any] = {}
+    for one in (axes, *others):
+        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    handles, labels = list(found.values()), list(found)
     if handles:
         labels = [label if len(label) <= _LONGEST else f'{label[:_LONGEST - 1]}…' for label in labels]
         # as many in a row as fit: a legend wider than the figure would narrow the axes
@@ -174,7 +171,7 @@ def over_time(
         rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axes, panel in zip(rows, panels, strict=True):
             panel_on(axes, panel, runs, span)
-        legend(rows[0])
+        legend(rows[0], others=list(rows[1:]))
         rows[-1].set_xlabel('time [s]')
         figure.align_ylabels(list(rows))
     return figure

@@ -65,8 +65,11 @@ def path_on(axes: Axes, runs: Sequence[Named], poses: int = 14) -> None:
     for (name, series), (color, dashes) in zip(runs, LINES, strict=False):
         if not reference_drawn:
             reference_drawn = _plane(axes, series, 'reference', color=GREY, linewidth=3.5, label='reference')
-        shown = _plane(axes, series, 'odom', color=color, linestyle=dashes,
-                       label=name if len(runs) > 1 else 'robot')
+        shown = _plane(axes, series, series.motion, color=color, linestyle=dashes,
+                       label=name if len(runs) > 1 else 'robot' if series.motion == 'odom' else 'robot, true')
+        if series.motion != 'odom':
+            _plane(axes, series, 'odom', color=color, linewidth=0.8, alpha=0.6, zorder=1.9,
+                   label='_' if len(runs) > 1 else 'robot, by odometry')
         if shown:
             _poses(axes, series, color, poses if len(runs) == 1 else 1)
     axes.set_aspect('equal', adjustable='datalim')
@@ -94,15 +97,17 @@ def _even(count: int, most: int) -> NDArray[np.int_]:
 
 def _poses(axes: Axes, series: Series, color: str, count: int) -> None:
     """Draw poses evenly in time, and a dot at the start."""
-    x, y, heading = (series.line('odom', name).value for name in ('x', 'y', 'heading'))
+    x, y, heading = (series.line(series.motion, name).value for name in ('x', 'y', 'heading'))
     size = 0.075 * max(float(np.ptp(x)), float(np.ptp(y)), 0.1)
     for n in _even(x.size, count + 1)[:count]:
         draw_pose(axes, (x[n], y[n], heading[n]), size, color)
     axes.plot(x[0], y[0], 'o', color=color, markersize=4.0, label='_' if count == 1 else 'start')
 
 
-def draw_path(runs: Sequence[Named]) -> Figure:
-    """Draw paths, reference and poses of runs, overlaid, with both axes to the same scale."""
+def draw_path(runs: Sequence[Named]) -> Figure | None:
+    """Draw paths, reference and poses of runs, overlaid, both axes to the same scale; None where there are none."""
+    if not any(run.series.time(topic).size for run in runs for topic in ('odom', 'reference')):
+        return None
     with style():
         figure = Figure(figsize=(WIDTH, 4.6), layout='constrained')
         path_on(figure.subplots(), runs)

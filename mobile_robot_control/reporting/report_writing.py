@@ -30,17 +30,20 @@ Step = Callable[[str], None]
 
 
 def _figures(figures: Sequence[RunFigure], runs: Sequence[Named], folder: Path, step: Step) -> Iterator[str]:
-    """Write figures; yield each as HTML, and where one cannot be drawn, the reason."""
+    """Write figures; yield each that is not empty as HTML, and where one cannot be drawn, the reason."""
     for figure in figures:
         step(figure.title)
         try:
-            svg = save(figure.draw(runs), folder / figure.name)
+            drawn = figure.draw(runs)
+            svg = '' if drawn is None else save(drawn, folder / figure.name)
         except OSError:
             raise
         except Exception as error:  # whatever a run contains: the other figures are drawn
             yield _not_drawn(figure.title, error)
         else:
-            yield page.picture(figure.title, figure.caption, page.source(svg.encode(), 'image/svg+xml'))
+            # what no run contains has no frame
+            if svg:
+                yield page.picture(figure.title, figure.caption_of(runs), page.source(svg.encode(), 'image/svg+xml'))
 
 
 def _not_drawn(title: str, error: Exception) -> str:
@@ -106,7 +109,8 @@ def _animations(runs: Sequence[RecordedRun], folder: Path, step: Step) -> Iterat
             except Exception as error:  # as for figures
                 yield _not_drawn(run.name, error)
                 continue
-            yield page.picture(run.name, 'Robot blue, reference cart grey, and the largest torques of each moment.',
+            torques = ', and the largest torques of each moment' if run.series.torque('right').time.size else ''
+            yield page.picture(run.name, f'Robot blue, reference cart grey{torques}.',
                                page.source(file.read_bytes(), 'image/gif'))
 
 

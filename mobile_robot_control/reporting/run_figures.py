@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mobile_robot_control.reporting.lines import Line, broken_at_jumps
-from mobile_robot_control.reporting.panels import Named, Panel, over_time
+from mobile_robot_control.reporting.panels import Named, Panel, draw_panels
 from mobile_robot_control.reporting.path_figure import draw_path
 from mobile_robot_control.reporting.series import Series
 
@@ -23,46 +23,72 @@ class RunFigure(NamedTuple):
     title, caption : str
         Above and below it.
     draw : callable
-        Draws the figure of some runs.
+        Draws the figure of some runs; returns None where there is nothing to draw.
+    of_truth : str
+        What the caption adds where the truth of a run is known beside what odometry shows.
     """
 
     name: str
     title: str
     caption: str
-    draw: Callable[[Sequence[Named]], Figure]
+    draw: Callable[[Sequence[Named]], Figure | None]
+    of_truth: str = ''
+
+    def caption_of(self, runs: Sequence[Named]) -> str:
+        """Return the caption under the figure of some runs."""
+        return self.caption + (self.of_truth if any(run.series.hides_truth for run in runs) else '')
 
 
 def column(topic: str, name: str, scale: float = 1.0) -> Callable[[Series], Line]:
-    """Return the function that returns a column of a topic, both of LOOP_TOPICS, times a factor to the unit shown."""
-    def line(series: Series) -> Line:
-        found = series.line(topic, name)
-        return Line(found.time, scale * found.value)
+    """Return the function that returns a column of a topic, both of COLUMNS, times a factor to the unit shown."""
+    return lambda series: _scaled(series.line(topic, name), scale)
 
-    return line
+
+def _scaled(line: Line, scale: float) -> Line:
+    """Return a line with its values times a factor."""
+    return Line(line.time, scale * line.value)
 
 
 def heading_error(series: Series) -> Line:
-    """Return e3 [rad], broken where it jumps between -π and π."""
-    return broken_at_jumps(series.line('tracking_error', 'heading'))
+    """Return e3 [rad], broken where it jumps between -π and π; the true one where it is known."""
+    return broken_at_jumps(series.error('heading'))
 
 
 def distance_to_cart(series: Series) -> Line:
-    """Return the distance to the cart [cm]."""
-    ahead, aside = (series.line('tracking_error', name) for name in ('longitudinal', 'lateral'))
+    """Return the distance to the cart [cm]; the true one where it is known."""
+    return _distance(series.error('longitudinal'), series.error('lateral'))
+
+
+def _measured_distance(series: Series) -> Line:
+    """Return the distance to the cart that the controller saw [cm]; empty where it is all that there is."""
+    return _distance(series.measured_error('longitudinal'), series.measured_error('lateral'))
+
+
+def _distance(ahead: Line, aside: Line) -> Line:
     return Line(ahead.time, 100.0 * np.hypot(ahead.value, aside.value))
 
 
-def _panels(panels: Sequence[Panel], height: float = 1.75) -> Callable[[Sequence[Named]], Figure]:
-    """Return the function that draws panels of a height [in] over time."""
-    return lambda runs: over_time(panels, runs, height=height)
+def _error_panel(label: str, name: str) -> Panel:
+    """Return the panel of a distance of the tracking error [cm]."""
+    return Panel(label, lambda series: _scaled(series.error(name), 100.0), None,
+                 lambda series: _scaled(series.measured_error(name), 100.0), labels=_BOTH)
+
+
+def _panels(panels: Sequence[Panel], height: float = 1.75) -> Callable[[Sequence[Named]], Figure | None]:
+    """Return the function that draws panels of a height [in] over time, those that are not empty."""
+    return lambda runs: draw_panels(panels, runs, height)
+
+
+_BOTH = ('true', 'measured')
 
 
 POSITION = (Panel('x [m]', column('odom', 'x'), column('reference', 'x')),
             Panel('y [m]', column('odom', 'y'), column('reference', 'y')))
 HEADING = (Panel('heading [rad]', lambda series: series.headings()[0], lambda series: series.headings()[1]),)
-ERRORS = (Panel('$e_1$ ahead [cm]', column('tracking_error', 'longitudinal', 100.0)),
-          Panel('$e_2$ to the left [cm]', column('tracking_error', 'lateral', 100.0)),
-          Panel('$e_3$ heading [rad]', heading_error))
+ERRORS = (_error_panel('$e_1$ ahead [cm]', 'longitudinal'), _error_panel('$e_2$ to the left [cm]', 'lateral'),
+          Panel('$e_3$ heading [rad]', heading_error, None,
+                lambda series: broken_at_jumps(series.measured_error('heading')), labels=_BOTH))
+DISTANCE = (Panel('distance [cm]', distance_to_cart, None, _measured_distance, labels=_BOTH),)
 VELOCITY = (Panel('v [m/s]', column('odom', 'linear'), None, column('cmd_vel', 'linear'), True),
             Panel('ω [rad/s]', column('odom', 'angular'), None, column('cmd_vel', 'angular'), True))
 TORQUE = (Panel('right torque [N m]', lambda series: series.torque('right'), logarithmic=True),
@@ -73,13 +99,13 @@ ENERGY = (Panel('energy [J]', Series.energy),)
 
 RUN_FIGURES = (
     RunFigure('path', 'Path', 'The robot against the cart that it follows; triangles point ahead, evenly in time.',
-              draw_path),
+              draw_path, ' The true path, and thin beside it that of odometry.'),
     RunFigure('position', 'Position', 'Both coordinates over time, the reference grey beneath.', _panels(POSITION)),
     RunFigure('heading', 'Heading', 'Without jumps at ±π.', _panels(HEADING, 2.6)),
     RunFigure('errors', 'Tracking errors', 'Reference minus pose in the frame of the robot, Eq. (23).',
-              _panels(ERRORS, 1.5)),
-    RunFigure('distance', 'Distance to the cart', 'What the position metrics are made of.',
-              _panels((Panel('distance [cm]', distance_to_cart),), 2.6)),
+              _panels(ERRORS, 1.5), ' The true ones, and dotted over them what the controller saw.'),
+    RunFigure('distance', 'Distance to the cart', 'What the position metrics are made of.', _panels(DISTANCE, 2.6),
+              ' The true one, and dotted over it what the controller saw.'),
     RunFigure('velocity', 'Body velocities', 'Measured, and dotted what the position law commands.',
               _panels(VELOCITY)),
     RunFigure('torque', 'Wheel torques', 'As applied over each step.', _panels(TORQUE)),

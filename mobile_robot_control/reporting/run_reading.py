@@ -1,18 +1,19 @@
 """Read and measure a run: a bag, the folder of an experiment or a CSV file of `simulate`."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.files import TABLE, open_bounded
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.recording import bag_reader, csv_table, gaps
 from mobile_robot_control.recording.collector import Collector
-from mobile_robot_control.recording.joining import joined
+from mobile_robot_control.recording.errors import with_errors
+from mobile_robot_control.recording.joining import clock_topic, joined
 from mobile_robot_control.recording.mcap_stream import BagError, ProgressCallback
-from mobile_robot_control.recording.signals import Signal, origin
+from mobile_robot_control.recording.signals import Signal, has_torques, origin
 from mobile_robot_control.reporting.run_files import (
     UnreadableRunError,
     companion,
@@ -21,7 +22,7 @@ from mobile_robot_control.reporting.run_files import (
     recorded_outcome,
 )
 from mobile_robot_control.reporting.series import Series
-from mobile_robot_control.simulation.metrics import RunMeter, summary
+from mobile_robot_control.simulation.metrics import MEASURED, TRUE, RunMeter, summary
 from mobile_robot_control.simulation.rollout import is_complete
 from mobile_robot_control.texts import printable
 
@@ -74,10 +75,12 @@ def _from_csv(path: Path, progress: ProgressCallback) -> tuple[dict[str, Signal]
     return collector.signals, [*left_out, *gaps.describe_gaps(collector.signals)]
 
 
-def _from_bag(path: Path, namespace: str, progress: ProgressCallback) -> tuple[dict[str, Signal], list[str]]:
+def _from_bag(
+    path: Path, namespace: str, topics: Mapping[str, str] | None, progress: ProgressCallback
+) -> tuple[dict[str, Signal], list[str]]:
     """Read a bag; return its signals and problems."""
     try:
-        recording = bag_reader.read_bag(path, namespace, progress)
+        recording = bag_reader.read_bag(path, namespace, progress, topics)
     except BagError as error:
         raise UnreadableRunError(str(error)) from error
     return recording.signals, list(recording.problems)
@@ -92,23 +95,40 @@ def _parameters(file: Path, configure: Configure) -> tuple[Configuration | None,
         return None, [f'{file.name} is not read: {first}' + (f' (and {len(others)} more)' if others else '')]
 
 
+def _complete(signals: dict[str, Signal], exact: bool) -> tuple[dict[str, Signal], list[str]]:
+    """Return the signals with the errors that were not recorded, and sentences about how they were found."""
+    absent = [topic for topic in ('odom', 'reference') if not signals[topic].stamps]
+    if absent:
+        return signals, [f'there is no {" and no ".join(absent)}, and so no tracking error and no metrics']
+    made, notes = with_errors(signals, exact), []
+    if not signals['tracking_error'].stamps:
+        notes.append('the tracking error is computed from odom and reference, which is taken to be on straight lines '
+                     'between its messages' if made['tracking_error'].stamps else
+                     'no stamp of odom lies between two of reference: there is no tracking error')
+    if has_torques(signals) and clock_topic(made) != 'joint_states':
+        notes.append('joint_states come less often than errors: torques are drawn, but not measured')
+    return made, notes
+
+
 def _measured(
-    signals: dict[str, Signal], outcome: str | None, parameters: Configuration | None
+    signals: dict[str, Signal], outcome: str | None, parameters: Configuration | None, exact: bool
 ) -> tuple[dict[str, Any], list[str]]:
     """Return the metrics, as `simulate` and `experiment` compute them, and what is missing for them."""
-    slow, fast = (gaps.period(signals[topic].stamps) / 1e9 for topic in ('odom', 'joint_states'))
+    slow, fast = (gaps.period(signals[topic].stamps) / 1e9 for topic in ('tracking_error', 'joint_states'))
     if parameters:
         shared = parameters.plant.shared
         slow, fast = 1.0 / shared.position_rate, 1.0 / shared.velocity_rate
-    meter = RunMeter(fast, slow)
+    meter = RunMeter(fast, slow, TRUE if exact else MEASURED)
     for sample in joined(signals):
         meter.add(sample)
     if meter.last is None:
-        return ({'outcome': outcome} if outcome else {}), ['no metrics: they need all six topics of the loop']
+        return ({'outcome': outcome} if outcome else {}), [
+            'no metrics: they need odom and reference at the same time'] if signals['tracking_error'].stamps else []
     planned = parameters.plant.duration if parameters else 0.0
     # on the wall clock t = 0 is the first reference, which is later than the start of the plant's duration
-    whole = planned == 0.0 or is_complete(meter.last, planned, 1.0 / fast) or bool(
-        origin(signals) and meter.last.time > planned - _WALL_CLOCK_TOLERANCE)
+    early = (_WALL_CLOCK_TOLERANCE if origin(signals) else slow if clock_topic(signals) != 'joint_states' else 0.0)
+    whole = (planned == 0.0 or is_complete(meter.last, planned, 1.0 / fast)
+             or bool(early and meter.last.time > planned - early))
     broken = outcome in (None, 'completed') and not whole
     metrics = summary(meter.run(outcome or ('broken off' if broken else 'completed' if planned else 'not known')))
     if meter.totals.time == 0.0:
@@ -117,7 +137,8 @@ def _measured(
 
 
 def read_run(
-    path: Path, name: str, namespace: str, configure: Configure, progress: ProgressCallback, outcome: str | None = None
+    path: Path, name: str, namespace: str, configure: Configure, progress: ProgressCallback, outcome: str | None = None,
+    topics: Mapping[str, str] | None = None,
 ) -> RecordedRun:
     """
     Read and measure a run; no file is changed.
@@ -136,6 +157,8 @@ def read_run(
         Called with how much has been read, and of how much.
     outcome : str or None
         How the run ended; if None, as recorded beside it.
+    topics : mapping of str to str
+        Topics of the loop, or `ground_truth`, that have another name in a bag.
 
     Returns
     -------
@@ -149,7 +172,8 @@ def read_run(
     """
     try:
         run = locate(path)
-        signals, problems = _from_bag(run, namespace, progress) if is_bag(run) else _from_csv(run, progress)
+        signals, problems = (_from_bag(run, namespace, topics, progress) if is_bag(run)
+                             else _from_csv(run, progress))
         beside, measured = companion(run, 'parameters.yaml'), companion(run, 'metrics.json')
     except OSError as error:
         raise UnreadableRunError(f'{path}: cannot be read ({error.filename}: {error.strerror}); name a bag, a folder '
@@ -160,10 +184,13 @@ def read_run(
     problems += unknown
     if outcome is None and measured:
         outcome = recorded_outcome(measured)
-    metrics, missing = _measured(signals, outcome, parameters)
-    problems += missing
+    # a table has columns for the truth where odometry is not exact; of the bag of another robot nothing is known
+    exact = has_exact_odometry(parameters.plant) if parameters else not is_bag(run)
+    signals, notes = _complete(signals, exact)
+    metrics, missing = _measured(signals, outcome, parameters, exact)
+    problems += [*notes, *missing]
     series = Series(signals)
-    if series.origin and metrics.get('outcome') == 'completed':
+    if series.origin and metrics.get('outcome') == 'completed' and series.time('joint_states').size:
         # on the wall clock the other nodes continue for a moment after the plant has ended
         series = series.until(series.time('joint_states')[-1])
     return RecordedRun(name, series, tuple(map(printable, problems)), metrics, parameters)

@@ -51,20 +51,23 @@ def draw_search(history: Sequence[Generation], loops: Mapping[str, Sequence[Samp
     runs = [Named(name, collect(samples)) for name, samples in loops.items() if samples][::-1]
     with style():
         figure = Figure(figsize=(11.0, 7.0), layout='constrained')
-        axes = figure.subplot_mosaic([['search', 'distance'], ['path', 'heading'], ['path', 'torque']],
+        panels = {name: panel for name, panel in _PANELS.items() if name != 'torque' or panel.has_lines(runs)}
+        *above, last = panels
+        axes = figure.subplot_mosaic([['search' if name == 'distance' else 'path', name] for name in panels],
                                      width_ratios=[1, 1.1])
         figure.suptitle(title)
         _draw_history(axes['search'], history)
         path_on(axes['path'], runs)
-        for name, panel in _PANELS.items():
+        for name, panel in panels.items():
             panel_on(axes[name], panel, runs, None)
-        for name in ('distance', 'heading'):
-            axes[name].sharex(axes['torque'])
+        for name in above:
+            axes[name].sharex(axes[last])
             axes[name].tick_params(labelbottom=False)
-        axes['torque'].set_ylim(bottom=0.0)
+        if 'torque' in panels:
+            axes['torque'].set_ylim(bottom=0.0)
         legend(axes['distance'])
-        axes['torque'].set_xlabel('time [s]')
-        figure.align_ylabels([axes[name] for name in _PANELS])
+        axes[last].set_xlabel('time [s]')
+        figure.align_ylabels([axes[name] for name in panels])
         save(figure, file)
 
 

@@ -5,10 +5,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from mobile_robot_control.recording.collector import Collector
-from mobile_robot_control.recording.signals import Signal, origin
+from mobile_robot_control.recording.signals import COLUMNS, GROUND_TRUTH, TRUE_ERROR, Signal, origin
 from mobile_robot_control.reporting.lines import Floats, Line
 from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.topics import LOOP_TOPICS
+
+_NOTHING = Line(np.zeros(0), np.zeros(0))
 
 
 class Series:
@@ -28,8 +29,8 @@ class Series:
         self.origin = origin(signals)
 
     def line(self, topic: str, column: str) -> Line:
-        """Return a column of a topic, both of LOOP_TOPICS; empty for a topic without messages."""
-        names = LOOP_TOPICS[topic].columns
+        """Return a column of a topic, both of COLUMNS; empty for a topic without messages."""
+        names = COLUMNS[topic]
         signal = self.signals[topic]
         values = np.frombuffer(signal.values, dtype=np.float64).reshape(-1, len(names))
         return Line(self.time(topic), values[:, names.index(column)])
@@ -46,8 +47,26 @@ class Series:
         for topic, signal in self.signals.items():
             count = int(np.searchsorted(self.time(topic), end, side='right'))
             cut[topic] = Signal(signal.stamps[:count], signal.received[:count],
-                                signal.values[:count * len(LOOP_TOPICS[topic].columns)])
+                                signal.values[:count * len(COLUMNS[topic])])
         return Series(cut)
+
+    @property
+    def motion(self) -> str:
+        """The topic with the poses of the robot: the true ones where they are known beside those of odometry."""
+        return GROUND_TRUTH if self.signals[GROUND_TRUTH].stamps else 'odom'
+
+    @property
+    def hides_truth(self) -> bool:
+        """Whether the truth is known beside what odometry shows."""
+        return bool(self.signals[TRUE_ERROR].stamps)
+
+    def error(self, column: str) -> Line:
+        """Return a column of the tracking error: of the true one where it is known beside the measured one."""
+        return self.line(TRUE_ERROR if self.hides_truth else 'tracking_error', column)
+
+    def measured_error(self, column: str) -> Line:
+        """Return a column of the tracking error that the controller saw; empty where it is all that there is."""
+        return self.line('tracking_error', column) if self.hides_truth else _NOTHING
 
     def headings(self) -> tuple[Line, Line]:
         """Return the headings of robot and cart [rad] without jumps at ±π, and without whole turns between them."""
@@ -63,25 +82,27 @@ class Series:
         lines = []
         for wheel in ('right', 'left'):
             torque, speed = self.torque(wheel), self.line('joint_states', f'{wheel}_velocity')
-            lines.append(Line(torque.time, torque.value * speed.value[:-1]))
+            lines.append(Line(torque.time, torque.value * speed.value[:torque.value.size]))
         return lines[0], lines[1]
 
     def torque(self, wheel: str) -> Line:
         """
-        Return the torque of the 'right' or 'left' wheel over each step [N m], at the step's start.
+        Return the torque of the 'right' or 'left' wheel over each step [N m], at the step's start; empty if not known.
 
         The effort of a `joint_states` message was applied over the step that ended at its stamp.
         """
         effort = self.line('joint_states', f'{wheel}_effort')
-        return Line(effort.time[:-1], effort.value[1:])
+        return _NOTHING if np.isnan(effort.value).all() else Line(effort.time[:-1], effort.value[1:])
 
     def energy(self) -> Line:
         """Return the integral of the positive power of both wheels [J]."""
         right, left = self.power()
+        if not right.time.size:
+            return _NOTHING
         time = self.time('joint_states')
         steps = np.diff(time)
         drawn = (np.maximum(right.value, 0.0) + np.maximum(left.value, 0.0)) * steps
-        return Line(time, np.concatenate([np.zeros(min(1, time.size)), np.cumsum(drawn)]))
+        return Line(time, np.concatenate([np.zeros(1), np.cumsum(np.nan_to_num(drawn))]))
 
 
 def _unwrapped(line: Line) -> Line:

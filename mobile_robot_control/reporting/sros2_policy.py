@@ -15,6 +15,8 @@ _RECORDER = 'recorder'
 _SERVICES = ('describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description',
              'list_parameters', 'set_parameters', 'set_parameters_atomically')
 """What every node of ROS 2 serves; get_type_description from jazzy on."""
+_OWN_SERVICES = {'position_controller': ('stop', 'release')}
+"""What a node serves besides."""
 _HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <!-- Generated from the table of topics: python -m mobile_robot_control.reporting.sros2_policy FILE [NAMESPACE] -->
 <!-- How it is used: docs/security.md -->
@@ -25,6 +27,7 @@ class _Permissions(NamedTuple):
     publish: Iterable[str]
     subscribe: Iterable[str]
     request: Iterable[str] = ()
+    reply: Iterable[str] = _SERVICES
 
 
 def policy(namespace: str = '/') -> str:
@@ -57,7 +60,8 @@ def _of_node(node: str) -> _Permissions:
     others = [topic for topic, publishers in OTHER_TOPICS.items() if node in publishers]
     inputs = dict.fromkeys(topic for graph in LOOPS.values() for topic in graph.inputs_of(node))
     # /clock by rclpy itself, where use_sim_time is true
-    return _Permissions([*loop, *others], [*inputs, '/clock'])
+    return _Permissions([*loop, *others], [*inputs, '/clock'],
+                        reply=[*_SERVICES, *_OWN_SERVICES.get(node, ())])
 
 
 def _of_recorder() -> _Permissions:
@@ -73,7 +77,7 @@ def _enclave(path: str, namespace: str, nodes: dict[str, _Permissions]) -> Itera
         yield f'        <profile ns="{namespace}" node="{node}">'
         yield from _allowance('topic', 'publish', allowed.publish)
         yield from _allowance('topic', 'subscribe', allowed.subscribe)
-        yield from _allowance('service', 'reply', [f'~/{service}' for service in _SERVICES])
+        yield from _allowance('service', 'reply', [f'~/{service}' for service in allowed.reply])
         yield from _allowance('service', 'request', allowed.request)
         yield '        </profile>'
     yield from ('      </profiles>', '    </enclave>')

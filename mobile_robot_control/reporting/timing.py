@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mobile_robot_control.recording.gaps import find_gaps
 from mobile_robot_control.reporting.lines import Floats, Line
 from mobile_robot_control.reporting.page import html_table
-from mobile_robot_control.reporting.panels import Named, Panel, over_time
+from mobile_robot_control.reporting.panels import Named, Panel, draw_panels
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
@@ -31,13 +31,15 @@ def _stamps(series: Series, topic: str) -> NDArray[np.int64]:
 
 
 def intervals(series: Series, topic: str) -> Line:
-    """Return the wall time between each message of a run over DDS and the one before it [ms]."""
-    return Line(series.time(topic)[1:], 1e3 * np.diff(_received(series, topic)))
+    """Return the wall time between each message of a run over DDS and the one before it [ms]; empty if not recorded."""
+    between = 1e3 * np.diff(_received(series, topic))
+    return Line(series.time(topic)[1:1 + between.size], between)
 
 
 def intervals_in_motion(series: Series, topic: str) -> Line:
     """Return the intervals [ms] except that after stamp 0, where an experiment waits until every topic is recorded."""
-    every, moves = intervals(series, topic), _stamps(series, topic)[:-1] > 0
+    every = intervals(series, topic)
+    moves = _stamps(series, topic)[:every.time.size] > 0
     return Line(every.time[moves], every.value[moves])
 
 
@@ -73,35 +75,35 @@ def quantiles(values: Floats) -> Quantiles | None:
     return Quantiles(float(np.median(values)), float(np.quantile(values, 0.99)), float(values.max()))
 
 
-def draw_intervals(runs: Sequence[Named]) -> Figure:
+def draw_intervals(runs: Sequence[Named]) -> Figure | None:
     """Draw the wall time between messages of the fast and of the slow loop, while the robot moves."""
-    return over_time([
+    return draw_panels([
         Panel('joint_states [ms]', lambda series: intervals_in_motion(series, 'joint_states')),
         Panel('odom [ms]', lambda series: intervals_in_motion(series, 'odom')),
     ], runs)
 
 
-def draw_latency(runs: Sequence[Named]) -> Figure:
+def draw_latency(runs: Sequence[Named]) -> Figure | None:
     """Draw the latency of the answers in the slow and in the fast loop."""
-    return over_time([
+    return draw_panels([
         Panel('odom → cmd_vel [ms]', lambda series: latency(series, 'odom', 'cmd_vel')),
         Panel('joint_states →\nwheel_torques [ms]', lambda series: latency(series, 'joint_states', 'wheel_torques')),
     ], runs)
 
 
 def timing_table(series: Series) -> str:
-    """Return the timing of a run over DDS as HTML: intervals and gaps of each topic, and the latency of each answer."""
+    """Return the timing of a run over DDS as HTML: intervals and gaps of recorded topics, latency of answers."""
     rows = []
-    for topic in LOOP_TOPICS:
+    for topic in filter(lambda topic: series.signals[topic].received, LOOP_TOPICS):
         stamps = series.signals[topic].stamps
         rows.append([f'<code>{topic}</code>', str(len(stamps)), *_written(quantiles(intervals(series, topic).value)),
                      str(len(find_gaps(stamps, series.origin)))])
     between = html_table(['every', 'messages', 'median', '99 %', 'longest', 'gaps by stamp'], rows)
-    answers = html_table(['from question to answer', 'median', '99 %', 'longest'], [
-        [f'<code>{question}</code> → <code>{answer}</code>',
-         *_written(quantiles(latency(series, question, answer).value))] for question, answer in LOOPS['torque'].answers
-    ])
-    return between + answers
+    answers = [[f'<code>{question}</code> → <code>{answer}</code>',
+                *_written(quantiles(latency(series, question, answer).value))]
+               for question, answer in LOOPS['torque'].answers
+               if series.signals[question].received and series.signals[answer].received]
+    return between + (html_table(['from question to answer', 'median', '99 %', 'longest'], answers) if answers else '')
 
 
 def _written(found: Quantiles | None) -> list[str]:

@@ -46,6 +46,11 @@ class Condition(NamedTuple):
     waits_for: Sequence[str] = ()
     detail: str = ''
 
+    def text(self) -> str:
+        """Return the condition in words."""
+        waits = f', waits for {" and ".join(self.waits_for)}' if self.waits_for else ''
+        return self.state + waits + (f': {self.detail}' if self.detail else '')
+
 
 class OverrunCounter(Protocol):
     """What may come late: LockstepPacer in lockstep, FixedRateTimer on the wall clock."""
@@ -153,10 +158,9 @@ class Diagnostics:
 
     def _publish(self, condition: Condition) -> None:
         name = self._node.get_fully_qualified_name().lstrip('/')
-        waits = f', waits for {" and ".join(condition.waits_for)}' if condition.waits_for else ''
         status = DiagnosticStatus(
             level=condition.level, name=name, hardware_id=name.rpartition('/')[0],
-            message=condition.state + waits + (f': {condition.detail}' if condition.detail else ''),
+            message=condition.text(),
             values=[KeyValue(key=key, value=str(value)) for key, value in self._values(condition).items()],
         )
         array = DiagnosticArray(status=[status])

@@ -6,9 +6,11 @@ from collections.abc import Callable
 from rclpy.node import Node
 
 from mobile_robot_control.control import bumpless_transfer
+from mobile_robot_control.control.approach import Approach, approach_step
+from mobile_robot_control.control.command_limits import limit_command
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import PositionControl
-from mobile_robot_control.quantities import BodyVelocity, Observation
+from mobile_robot_control.quantities import BodyVelocity, Observation, TrackingError
 
 _ZERO = BodyVelocity(0.0, 0.0)
 
@@ -38,6 +40,7 @@ class LawRunner:
     def __init__(self, node: Node, control: PositionControl, dt: float, note_failure: Callable[[], None]) -> None:
         self._node, self._dt, self._note_failure = node, dt, note_failure
         self._running = bumpless_transfer.begin(control, dt, under_way=False)
+        self._approach = Approach()
         self.failure = ''
 
     def begin(self, control: PositionControl, under_way: bool) -> None:
@@ -73,6 +76,16 @@ class LawRunner:
         took = time.monotonic() - begun
         if took > time_limit:
             return self._stop(f'a step took {took:.3g} s, and input_timeout is {time_limit:g} s', stamp)
+        return command
+
+    def approach(self, error: TrackingError, speed: float, control: PositionControl) -> BodyVelocity:
+        """Return the command towards a cart that waits, at a speed [m/s] at most; a law goes on from it smoothly."""
+        if self.failure:
+            return _ZERO
+        self._approach, asked = approach_step(self._approach, error, speed)
+        command = limit_command(asked, self._running.command, self._running.limits, self._dt)
+        joining = bumpless_transfer.change(self._running, control, self._dt, restart=True)
+        self._running = joining._replace(command=command)
         return command
 
     def _stop(self, reason: str, stamp: int | None) -> BodyVelocity:

@@ -4,7 +4,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from mobile_robot_control.messages.parsing import read_torque
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.parameters.nodes import PlantParameters
+from mobile_robot_control.parameters.nodes import PlantParameters, loop_of
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 from mobile_robot_control.ros.command_input import CommandInput
 from mobile_robot_control.ros.diagnostics import Condition
@@ -16,7 +16,7 @@ from mobile_robot_control.ros.simulated_robot import SimulatedRobot
 from mobile_robot_control.ros.stall_detector import StallDetector
 from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy, StampDecision, StampPolicy, WallClockStampPolicy
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import LOOPS, LoopGraph
+from mobile_robot_control.topics import LoopGraph
 
 _STANDS = BodyVelocity(0.0, 0.0)
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -62,7 +62,7 @@ class Plant(LoopNode[PlantParameters]):
             self._pacer.ask(self._now)
 
     def _loop_graph(self) -> LoopGraph:
-        return LOOPS[self._values.model.drive]
+        return loop_of(self._values)
 
     @property
     def _nothing(self) -> BodyVelocity | WheelTorque:
@@ -160,7 +160,7 @@ class Plant(LoopNode[PlantParameters]):
         if self.exit_code is None:
             stamp = self._clock_stamp()
             if self._robot.has_sensors:
-                self._plant_publishers.publish_sample(stamp, self._period)
+                self._plant_publishers.publish_sample(stamp)
             elif self._now % self._position_period == 0:
                 self._plant_publishers.publish_odometry(stamp)
             self._plant_publishers.publish_joint_states(stamp)

@@ -56,45 +56,33 @@ class PlantPublishers:
         self._clock = node.create_publisher(Clock, '/clock', PUBLISHED) if publish_clock else None
         self._broadcast = make_broadcaster(node, *frames) if values.publish_tf else None
         self._newest: tuple[int, Pose, bytes]
-        self._sampled = -1
+        self._sampled, self._truth = -1, b''
 
     def publish_odometry(self, stamp: int) -> None:
         """Publish, with a stamp [ns], the measured pose and, where odometry is not exact, the true one."""
         pose, twist = self._robot.measured_odometry()
         self._newest = stamp, pose, self._write_odometry(stamp, pose, twist)
+        self._truth = self._true_motion(stamp)
         self.repeat_odometry()
-        self._publish_truth(stamp)
 
-    def publish_sample(self, stamp: int, period: int) -> None:
-        """
-        Publish odometry once as it arrives, with the stamp of its sample, as on the wall clock; the truth as it is.
+    def publish_sample(self, stamp: int) -> None:
+        """Publish odometry where a sample has arrived that is not published yet, with the stamp of now [ns]."""
+        if self._robot.sampled != self._sampled:
+            self._sampled = self._robot.sampled
+            self.publish_odometry(stamp)
 
-        Parameters
-        ----------
-        stamp : int
-            Of now [ns].
-        period : int
-            Of the velocity grid [ns].
-
-        """
-        sampled = self._robot.sampled
-        if sampled != self._sampled:
-            self._sampled = sampled
-            pose, twist = self._robot.measured_odometry()
-            at = stamp - (self._robot.k - sampled) * period
-            self._newest = at, pose, self._write_odometry(at, pose, twist)
-            self.repeat_odometry()
-            self._publish_truth(stamp)
-
-    def _publish_truth(self, stamp: int) -> None:
-        if self._ground_truth is not None:
-            state = self._robot.state
-            self._ground_truth.publish(self._write_truth(stamp, state.pose, state.velocity))
+    def _true_motion(self, stamp: int) -> bytes:
+        if self._ground_truth is None:
+            return b''
+        state = self._robot.state
+        return self._write_truth(stamp, state.pose, state.velocity)
 
     def repeat_odometry(self) -> None:
-        """Publish the newest odometry, for the first time or again."""
+        """Publish the newest odometry, and the truth beside it, for the first time or again."""
         stamp, pose, odometry = self._newest
         self._odom.publish(odometry)
+        if self._ground_truth is not None:
+            self._ground_truth.publish(self._truth)
         if self._clock is not None:
             self._clock.publish(self._write_clock(stamp))
         if self._broadcast is not None:

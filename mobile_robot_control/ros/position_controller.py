@@ -6,24 +6,25 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 
-from mobile_robot_control.control.latency import carried_forward, held_age
+from mobile_robot_control.control.latency import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
 from mobile_robot_control.parameters.nodes import PositionControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, Condition
+from mobile_robot_control.ros.far_start import log_far_start
 from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.law_runner import LawRunner
 from mobile_robot_control.ros.loop_node import LoopNode
+from mobile_robot_control.ros.odom_age import OdomAge
 from mobile_robot_control.ros.odom_conflict import CONFLICT, OdomConflict
 from mobile_robot_control.ros.odom_twist import OdomTwist
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
+from mobile_robot_control.ros.wall_clock_drive import WallClockDrive, approach_speed
 
 _ZERO = BodyVelocity(0.0, 0.0)
-_FAR = 0.5
-"""[m] from the cart: a start that is worth a warning."""
 
 
 class PositionController(LoopNode[PositionControllerParameters]):
@@ -38,8 +39,9 @@ class PositionController(LoopNode[PositionControllerParameters]):
             for topic, child in (('odom', shared.base_frame_id), ('reference', shared.reference_frame_id))
         )
         self._law = LawRunner(self, self._values.control, 1.0 / shared.position_rate, self._tell_failure)
-        self._twist = OdomTwist(self)
+        self._twist, self._age = OdomTwist(self), OdomAge(shared)
         self._conflict = OdomConflict(self, self._watch, self._values.input_timeout)
+        self._drive = WallClockDrive(self, shared.lockstep, self._law, self._act)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
@@ -66,6 +68,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             return
         pose, velocity = valid.value
         if valid.decision is StampDecision.HOLD:
+            self._age.note(valid.stamp, pose, velocity)
             self._conflict.note(valid.stamp, pose, velocity)
             velocity = self._twist.note(valid.stamp, pose, velocity)
         self._odom = (valid.stamp, (pose, velocity))
@@ -90,14 +93,16 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._law.failure = ''
             self._law.begin(self._values.control, decision is StampDecision.JOIN)
             self._check_start(decision)
+            self._age.begin()
         self._policy.accept(stamp)
+        self._age.note(stamp, *self._odom[1])
         self._step(stamp, *self._odom[1], self._reference[1])
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
         stamp = self._clock_stamp()
         silent = [topic for topic in self._monitor.sources if self._monitor.age(topic) > self._values.input_timeout]
-        if self._values.stop_on_odom_conflict and self._conflict.present:
+        if self._drive.stop.reason or self._in_conflict():
             self._tracking = False
             self._publish_command(stamp, _ZERO)
         elif self._odom is not None and self._reference is not None and not silent:
@@ -114,25 +119,31 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._publish_command(stamp, _ZERO)
 
     def _check_start(self, decision: StampDecision) -> None:
-        """Warn where a run starts far from the cart."""
-        if decision is not StampDecision.START or self._odom is None or self._reference is None:
-            return
-        pose, cart = self._odom[1][0], self._reference[1].pose
-        apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
-        if apart > _FAR:
-            self.get_logger().warning(
-                f'the run starts {apart:.2f} m from the cart: the robot is at ({pose.x:.2f}, {pose.y:.2f}) m, '
-                f'the cart at ({cart.x:.2f}, {cart.y:.2f}) m; set plant.initial_pose, or place the curve elsewhere')
+        """Log where a run starts far from the cart."""
+        if decision is StampDecision.START and self._odom is not None and self._reference is not None:
+            log_far_start(self, self._odom[1][0], self._reference[1].pose,
+                          approach_speed(self._values, self._reference[1]))
+
+    def _in_conflict(self) -> bool:
+        return self._values.stop_on_odom_conflict and self._conflict.present
+
+    def _act(self) -> str:
+        """Apply a stop or a release at once; return the condition in words."""
+        self._tick()
+        self._diagnostics.publish_now()
+        return self._diagnostics.condition().text()
 
     def _reached(self) -> int | None:
         return self._policy.accepted
 
     def _step(self, stamp: int, pose: Pose, velocity: BodyVelocity, reference: Reference) -> None:
         if self._values.compensate_latency:
-            pose = carried_forward(pose, velocity, self._odom_age(stamp))
+            pose = carried_forward(pose, velocity, self._age.at(stamp, self._values.odom_latency))
+            if not self._shared.lockstep and self._reference is not None:
+                reference = self._age.present(reference, stamp - self._reference[0])
         observation = Observation(tracking_error(reference.pose, pose), reference, velocity)
         command = (self._law.command(observation, stamp, math.inf) if self._shared.lockstep
-                   else self._law.command(observation, None, self._values.input_timeout))
+                   else self._drive.command(observation, self._values))
         self._answer = (command, observation.error)
         # publish before updating diagnostics: other nodes wait for the answer
         self._publish(stamp)
@@ -144,7 +155,9 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _condition(self) -> Condition | None:
         if self._law.failure:
             return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._law.failure)
-        if self._values.stop_on_odom_conflict and self._conflict.present:
+        if self._drive.stop.reason:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._drive.stop.reason)
+        if self._in_conflict():
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *self._watch.problems()]))
         if self._twist.problem and self._tracking:
             return Condition(DiagnosticStatus.WARN, 'running', detail='; '.join(
@@ -154,11 +167,6 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _last_condition(self) -> Condition:
         # a run may end before the first report that an experiment receives
         return (self._condition() if self._law.failure else None) or super()._last_condition()
-
-    def _odom_age(self, stamp: int) -> float:
-        """Return how old odometry is at a stamp [s]; in lockstep it is of the same stamp."""
-        measured = self._odom[0] if self._odom is not None else stamp
-        return held_age((stamp - measured) / 1e9 + self._values.odom_latency, self._shared.stamp_tolerance)
 
     def _publish(self, stamp: int) -> None:
         if self._answer is not None:

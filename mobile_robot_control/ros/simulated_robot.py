@@ -24,6 +24,11 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, Whe
 from mobile_robot_control.stamps import period_nanoseconds
 
 
+def exceeds(values: tuple[float, ...], limit: float) -> bool:
+    """Return whether one of some values is beyond a limit; 0 means none."""
+    return limit > 0.0 and max(map(abs, values)) > limit
+
+
 class SimulatedRobot:
     """
     A robot at rest at its initial pose, moved by `step`.
@@ -57,7 +62,7 @@ class SimulatedRobot:
         self._model = model
         self._step, self._sensing = drive_step(form), sensing(form)
         self._discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
-        self._constants, self._drive = drive_constants(model, shared.robot, grid), drive_at_rest(model, grid)
+        self._constants, self._drive = drive_constants(model, self._discrete, grid), drive_at_rest(model, grid)
         self._sensor_values = sensor_values(model, shared.robot, grid)
         self._sensors = sensors_at_rest(self.state, self._sensor_values)
 
@@ -65,12 +70,12 @@ class SimulatedRobot:
         """Move by one velocity period; return whether the robot gave less than was asked for [N m], [m/s], [rad/s]."""
         if isinstance(asked, BodyVelocity):
             self.state, self._drive = self._step(self.state, self._drive, asked, self.k, self._constants)
-            less = any(abs(one) > limit > 0.0 for one, limit in zip(asked, self._model.base.max_speed, strict=True))
+            less = any(exceeds((one,), limit) for one, limit in zip(asked, self._model.base.max_speed, strict=True))
         else:
             self.state, self._drive, acting, self.applied = self._step(
                 self.state, self._drive, asked, self.k, self._discrete, self._model.imperfections,
                 self._model.max_wheel_torque, self._constants)
-            less = self.applied != acting
+            less = exceeds(acting, self._model.max_wheel_torque) or exceeds(acting, self._model.motor.stall_torque)
         self.k += 1
         self._sensors = self._sensing.advance(*self._shown)
         return less

@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.jit import JITABLE
+from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference
 from mobile_robot_control.simulation import trial
@@ -44,7 +44,7 @@ def _register(*functions: Callable[..., Any]) -> None:
         if function not in _registered:
             _registered.add(function)
             # forced inline: otherwise the loop's hundred constants go over the stack in every step, for half again
-            register_jitable(forceinline=True)(function)
+            register_jitable(forceinline=function not in APART)(function)
 
 
 @lru_cache(maxsize=32)

@@ -41,8 +41,8 @@ class Loop(NamedTuple):
         Of the curve.
     position_dt : float
         Period of the position loop [s].
-    odom_age : float
-        By which odometry is carried forward where latency is compensated [s].
+    odom_latency, longest_age : float
+        By which odometry is carried forward where latency is compensated, beside its repeats, and at most [s].
     drive, sensors : NamedTuple or tuple
         Constants of what moves the robot and of its sensors; () where they are ideal.
     """
@@ -56,7 +56,8 @@ class Loop(NamedTuple):
     limits: Limits
     placement: Placement
     position_dt: float
-    odom_age: float
+    odom_latency: float
+    longest_age: float
     drive: Any
     sensors: Any
 
@@ -77,6 +78,8 @@ class LoopState(NamedTuple):
         Of what moves the robot: torques asked for and not yet applied, motors, or a base.
     sensors : NamedTuple or tuple
         Of the sensors; () where they are ideal.
+    held : HeldOdometry or tuple
+        What latency compensation remembers of odometry; () where it is off.
     """
 
     plant: PlantState
@@ -85,6 +88,7 @@ class LoopState(NamedTuple):
     command: BodyVelocity
     drive: Any
     sensors: Any
+    held: Any
 
 
 class PositionTick(NamedTuple):

@@ -1,6 +1,6 @@
 """The closed loop of a configuration: which functions it is made of, its constants, and its state at t = 0."""
 
-from mobile_robot_control.control.latency import held_age
+from mobile_robot_control.control.latency import NO_ODOMETRY
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
@@ -36,8 +36,9 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     shared, plant = configuration.plant.shared, configuration.plant
     law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
     model, grid = plant.model, plant_grid(configuration)
+    discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
     loop = Loop(
-        discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling),
+        discrete,
         model.imperfections,
         model.max_wheel_torque,
         configuration.velocity_controller.max_wheel_torque,
@@ -46,14 +47,16 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
         configuration.position_controller.control.limits,
         configuration.reference_cart.curve.placement,
         1.0 / shared.position_rate,
-        held_age(configuration.position_controller.odom_latency, shared.stamp_tolerance),
-        drive_constants(model, shared.robot, grid),
+        configuration.position_controller.odom_latency,
+        shared.stamp_tolerance,
+        drive_constants(model, discrete, grid),
         sensor_values(model, shared.robot, grid),
     )
     at_rest = dynamics.at_rest(Pose(*plant.initial_pose))
     return loop, LoopState(
         at_rest, VelocityPiState(), law.start, BodyVelocity(0.0, 0.0), drive_at_rest(model, grid),
         sensors_at_rest(at_rest, loop.sensors),
+        NO_ODOMETRY if configuration.position_controller.compensate_latency else (),
     )
 
 

@@ -16,10 +16,11 @@ from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
+from mobile_robot_control.simulation.variation import Variation, variation_step
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
 
-_NOTHING = Totals()
+_NOTHING, _UNVARIED = Totals(), Variation()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
 
 
@@ -69,6 +70,8 @@ class Outcome(NamedTuple):
         Of the whole run, and of the errors from the late step on. Errors are true ones, whatever the noise.
     law_failed : bool
         Whether it ended because the position law failed.
+    variation : float
+        Of torque [N m] or command [m/s], where the form sums it.
     """
 
     steps: int
@@ -77,6 +80,7 @@ class Outcome(NamedTuple):
     totals: Totals
     late: Totals
     law_failed: bool
+    variation: float = 0.0
 
 
 def make_trial(configuration: Configuration, duration: float, late: float = 0.0) -> Trial:
@@ -108,25 +112,27 @@ def bind(
 ) -> Callable[..., Outcome]:
     """Make the rollout of both ticks, plain or compiled; `reference_of` returns the n-th reference given to it."""
     has_torque = not form.plant.takes_velocity
+    vary = variation_step(form.varies, form.plant.takes_velocity)
 
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.plant.robot, loop.plant.dt
-        totals = late_totals = _NOTHING
+        totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
         initial, pose = _NO_TORQUE, state.plant.pose
         for n in range(-(-steps // ratio)):
             first = n * ratio
             pose = state.plant.pose
             state, _, error = position_tick(state, reference_of(given, n), first, first * dt, loop)
             if not is_sound(state.command):
-                return Outcome(first, pose, initial, totals, late_totals, True)
+                return Outcome(first, pose, initial, totals, late_totals, True, variation.total)
             for k in range(first, min(first + ratio, steps)):
                 wheels = wheel_velocity(state.plant.velocity, robot)
                 state, _, applied = velocity_tick(state, k, loop)
                 # the period in which the motion diverges is not counted
                 if dynamics.diverged(state.plant):
-                    return Outcome(k, pose, initial, totals, late_totals, False)
+                    return Outcome(k, pose, initial, totals, late_totals, False, variation.total)
                 if k == 0:
                     initial = applied
+                variation = vary(variation, state.command, applied, robot)
                 if has_torque:
                     totals = add_torque(totals, applied, wheels, dt)
                 if k == first:
@@ -135,7 +141,7 @@ def bind(
                         late_totals = add_error(late_totals, error, loop.position_dt)
         if steps % ratio == 0:
             pose = state.plant.pose
-        return Outcome(steps, pose, initial, totals, late_totals, False)
+        return Outcome(steps, pose, initial, totals, late_totals, False, variation.total)
 
     return roll
 

@@ -20,6 +20,8 @@ from mobile_robot_control.tuning.search_gains import Gains
 from mobile_robot_control.tuning.search_space import VELOCITY, Gene
 
 RunTrials = Callable[[Sequence[Trial]], list[Outcome]]
+DEFAULT_SMOOTH = {'torque': 0.0, 'velocity': 0.5}
+"""The weight `Goal.smooth` by how the plant is driven: Eq. (29) has a term for the torque, but none for the command."""
 COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistics.fmean, 'worst': max}
 
 
@@ -41,6 +43,9 @@ class Goal(NamedTuple):
         'mean' or 'worst' of the scenarios.
     literal : bool
         True takes max τ in Eq. (29) as printed; False takes max |τ|.
+    smooth : float
+        Weight of the variation per second that is added to Eq. (29): of the torques of both wheels [s/(N m)], or of the
+        speeds that the command asks for [s²/m] where the plant is driven by velocity.
     """
 
     controller: str
@@ -49,6 +54,7 @@ class Goal(NamedTuple):
     laps: float = 1.0
     combine: str = 'mean'
     literal: bool = False
+    smooth: float = 0.0
 
 
 class Objective:
@@ -69,7 +75,8 @@ class Objective:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
         self._position_dt = 1.0 / configuration.plant.shared.position_rate
         self._gains = search_gains.configured_gains(configuration)
-        self._trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
+        trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
+        self._trials = [one._replace(form=one.form._replace(varies=goal.smooth > 0.0)) for one in trials]
         if goal.controller != VELOCITY:
             self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
         # velocity gains that the search does not change have been checked with the configuration
@@ -121,8 +128,15 @@ class Objective:
     def _score(self, outcomes: Sequence[Outcome]) -> float:
         """Combine the objectives of all scenarios."""
         scored = [
-            objective(outcome.totals, self._goal.literal) if outcome.steps == trial.steps else WORST
+            self._one_score(outcome, trial.loop.plant.dt) if outcome.steps == trial.steps else WORST
             for outcome, trial in zip(outcomes, self._trials, strict=True)
         ]
         # one run that failed makes a mean over the scenarios meaningless
         return WORST if WORST in scored else COMBINATIONS[self._goal.combine](scored)
+
+    def _one_score(self, outcome: Outcome, dt: float) -> float:
+        """Return Eq. (29) of a complete run, and what is added for its roughness."""
+        score = objective(outcome.totals, self._goal.literal)
+        if self._goal.smooth > 0.0:
+            score += self._goal.smooth * outcome.variation / (outcome.steps * dt)
+        return score

@@ -83,14 +83,15 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
     loop = prepared.loop
     robot = _varied_robot(loop.plant.robot, scenario)
     model, grid = _varied_model(configuration.plant.model, scenario, loop.plant.dt), plant_grid(configuration)
-    sensors = sensor_values(model, robot, grid)
+    plant, sensors = (discretise(robot, loop.plant.dt, loop.plant.centripetal_coupling),
+                      sensor_values(model, robot, grid))
     return prepared._replace(
         curve=scenario.curve,
         loop=loop._replace(
-            plant=discretise(robot, loop.plant.dt, loop.plant.centripetal_coupling),
+            plant=plant,
             imperfections=model.imperfections,
             placement=placement,
-            drive=drive_constants(model, robot, grid),
+            drive=drive_constants(model, plant, grid),
             sensors=sensors,
         ),
         state=state._replace(drive=drive_at_rest(model, grid), sensors=sensors_at_rest(state.plant, sensors)),
@@ -110,7 +111,8 @@ def _varied_model(model: PlantModel, scenario: Scenario, dt: float) -> PlantMode
     """Return a plant with a scenario's noise and delay; what a base makes of mass and friction is lag and dead zone."""
     noisy = model.imperfections._replace(noise=scenario.noise)
     if model.drive == TORQUE:
-        return model._replace(imperfections=noisy._replace(delay=Delay(scenario.delay)))
+        dry = model.friction._replace(coulomb=model.friction.coulomb * scenario.friction)
+        return model._replace(imperfections=noisy._replace(delay=Delay(scenario.delay)), friction=dry)
     base = model.base
     return model._replace(imperfections=noisy, base=base._replace(
         lag=tuple(lag * scenario.mass for lag in base.lag),

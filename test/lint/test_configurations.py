@@ -1,5 +1,6 @@
 """Every shipped parameter file loads, into the whole and into every node, and names only what is declared."""
 
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -7,10 +8,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import declarations, flatten
 from mobile_robot_control.parameters.files import load, read_parameter_file
 from mobile_robot_control.parameters.nodes import NODES, Configuration
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.robots_table import PLACEHOLDER, head, sourced_parameters
 
 CONFIG = Path(__file__).parents[2] / 'config'
@@ -70,6 +74,36 @@ def test_every_number_of_a_robot_has_its_source_above_it(path):
         assert colon, f'{one.name}: {one.source}'
         assert reason, f'{one.name}: {one.source}'
         assert ('placeholder' in kind.lower()) == one.source.startswith(PLACEHOLDER), f'{one.name}: {one.source}'
+
+
+def _fastest(configuration):
+    """The largest linear and angular velocity that the curve asks for, and the largest velocity of a wheel."""
+    curve, robot = configuration.reference_cart.curve, configuration.plant.shared.robot
+    asked = [reference_at(CURVES[curve.curve], curve.placement.period * n / 1000, curve.placement).velocity
+             for n in range(1000)]
+    return (max(abs(one.linear) for one in asked), max(abs(one.angular) for one in asked),
+            max(abs(side) for one in asked for side in wheel_velocity(one, robot)))
+
+
+@pytest.mark.parametrize('path', ROBOTS, ids=_id)
+def test_every_robot_can_drive_its_curve(path):
+    """With a fifth of its speed to spare, within its own limits and those of its position controller."""
+    configuration = configure(load([path]))
+    plant, control = flatten(configuration.plant), flatten(configuration.position_controller)
+    linear, angular, wheel = _fastest(configuration)
+    assert wheel < 0.8 * (plant['motor.no_load_speed'] or math.inf)
+    limits = [*plant['base.max_speed'], control['limits.linear_velocity'], control['limits.angular_velocity']]
+    for asked, limit in zip([linear, angular] * 2, limits, strict=True):
+        assert asked < 0.85 * (limit or math.inf)
+
+
+@pytest.mark.parametrize('path', ROBOTS, ids=_id)
+def test_the_position_controller_of_a_robot_carries_odometry_forward_by_all_its_delays(path):
+    configuration = configure(load([path]))
+    plant, control = flatten(configuration.plant), flatten(configuration.position_controller)
+    late = plant['odometry.latency'] + max(plant['base.dead_time'])
+    assert control['odom_latency'] == pytest.approx(late)
+    assert control['compensate_latency'] == (late > 0.0)
 
 
 @pytest.mark.parametrize('path', sorted((CONFIG / 'chapter').glob('*.yaml')), ids=_id)

@@ -69,12 +69,16 @@ def test_its_topics_are_those_of_the_node(domain):
         '        for end in found:\n'
         '            kind = end.msg_type.__module__.split(".")[0] + "/msg/" + end.msg_type.__name__\n'
         '            print(name, end.topic_name, kind, verb)\n'
+        '    for end in node.services:\n'
+        '        kind = end.srv_type.__module__.split(".")[0] + "/srv/" + end.srv_type.__name__\n'
+        '        print(name, end.service_name, kind, "serves")\n'
     )
     printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
                              check=True).stdout
     for node, page in PAGES.items():
         real = {tuple(line.split()[1:]) for line in printed.splitlines() if line.split()[0] == node}
-        real = {topic for topic in real if topic[0] not in ('/rosout', '/parameter_events', '/tf')}
+        real = {end for end in real if end[0] not in ('/rosout', '/parameter_events', '/tf')
+                and not end[1].startswith(('rcl_interfaces/srv', 'type_description_interfaces/srv'))}
         written = {('/' + topic.lstrip('/'), kind, verb)
                    for topic, kind, verb in re.findall(r'^\| `(\S+)` \| `(\S+)` \| (\w+) \|$', page, re.MULTILINE)}
         assert written == real

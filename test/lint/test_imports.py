@@ -36,14 +36,14 @@ LAYERS = {
     'reference': {'quantities', 'texts', 'angles', 'jit', 'parameters', 'registry'},
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.shared': {'parameters', 'stamps', 'model'},
-    'parameters.nodes': {'parameters', 'parameters.shared', 'stamps'} | DOMAIN,
+    'parameters.nodes': {'parameters', 'parameters.shared', 'stamps', 'topics'} | DOMAIN,
     'parameters.configuration': {'parameters', 'parameters.shared', 'parameters.nodes', 'model', 'reference'},
     'parameters.addressing': {'parameters.nodes'},
     'parameters.files': {'files', 'texts', 'parameters', 'parameters.nodes', 'parameters.addressing'},
     'parameters.robot_files': {'parameters'},
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
                    'plugins'} | DOMAIN,
-    'recording': {'quantities', 'stamps', 'topics', 'files', 'texts', 'messages', 'simulation'},
+    'recording': {'quantities', 'angles', 'stamps', 'topics', 'files', 'texts', 'messages', 'control', 'simulation'},
     'tuning': {'quantities', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
     'reporting': {'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
@@ -58,7 +58,7 @@ LAYERS = {
 MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
-       'sensor_msgs', 'std_msgs', 'tf2_ros'}
+       'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros'}
 
 
 def _imported(path):

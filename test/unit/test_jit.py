@@ -20,6 +20,18 @@ def test_jitable_returns_the_function_itself_and_registers_it(monkeypatch):
     assert [double] == jit.JITABLE
 
 
+def test_jitable_apart_registers_it_beside_those_that_are_compiled_by_themselves(monkeypatch):
+    monkeypatch.setattr(jit, 'JITABLE', [])
+    monkeypatch.setattr(jit, 'APART', set())
+
+    def double(x):
+        return 2.0 * x
+
+    assert jit.jitable_apart(double) is double
+    assert [double] == jit.JITABLE
+    assert {double} == jit.APART
+
+
 def test_everything_a_rollout_calls_is_marked():
     assert {law.step for law in LAWS.values()} <= set(jit.JITABLE)
     assert {curve.point for curve in CURVES.values()} <= set(jit.JITABLE)

@@ -72,6 +72,32 @@ def test_a_bag_gives_the_same_arrays(run, tmp_path):
         assert np.allclose(getattr(run, name), getattr(loaded, name), rtol=0.0, atol=1e-15), name
 
 
+def test_a_bag_may_have_other_names_for_topics(run, tmp_path):
+    record(tmp_path / 'bag', list(mrc.rollout(run.parameters, 0.1)), '/base/')
+    loaded = mrc.load(tmp_path / 'bag', topics={name: f'/base/{name}' for name in (
+        'joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error')})
+    assert np.allclose(loaded.pose, run.pose[:51], rtol=0.0, atol=1e-15)
+
+
+def test_a_table_has_what_odometry_hides(tmp_path, capsys):
+    file = tmp_path / 'noisy.csv'
+    assert simulate.main(['--duration', '0.2', '-p', 'plant.noise.pose:=[0.05, 0.05, 0.02]',
+                          '--output', str(file)]) == 0
+    capsys.readouterr()
+    noisy = mrc.simulate(duration=0.2, parameters={'plant.noise.pose': (0.05, 0.05, 0.02)})
+    loaded = mrc.load(file)
+    assert np.abs(loaded.odometry - loaded.pose).max() > 0.01
+    for name in COLUMNS:
+        assert np.allclose(getattr(noisy, name), getattr(loaded, name), rtol=0.0, atol=1e-15), name
+
+
+def test_what_a_base_does_not_tell_is_nan_and_not_drawn():
+    base = mrc.simulate(duration=0.2, parameters={'plant.drive': 'velocity'})
+    assert np.isnan(base.wheel_torque).all()
+    with pytest.raises(mrc.ParameterError, match="figure = 'torque': nothing of it is known of backstepping"):
+        base.plot('torque')
+
+
 def test_the_metrics_follow_from_the_arrays(run):
     ended = run.tracking_error[:-1]
     assert np.sqrt(np.mean(ended[:, 0]**2 + ended[:, 1]**2)) == pytest.approx(run.metrics['rms_position_error'])

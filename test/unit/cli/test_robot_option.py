@@ -107,7 +107,7 @@ def test_a_study_is_made_of_the_robot_with_the_compared_gains_on_top(capsys, tmp
 
 def test_a_report_takes_the_robot_for_a_run_that_has_no_parameters(capsys, tmp_path, robot, monkeypatch):
     assumed = []
-    monkeypatch.setattr(report, 'report', lambda *arguments: assumed.append(arguments[3]) or [])
+    monkeypatch.setattr(report, 'report', lambda *arguments, **_: assumed.append(arguments[3]) or [])
     for options in ([], ['--robot', robot]):
         assert report.main(['run.csv', '--output', str(tmp_path / 'out'), *options]) == 0
     capsys.readouterr()

@@ -49,7 +49,14 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
         assert sum(error < 0.1 for error in late) == successes
         assert numbers['metrics']['late_max_position_error']['worst'] == max(late)
     assert (tmp_path / 'out' / 'starts.png').stat().st_size > 10000
-    assert capsys.readouterr().out.count('of 120 runs succeed') == 2
+    printed = capsys.readouterr().out
+    assert printed.count('of 120 runs succeed') == 2
+    assert printed.count('\nnot modelled: ') == 2
+    assert printed.count('\nposition loop: ') == 2
+    for numbers in found['controllers'].values():
+        assert {'velocity_loop', 'position_loop'} < set(numbers['margins'])
+        assert 'latency of odometry' in numbers['not_modelled']
+        assert any('not modelled' in text for text in numbers['warnings'])
 
 
 def test_each_controller_has_its_own_delay_in_the_table(tmp_path):
@@ -70,6 +77,9 @@ def test_the_same_seed_gives_the_same_study(tmp_path):
     assert run(tmp_path / 'quiet', '--runs', 20) == 0
     _, quiet = read(tmp_path / 'quiet')
     assert [row['objective'] for row in quiet] != [row['objective'] for row in rows]
+    (numbers,) = read(tmp_path / 'one')[0]['controllers'].values()
+    assert numbers['modelled'] == {'dead time of the motors': '0 to 2 velocity periods',
+                                   'noise': '0.01 m and 0.01 m and 0 rad and 0.1 rad/s'}
 
 
 def test_a_diverging_run_is_a_failure_and_has_null_metrics(tmp_path):

@@ -71,7 +71,12 @@ def test_result_file_history_and_picture_agree(tmp_path, capsys):
     assert objective == pytest.approx(best, rel=1e-3)
     assert output.with_suffix('.png').stat().st_size > 10000
     assert not list(output.parent.glob('*.journal'))
-    assert f'objective {objective:.6g} after 6 generations' in capsys.readouterr().out
+    printed = capsys.readouterr().out.splitlines()
+    assert f'objective {objective:.6g} after 6 generations' in printed[0]
+    # what was modelled and the margins are the end of what is printed, and of the head
+    assert printed[1].startswith('modelled: ')
+    assert any(line.startswith('position loop: ') for line in printed)
+    assert [f'# {line}' for line in printed[1:]] == head[-len(printed) + 1:]
 
 
 def test_a_rollout_of_the_result_file_has_the_objective_that_it_names(tmp_path):
@@ -105,6 +110,31 @@ def test_each_controller_can_be_tuned_and_the_rest_stays(tmp_path, controller, c
     assert getattr(found, kept) == getattr(before, kept)
     if controller != 'velocity':
         assert found.position_controller.control.controller_type == controller
+
+
+def test_a_search_with_smoothness_names_its_weight_and_is_resumed_with_no_other(tmp_path, capsys):
+    output = tmp_path / 'x.yaml'
+    assert run('--output', output, '--generations', 1, '--smooth', 0.5) == 0
+    assert 'and 0.5 times the variation per second' in output.read_text()
+    # ended by its time, with a journal
+    assert run('--output', output, '--generations', 9, '--smooth', 0.5, '--time-limit', 1e-9) == 1
+    assert run('--output', output, '--generations', 9, '--smooth', 0.25, '--resume') == 2
+    assert 'was begun with smooth = 0.5, and now it is 0.25' in capsys.readouterr().err
+    assert run('--output', output, '--generations', 9, '--resume') == 2
+    assert 'was begun with smooth = 0.5, and now it is None' in capsys.readouterr().err
+
+
+def test_without_smoothness_a_search_is_that_of_before(tmp_path):
+    for name, more in (('left_out', []), ('zero', ['--smooth', 0])):
+        assert run('--output', tmp_path / f'{name}.yaml', '--generations', 3, *more) == 0
+    assert values(tmp_path / 'left_out.yaml') == values(tmp_path / 'zero.yaml')
+    assert (tmp_path / 'left_out.csv').read_bytes() == (tmp_path / 'zero.csv').read_bytes()
+    assert 'variation' not in (tmp_path / 'zero.yaml').read_text()
+    assert run('--output', tmp_path / 'smooth.yaml', '--generations', 3, '--smooth', 9) == 0
+    assert (tmp_path / 'smooth.csv').read_bytes() != (tmp_path / 'zero.csv').read_bytes()
+    # journals begin with what the scores depend on, which says nothing of it
+    assert run('--output', tmp_path / 'y.yaml', '--generations', 9, '--time-limit', 1e-9) == 1
+    assert 'smooth' not in (tmp_path / 'y.yaml.journal').read_text()
 
 
 def test_scenario_options_can_be_combined(tmp_path):
@@ -152,7 +182,8 @@ def test_unusable_values_end_with_exit_code_2(tmp_path, capsys, arguments, messa
 
 
 @pytest.mark.parametrize('arguments', [['--bounds', 'k1'], ['--start', '1,2'], ['--generations', '0'],
-                                       ['--population', 'x'], ['--curves', 'square'], ['--variation', '1.5']])
+                                       ['--population', 'x'], ['--curves', 'square'], ['--variation', '1.5'],
+                                       ['--smooth', '-1']])
 def test_bad_usage_ends_with_exit_code_2(tmp_path, arguments):
     with pytest.raises(SystemExit) as ended:
         run('--output', tmp_path / 'x.yaml', *arguments)

@@ -6,7 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mobile_robot_control.control.latency import as_measured, carried_forward, held_age
+from mobile_robot_control.control.latency import (
+    NO_ODOMETRY,
+    HeldOdometry,
+    carried_forward,
+    held_age,
+    held_odometry,
+)
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.simulation import batch
@@ -42,9 +48,15 @@ def test_ages_are_held_to_what_a_message_may_have():
     assert [held_age(age, 0.5) for age in (-0.1, 0.0, 0.2, 0.7)] == [0.0, 0.0, 0.2, 0.5]
 
 
-def test_switched_off_a_pose_is_as_measured():
-    pose = Pose(1.0, 2.0, 9.0)
-    assert as_measured(pose, BodyVelocity(1.0, 1.0), 0.3) is pose
+def test_a_robot_that_moves_does_not_measure_the_same_twice():
+    pose, velocity = Pose(1.0, 2.0, 3.0), BodyVelocity(0.5, 0.1)
+    held = held_odometry(NO_ODOMETRY, pose, velocity)
+    assert held == HeldOdometry(pose, velocity, 0)
+    held = held_odometry(held_odometry(held, pose, velocity), pose, velocity)
+    assert held.steps == 2
+    assert held_odometry(held, Pose(1.0, 2.0, 3.1), velocity).steps == 0
+    assert held_odometry(held, pose, BodyVelocity(0.5, 0.2)).steps == 0
+
 
 
 def controlled(**values):

@@ -232,4 +232,6 @@ def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):
                     writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
     recording = bag_reader.read_bag(tmp_path / 'bag')
     assert recording.problems == ('the recording starts late, at t = 0.2 s', 'no messages on tracking_error')
-    assert not recording.samples
+    # it is computed from odometry and reference
+    for found, sample in zip(recording.samples, samples[100:], strict=True):
+        assert found.tick.error == pytest.approx(sample.tick.error, abs=1e-12)

@@ -1,15 +1,22 @@
 """Topics collected by stamp and joined into samples, in lockstep and on the wall clock."""
 
+import math
 import random
+from array import array
 
 import pytest
 from bag_making import WALL
 from measuring import configuration
 
+from mobile_robot_control.messages.parsing import WHEEL_JOINTS, RefusedMessageError
+from mobile_robot_control.messages.types import Header, JointState
+from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.recording import gaps
 from mobile_robot_control.recording.collector import Collector
+from mobile_robot_control.recording.errors import error_signal, with_errors
 from mobile_robot_control.recording.joining import joined
-from mobile_robot_control.recording.signals import origin
+from mobile_robot_control.recording.receipt import stamped_by_receipt
+from mobile_robot_control.recording.signals import READ, Signal, empty_signal, has_torques, origin
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -157,3 +164,130 @@ def test_without_messages_there_are_no_samples():
     signals = Collector().signals
     assert not list(joined(signals))
     assert list(gaps.describe_gaps(signals)) == ['no message of the control loop at all']
+
+
+def _odometry(*rows):
+    """A signal of poses: stamp [ms], x, y, heading."""
+    signal = empty_signal()
+    for stamp, x, y, heading in rows:
+        signal.stamps.append(round(stamp * MS))
+        signal.values.extend((x, y, heading, 0.0, 0.0))
+    return signal
+
+
+def _errors(signal):
+    return {stamp / MS: tuple(signal.values[3 * n:3 * n + 3]) for n, stamp in enumerate(signal.stamps)}
+
+
+def test_the_reference_is_interpolated_to_the_stamps_of_odometry_and_not_beyond_or_across_gaps():
+    reference = _odometry((0, 0.0, 0.0, 3.0), (10, 1.0, 2.0, -3.0), (20, 2.0, 2.0, 0.0), (60, 9.0, 9.0, 0.0),
+                          (70, 3.0, 0.0, 0.0), (80, 4.0, 0.0, 0.0), (90, 5.0, 0.0, 0.0))
+    poses = _odometry((-1, 0.0, 0.0, 0.0), (0, 0.0, 0.0, 3.0), (5, 0.0, 0.0, 0.0), (12.5, 1.0, 1.0, 0.0),
+                      (40, 0.0, 0.0, 0.0), (60, 0.0, 0.0, 0.0), (75, 3.0, 0.0, 0.5 * math.pi), (91, 0.0, 0.0, 0.0))
+    found = _errors(error_signal(poses, reference))
+    assert found == {
+        0.0: (0.0, 0.0, 0.0),
+        # through π, not through 0
+        5.0: pytest.approx((0.5, 1.0, math.pi)),
+        12.5: pytest.approx((0.25, 1.0, -2.25)),
+        60.0: (9.0, 9.0, 0.0),
+        75.0: pytest.approx((0.0, -0.5, -0.5 * math.pi)),
+    }
+
+
+def test_the_cost_of_the_interpolation_is_that_of_its_notes():
+    radius, speed, period = 0.5, 0.5, 0.05
+    rate = speed / radius
+
+    def circle(*times):
+        return _odometry(*((1e3 * t, radius * math.cos(rate * t), radius * math.sin(rate * t), 0.0) for t in times))
+
+    reference, poses = circle(*(n * period for n in range(40))), circle(*(n / 1e3 for n in range(1900)))
+    worst = max(math.hypot(*error[:2]) for error in _errors(error_signal(poses, reference)).values())
+    assert 0.8 < worst / (speed * speed * period * period / (8.0 * radius)) < 1.01
+    assert worst < 0.16e-3
+
+
+def test_with_the_truth_beside_odometry_the_same_samples_are_joined():
+    noisy = list(rollout(configuration(plant={'noise.pose': [0.01, 0.01, 0.01], 'noise.velocity': 0.1}), 0.2))
+    signals = _collected(_messages(noisy)).signals
+    assert list(joined(signals)) == noisy
+    # a bag has the true motion, and no true error
+    bag = {**signals, 'true_error': empty_signal()}
+    assert not list(gaps.describe_gaps(bag))
+    assert list(joined(with_errors(bag, exact=False))) == noisy
+    # what its recorder missed of it is not known
+    late = {**bag, 'ground_truth': Signal(*(part[2 * size:] for part, size in zip(bag['ground_truth'], (1, 1, 5),
+                                                                                  strict=True)))}
+    found = list(joined(with_errors(late, exact=False)))
+    assert [math.isnan(sample.truth.pose.x) for sample in found] == [sample.tick.time < 0.02 for sample in noisy]
+    assert found[20:] == noisy[20:]
+    assert list(gaps.describe_gaps(late)) == ['ground_truth starts late, at t = 0.02 s']
+
+
+def test_exact_odometry_is_the_truth_where_the_controller_has_carried_it_forward():
+    controller = {'compensate_latency': True, 'odom_latency': 0.05}
+    samples = list(rollout(configuration(position_controller=controller), 0.2))
+    bag = {**_collected(_messages(samples)).signals, 'ground_truth': empty_signal(), 'true_error': empty_signal()}
+    assert [sample.truth for sample in joined(with_errors(bag, exact=True))] == [sample.truth for sample in samples]
+    assert all(sample.truth is None for sample in joined(with_errors(bag, exact=False)))
+
+
+def test_of_exact_odometry_as_the_controller_saw_it_nothing_is_added(samples):
+    signals = _collected(_messages(samples)).signals
+    assert with_errors(signals, exact=True) == signals
+
+
+def test_on_the_wall_clock_the_true_error_is_of_the_stamps_of_odometry():
+    signals = with_errors(_wall_clock(), exact=True)
+    assert signals['true_error'].stamps[:2] == array('q', [WALL + 3 * MS, WALL + 23 * MS])
+    assert all(sample.truth is not None for sample in joined(signals))
+
+
+@pytest.mark.parametrize('lost', [['wheel_torques'], ['wheel_torques', 'joint_states']])
+def test_without_torques_the_ticks_are_the_same(samples, lost):
+    signals = {**_collected(_messages(samples)).signals, **{topic: empty_signal() for topic in lost}}
+    found = list(joined(signals))
+    kept = samples if lost == ['wheel_torques'] else [sample for sample in samples if sample.tick.time == sample.time]
+    assert [(sample.time, sample.tick, sample.command) for sample in found] == [
+        (sample.time, sample.tick, sample.command) for sample in kept]
+    assert all(math.isnan(sample.torque.right) for sample in found)
+    assert all(math.isnan(sample.applied.right) for sample in found) == ('joint_states' in lost)
+
+
+def test_joint_states_without_efforts_miss_no_wheel_torques(samples):
+    unknown = WheelTorque(math.nan, math.nan)
+    signals = _collected(_messages([sample._replace(applied=unknown, torque=unknown) for sample in samples])).signals
+    assert not signals['wheel_torques'].stamps
+    assert not has_torques(signals)
+    assert not list(gaps.describe_gaps(signals))
+    assert len(list(joined(signals))) == len(samples)
+
+
+def test_receipts_are_read_on_the_clock_of_a_topic_whose_stamps_are_others():
+    clock, plain = empty_signal(), empty_signal()
+    for n in range(5):
+        clock.stamps.append(7000 * MS + 20 * n * MS)
+        clock.received.append(WALL + 10 * n * MS)
+    for received in (-1, 5, 6, 35, 41):
+        for part in (plain.stamps, plain.received):
+            part.append(WALL + received * MS)
+        plain.values.extend((float(received), 0.0))
+    found = stamped_by_receipt(plain, clock)
+    # simulated time runs twice as fast here; what came before or after is of no known time
+    assert list(found.stamps) == [7010 * MS, 7012 * MS, 7070 * MS]
+    assert list(found.values[::2]) == [5.0, 6.0, 35.0]
+    assert list(found.received) == [WALL + received * MS for received in (5, 6, 35)]
+    late = Signal(array('q', [stamp - 60 * MS for stamp in clock.received]), clock.received, clock.values)
+    assert stamped_by_receipt(plain, late) is plain
+    assert stamped_by_receipt(plain, empty_signal()) is plain
+
+
+def test_joint_states_may_tell_no_efforts_but_not_too_few():
+    joints = JointState(Header(''), WHEEL_JOINTS, (1.0, 2.0), (3.0, 4.0), ())
+    assert READ['joint_states'](joints) == pytest.approx((1.0, 2.0, 3.0, 4.0, math.nan, math.nan), nan_ok=True)
+    with pytest.raises(RefusedMessageError, match='effort and names differ in number'):
+        READ['joint_states'](joints._replace(effort=(1.0,)))
+    # a plant takes no torque for granted
+    with pytest.raises(RefusedMessageError, match='effort and names differ in number'):
+        READ['wheel_torques'](joints)

@@ -17,6 +17,7 @@ from mobile_robot_control.cli.options import configuration_text
 from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.topics import LOOP_TOPICS
 
 LAW = {'position_controller': {'controller_type': 'hybrid_backstepping'}}
 START = '[0.8, -0.1, 0.3]'
@@ -143,13 +144,39 @@ def test_a_bag_that_was_cut_off_is_reported_up_to_its_end(runs, tmp_path, capsys
     assert 'cut off' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('topic', ['joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error'])
-def test_a_bag_without_a_topic_is_drawn_without_it(runs, tmp_path, topic):
-    path = tmp_path / 'bag'
-    _copied(runs / 'run' / 'bag', path, lambda name: name != f'/{topic}')
-    metrics, page = reported(tmp_path / 'out', path)
-    assert f'no messages on {topic}' in page
-    assert 'no metrics' in page
+def without(runs, folder, *topics):
+    """Copy the bag of the run without some topics, and its parameters; returns the folder."""
+    _copied(runs / 'run' / 'bag', folder / 'bag', lambda name: name.strip('/') not in topics)
+    shutil.copy(runs / 'run' / 'parameters.yaml', folder)
+    return folder
+
+
+TORQUES = {'initial_wheel_torque', 'peak_wheel_torque', 'peak_wheel_power', 'energy'}
+
+
+@pytest.mark.parametrize('topics', [
+    ['joint_states'], ['wheel_torques'], ['cmd_vel'], ['tracking_error'], ['tracking_error', 'cmd_vel'],
+    ['joint_states', 'wheel_torques'], ['joint_states', 'wheel_torques', 'cmd_vel', 'tracking_error'],
+], ids='-'.join)
+def test_a_bag_with_odometry_and_reference_has_the_metrics_that_follow_from_its_topics(runs, tmp_path, topics):
+    metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, *topics))
+    found, expected = metrics[tmp_path.name], json.loads((runs / 'run.metrics.json').read_text())
+    assert f'no messages on {", ".join(topic for topic in LOOP_TOPICS if topic in topics)}' in page
+    assert ('tracking error is computed from odom and reference' in page) == ('tracking_error' in topics)
+    if 'joint_states' in topics:
+        # samples lie at the ticks of the position loop then, and no torque is known
+        assert {name for name, value in found.items() if value is None} == TORQUES
+        assert found['objective'] == pytest.approx(
+            expected['objective'] - sum(expected['peak_wheel_torque'].values()), rel=1e-9)
+        expected = {name: value for name, value in expected.items() if name not in TORQUES | {'objective'}}
+    assert_same({name: found[name] for name in expected}, expected)
+
+
+@pytest.mark.parametrize('topic', ['odom', 'reference'])
+def test_a_bag_without_odometry_or_reference_is_drawn_without_it(runs, tmp_path, topic):
+    metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, topic, 'tracking_error'))
+    assert f'there is no {topic}, and so no tracking error and no metrics' in page
+    assert f'add --topic {topic}:=/NAME' in page
     assert 'peak_wheel_torque' not in metrics[tmp_path.name]
 
 
@@ -158,6 +185,9 @@ def test_an_sqlite_bag_of_rosbag2_gives_the_same_metrics(runs, tmp_path):
     _copied(runs / 'run' / 'bag', path, lambda _: True, StoragePlugin.SQLITE3)
     found, _ = reported(tmp_path / 'out', path, '--params-file', runs / 'run' / 'parameters.yaml')
     expected, _ = reported(tmp_path / 'expected', runs / 'run')
+    # that odometry is exact is known of a run beside its own parameters alone
+    assert found['stock'].pop('error') == 'measured'
+    assert expected['run'].pop('error') == 'true'
     for metrics in (found['stock'], expected['run']):
         del metrics['outcome']
     assert_same(found['stock'], expected['run'])

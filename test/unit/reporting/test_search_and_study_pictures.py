@@ -8,13 +8,15 @@ import pytest
 from measuring import configuration
 from PIL import Image
 
-from mobile_robot_control.quantities import Pose
+from mobile_robot_control.quantities import Pose, WheelTorque
+from mobile_robot_control.reporting import search_picture
 from mobile_robot_control.reporting.search_picture import draw_search
 from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.tuning.search import Generation
 
 HISTORY = [Generation(1, 8.0, 20.0, 3), Generation(2, 6.5, math.nan, 41), Generation(3, 4.2, 9.0, 0)]
+UNKNOWN = WheelTorque(math.nan, math.nan)
 STARTS = [Start(Pose(1.0, -1.0, 1.0), True), Start(Pose(-1.0, 1.0, -2.0), False)]
 
 
@@ -69,3 +71,15 @@ def test_starts_are_drawn_as_png_and_as_svg_that_turns_dark(tmp_path, controller
 def test_a_study_without_a_failure_is_drawn(tmp_path):
     draw_starts_map({'law: 100.00 %': STARTS[:1]}, tmp_path / 'starts.png')
     assert_turns_dark(tmp_path / 'starts.svg')
+
+
+def test_a_search_of_a_base_that_takes_no_torque_has_no_frame_for_it(loops, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(search_picture, 'save', lambda figure, _: drawn.append(figure))
+    driven = {name: [sample._replace(applied=UNKNOWN, torque=UNKNOWN) for sample in samples]
+              for name, samples in loops.items()}
+    for runs in (loops, driven):
+        draw_search(HISTORY, runs, 'a search', tmp_path / 'gains.png')
+    labels = [[axes.get_ylabel() for axes in figure.axes] for figure in drawn]
+    assert [any('torque' in label for label in found) for found in labels] == [True, False]
+    assert all(axes.lines for figure in drawn for axes in figure.axes)

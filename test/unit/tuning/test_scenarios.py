@@ -22,7 +22,7 @@ from mobile_robot_control.tuning.monte_carlo import (
     summarise_runs,
     wilson_interval,
 )
-from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.objective import DEFAULT_SMOOTH, Goal, Objective
 from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
 from mobile_robot_control.tuning.search import WORST
 from mobile_robot_control.tuning.search_gains import configured_gains
@@ -101,6 +101,38 @@ def test_the_score_is_the_mean_or_the_worst_of_equation_29_over_the_scenarios():
     assert Objective(parameters, goal(near, far, combine='worst'), run).score(start) == max(single)
     literal = Objective(parameters, goal(near, literal=True), run).score(start)
     assert literal < single[0]
+
+
+def test_the_weight_of_smoothness_adds_the_variation_per_second():
+    parameters = short_lap()
+    scenario = configured_scenario(parameters)
+    start = configured_gains(parameters)
+    alone = Objective(parameters, goal(scenario), run).score(start)
+    trial = scenario_trial(parameters, scenario, 1.0, 0.0)
+    trial = trial._replace(form=trial.form._replace(varies=True))
+    seconds = trial.steps * trial.loop.plant.dt
+    rough = run([trial])[0].variation / seconds
+    assert rough > 0.0
+    for weight in (0.1, 3.0):
+        found = Objective(parameters, goal(scenario)._replace(smooth=weight), run).score(start)
+        assert found == pytest.approx(alone + weight * rough, rel=1e-12)
+
+
+def test_a_search_without_that_weight_sums_no_variation():
+    parameters = short_lap()
+    tried = []
+
+    def counting(trials):
+        tried.extend(trials)
+        return run(trials)
+
+    Objective(parameters, goal(configured_scenario(parameters)), counting).score(configured_gains(parameters))
+    assert [trial.form.varies for trial in tried] == [False]
+
+
+def test_a_base_that_is_driven_by_velocity_is_searched_with_a_weight():
+    assert DEFAULT_SMOOTH['torque'] == 0.0
+    assert DEFAULT_SMOOTH['velocity'] > 0.0
 
 
 def test_a_generation_scores_as_its_individuals():

@@ -1,0 +1,76 @@
+"""The approach: at bounded speed from where the robot stands to a cart that waits, whatever the law."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.control.tracking_error import bearing, distance
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
+
+_DRIVE, _TURN = 1.5, 2.5
+"""[1/s]: gains of the distance and of the bearing; the second is larger, so that the bearing falls all the way."""
+_LEVER = 0.25
+"""[m] from the axle's centre: no point nearer than this moves faster than the approach while the robot turns."""
+ARRIVED, _LEFT = 0.05, 0.08
+"""[m] from the cart: where the robot begins to turn to the cart's heading, and where it drives again."""
+FACING = 0.1
+"""[rad]: a heading that is right."""
+
+
+class ApproachParameters(NamedTuple):
+    """How the robot drives to a cart that waits for it."""
+
+    speed: Annotated[
+        float, Field('m/s', 'wall clock: speed at which the robot drives to a cart that waits, 0 to leave it to the '
+                     'law: larger arrives sooner', minimum=0.0, live=True)
+    ] = 0.0
+
+
+class Approach(NamedTuple):
+    """State of an approach: whether the robot has arrived and turns on the spot."""
+
+    arrived: bool = False
+
+
+def stands_still(reference: Reference) -> bool:
+    """Return whether the cart waits: the curves of this package never stand still by themselves."""
+    return reference.velocity.linear == 0.0 and reference.velocity.angular == 0.0
+
+
+def approach_step(state: Approach, error: TrackingError, speed: float) -> tuple[Approach, BodyVelocity]:
+    """
+    Compute the next step towards a standing cart: turn to it, drive to it, turn to its heading.
+
+    Parameters
+    ----------
+    state : Approach
+        Of the step before.
+    error : TrackingError
+        e1, e2 [m], e3 [rad].
+    speed : float
+        The largest [m/s].
+
+    Returns
+    -------
+    tuple of Approach and BodyVelocity
+        The command is zero where the robot stands at the cart with its heading, |v| <= speed and |ω| <= speed / 0.25 m.
+
+    Notes
+    -----
+    A position law cannot take this over: without the motion of the cart backstepping closes no gap at its side.
+
+    Examples
+    --------
+    >>> approach_step(Approach(), TrackingError(1.0, 0.0, 0.5), 0.2)[1]
+    BodyVelocity(linear=0.2, angular=0.0)
+
+    """
+    apart, fastest_turn = distance(error), speed / _LEVER
+    arrived = apart <= (_LEFT if state.arrived else ARRIVED)
+    if arrived:
+        linear, asked = 0.0, _TURN * error.heading if abs(error.heading) > FACING else 0.0
+    else:
+        # v = min(v_max, k d) max(0, cos β): never backwards, slower where the cart is not ahead
+        linear = min(speed, _DRIVE * apart) * max(0.0, math.cos(bearing(error)))
+        asked = _TURN * bearing(error)
+    return Approach(arrived), BodyVelocity(linear, min(max(asked, -fastest_turn), fastest_turn))

@@ -1,0 +1,104 @@
+"""Motors, friction and robot discretised together for one sampling period."""
+
+import math
+from typing import NamedTuple
+
+from mobile_robot_control.model import coupled
+from mobile_robot_control.model.axle import Axle, make_axle
+from mobile_robot_control.model.discretisation import QUADRATURE, DiscretePlant
+from mobile_robot_control.model.friction import Friction
+from mobile_robot_control.model.motors import Motor
+from mobile_robot_control.model.responses import FadingResponse, fading_response, held_response
+
+_LARGEST_EXPONENT = 1.0
+_LARGEST_EXPONENT_OF_A_SUBSTEP = 0.25
+
+
+class FadingChannel(NamedTuple):
+    """The response of the linear or the angular velocity to a fading torque, at the times of a `Channel`."""
+
+    first: FadingResponse
+    middle: FadingResponse
+    last: FadingResponse
+    end: FadingResponse
+
+
+class Drivetrain(NamedTuple):
+    """
+    The plant with motors and friction, discretised for one sampling period.
+
+    Attributes
+    ----------
+    plant : DiscretePlant
+        Robot and period.
+    axle : Axle
+        Wheels, motors and friction.
+    remainder, mean_remainder : float
+        exp(-dt/T), and its mean over the period; 0 without a lag.
+    linear, angular : FadingChannel
+        Exact responses of v and ω to what fades.
+    predictable : bool
+        Whether a step without events has a prediction that is cheap and accurate.
+    """
+
+    plant: DiscretePlant
+    axle: Axle
+    remainder: float
+    mean_remainder: float
+    linear: FadingChannel
+    angular: FadingChannel
+    predictable: bool
+
+
+def has_ideal_motors(motor: Motor, friction: Friction) -> bool:
+    """Return whether motors and friction change nothing, so that `plant.actuated_step` does."""
+    return motor == Motor() and friction == Friction()
+
+
+def _fading_channel(rate: float, lag_rate: float, dt: float) -> FadingChannel:
+    """Return the responses of a velocity to what fades, at the quadrature points and at the period's end."""
+    first, middle, last = QUADRATURE
+    return FadingChannel(
+        fading_response(rate, lag_rate, first * dt), fading_response(rate, lag_rate, middle * dt),
+        fading_response(rate, lag_rate, last * dt), fading_response(rate, lag_rate, dt))
+
+
+def _is_predictable(plant: DiscretePlant, rate: float, lag_rate: float) -> bool:
+    """Return whether a period without events has a cheap solution, given the fastest rate of the robot [1/s]."""
+    if plant.centripetal_coupling:
+        # the Runge-Kutta method is stable and accurate for slow enough robots and motors
+        return max(rate, lag_rate) * coupled.LONGEST_SUBSTEP <= _LARGEST_EXPONENT_OF_A_SUBSTEP
+    # one quadrature over the whole period needs a smooth course
+    return max(rate, lag_rate) * plant.dt <= _LARGEST_EXPONENT
+
+
+def discretise_drivetrain(plant: DiscretePlant, motor: Motor, friction: Friction) -> Drivetrain:
+    """
+    Discretise motors and friction for steps of the plant's period.
+
+    Parameters
+    ----------
+    plant : DiscretePlant
+        From `discretise`.
+    motor : Motor
+        Checked.
+    friction : Friction
+        Checked.
+
+    Returns
+    -------
+    Drivetrain
+        For `driven.driven_step`.
+    """
+    axle, dt = make_axle(plant.robot, motor, friction), plant.dt
+    lag_rate, rates = axle.lag_rate, (axle.viscous_friction / axle.linear_inertia,
+                                      axle.viscous_friction / axle.angular_inertia)
+    return Drivetrain(
+        plant,
+        axle,
+        math.exp(-lag_rate * dt) if lag_rate > 0.0 else 0.0,
+        held_response(lag_rate, dt).gain / dt if lag_rate > 0.0 else 0.0,
+        _fading_channel(rates[0], lag_rate, dt),
+        _fading_channel(rates[1], lag_rate, dt),
+        _is_predictable(plant, max(rates), lag_rate),
+    )

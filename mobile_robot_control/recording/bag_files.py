@@ -1,0 +1,118 @@
+"""The messages of a bag from whatever files it is made of: mcap or sqlite3, packed or not, complete or damaged."""
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import yaml
+from rosbags.rosbag2 import Reader
+
+from mobile_robot_control.files import BAG, METADATA, open_bounded, read_bounded
+from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, ProgressCallback
+from mobile_robot_control.recording.unpacking import unpack_file, unpack_message
+from mobile_robot_control.texts import shortened
+
+_ENDINGS = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
+
+
+class BagFiles:
+    """
+    Reads the files of a bag; nothing is changed.
+
+    Parameters
+    ----------
+    path : Path
+        The bag's folder, or one file of it.
+    progress : callable
+        Told how far the reading is.
+
+    Attributes
+    ----------
+    problems : list of str
+        What could not be read, in words.
+    topics : set of str
+        Names of those met so far; of all of them after the last message.
+    """
+
+    def __init__(self, path: Path, progress: ProgressCallback) -> None:
+        self.problems: list[str] = []
+        self.topics: set[str] = set()
+        self._path, self._progress = path, progress
+
+    def messages(self, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Yield the messages of wanted topics, in the order of the files."""
+        if not self._path.exists():
+            raise BagError(f'{self._path}: does not exist; name a bag that `experiment` or `ros2 bag record` wrote')
+        files = [self._path] if self._path.is_file() else sorted(
+            (file for ending in _ENDINGS for file in self._path.glob(f'*{ending}')),
+            key=lambda file: (len(file.name), file.name))  # bag_10 after bag_9
+        if not files:
+            raise BagError(f'{self._path}: is not a bag: there is no .mcap or .db3 file in it; '
+                           'name the folder that `experiment` or `ros2 bag record` wrote')
+        unpacked = self._unpacked if self._compression() == 'message' else iter
+        for file in files:
+            yield from unpacked(self._of_file(file, wanted))
+
+    def _of_file(self, file: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Yield the messages of one file."""
+        if file.suffix == '.zstd':
+            with TemporaryDirectory() as folder:
+                try:
+                    plain = unpack_file(file, Path(folder))
+                except (OSError, ValueError) as error:
+                    raise _unreadable(file, error) from error
+                yield from self._of_file(plain, wanted)
+        elif file.suffix == '.mcap':
+            stream = McapStream(file, self._progress)
+            yield from stream.messages(wanted)
+            self.problems += stream.problems
+            self.topics.update(stream.topics())
+        else:
+            yield from self._by_rosbags(file, wanted)
+
+    def _unpacked(self, messages: Iterator[Message]) -> Iterator[Message]:
+        """Yield messages that were packed one by one; what cannot be unpacked is empty, and counted as not readable."""
+        for message in messages:
+            data = b''
+            with suppress(ValueError):
+                data = unpack_message(message.data)
+            yield message._replace(data=data)
+
+    def _compression(self) -> str:
+        """Return what is compressed, by metadata.yaml, such as 'message'; 'none' where that is missing or broken."""
+        try:
+            text = read_bounded(self._path / 'metadata.yaml', METADATA).decode()
+            return str(yaml.safe_load(text)['rosbag2_bagfile_information']['compression_mode']).lower()
+        except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError):
+            return 'none'
+
+    def _by_rosbags(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Read an sqlite3 file."""
+        try:
+            open_bounded(path, BAG).close()
+            reader = Reader(path)
+            reader.open()
+        except Exception as error:  # a broken file can raise anything
+            raise _unreadable(path, error) from error
+        try:
+            self.topics.update(connection.topic for connection in reader.connections)
+            connections = [connection for connection in reader.connections if wanted(connection.topic)]
+            total = reader.message_count
+            messages = reader.messages(connections=connections) if connections else ()
+            for count, (connection, received, data) in enumerate(messages):
+                if count % 1000 == 0:
+                    self._progress(count, total)
+                yield Message(connection.topic, connection.msgtype, received, data)
+            self._progress(total, total)
+        except Exception as error:
+            self.problems.append(f'the recording was cut off: {path.name} is damaged ({shortened(str(error))}), '
+                                 'and was read up to there')
+        finally:
+            reader.close()
+
+
+def _unreadable(file: Path, error: Exception) -> BagError:
+    """Return the error of a file that is no part of a bag."""
+    return BagError(f'{file}: cannot be read as a bag ({shortened(str(error))}); '
+                    'name one that `experiment` or `ros2 bag record` wrote')

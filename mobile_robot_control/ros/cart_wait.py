@@ -1,0 +1,84 @@
+"""The reference cart that waits for the robot, on the wall clock: its clock, its log, its diagnostics."""
+
+import time
+from collections.abc import Callable
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+
+from mobile_robot_control.quantities import Pose, Reference
+from mobile_robot_control.reference.waiting import (
+    NEAR,
+    WaitingCart,
+    after_a_pause,
+    apart,
+    begin_waiting,
+    move_cart,
+    slowed,
+)
+from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.input_monitor import InputMonitor
+
+_HELD_UP = 0.5
+"""[s], and three periods at least, between two steps: the node was held up, and the cart has stood meanwhile."""
+
+
+class CartWait:
+    """
+    Moves the cart by the steady clock while the robot comes along.
+
+    Parameters
+    ----------
+    node : Node
+        For the log.
+    monitor : InputMonitor
+        Has the age of odometry.
+    wait_distance : float
+        [m].
+    period : float
+        Of the cart's steps [s].
+    reference_at : callable
+        Returns the reference at a time along the curve [s].
+
+    """
+
+    def __init__(
+        self, node: Node, monitor: InputMonitor, wait_distance: float, period: float,
+        reference_at: Callable[[float], Reference],
+    ) -> None:
+        self._node, self._monitor, self._longest = node, monitor, max(_HELD_UP, 3.0 * period)
+        self._wait_distance, self._reference_at = wait_distance, reference_at
+        self._cart: WaitingCart | None = None
+        self._pose = self._at = reference_at(0.0).pose
+
+    def note(self, pose: Pose) -> None:
+        """Take in the robot's pose; the first one brings the cart to its start."""
+        self._pose = pose
+        if self._cart is None:
+            self._cart = begin_waiting(time.monotonic(), pose)
+
+    def reference(self) -> Reference:
+        """Return the reference now."""
+        now = time.monotonic()
+        before = self._cart or begin_waiting(now, self._pose)
+        if now - before.now > self._longest:
+            before = after_a_pause(before, now)
+        self._cart = move_cart(before, now, self._monitor.age('odom'), self._pose, self._at, self._wait_distance)
+        if self._cart.why and not before.why:
+            self._node.get_logger().warning(f'the cart waits: {self._words(self._cart)}')
+        elif before.why and not self._cart.why:
+            self._node.get_logger().info('the cart drives')
+        reference = slowed(self._reference_at(self._cart.time), self._cart.rate)
+        self._at = reference.pose
+        return reference
+
+    def condition(self) -> Condition | None:
+        """Return what a cart that waits reports; None while it drives."""
+        if self._cart is None or not self._cart.why:
+            return None
+        return Condition(DiagnosticStatus.WARN, 'waiting', self._monitor.missing(), self._words(self._cart))
+
+    def _words(self, cart: WaitingCart) -> str:
+        """Return why the cart waits, and what ends it."""
+        return (f'{cart.why}: {apart(self._pose, self._at):.2f} m lie between robot and cart, which goes on within '
+                f'{NEAR} m')

@@ -1,0 +1,42 @@
+"""How old odometry is: by its stamp, by what the parameters say, and by how often it repeats a sample."""
+
+from mobile_robot_control.control.latency import NO_ODOMETRY, carried_forward, held_age, held_odometry
+from mobile_robot_control.parameters.shared import Shared
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+
+
+class OdomAge:
+    """
+    Measures the age of odometry; a sample that is repeated with a new stamp is as old as it was.
+
+    Parameters
+    ----------
+    shared : Shared
+        Parameters of the node.
+
+    """
+
+    def __init__(self, shared: Shared) -> None:
+        self._lockstep, self._longest = shared.lockstep, shared.stamp_tolerance
+        self._period = 1.0 / shared.position_rate
+        self._held, self._sampled = NO_ODOMETRY, 0
+
+    def begin(self) -> None:
+        """Begin a run, or join one."""
+        self._held = NO_ODOMETRY
+
+    def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
+        """Take in an odometry with its stamp [ns], in lockstep once for each step."""
+        self._held = held_odometry(self._held, pose, velocity)
+        if self._held.steps == 0:
+            self._sampled = stamp
+
+    def at(self, stamp: int, latency: float) -> float:
+        """Return the age [s] of the newest odometry at a stamp [ns], with a latency that its stamp does not show."""
+        since = self._held.steps * self._period if self._lockstep else (stamp - self._sampled) / 1e9
+        return held_age(latency + since, self._longest)
+
+    def present(self, reference: Reference, age: int) -> Reference:
+        """Return a reference that is some nanoseconds old as it is now; both must be of one time to be compared."""
+        pose = carried_forward(reference.pose, reference.velocity, held_age(age / 1e9, self._longest))
+        return Reference(pose, reference.velocity)

@@ -1,0 +1,92 @@
+"""The stop of a robot on the wall clock: by a service, or beyond a distance from the reference, until its release."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from mobile_robot_control.control.tracking_limit import allowed_distance
+
+STOP, RELEASE = '~/stop', '~/release'
+_BY_REQUEST = 'by a call of stop; call release to drive on'
+_IN_LOCKSTEP = ('in lockstep there is no robot to stop: simulated time stands still while the parameter paused of the '
+                'plant is true')
+
+
+class SafetyStop:
+    """
+    Serves `stop` and `release`, and stops a robot that is too far from the reference.
+
+    Parameters
+    ----------
+    node : Node
+        The position controller.
+    lockstep : bool
+        Whether it runs in lockstep, where both services are refused.
+    act : callable
+        Called after each change: applies it at once and returns the condition of the node in words.
+
+    Attributes
+    ----------
+    reason : str
+        Why the robot is stopped; '' while it is not.
+
+    """
+
+    def __init__(self, node: Node, lockstep: bool, act: Callable[[], str]) -> None:
+        self._node, self._lockstep, self._act = node, lockstep, act
+        self.reason = ''
+        self._closest = math.inf
+        node.create_service(Trigger, STOP, self._on_stop)
+        node.create_service(Trigger, RELEASE, self._on_release)
+
+    def allows(self, apart: float, limit: float, approaching: bool) -> bool:
+        """
+        Return whether a robot may drive so far from the reference; where it may not, stop it.
+
+        Parameters
+        ----------
+        apart : float
+            Distance from the reference [m].
+        limit : float
+            `limits.tracking_error` [m], 0 for none.
+        approaching : bool
+            Whether it approaches a cart that waits: the limit then holds from the nearest that it has come.
+
+        """
+        self._closest = min(self._closest, apart) if approaching else math.inf
+        if apart <= allowed_distance(self._closest if approaching else 0.0, limit):
+            return True
+        self._change(f'{apart:.2f} m from the reference, and limits.tracking_error is {limit:g} m; bring the robot '
+                     'back or raise the limit, then call release')
+        return False
+
+    def _on_stop(self, _request: Any, response: Any) -> Any:
+        return self._answer(response, self.reason or _BY_REQUEST)
+
+    def _on_release(self, _request: Any, response: Any) -> Any:
+        return self._answer(response, '')
+
+    def _answer(self, response: Any, reason: str) -> Any:
+        """Stop the robot, or release it without a reason; answer with what is then."""
+        if self._lockstep:
+            response.success, response.message = False, _IN_LOCKSTEP
+            return response
+        self._change(reason)
+        now = self._act()
+        response.message = now if self.reason else f'released: {now}'
+        # a robot that is released too far from the reference is stopped again
+        response.success = bool(self.reason) == bool(reason)
+        return response
+
+    def _change(self, reason: str) -> None:
+        """Log a change, once."""
+        if reason and not self.reason:
+            self._node.get_logger().error(f'the robot is stopped: {reason}')
+        elif self.reason and not reason:
+            self._node.get_logger().info('the robot is released')
+        self.reason, self._closest = reason, math.inf

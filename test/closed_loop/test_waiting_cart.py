@@ -1,0 +1,103 @@
+"""A base that stands elsewhere, or is held for 6 s, comes back to the cart no faster than the lap itself."""
+
+import itertools
+import math
+
+import pytest
+from following import Following
+from harness import CONFIG
+from stand_in_model import Base, drive
+
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+
+PARAMETERS = configure(load([CONFIG / 'wall_clock.yaml']))
+LAWS = ['backstepping', 'hybrid_backstepping', 'fuzzy']
+FAST = Base(fastest=5.0)
+"""A base that hides no command that is too fast."""
+FROM, HELD = 10.0, 6.0
+"""[s]"""
+
+
+def speeds(truth, begin=0.0):
+    """Return the speeds of a base [m/s] from a time on."""
+    return [math.hypot(after[0] - before[0], after[1] - before[1]) / (then - now)
+            for (now, before), (then, after) in itertools.pairwise(truth) if now >= begin]
+
+
+def held(following):
+    """Return a control whose commands the base does not get for a while, as in an emergency stop of its own."""
+    def control(time, *seen):
+        command = following(time, *seen)
+        return (0.0, 0.0) if FROM <= time < FROM + HELD else command
+    return control
+
+
+def test_the_file_for_the_wall_clock_has_a_cart_that_waits_and_an_approach():
+    assert PARAMETERS.reference_cart.waiting.wait
+    assert PARAMETERS.position_controller.approach.speed == 0.2
+
+
+@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize(('start', 'heading'), [((1.0, -1.5), math.pi), ((2.5, 0.0), 1.5), ((-0.5, 0.0), 0.0),
+                                                ((1.0, 1.5), -1.5)])
+def test_from_anywhere_the_robot_drives_to_the_cart_at_bounded_speed_and_follows_it(law, start, heading):
+    speed = PARAMETERS.position_controller.approach.speed
+    following = Following(PARAMETERS, law, speed)
+    truth = drive(Base(), following, (*start, heading), 24.0)
+    waited = following.waited
+    # the whole way at the speed of the approach, with three turns on the spot
+    assert 1.4 / speed < waited * 0.02 < 1.4 / speed + 12.0
+    assert max(abs(command.linear) for command in following.commands[:waited]) <= speed
+    assert max(abs(command.angular) for command in following.commands[:waited]) <= 4.0 * speed
+    # while it drives, the cart waits at its start; then it does not wait again
+    assert following.times[waited - 1] == 0.0 < following.times[waited]
+    assert following.apart[waited] < 0.15
+    assert max(following.apart[-200:]) < (0.2 if law == 'fuzzy' else 0.06)
+    # the lap's own speed is 0.59 m/s at most
+    assert max(speeds(truth)) < 0.71
+
+
+@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('approach_speed', [0.0, 0.2])
+def test_a_base_that_was_held_is_not_made_to_chase_the_cart(law, approach_speed):
+    following = Following(PARAMETERS, law, approach_speed)
+    truth = drive(FAST, held(following), following.reference(0.0).pose, 36.0)
+    usual = max(speeds(truth[:int(FROM * 50)]))
+    assert max(speeds(truth, FROM + HELD)) < 1.15 * usual
+    assert max(following.apart[-200:]) < (0.2 if law == 'fuzzy' else 0.06)
+    assert 5.0 < following.waited * 0.02 < 10.0
+    # the reference never jumps
+    assert max(after - before for before, after in itertools.pairwise(following.times)) < 0.021
+
+
+def test_a_cart_that_does_not_wait_is_chased():
+    following = Following(PARAMETERS, 'backstepping', 0.2, waits=False)
+    truth = drive(FAST, held(following), following.reference(0.0).pose, 36.0)
+    assert max(speeds(truth, FROM + HELD)) > 2.0 * max(speeds(truth[:int(FROM * 50)]))
+
+
+@pytest.mark.parametrize('law', LAWS)
+def test_an_approach_is_not_stopped_for_its_distance_and_a_law_that_would_leap_is(law):
+    place = (1.0, -1.5, 0.0)
+    approaching = Following(PARAMETERS, law, 0.2, limit=0.3)
+    drive(Base(), approaching, place, 16.0)
+    assert not approaching.drive.stop.reason
+    assert approaching.apart[-1] < 0.2
+    leaping = Following(PARAMETERS, law, 0.0, limit=0.3)
+    drive(Base(), leaping, place, 1.0)
+    assert '1.50 m from the reference, and limits.tracking_error is 0.3 m' in leaping.drive.stop.reason
+    assert set(leaping.commands) == {(0.0, 0.0)}
+
+
+def test_an_approach_that_leads_away_is_stopped():
+    """As with odometry whose heading is reversed."""
+    following = Following(PARAMETERS, 'backstepping', 0.2, limit=0.3)
+
+    def reversed_base(time, stamp, pose, velocity):
+        return following(time, stamp, (*pose[:2], pose[2] + math.pi), velocity)
+
+    drive(Base(), reversed_base, (1.0, -1.5, 0.0), 16.0)
+    assert 'from the reference' in following.drive.stop.reason
+    stopped = next(n for n, command in enumerate(following.commands) if n > 5 and command == (0.0, 0.0))
+    assert following.apart[stopped] == pytest.approx(1.8, abs=0.01)

@@ -1,0 +1,52 @@
+"""The promise of a plant like the stand-in base, on the base as a node on the wall clock."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import late_base
+import numpy as np
+import pytest
+from harness import CONFIG
+from nav_msgs.msg import Odometry
+from promising import TUNED, plant_like, promised
+
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+
+PARAMETERS = plant_like(0.15, 'trifolium', TUNED)
+LAP = 16.0
+
+
+def by_time(messages):
+    """Return stamps [s], x and y of odometry messages, each as an array."""
+    return np.array([[message.header.stamp.sec + message.header.stamp.nanosec / 1e9, message.pose.pose.position.x,
+                      message.pose.pose.position.y] for message in messages]).T
+
+
+@pytest.mark.soak
+def test_tuned_gains_keep_their_promise_on_a_base_of_its_own_on_the_wall_clock(robot):
+    truth, cart = [], []
+    for topic, found in (('ground_truth', truth), ('reference', cart)):
+        robot.recorder.create_subscription(Odometry, topic, found.append, 100)
+    curve = PARAMETERS.reference_cart.curve
+    start = reference_at(CURVES[curve.curve], 0.0, curve.placement).pose
+    base = subprocess.Popen([sys.executable, Path(late_base.__file__), '--lag', '0.15', '--pose', *map(str, start)])
+    try:
+        # its odometry is stamped when it is sampled: there is nothing that the stamps do not show
+        robot.start('position_controller', 'reference_cart', arguments=[
+            '--params-file', CONFIG / 'wall_clock.yaml', '-p', 'compensate_latency:=true',
+            *(word for gain in TUNED for word in ('-p', gain.replace('.', ':', 1)))])
+        robot.spin_until(lambda: len(cart) > 50 * 2.5 * LAP, 60.0)
+    finally:
+        base.kill()
+        base.wait()
+    stamps, x, y = by_time(cart)
+    then, true_x, true_y = by_time(truth)
+    late = stamps > stamps[0] + 10.0
+    apart = np.hypot(np.interp(stamps[late], then, true_x) - x[late], np.interp(stamps[late], then, true_y) - y[late])
+    rms = math.sqrt(float((apart**2).mean()))
+    print(f'RMS error {100.0 * rms:.2f} cm, promised {100.0 * promised(PARAMETERS):.2f} cm')
+    assert rms < 0.015
+    assert rms == pytest.approx(promised(PARAMETERS), rel=0.3)

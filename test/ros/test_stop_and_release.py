@@ -1,0 +1,128 @@
+"""On the wall clock: an approach to the cart that waits, a stop by service and by distance, and the release."""
+
+import math
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import TwistStamped
+from harness import CONFIG
+from nav_msgs.msg import Odometry
+from std_srvs.srv import Trigger
+
+from mobile_robot_control.ros.qos import SUBSCRIBED
+
+APPROACH = 0.4
+"""[m/s]"""
+ELSEWHERE = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'plant:initial_pose:=[1.0, -0.7, 0.6]', '-p',
+             f'position_controller:approach.speed:={APPROACH}']
+
+
+class Seen:
+    """Speeds of commands and of the cart [m/s], poses of both, and the newest diagnostics of each node."""
+
+    def __init__(self, robot):
+        self.commands, self.cart, self.poses, self.status = [], [], {}, {}
+        node = robot.recorder
+        node.create_subscription(TwistStamped, 'cmd_vel', lambda message: self.commands.append(
+            (message.twist.linear.x, message.twist.angular.z)), SUBSCRIBED)
+        node.create_subscription(Odometry, 'reference', self._on_reference, SUBSCRIBED)
+        node.create_subscription(Odometry, 'odom', self._on_odom, SUBSCRIBED)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
+
+    def _on_reference(self, message):
+        self.cart.append(message.twist.twist.linear.x)
+        self.poses['cart'] = message.pose.pose.position
+
+    def _on_odom(self, message):
+        self.poses['robot'] = message.pose.pose.position
+
+    def _on_diagnostics(self, message):
+        self.status |= {status.name: status for status in message.status}
+
+    def condition(self, node):
+        status = self.status.get(node, DiagnosticStatus())
+        return status.level, status.message
+
+    def drives(self):
+        """Return whether robot and cart drive, near each other."""
+        return self.cart[-1] > 0.1 and abs(self.commands[-1][0]) > 0.05 and math.hypot(
+            self.poses['robot'].x - self.poses['cart'].x, self.poses['robot'].y - self.poses['cart'].y) < 0.2
+
+
+@pytest.fixture
+def call(robot):
+    """Call a service of a node; returns whether it succeeded, and what it answers."""
+    clients = {}
+
+    def send(name):
+        if name not in clients:
+            clients[name] = robot.recorder.create_client(Trigger, name)
+            robot.spin_until(clients[name].service_is_ready)
+        response = robot.call(lambda: clients[name].call_async(Trigger.Request()))
+        return response.success, response.message
+    return send
+
+
+def test_a_robot_approaches_follows_is_stopped_and_released(robot, call):
+    seen = Seen(robot)
+    robot.start(arguments=ELSEWHERE, composed=True)
+    robot.spin_until(lambda: seen.cart and seen.commands)
+    robot.spin_until(lambda: seen.condition('reference_cart')[1].startswith('waiting: the robot is farther away than'))
+    robot.spin_until(lambda: seen.cart[-1] > 0.0)
+    # the cart waited at its start for a robot that came no faster than the approach
+    waited = next(n for n, speed in enumerate(seen.cart) if speed > 0.0)
+    assert waited > 25
+    assert 0.3 < max(abs(linear) for linear, _ in seen.commands) <= APPROACH
+    assert 'and waits; the robot drives there at 0.4 m/s at most' in robot.log()
+    robot.spin_until(seen.drives)
+
+    success, message = call('position_controller/stop')
+    assert success
+    assert message == 'stopped: by a call of stop; call release to drive on'
+    robot.spin_until(lambda: seen.commands[-1] == (0.0, 0.0))
+    robot.spin_until(lambda: seen.condition('position_controller') == (DiagnosticStatus.ERROR, message))
+    robot.spin_until(lambda: seen.cart[-1] == 0.0)
+    stopped = len(seen.commands)
+    robot.spin_until(lambda: seen.condition('reference_cart')[1].startswith('waiting: the robot stands: 0.'))
+    robot.spin_until(lambda: len(seen.commands) > stopped + 25)
+    assert set(seen.commands[stopped:]) == {(0.0, 0.0)}
+
+    success, message = call('position_controller/release')
+    assert success, message
+    assert message.startswith('released: running')
+    robot.spin_until(seen.drives)
+    # a lap asks for 0.59 m/s at most
+    assert max(abs(linear) for linear, _ in seen.commands[stopped:]) < 0.9
+
+    result, = robot.set('position_controller', limits__tracking_error=1e-6)
+    assert result.successful, result.reason
+    robot.spin_until(lambda: 'm from the reference, and limits.tracking_error is 1e-06 m' in
+                     seen.condition('position_controller')[1])
+    assert seen.condition('position_controller')[0] == DiagnosticStatus.ERROR
+    robot.spin_until(lambda: seen.commands[-1] == (0.0, 0.0))
+    assert robot.log().count('limits.tracking_error is 1e-06 m') == 1
+    result, = robot.set('position_controller', limits__tracking_error=0.0)
+    assert result.successful, result.reason
+    assert seen.commands[-1] == (0.0, 0.0)
+    assert call('position_controller/release')[0]
+    robot.spin_until(seen.drives)
+
+
+def test_a_robot_can_be_stopped_before_it_starts(robot, call):
+    seen = Seen(robot)
+    robot.start('position_controller', arguments=ELSEWHERE)
+    assert call('position_controller/stop') == (True, 'stopped: by a call of stop; call release to drive on')
+    robot.spin_until(lambda: len(seen.commands) > 3)
+    assert set(seen.commands) == {(0.0, 0.0)}
+    success, message = call('position_controller/release')
+    assert success
+    assert message.startswith('released: waiting, waits for plant and reference_cart')
+
+
+def test_in_lockstep_a_stop_is_refused_under_any_name_of_the_node(robot, call):
+    robot.start('position_controller', namespace='/robot1', arguments=['-r', '__node:=pc'])
+    for service in ('/robot1/pc/stop', '/robot1/pc/release'):
+        success, message = call(service)
+        assert not success
+        assert 'in lockstep' in message
+        assert 'paused' in message

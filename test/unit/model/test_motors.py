@@ -1,0 +1,175 @@
+"""Motors: torque-speed line and lag, and what a step with them reports."""
+
+import math
+
+import pytest
+
+from mobile_robot_control.model.actuators import Delay, empty_line
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.disturbance import Disturbance
+from mobile_robot_control.model.driven import driven_step, motorised_step
+from mobile_robot_control.model.drivetrain import discretise_drivetrain, has_ideal_motors
+from mobile_robot_control.model.dynamics import PlantState, at_rest, step
+from mobile_robot_control.model.friction import Friction
+from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
+from mobile_robot_control.model.motors import Motor, MotorState, motors_at_rest
+from mobile_robot_control.model.plant import Imperfections, actuated_step
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
+
+ROBOT, DT = Robot(), 0.002
+NONE = WheelTorque(0.0, 0.0)
+IDEAL, LINE = Motor(), Motor(stall_torque=1.4, no_load_speed=6.4)
+
+
+def turning(right, left):
+    return PlantState(Pose(0.0, 0.0, 0.3), body_velocity(WheelVelocity(right, left), ROBOT), 0.0, 0.0)
+
+
+def drivetrain(motor=IDEAL, coulomb=0.0, dt=DT, robot=ROBOT):
+    return discretise_drivetrain(discretise(robot, dt), motor, Friction(coulomb))
+
+
+def test_both_groups_are_ideal_by_default_and_then_alone():
+    assert has_ideal_motors(Motor(), Friction())
+    assert not has_ideal_motors(LINE, Friction())
+    assert not has_ideal_motors(Motor(time_constant=0.01), Friction())
+    assert not has_ideal_motors(Motor(), Friction(0.01))
+
+
+@pytest.mark.parametrize(('given', 'missing'), [
+    ({'stall_torque': 1.4}, 'needs motor.no_load_speed'), ({'no_load_speed': 6.4}, 'needs motor.stall_torque'),
+    ({'time_constant': 1e-300}, 'write a larger number, or 0'),
+    ({'stall_torque': 1.0, 'no_load_speed': 1e-300}, 'write a larger number, or 0'),
+])
+def test_half_a_line_and_what_cannot_be_divided_by_is_refused_with_the_remedy(given, missing):
+    with pytest.raises(ParameterError, match=missing) as refused:
+        build(Motor, given)
+    assert len(refused.value.violations) == 1
+
+
+@pytest.mark.parametrize('given', [{}, {'stall_torque': 1.4, 'no_load_speed': 6.4}, {'time_constant': 0.02}])
+def test_a_whole_line_and_a_lag_alone_are_taken(given):
+    assert build(Motor, given) == Motor(**given)
+
+
+@pytest.mark.parametrize(('speed', 'asked', 'given'), [
+    # Ts (1 - w/w0) where that is less than asked; a motor brakes with its full torque, and beyond w0 by itself
+    (0.0, 1.0, 1.0), (0.0, 1.4, 1.4), (3.2, 1.4, 0.7), (3.2, 0.5, 0.5), (6.4, 1.4, 0.0), (6.4, -1.4, -1.4),
+    (9.6, 0.0, -0.7), (-3.2, -1.4, -0.7), (-9.6, 0.0, 0.7), (-3.2, 1.4, 1.4), (12.8, -1.0, -1.4), (19.2, 0.0, -2.8),
+])
+def test_the_torque_speed_line_by_hand(speed, asked, given):
+    # over a microsecond speeds hardly change
+    _, _, applied = motorised_step(turning(speed, -speed), motors_at_rest(), WheelTorque(asked, -asked), NONE,
+                                   drivetrain(LINE, dt=1e-6))
+    assert applied == pytest.approx((given, -given), abs=1e-4)
+
+
+def test_a_motor_runs_up_to_its_no_load_speed_and_no_further():
+    robot = Robot(viscous_friction=0.0)
+    state, motors, drive = at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(), drivetrain(LINE, robot=robot)
+    speeds = []
+    for _ in range(1000):
+        state, motors, applied = motorised_step(state, motors, WheelTorque(1.4, 1.4), NONE, drive)
+        speeds.append(wheel_velocity(state.velocity, robot).right)
+    assert sorted(speeds) == speeds
+    # (A+B) dw/dt = Ts (1 - w/w0), for which w = w0 (1 - exp(-t Ts / (w0 (A+B))))
+    assert speeds[99] == pytest.approx(6.4 * (1.0 - math.exp(-0.2 * 1.4 / 6.4 / 0.007125)), rel=1e-12)
+    assert speeds[-1] == pytest.approx(6.4, rel=1e-9)
+    assert applied.right == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize('dt', [0.00025, 0.005, 0.033, 1.0])
+def test_light_wheels_settle_on_the_line_without_swinging(dt):
+    light = Robot(mass=0.01, inertia=1e-5, wheel_inertia=1e-7, viscous_friction=0.0)
+    state = PlantState(Pose(0.0, 0.0, 0.0), body_velocity(WheelVelocity(30.0, -30.0), light), 0.0, 0.0)
+    drive, before = drivetrain(LINE, dt=dt, robot=light), 30.0
+    motors = motors_at_rest()
+    for _ in range(20):
+        state, motors, _ = motorised_step(state, motors, WheelTorque(0.7, -0.7), NONE, drive)
+        now = wheel_velocity(state.velocity, light)
+        # from beyond, and never past the speed at which the line gives nothing
+        assert 6.4 * (1.0 - 1e-12) <= now.right <= before
+        assert now.left == pytest.approx(-now.right, rel=1e-12)
+        before = now.right
+    assert before == pytest.approx(6.4, rel=1e-3)
+
+
+def test_the_lag_is_a_first_order_one_and_its_mean_is_applied():
+    drive = drivetrain(Motor(time_constant=0.01))
+    state, motors, asked = at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(), WheelTorque(1.0, -0.5)
+    impulse = 0.0
+    for n in range(1, 21):
+        state, motors, applied = motorised_step(state, motors, asked, NONE, drive)
+        reached = 1.0 - math.exp(-n * DT / 0.01)
+        assert motors.torque == pytest.approx((reached, -0.5 * reached), rel=1e-13)
+        impulse += applied.right * DT
+        assert impulse == pytest.approx(n * DT - 0.01 * reached, rel=1e-12)
+
+
+def test_with_ideal_motors_and_no_friction_the_step_is_that_of_the_dynamics():
+    start, torque = turning(3.0, -1.0), WheelTorque(0.4, -0.2)
+    end, motors, applied = motorised_step(start, motors_at_rest(), torque, NONE, drivetrain())
+    assert end == step(start, torque, discretise(ROBOT, DT))
+    assert motors.torque == applied == torque
+
+
+def test_a_short_time_constant_is_the_limit_of_none():
+    start, torque = turning(3.0, -1.0), WheelTorque(0.4, -0.2)
+    (slow, _, _), (ideal, _, _) = (
+        motorised_step(start, MotorState(torque), WheelTorque(-0.4, 0.3), NONE, drivetrain(Motor(time_constant=T)))
+        for T in (1e-9, 0.0))
+    assert slow.velocity == pytest.approx(ideal.velocity, abs=1e-6)
+    assert slow.pose == pytest.approx(ideal.pose, abs=1e-8)
+
+
+def test_delay_limit_and_disturbance_are_those_of_the_plant_without_motors():
+    plant = discretise(ROBOT, DT)
+    imperfect = Imperfections(delay=Delay(1), disturbance=Disturbance(0.0, (0.001, 0.0), (0.0, 0.3)))
+    old, line = turning(2.0, 1.0), empty_line(imperfect.delay)
+    new, motors, other = old, motors_at_rest(), line
+    for k, torque in enumerate([WheelTorque(2.0, -0.3), WheelTorque(0.1, 0.2), WheelTorque(0.0, 0.0)]):
+        old, line, *torques = actuated_step(old, line, torque, k, plant, imperfect, 0.5, ())
+        new, motors, other, *others = driven_step(
+            new, motors, other, torque, k, drivetrain(), imperfect, 0.5)
+        assert (new, other, others) == (old, line, torques)
+
+
+def test_the_stall_torque_limits_the_motor_and_not_the_disturbance():
+    imperfect = Imperfections(disturbance=Disturbance(0.0, (0.0, 0.0), (5.0, 5.0)))
+    state, _, _, acting, applied = driven_step(
+        turning(-3.0, -3.0), motors_at_rest(), (), WheelTorque(3.0, 3.0), 0, drivetrain(LINE), imperfect, 0.0)
+    assert acting == WheelTorque(3.0, 3.0)
+    assert applied == WheelTorque(1.4, 1.4)
+    # (A+B) dw/dt = 1.4 + 5
+    assert wheel_velocity(state.velocity, ROBOT).right == pytest.approx(-3.0 + DT * 6.4 / 0.007125, rel=1e-2)
+
+
+def test_the_applied_torque_is_before_friction():
+    # 0.3 N m are asked for, and friction takes 0.1 of them: the wheels feel 0.2
+    state, _, applied = motorised_step(turning(2.0, 2.0), motors_at_rest(), WheelTorque(0.3, 0.3), NONE,
+                                       drivetrain(coulomb=0.1))
+    assert applied == WheelTorque(0.3, 0.3)
+    assert state == step(turning(2.0, 2.0), WheelTorque(0.3 - 0.1, 0.3 - 0.1), discretise(ROBOT, DT))
+
+
+def test_of_a_motor_that_reaches_its_line_the_mean_is_applied():
+    robot, dt = Robot(viscous_friction=0.0), 0.033
+    start = PlantState(Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0), 0.0, 0.0)
+    end, _, applied = motorised_step(start, motors_at_rest(), WheelTorque(1.0, 1.0), NONE,
+                                     drivetrain(LINE, dt=dt, robot=robot))
+    speed = wheel_velocity(end.velocity, robot).right
+    assert speed > 6.4 * (1.0 - 1.0 / 1.4)
+    # what the motors gave is what the wheels have: (A+B) w = mean torque × dt
+    assert applied.right * dt == pytest.approx(0.007125 * speed, rel=1e-12)
+
+
+def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
+    # asked + (begun - asked) is a little more than begun, which is all that a motor at rest can give
+    asked, dt = WheelTorque(0.0, -0.057514901958833714), 0.005
+    assert asked.left + (0.3 - asked.left) > 0.3
+    drive = drivetrain(Motor(0.3, 6.4, 0.002), 1.0, dt)
+    _, _, applied = motorised_step(turning(-1.0, 0.0), MotorState(WheelTorque(0.0, 0.3)), asked, NONE, drive)
+    mean = asked.left + (0.3 - asked.left) * 0.002 / dt * (1.0 - math.exp(-dt / 0.002))
+    assert applied.left == pytest.approx(mean, rel=1e-12)

@@ -1,0 +1,79 @@
+"""The node's part of a cart that waits: the steady clock, the log and the diagnostics."""
+
+import math
+import types
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.ros import cart_wait
+from mobile_robot_control.ros.cart_wait import CartWait
+
+START = Pose(0.0, 0.0, 0.0)
+
+
+def line(time):
+    """Return the reference of a cart that drives along x at 0.3 m/s."""
+    return Reference(Pose(0.3 * time, 0.0, 0.0), BodyVelocity(0.3, 0.0))
+
+
+class Cart:
+    """A cart at a rate [Hz], whose steady clock and whose odometry the test moves."""
+
+    def __init__(self, monkeypatch, rate):
+        self.now, self.age, self.logged = 100.0, 0.0, []
+        monkeypatch.setattr(cart_wait, 'time', types.SimpleNamespace(monotonic=lambda: self.now))
+        log = types.SimpleNamespace(warning=self.logged.append, info=self.logged.append)
+        monitor = types.SimpleNamespace(age=lambda topic: self.age, missing=lambda: [])
+        self._period = 1.0 / rate
+        self.wait = CartWait(types.SimpleNamespace(get_logger=lambda: log), monitor, 0.5, self._period, line)
+
+    def run(self, seconds, follows=True):
+        """Return the last reference; the robot is where the cart is, or stays."""
+        for _ in range(round(seconds / self._period)):
+            self.now += self._period
+            reference = self.wait.reference()
+            if follows:
+                self.wait.note(reference.pose)
+        return reference
+
+
+@pytest.mark.parametrize('rate', [50.0, 4.0, 0.5])
+def test_the_cart_drives_at_any_rate(monkeypatch, rate):
+    cart = Cart(monkeypatch, rate)
+    cart.wait.note(START)
+    reference = cart.run(20.0)
+    assert reference.velocity.linear == 0.3
+    assert 0.3 * 18.0 < reference.pose.x <= 0.3 * 20.0
+    assert cart.wait.condition() is None
+
+
+def test_what_it_waits_for_is_logged_once_and_reported(monkeypatch):
+    cart = Cart(monkeypatch, 50.0)
+    cart.wait.note(START)
+    cart.run(5.0)
+    assert cart.logged == ['the cart drives']
+    cart.run(5.0, follows=False)
+    words = cart.logged[1]
+    assert words.startswith('the cart waits: the robot stands: 0.1')
+    assert words.endswith(' m lie between robot and cart, which goes on within 0.1 m')
+    condition = cart.wait.condition()
+    assert (condition.level, condition.state) == (DiagnosticStatus.WARN, 'waiting')
+    assert f'the cart waits: {condition.detail}' == words
+    cart.age = math.inf
+    cart.run(1.0, follows=False)
+    assert cart.wait.condition().detail.startswith('odom is silent: ')
+    cart.age = 0.0
+    cart.wait.note(cart.wait.reference().pose)
+    cart.run(1.0)
+    assert cart.logged[2:] == ['the cart drives']
+
+
+def test_a_node_that_was_held_up_finds_its_cart_where_it_was(monkeypatch):
+    cart = Cart(monkeypatch, 50.0)
+    cart.wait.note(START)
+    before = cart.run(5.0)
+    cart.now += 3.0
+    assert cart.wait.reference() == before._replace(velocity=BodyVelocity(0.0, 0.0))
+    assert cart.run(1.5).velocity.linear == 0.3

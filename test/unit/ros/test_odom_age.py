@@ -1,0 +1,42 @@
+"""The age of odometry: by stamp on the wall clock, by repeats in lockstep."""
+
+import pytest
+
+from mobile_robot_control.parameters.shared import Shared
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.ros.odom_age import OdomAge
+
+MS = 1_000_000
+POSE, VELOCITY = Pose(1.0, 2.0, 0.0), BodyVelocity(0.5, 0.1)
+
+
+def test_in_lockstep_repeats_are_counted_from_the_first_on():
+    age = OdomAge(Shared(position_rate=100.0))
+    ages = []
+    for step, x in enumerate([1.0, 1.0, 1.0, 1.1, 1.1]):
+        age.note(10 * step * MS, POSE._replace(x=x), VELOCITY)
+        ages.append(age.at(10 * step * MS, 0.05))
+    assert ages == pytest.approx([0.05, 0.06, 0.07, 0.05, 0.06])
+    age.begin()
+    age.note(0, POSE._replace(x=1.1), VELOCITY)
+    assert age.at(0, 0.0) == 0.0
+
+
+def test_on_the_wall_clock_a_sample_with_a_new_stamp_is_as_old_as_it_was():
+    age = OdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
+    age.note(1000 * MS, POSE, VELOCITY)
+    age.note(1030 * MS, POSE, VELOCITY)
+    assert age.at(1040 * MS, 0.02) == pytest.approx(0.06)
+    age.note(1050 * MS, POSE._replace(y=2.1), VELOCITY)
+    assert age.at(1060 * MS, 0.02) == pytest.approx(0.03)
+    # not older than any message may be, and not of the future
+    assert age.at(9000 * MS, 0.02) == 0.5
+    assert age.at(1000 * MS, 0.02) == 0.0
+
+
+def test_the_reference_moves_on_to_now():
+    age = OdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
+    reference = Reference(POSE, BodyVelocity(0.5, 0.0))
+    assert age.present(reference, 20 * MS) == Reference(Pose(1.01, 2.0, 0.0), BodyVelocity(0.5, 0.0))
+    assert age.present(reference, -20 * MS) == reference
+    assert age.present(reference, 9000 * MS).pose.x == pytest.approx(1.25)

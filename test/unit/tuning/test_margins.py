@@ -1,0 +1,267 @@
+"""Margins of both loops: against loops computed by hand, and against driving them with the gain and the delay."""
+
+import math
+from itertools import islice
+
+import numpy as np
+import pytest
+from harness import CONFIG
+
+from mobile_robot_control import BodyVelocity, Pose
+from mobile_robot_control.control.hybrid_backstepping import TRACKING
+from mobile_robot_control.control.velocity_stability import spectral_radius
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.quantities import WheelTorque
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.ticks import make_position_tick
+from mobile_robot_control.tuning.lap import followed_lap, lap_loop
+from mobile_robot_control.tuning.lap_margins import loop_margins
+from mobile_robot_control.tuning.linearisation import (
+    LinearLoop,
+    linear_position_loop,
+    linear_velocity_loop,
+    numbers_of,
+    with_numbers,
+)
+from mobile_robot_control.tuning.margins import UNSTABLE, Margins, margins_of, spectral_radius_of
+from mobile_robot_control.tuning.modelled import pattern_of, smooth_part
+
+RATES = {'velocity_rate': 200.0, 'position_rate': 50.0}
+
+
+def configured(file='', curve='circle', **values):
+    """Return a configuration on a curve of 12 s, with values by node."""
+    cart = {'curve': curve, 'period': 12.0, **RATES}
+    given = {'plant': RATES, 'velocity_controller': RATES, 'position_controller': RATES, 'reference_cart': cart}
+    if file:
+        given = {node: {**part, **given[node]} for node, part in load([CONFIG / file]).items()}
+    for node, more in values.items():
+        given[node] = {**given[node], **more}
+    return configure(given)
+
+
+def first_order(pole, gain, parts=1):
+    """Return the loop x' = pole x + u, u = -gain x, whose input acts in so many parts of the period."""
+    inputs = np.zeros((parts, 1, 2))
+    inputs[:, 0, 0] = 1.0 / parts
+    return [LinearLoop(np.array([[pole]]), inputs, np.array([[-gain], [0.0]]))]
+
+
+def test_a_loop_of_first_order_has_the_margins_computed_by_hand():
+    # |pole - gain| < 1
+    assert margins_of(first_order(0.5, 0.2)).gain == pytest.approx(7.5, rel=2e-3)
+    # with a sample of delay z² - z + gain is stable up to 1, with two z³ - z² + gain up to (√5 - 1)/2
+    assert margins_of(first_order(1.0, 1.0)).delay == pytest.approx(1.0, abs=0.01)
+    assert margins_of(first_order(1.0, 0.5 * (math.sqrt(5.0) - 1.0))).delay == pytest.approx(2.0, abs=0.02)
+    # and with the share d of one z² - z + gain ((1 - d) z + d) while gain d < 1
+    assert margins_of(first_order(1.0, 1.5)).delay == pytest.approx(1.0 / 1.5, abs=0.01)
+    # it does not matter whether the plant of an integrator is asked for in parts of the period
+    assert margins_of(first_order(1.0, 1.5, parts=4)).delay == pytest.approx(1.0 / 1.5, abs=0.01)
+    # no gain up to 20 matters where nothing is fed back
+    assert margins_of(first_order(0.5, 0.0)) == Margins(math.inf, 0.0, math.inf)
+
+
+def test_a_loop_that_needs_its_gain_has_a_lower_gain_margin():
+    found = margins_of(first_order(1.1, 0.4))
+    assert found.lowest_gain == pytest.approx(0.25, rel=2e-3)
+    assert found.gain == pytest.approx(2.1 / 0.4, rel=2e-3)
+    assert margins_of(first_order(1.1, 0.05)) == UNSTABLE
+
+
+def test_a_loop_that_repeats_after_some_periods_has_the_radius_of_one():
+    twice = [first_order(0.5, 0.0)[0], first_order(2.0, 0.0)[0]]
+    assert spectral_radius_of(twice) == pytest.approx(1.0)
+    assert spectral_radius_of([*first_order(0.9, 0.2), *first_order(0.9, 0.2)], 1.0, 1.4) == pytest.approx(
+        spectral_radius_of(first_order(0.9, 0.2), 1.0, 1.4))
+
+
+def test_numbers_are_put_back_where_they_were_whatever_the_frame():
+    value = (1.0, Pose(1.0, 2.0, 3.0), 7, (BodyVelocity(0.5, -0.5), ()), True)
+    frame = Pose(0.3, -0.2, 2.5)
+    numbers = numbers_of(value, frame)
+    assert len(numbers) == 6
+    back = with_numbers(value, iter(numbers), frame)
+    assert numbers_of(back, Pose(0.0, 0.0, 0.0)) == pytest.approx([1.0, 1.0, 2.0, 3.0, 0.5, -0.5])
+    assert back[2] == 7
+    assert back[4] is True
+    assert type(back[3][0]) is BodyVelocity
+
+
+VELOCITY_GAINS = {'gains.k1': 0.5, 'gains.ti1': 0.03, 'gains.k2': 0.7, 'gains.ti2': 0.02}
+
+
+def growth_of_velocity(parameters, gain=1.0, delay=0):
+    """Drive the velocity loop from a small error; return what is left of it, relative."""
+    lap = lap_loop(parameters)
+    gains = lap.loop.velocity_gains
+    loop = lap.loop._replace(velocity_gains=gains._replace(k1=gain * gains.k1, k2=gain * gains.k2))
+    state = next(followed_lap(parameters)).state
+    state = state._replace(drive=(WheelTorque(0.0, 0.0),) * delay, command=BodyVelocity(0.01, 0.01),
+                           plant=state.plant._replace(velocity=BodyVelocity(0.0, 0.0)))
+    errors = []
+    for k in range(400):
+        state = lap.velocity_tick(state, k, loop)[0]
+        errors.append(math.hypot(state.plant.velocity.linear - 0.01, state.plant.velocity.angular - 0.01))
+    return max(errors[-20:]) / max(errors[:20])
+
+
+def test_the_velocity_loop_has_the_margins_with_which_it_oscillates():
+    parameters = configured(velocity_controller=VELOCITY_GAINS)
+    lap = lap_loop(parameters)
+    found = margins_of(linear_velocity_loop(lap, next(followed_lap(parameters))))
+    assert 1.5 < found.gain < 20.0
+    assert growth_of_velocity(parameters, gain=0.97 * found.gain) < 0.5
+    assert growth_of_velocity(parameters, gain=1.03 * found.gain) > 2.0
+    assert 1.0 < found.delay < 20.0
+    assert growth_of_velocity(parameters, delay=math.floor(found.delay)) < 0.5
+    assert growth_of_velocity(parameters, delay=math.ceil(found.delay)) > 2.0
+
+
+@pytest.mark.parametrize('delay', [0, 1, 2])
+def test_the_linearised_velocity_loop_is_the_one_that_is_checked_at_start_up(delay):
+    parameters = configured(velocity_controller=VELOCITY_GAINS)
+    loop, shared = linear_velocity_loop(lap_loop(parameters), next(followed_lap(parameters))), parameters.plant.shared
+    assert spectral_radius_of(loop, 1.0, delay) == pytest.approx(
+        spectral_radius(parameters.velocity_controller.gains, shared.robot, shared.velocity_rate, delay), rel=1e-6)
+
+
+def test_a_delay_of_the_motors_is_part_of_both_loops():
+    found = []
+    for steps in (0, 1):
+        parameters = configured(velocity_controller=VELOCITY_GAINS, plant={'delay.velocity_steps': steps})
+        lap, tick = lap_loop(parameters), next(followed_lap(parameters))
+        found.append([margins_of(linear_velocity_loop(lap, tick)), margins_of(linear_position_loop(lap, [tick]))])
+    (velocity, position), (late_velocity, late_position) = found
+    assert late_velocity.delay == pytest.approx(velocity.delay - 1.0, abs=0.02)
+    assert late_position.gain < position.gain
+
+
+def growth_of_position(parameters, gain=1.0, ticks_late=0):
+    """Drive round from a small offset, with the gain on the command's deviation; return how it changes over 5 s."""
+    lap, placement = lap_loop(parameters), parameters.reference_cart.curve.placement
+    curve = CURVES[parameters.reference_cart.curve.curve]
+    followed = next(followed_lap(parameters))
+
+    def run(offset):
+        state = followed.state
+        plant = state.plant._replace(pose=state.plant.pose._replace(x=state.plant.pose.x + offset))
+        state, waiting, poses = state._replace(plant=plant), [], []
+        acting = followed.command
+        for n in range(700):
+            k = followed.k + n * lap.ratio
+            reference = reference_at(curve, k * lap.loop.plant.dt, placement)
+            state = lap.position_tick(state, reference, k, k * lap.loop.plant.dt, lap.loop)[0]
+            amplified = (mean + gain * (asked - mean) for asked, mean in zip(state.command, followed.command,
+                                                                             strict=True))
+            waiting.append((n * lap.ratio + ticks_late, BodyVelocity(*amplified)))
+            for j in range(lap.ratio):
+                while waiting and waiting[0][0] <= n * lap.ratio + j:
+                    acting = waiting.pop(0)[1]
+                state = lap.velocity_tick(state._replace(command=acting), k + j, lap.loop)[0]
+            poses.append(state.plant.pose[:2])
+        return poses
+
+    apart = [math.dist(a, b) for a, b in zip(run(1e-7), run(0.0), strict=True)]
+    return max(apart[-150:]) / max(apart[-400:-250])
+
+
+@pytest.mark.parametrize('file', ['backstepping.yaml', 'hybrid_backstepping.yaml', 'wall_clock.yaml'])
+def test_the_position_loop_has_the_margins_with_which_it_leaves_the_circle(file):
+    parameters = configured(file)
+    lap = lap_loop(parameters)
+    found = margins_of(linear_position_loop(lap, [next(followed_lap(parameters))]))
+    ticks = found.delay * lap.ratio
+    assert ticks > 10.0
+    assert growth_of_position(parameters, ticks_late=math.floor(0.9 * ticks)) < 0.9
+    assert growth_of_position(parameters, ticks_late=math.ceil(1.1 * ticks)) > 1.1
+    if math.isfinite(found.gain):
+        assert growth_of_position(parameters, gain=0.95 * found.gain) < 0.9
+        assert growth_of_position(parameters, gain=1.05 * found.gain) > 1.1
+
+
+BASE = {'drive': 'velocity', 'base.lag': [0.15, 0.15], 'base.command_rate': 20.0, 'odometry.rate': 30.0,
+        'odometry.latency': 0.06}
+
+
+def test_the_margins_of_a_base_with_rates_of_its_own_are_those_with_which_it_leaves_the_circle():
+    limited = {**BASE, 'base.dead_zone': [0.05, 0.1], 'base.max_speed': [0.7, 2.0]}
+    parameters = configured('wall_clock.yaml', plant=limited)
+    smooth = smooth_part(parameters)
+    assert smooth == configured('wall_clock.yaml', plant=BASE)
+    # 50, 30 and 20 Hz repeat after a tenth of a second
+    assert pattern_of(parameters) == 5
+    lap = lap_loop(smooth)
+    ticks = margins_of(linear_position_loop(lap, list(islice(followed_lap(smooth), 5)))).delay * lap.ratio
+    assert growth_of_position(smooth, ticks_late=math.floor(0.9 * ticks)) < 0.9
+    assert growth_of_position(smooth, ticks_late=math.ceil(1.1 * ticks)) > 1.1
+
+
+def test_a_base_has_no_velocity_loop_and_its_lag_and_latency_take_from_the_margin():
+    ideal = loop_margins(configured('wall_clock.yaml', plant={'drive': 'velocity'}))
+    assert ideal.velocity is None
+    assert not ideal.reason
+    late = configured('wall_clock.yaml', plant=BASE)
+    ticks = list(islice(followed_lap(late), 5))
+    assert margins_of(linear_position_loop(lap_loop(late), ticks)).delay < 0.6 * ideal.position.margins.delay
+
+
+def test_rates_without_a_common_pattern_leave_the_margins_unknown():
+    found = loop_margins(configured('wall_clock.yaml', plant={**BASE, 'odometry.rate': 29.97}))
+    assert 'no common pattern' in found.reason
+    assert math.isnan(found.position.margins.gain)
+
+
+def test_a_compensation_of_latency_is_part_of_the_position_loop():
+    # odometry carried forward by more than its age is a lead: the loop withstands more delay
+    plain, leading = (configured('wall_clock.yaml', position_controller={
+        'compensate_latency': True, 'odom_latency': age}) for age in (0.0, 0.06))
+    delays = [margins_of(linear_position_loop(lap_loop(one), [next(followed_lap(one))])).delay
+              for one in (plain, leading)]
+    assert delays[1] > delays[0] + 2.0
+
+
+def test_margins_are_the_worst_along_the_curve_with_their_places():
+    parameters = configured('backstepping.yaml', curve='trifolium', reference_cart={'period': 8.0})
+    found = loop_margins(parameters).position
+    lap = lap_loop(parameters)
+    ticks = [tick for tick in islice(followed_lap(parameters), 400)
+             if math.isclose(tick.time % 8.0, found.delay_time, abs_tol=1e-9)]
+    assert margins_of(linear_position_loop(lap, ticks)).delay == found.margins.delay
+    # where the cart is fast
+    speeds = [tick.reference.velocity.linear for tick in islice(followed_lap(parameters), 400)]
+    assert ticks[0].reference.velocity.linear > 0.9 * max(speeds)
+
+
+def test_a_law_that_switches_where_it_is_linearised_has_no_margins():
+    parameters = configured('hybrid_backstepping.yaml')
+    lap, tick = lap_loop(parameters), next(followed_lap(parameters))
+    at = tick.state.plant.pose
+
+    def switching(state, observation, gains, dt):
+        return state, BodyVelocity(0.5 if observation.error.lateral > lateral else 0.4, 0.1)
+
+    lateral = -math.sin(at.heading) * (tick.reference.pose.x - at.x) + math.cos(at.heading) * (
+        tick.reference.pose.y - at.y)
+    switched = lap._replace(position_tick=make_position_tick(switching))
+    assert math.isnan(margins_of(linear_position_loop(switched, [tick])).gain)
+    # far from its switch the same law has margins
+    lateral += 0.1
+    assert not math.isnan(margins_of(linear_position_loop(switched, [tick])).gain)
+
+
+def test_the_hybrid_law_is_looked_at_as_it_tracks():
+    tick = next(followed_lap(configured('hybrid_backstepping.yaml')))
+    assert (tick.state.law.seen, tick.state.law.fade) == (TRACKING.seen, TRACKING.fade)
+
+
+@pytest.mark.parametrize(('changed', 'reason'), [
+    ({'position_controller': {'controller_type': 'backstepping', 'backstepping.f': 1e4}}, 'the motion diverges'),
+    ({'reference_cart': {'period': 1e6}}, 'a lap of 1e+06 s'),
+])
+def test_a_loop_that_does_not_follow_has_unknown_margins_with_a_reason(changed, reason):
+    found = loop_margins(configured(**changed))
+    assert reason in found.reason
+    assert math.isnan(found.velocity.margins.gain)
+    assert math.isnan(found.position.margins.delay)

@@ -1,0 +1,147 @@
+"""What the numbers of a search or study hold for, in words: what was modelled, margins, and warnings."""
+
+import json
+import math
+
+import pytest
+
+from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins
+from mobile_robot_control.tuning.margins import UNKNOWN, UNSTABLE, Margins
+from mobile_robot_control.tuning.modelled import EFFECTS, describe_model, drive_of, pattern_of, smooth_part
+from mobile_robot_control.tuning.promises import Promise, describe_scenarios, promise_lines, promise_values, warnings_of
+from mobile_robot_control.tuning.scenarios import configured_scenario
+
+IDEAL = Configuration()
+ROUGH = configure({
+    'plant': {'delay.velocity_steps': 2, 'noise.pose': [0.01, 0.01, 0.02], 'noise.velocity': 0.1,
+              'max_wheel_torque': 3.0, 'disturbance.step': [0.1, 0.0]},
+    'velocity_controller': {'max_wheel_torque': 2.5},
+    'position_controller': {'limits.linear_velocity': 0.5, 'limits.angular_acceleration': 3.0},
+})
+
+
+def promised(gain=5.0, lowest=0.0, delay=10.0, lockstep=True, configuration=IDEAL, reason=''):
+    """Return a promise at 500 and 100 Hz whose loops have the same margins."""
+    both = LapMargins(Margins(gain, lowest, delay), 1.0, 2.0)
+    return Promise(describe_model(configuration), LoopMargins(both, both, reason), 0.002, 0.01, lockstep)
+
+
+def test_what_is_modelled_has_its_value_and_unit_and_the_rest_is_named_as_not_modelled():
+    found = describe_model(ROUGH)
+    assert found.modelled == {
+        'dead time of the motors': '2 velocity periods',
+        'limit of the torque': '3 N m, 2.5 N m',
+        'limit of the speed': '0.5 m/s',
+        'limit of the acceleration': '3 rad/s²',
+        'noise': '0.01 m and 0.01 m and 0.02 rad, 0.1 rad/s',
+        'disturbance': '0.1 and 0 N m',
+    }
+    assert {*found.modelled, *found.not_modelled} == {effect.phrase for effect in EFFECTS}
+    assert not {*found.modelled} & {*found.not_modelled}
+    # a delay has a linearisation, the others have none
+    assert set(found.not_in_margins) == set(found.modelled) - {'dead time of the motors'}
+    assert not describe_model(IDEAL).modelled
+
+
+def test_the_timing_of_the_wall_clock_is_not_modelled():
+    asynchronous = configure({node: {'lockstep': False} for node in IDEAL._fields})
+    assert 'timing of the wall clock' in describe_model(asynchronous).not_modelled
+    assert 'timing of the wall clock' not in describe_model(IDEAL).not_modelled
+
+
+def test_scenarios_count_in_place_of_the_configuration():
+    nominal = configured_scenario(ROUGH)
+    spread = [nominal._replace(delay=delay, noise=Noise(velocity=0.3)) for delay in (3, 0, 1)]
+    found = describe_scenarios(ROUGH, spread)
+    assert found.modelled['dead time of the motors'] == '0 to 3 velocity periods'
+    assert found.modelled['noise'] == '0 m and 0 m and 0 rad and 0.3 rad/s'
+    none = describe_scenarios(ROUGH, [nominal._replace(delay=0, noise=Noise())])
+    assert {'dead time of the motors', 'noise'} < set(none.not_modelled)
+
+
+def test_a_base_names_its_own_effects_and_none_of_motors():
+    base = configure({'plant': {'drive': 'velocity', 'base.lag': [0.15, 0.1], 'base.max_speed': [0.7, 2.0],
+                                'odometry.latency': 0.06, 'odometry.rate': 30.0}})
+    found = describe_model(base)
+    assert found.modelled == {'lag of the base': '0.15 and 0.1 s', 'latency of odometry': '0.06 s',
+                              'rate of odometry': '30 Hz', 'limit of the speed': '0.7 m/s and 2 rad/s'}
+    assert 'dead time of the base' in found.not_modelled
+    assert 'Coulomb friction' not in found.not_modelled
+    assert found.not_in_margins == ('limit of the speed',)
+    assert drive_of(base) == 'velocity'
+
+
+def test_what_has_no_linearisation_is_off_and_the_rest_stays():
+    smooth = configure({'plant': {'delay.velocity_steps': 2}})
+    assert smooth_part(ROUGH) == smooth
+    assert smooth_part(IDEAL) == IDEAL
+    assert pattern_of(ROUGH) == 1
+    assert drive_of(ROUGH) == 'torque'
+
+
+def test_ample_margins_warn_of_nothing_but_what_is_not_modelled():
+    assert warnings_of(promised()) == [
+        'lag of the base, dead time of the base and latency of odometry are not modelled: on a robot that has any of '
+        'it the error is unknown, and there is room for 100 ms of delay before the loop is unstable']
+    assert warnings_of(promised(delay=math.inf))[0].endswith('the error is unknown')
+
+
+@pytest.mark.parametrize(('changed', 'warning'), [
+    ({'gain': 1.99}, 'position loop has a thin gain margin, 1.99'),
+    ({'lowest': 0.51}, 'position loop has a thin lower gain margin, 0.51'),
+    # 50 ms are 5 periods
+    ({'delay': 4.99}, 'position loop has a thin delay margin, 49.9 ms'),
+    # 2 velocity periods, and 4 on the wall clock
+    ({'delay': 1.99}, 'velocity loop has a thin delay margin, 4.0 ms'),
+    ({'delay': 3.99, 'lockstep': False}, 'velocity loop has a thin delay margin, 8.0 ms'),
+    ({'gain': 1.0, 'delay': 0.0}, 'position loop is not stable at t = 1 s of the lap'),
+    ({'reason': 'the motion diverges'}, 'the margins are unknown: the motion diverges'),
+])
+def test_thin_margins_are_warned_of(changed, warning):
+    assert any(warning in text for text in warnings_of(promised(**changed)))
+    assert not any(warning.partition(',')[0] in text for text in warnings_of(promised()))
+
+
+def test_enough_is_not_thin():
+    assert len(warnings_of(promised(gain=2.0, lowest=0.5, delay=5.0))) == 1
+    # at 10 Hz two periods are more than 50 ms
+    slow = promised(delay=1.99)._replace(position_period=0.1)
+    assert any('thin delay margin, 199.0 ms, and 200 ms are little' in text for text in warnings_of(slow))
+
+
+def test_the_lines_are_short_and_name_margins_with_their_places():
+    lines = promise_lines(promised(lowest=0.25, configuration=ROUGH))
+    assert max(map(len, lines)) <= 100
+    text = ' '.join(line.strip() for line in lines)
+    assert 'modelled: dead time of the motors (2 velocity periods); limit of the torque (3 N m, 2.5 N m)' in text
+    assert 'the error of a robot that has any of it is unknown' in text
+    assert ('position loop: gain margin 5.00 at t = 1 s of the lap, lower gain margin 0.25, delay margin 100 ms '
+            '(10.0 position periods) at t = 2 s of the lap') in text
+    assert 'velocity loop: gain margin 5.00 at t = 1 s of the lap, lower gain margin 0.25, delay margin 20 ms' in text
+    assert 'not in the margins: limit of the torque; limit of the speed; limit of the acceleration; noise' in text
+
+
+def test_what_is_beyond_the_search_and_what_is_unknown_is_told():
+    text = '\n'.join(promise_lines(promised(gain=math.inf, delay=math.inf)))
+    assert 'gain margin more than 20, delay margin 200 ms (more than 20 position periods)' in text
+    unknown = LapMargins(UNKNOWN, math.nan, math.nan)
+    found = promised()._replace(margins=LoopMargins(None, unknown, 'the motion diverges'))
+    text = '\n'.join(promise_lines(found))
+    assert 'velocity loop' not in text
+    assert 'position loop: margins unknown' in text
+    unstable = promised()._replace(margins=LoopMargins(None, LapMargins(UNSTABLE, 3.0, 3.0)))
+    assert 'position loop: not stable at t = 3 s of the lap' in promise_lines(unstable)
+
+
+def test_the_values_are_json_in_si_units():
+    found = promise_values(promised(lowest=0.25, delay=math.inf))
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found['margins']['position_loop'] == {
+        'gain': 5.0, 'lowest_gain': 0.25, 'gain_time': 1.0, 'delay': None, 'delay_time': 2.0}
+    assert promise_values(promised())['margins']['velocity_loop']['delay'] == pytest.approx(0.02)
+    assert found['modelled'] == {}
+    assert 'latency of odometry' in found['not_modelled']
+    assert found['warnings'] == warnings_of(promised(lowest=0.25, delay=math.inf))
