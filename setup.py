@@ -26,6 +26,8 @@ setup(
     maintainer_email='maintainers@users.noreply.github.com',
     python_requires='>=3.10',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    # the annotations are for users, too
+    package_data={PACKAGE: ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -74,6 +76,8 @@ setup(
             'distributed==2026.8.0',
             'mypy==2.4.1',
             'numba==0.68.0',
+            # of examples/mpc_controller
+            'piqp==0.7.0',
             'pytest==9.2.0',
             'pytest-timeout==2.4.0',
             'pytest-xdist==3.8.0',

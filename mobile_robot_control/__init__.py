@@ -1,18 +1,50 @@
 """
 Nonlinear motion control of a differential-drive robot with a wheel-torque plant, on ROS 2.
 
-The names below are what scripts, laws and curves of one's own need; each is imported when it is first used, so that a
-node does not pay for what it does not use.
+The names below are what notebooks and scripts, laws and curves of one's own need; each is imported when it is first
+used, so that a node does not pay for what it does not use.
 """
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    # the same names as below, for type checkers and editors
+    from mobile_robot_control.api.loading import load as load
+    from mobile_robot_control.api.runs import Run as Run
+    from mobile_robot_control.api.searching import Tuned as Tuned
+    from mobile_robot_control.api.searching import tune as tune
+    from mobile_robot_control.api.simulating import simulate as simulate
+    from mobile_robot_control.api.studying import Study as Study
+    from mobile_robot_control.api.studying import study as study
+    from mobile_robot_control.control.law import Law as Law
+    from mobile_robot_control.control.law import NoState as NoState
+    from mobile_robot_control.jit import jitable as jitable
+    from mobile_robot_control.parameters.checking import ParameterError as ParameterError
+    from mobile_robot_control.parameters.checking import rule as rule
+    from mobile_robot_control.parameters.configuration import configure as configure
+    from mobile_robot_control.parameters.declaration import Field as Field
+    from mobile_robot_control.parameters.nodes import Configuration as Configuration
+    from mobile_robot_control.plugins import register as register
+    from mobile_robot_control.quantities import BodyVelocity as BodyVelocity
+    from mobile_robot_control.quantities import Observation as Observation
+    from mobile_robot_control.quantities import Pose as Pose
+    from mobile_robot_control.quantities import Reference as Reference
+    from mobile_robot_control.quantities import TrackingError as TrackingError
+    from mobile_robot_control.reference.curve import Curve as Curve
+    from mobile_robot_control.reference.curve import CurvePoint as CurvePoint
+    from mobile_robot_control.simulation.metrics import summary as summary
+    from mobile_robot_control.simulation.rollout import measure as measure
+    from mobile_robot_control.simulation.rollout import rollout as rollout
 
 __version__ = '0.1.0'
 
 _HOMES = {
-    # a run
-    'configure': 'parameters.configuration', 'load': 'parameters.files', 'Configuration': 'parameters.nodes',
+    # what the commands do, as arrays
+    'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
+    'Run': 'api.runs', 'Tuned': 'api.searching', 'Study': 'api.studying',
+    # a run, sample by sample
+    'configure': 'parameters.configuration', 'Configuration': 'parameters.nodes',
     'ParameterError': 'parameters.checking', 'rollout': 'simulation.rollout', 'measure': 'simulation.rollout',
     'summary': 'simulation.metrics',
     # a law or a curve of one's own

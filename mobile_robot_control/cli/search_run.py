@@ -26,11 +26,11 @@ from mobile_robot_control.tuning.journal import Journal
 from mobile_robot_control.tuning.modelled import drive_of
 from mobile_robot_control.tuning.objective import DEFAULT_SMOOTH, Goal, Objective
 from mobile_robot_control.tuning.promises import promise, promise_lines
-from mobile_robot_control.tuning.search import WORST, Found, Generation, SearchSettings, run_search
+from mobile_robot_control.tuning.search import Found, Generation, SearchSettings, no_result, run_search
 from mobile_robot_control.tuning.search_gains import Gains
 
 
-def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
+def search_goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
     """Return what the options search for."""
     genes = search_space.search_genes(options.controller, options.with_velocity, parameters.plant.model.drive)
     genes = search_space.bounded(search_space.without(genes, options.keep), dict(options.bounds))
@@ -42,14 +42,14 @@ def _goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
                 options.combine, options.literal_torque, smooth)
 
 
-def _settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:
+def search_settings(options: argparse.Namespace, goal: Goal) -> SearchSettings:
     """Return how the options search."""
     population = options.population or search_space.population_of(options.controller)
     return SearchSettings(options.algorithm, len(goal.genes), population, options.generations, options.seed,
                           options.time_limit or 0.0)
 
 
-def _with_gains(parameters: Configuration, gains: Gains) -> Configuration:
+def with_gains(parameters: Configuration, gains: Gains) -> Configuration:
     """Return a configuration with other gains, checked as a whole."""
     values = {node: flatten(group) for node, group in parameters._asdict().items()}
     values['velocity_controller'] |= {f'gains.{name}': x for name, x in gains.velocity._asdict().items()}
@@ -78,8 +78,8 @@ class SearchRun:
     def __init__(self, options: argparse.Namespace, parameters: Configuration, run: TrialRunner) -> None:
         self._options, self._parameters = options, parameters
         self._output, self._shown = Path(options.output), printable(options.output)
-        self._goal = _goal(options, parameters)
-        self._settings = _settings(options, self._goal)
+        self._goal = search_goal(options, parameters)
+        self._settings = search_settings(options, self._goal)
         self._objective = Objective(parameters, self._goal, run)
         self._journal_file = self._output.parent / f'{self._output.name}.journal'
 
@@ -121,13 +121,10 @@ class SearchRun:
         return 1
 
     def _done(self, found: Found, standing: float, interrupted: bool) -> int:
-        if found.point is None:
-            print('tune: interrupted before the first generation was scored' if interrupted else
-                  'tune: the time limit is too short for one generation', file=sys.stderr)
-            return 1
-        if found.score >= WORST:
-            print('tune: no individual could be scored: all are unstable or diverge; give tighter --bounds or raise '
-                  'the rates', file=sys.stderr)
+        why = no_result(found)
+        if why:
+            before = found.point is None and interrupted
+            print(f'tune: {"interrupted before the first generation was scored" if before else why}', file=sys.stderr)
             return 1
         better = self._write(found, standing)
         generations = len(found.history)
@@ -151,7 +148,7 @@ class SearchRun:
             print(f'tune: {self._shown} has the objective {standing:.6g} and stays, {found.score:.6g} was '
                   'found; --overwrite replaces it', file=sys.stderr)
             return standing == found.score
-        tuned = _with_gains(self._parameters, gains)
+        tuned = with_gains(self._parameters, gains)
         metrics, after = self._drive(tuned)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
         holds = promise_lines(promise(tuned, self._goal.scenarios))

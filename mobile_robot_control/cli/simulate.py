@@ -3,9 +3,10 @@
 import argparse
 import json
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.interrupt import Interrupt
@@ -21,7 +22,8 @@ from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure, rollout
 
 
-def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+def parse_simulate(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line of `simulate`; that of the process where it is None."""
     made = make_parser('simulate', __doc__)
     made.add_argument('--duration', type=positive, required=True, metavar='S', help='simulated time [s]')
     made.add_argument('--output', metavar='FILE.csv',
@@ -30,7 +32,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     return made.parse_args(arguments)
 
 
-def _noting(samples: Iterable[Sample], failures: list[str]) -> Iterator[Sample]:
+def noting_failure(samples: Iterable[Sample], failures: list[str]) -> Iterator[Sample]:
     """Yield samples; note why the law failed."""
     try:
         yield from samples
@@ -47,6 +49,17 @@ def _until(interrupt: Interrupt, samples: Iterable[Sample]) -> Iterator[Sample]:
             return
 
 
+def outcome_text(metrics: Mapping[str, Any], law: str, failures: Sequence[str]) -> str:
+    """Return why a run with these metrics did not reach its end, in words; '' where it did."""
+    at = f'at t = {metrics["duration"]} s'
+    return {
+        'completed': '',
+        'interrupted': f'interrupted {at}',
+        'diverged': f'the motion diverged {at}; lower the gains or raise the rates',
+        'law_failed': f"the position law '{law}' failed {' '.join(failures)}",
+    }[metrics['outcome']]
+
+
 def _run(options: argparse.Namespace) -> int:
     parameters = configuration(options)
     check_run_length(f'--duration {options.duration:g}', options.duration, parameters.plant.shared.velocity_rate,
@@ -54,7 +67,7 @@ def _run(options: argparse.Namespace) -> int:
     failures: list[str] = []
     with ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
-        samples: Iterable[Sample] = _noting(rollout(parameters, options.duration), failures)
+        samples: Iterable[Sample] = noting_failure(rollout(parameters, options.duration), failures)
         if options.output:
             stack.enter_context(naming_errors(Path(options.output)))
             path = writable_file(options.output)
@@ -74,19 +87,13 @@ def _run(options: argparse.Namespace) -> int:
     if options.output:
         write_atomically(path.with_suffix('.metrics.json'), json.dumps(metrics, indent=2) + '\n')
     print(json.dumps(metrics) if options.json else '\n'.join(f'{name}: {value}' for name, value in metrics.items()))
-    if run.outcome == 'completed':
-        return 0
-    at = f'at t = {metrics["duration"]} s'
-    law = parameters.position_controller.control.controller_type
-    print({
-        'interrupted': f'simulate: interrupted {at}',
-        'diverged': f'simulate: the motion diverged {at}; lower the gains or raise the rates',
-        'law_failed': f"simulate: the position law '{law}' failed {' '.join(failures)}",
-    }[run.outcome], file=sys.stderr)
-    return 1
+    why = outcome_text(metrics, parameters.position_controller.control.controller_type, failures)
+    if why:
+        print(f'simulate: {why}', file=sys.stderr)
+    return 1 if why else 0
 
 
-main = make_main('simulate', _parse, _run)
+main = make_main('simulate', parse_simulate, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

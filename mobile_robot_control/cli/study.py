@@ -4,11 +4,9 @@ import argparse
 import csv
 import io
 import json
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.interrupt import Interrupt
@@ -22,38 +20,33 @@ from mobile_robot_control.cli.options import (
     writable_file,
 )
 from mobile_robot_control.cli.progress import tqdm
-from mobile_robot_control.cli.run_length import check_laps
-from mobile_robot_control.cli.worker_options import TrialRunner, add_worker_options, runner
+from mobile_robot_control.cli.study_run import (
+    StudiedController,
+    as_cell,
+    check_study,
+    run_study,
+    study_columns,
+    study_rows,
+    study_values,
+)
+from mobile_robot_control.cli.worker_options import add_worker_options, runner
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.model.actuators import LONGEST_DELAY
-from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
-from mobile_robot_control.simulation.metrics import TRUE
-from mobile_robot_control.simulation.trial import Trial
 from mobile_robot_control.texts import printable
-from mobile_robot_control.tuning.monte_carlo import (
-    WITHIN,
-    Judged,
-    ScenarioDistribution,
-    draw_scenarios,
-    judge,
-    summarise_runs,
-)
-from mobile_robot_control.tuning.promises import Promise, promise, promise_lines, promise_values
-from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_trial
-
-_BATCH = 100
+from mobile_robot_control.tuning.promises import promise_lines
 
 
-def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+def parse_study(arguments: Sequence[str] | None, writes: bool = True) -> argparse.Namespace:
+    """Read the command line of `study`, that of the process where it is None; `--output` is needed if it `writes`."""
     made = make_parser('study', __doc__)
     made.add_argument('--runs', type=whole_number(1, 10**6), required=True, metavar='N',
                       help='random runs of each controller')
     made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')
-    made.add_argument('--output', required=True, metavar='DIR', help='takes study.json, runs.csv and starts.png')
+    made.add_argument('--output', required=writes, metavar='DIR', help='takes study.json, runs.csv and starts.png')
     made.add_argument('--overwrite', action='store_true', help='replace a study that DIR already holds')
     made.add_argument('--compare', nargs='+', default=[], metavar='FILE.yaml',
                       help='one controller each, on top of the other parameters')
@@ -76,22 +69,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     return options
 
 
-def _scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Scenario]:
-    """Draw the scenarios of a controller."""
-    nominal = configured_scenario(parameters)
-    noise = Noise(
-        nominal.noise.pose if options.noise_pose is None else tuple(options.noise_pose),
-        nominal.noise.velocity if options.noise_velocity is None else options.noise_velocity,
-    )
-    distribution = ScenarioDistribution(tuple(options.curves), tuple(options.scales), options.within,
-                                        options.variation, noise, options.longest_delay or 0)
-    drawn = draw_scenarios(distribution, options.runs, options.seed)
-    if options.longest_delay is None:
-        return [scenario._replace(delay=nominal.delay) for scenario in drawn]
-    return drawn
-
-
-def _controllers(options: argparse.Namespace) -> dict[str, Configuration]:
+def study_controllers(options: argparse.Namespace) -> dict[str, Configuration]:
     """Return the configurations to study by name."""
     if not options.compare:
         parameters = configuration(options)
@@ -106,89 +84,55 @@ def _controllers(options: argparse.Namespace) -> dict[str, Configuration]:
     return named
 
 
-def _study(trials: Sequence[Trial], run: TrialRunner, bar: Any, interrupt: Interrupt) -> list[Judged]:
-    """Run and judge trials, batch by batch, until an interrupt."""
-    judged: list[Judged] = []
-    for first in range(0, len(trials), _BATCH):
-        if interrupt.requested:
-            break
-        batch = trials[first:first + _BATCH]
-        judged += [judge(one, outcome) for one, outcome in zip(batch, run(batch), strict=True)]
-        bar.update(len(batch))
-    return judged
-
-
-def _table(scenarios: Sequence[Scenario], results: dict[str, list[Judged]]) -> str:
+def _table(results: dict[str, StudiedController]) -> str:
     """Return all runs as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
-    names = next(iter(results.values()))[0].metrics
-    writer.writerow(['controller', 'curve', 'scale', 'start_x', 'start_y', 'start_yaw', 'mass_factor',
-                     'friction_factor', 'noise_seed', 'delay', 'success', *names])
-    for controller, judged in results.items():
-        for scenario, run in zip(scenarios, judged, strict=False):
-            assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
-            writer.writerow([controller, scenario.curve, scenario.scale, *scenario.start, scenario.mass,
-                             scenario.friction, scenario.noise.seed, scenario.delay, int(run.success),
-                             *('' if math.isnan(value) else value for value in run.metrics.values())])
+    writer.writerow(study_columns(results))
+    writer.writerows(map(as_cell, row) for row in study_rows(results))
     return text.getvalue()
 
 
-def _map(scenarios: Sequence[Scenario], results: dict[str, list[Judged]], file: Path) -> None:
+def _map(results: dict[str, StudiedController], file: Path) -> None:
     """Draw the map of starts."""
     draw_starts_map({
         f'{name.replace("_", " ")}: {100.0 * sum(run.success for run in judged) / len(judged):.2f} %': [
             Start(scenario.start, run.success)
             for scenario, run in zip(scenarios, judged, strict=False) if scenario.start is not None
-        ] for name, judged in results.items()
+        ] for name, (scenarios, judged, _) in results.items()
     }, file)
 
 
 def _run(options: argparse.Namespace) -> int:
-    controllers = _controllers(options)
-    for parameters in controllers.values():
-        check_laps(options.laps, parameters)
+    controllers = study_controllers(options)
+    check_study(options, controllers)
     folder = Path(options.output)
     if (folder / 'study.json').exists() and not options.overwrite:
         raise ParameterError([f'{folder}: holds a study already; name another folder, or add --overwrite'])
     folder.mkdir(parents=True, exist_ok=True)
     # nothing long begins before the place is known to be writable
     writable_file(str(folder / 'runs.csv'))
-    results: dict[str, list[Judged]] = {}
-    promises: dict[str, Promise] = {}
     total = options.runs * len(controllers)
     with runner(options) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
-        for name, parameters in controllers.items():
-            scenarios = _scenarios(options, parameters)
-            late = options.laps * 0.75
-            trials = [scenario_trial(parameters, scenario, options.laps, late) for scenario in scenarios]
-            judged = _study(trials, run, bar, interrupt)
-            if judged:
-                results[name], promises[name] = judged, promise(parameters, scenarios)
+        results = run_study(options, controllers, run, bar.update, lambda: interrupt.requested)
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
-    found = {name: summarise_runs(judged) | promise_values(promises[name]) for name, judged in results.items()}
-    settings = {
-        'outcome': 'interrupted' if interrupt.requested else 'completed', 'seed': options.seed, 'laps': options.laps,
-        'curves': options.curves, 'scales': options.scales, 'within': options.within, 'variation': options.variation,
-        'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupt.requested,
-        'error': TRUE,
-    }
-    write_atomically(folder / 'study.json', json.dumps({**settings, 'controllers': found}, indent=2) + '\n')
-    write_atomically(folder / 'runs.csv', _table(scenarios, results))
-    _map(scenarios, results, folder / 'starts.png')
-    for name, numbers in found.items():
+    found = study_values(options, results, interrupt.requested)
+    write_atomically(folder / 'study.json', json.dumps(found, indent=2) + '\n')
+    write_atomically(folder / 'runs.csv', _table(results))
+    _map(results, folder / 'starts.png')
+    for name, numbers in found['controllers'].items():
         low, high = (100.0 * bound for bound in numbers['success_interval'])
         print(f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
-              f'(95 % interval {low:.2f} to {high:.2f} %)', *promise_lines(promises[name]), sep='\n')
+              f'(95 % interval {low:.2f} to {high:.2f} %)', *promise_lines(results[name].promise), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1
     return 0
 
 
-main = make_main('study', _parse, _run)
+main = make_main('study', parse_study, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -13,6 +13,7 @@ from mobile_robot_control.cli.search_run import SearchRun
 from mobile_robot_control.cli.worker_options import add_worker_options, runner
 from mobile_robot_control.model import plant
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning.objective import COMBINATIONS, DEFAULT_SMOOTH
 from mobile_robot_control.tuning.search import ALGORITHMS
 from mobile_robot_control.tuning.search_space import VELOCITY, searches
@@ -28,13 +29,14 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
         raise argparse.ArgumentTypeError(f"'{text}': write NAME=LOW:HIGH, such as k1=0:5") from None
 
 
-def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+def parse_tune(arguments: Sequence[str] | None, writes: bool = True) -> argparse.Namespace:
+    """Read the command line of `tune`, that of the process where it is None; `--output` is needed if it `writes`."""
     made = make_parser('tune', __doc__)
     made.add_argument('controller', choices=Lazy(searches), help="what to search: a position law's gains, and the "
                       "velocity gains with them, which 'fuzzy' keeps; or 'velocity', which keeps the position law's")
     made.add_argument('--seed', type=whole_number(0), required=True, metavar='N', help='of all chance')
-    made.add_argument('--output', required=True, metavar='FILE.yaml', help='parameter file to write; beside it go the '
-                      'history (.csv), a picture (.png) and, until the search is done, its journal (.yaml.journal)')
+    made.add_argument('--output', required=writes, metavar='FILE.yaml', help='parameter file to write; beside it go '
+                      'the history (.csv), a picture (.png) and, until the search is done, its journal (.yaml.journal)')
     made.add_argument('--resume', action='store_true', help='go on from the journal')
     made.add_argument('--overwrite', action='store_true', help='replace a better file, and a journal')
     made.add_argument('--algorithm', choices=tuple(ALGORITHMS), default='genetic')
@@ -64,7 +66,8 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     return options
 
 
-def _run(options: argparse.Namespace) -> int:
+def searched_configuration(options: argparse.Namespace) -> Configuration:
+    """Return the configuration whose gains the options search for; raise ParameterError where there is none."""
     parameters = configuration(options)
     check_laps(options.laps, parameters)
     if parameters.plant.model.drive == plant.VELOCITY and (options.controller == VELOCITY or options.with_velocity):
@@ -74,6 +77,11 @@ def _run(options: argparse.Namespace) -> int:
         control = parameters.position_controller.control._replace(controller_type=options.controller)
         parameters = parameters._replace(
             position_controller=parameters.position_controller._replace(control=control))
+    return parameters
+
+
+def _run(options: argparse.Namespace) -> int:
+    parameters = searched_configuration(options)
     with runner(options) as run:
         return SearchRun(options, parameters, run).run()
 
@@ -86,7 +94,7 @@ def _command_line(arguments: Sequence[str]) -> str:
     return shlex.join(['tune', *kept])
 
 
-main = make_main('tune', _parse, _run)
+main = make_main('tune', parse_tune, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

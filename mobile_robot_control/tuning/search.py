@@ -156,3 +156,11 @@ def run_search(
 def _clean(scores: Scores) -> Scores:
     """Return the scores with WORST in place of those that are not finite or worse than it."""
     return np.where(np.isfinite(scores), np.minimum(scores, WORST), WORST)
+
+
+def no_result(found: Found) -> str:
+    """Return why a search that ended by itself has found nothing, in words; '' where it has."""
+    if found.point is None:
+        return 'the time limit is too short for one generation'
+    return '' if found.score < WORST else (
+        'no individual could be scored: all are unstable or diverge; give tighter --bounds or raise the rates')

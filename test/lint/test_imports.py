@@ -52,6 +52,8 @@ LAYERS = {
     'testing': {'conformance', 'control', 'reference', 'cli'},
     'cli': {'messages', 'plugins', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
            | DOMAIN,
+    # the commands as functions, for notebooks: on top of everything, and imported by nothing
+    'api': {'cli', 'simulation', 'recording', 'reporting', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
 }
 MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
@@ -90,7 +92,8 @@ def _wrong_imports(layer, imported, compiles=False):
             yield name
         if layer not in MAY_IMPORT_ROS and first in ROS:
             yield name
-        if first in HEAVY and layer not in ('tuning', 'reporting') and not (compiles and first in ('numba', 'numpy')):
+        allowed = layer in ('tuning', 'reporting', 'api') or (compiles and first in ('numba', 'numpy'))
+        if first in HEAVY and not allowed:
             yield name
         if first == 'numba' and not compiles:
             yield name
@@ -107,14 +110,17 @@ def test_imports_run_one_way(path):
     ('simulation', 'numpy'), ('tuning', 'numba'), ('tuning', 'mobile_robot_control.cli.tune'),
     ('ros', 'mobile_robot_control.simulation.metrics'), ('simulation', 'mobile_robot_control.cli.simulate'),
     ('parameters', 'mobile_robot_control.parameters.nodes'), ('messages', 'geometry_msgs.msg.Twist'),
-    ('recording', 'mobile_robot_control.messages.writing'),
+    ('recording', 'mobile_robot_control.messages.writing'), ('cli', 'mobile_robot_control.api.runs'),
+    ('api', 'rclpy.node'),
 ])
 def test_an_import_in_the_wrong_direction_is_refused(layer, name):
     assert list(_wrong_imports(layer, [name])) == [name]
 
 
 @pytest.mark.parametrize(('module', 'absent'), [
+    ('mobile_robot_control', ROS | HEAVY),
     ('mobile_robot_control.cli.simulate', ROS | HEAVY),
+    ('mobile_robot_control.api.simulating', ROS | HEAVY - {'numpy'}),
     ('mobile_robot_control.testing', ROS | HEAVY),
     *((f'mobile_robot_control.ros.{node}', HEAVY - {'numpy'} | {'rosbags', 'tqdm'})
       for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')),

@@ -13,11 +13,13 @@ MODULES = sorted(PACKAGE.rglob('*.py'))
 LINES = 200
 
 # names of modules that the field abbreviates
-ABBREVIATIONS = {('numpy', 'np'), ('matplotlib', 'mpl'), ('matplotlib.pyplot', 'plt'), ('hypothesis.strategies', 'st')}
+ABBREVIATIONS = {('numpy', 'np'), ('matplotlib', 'mpl'), ('matplotlib.pyplot', 'plt'), ('hypothesis.strategies', 'st'),
+                 ('mobile_robot_control', 'mrc')}
 # names that several modules define, with the reason
 CONTRACTS = {
     'step': 'laws and plant are pure functions of one form, told apart by their module: `fuzzy.step`',
     'search': 'the two algorithms take the same arguments, and the registry of algorithms names their modules',
+    'load': 'what it loads is told by its module: parameter files, and in the Python API a run',
     'main': 'every command is a module with its entry point',
 }
 # modules that may be longer, with the reason, such as 'most of it is one table'

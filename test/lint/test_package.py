@@ -79,6 +79,7 @@ def test_pip_installs_the_package(domain, source, tmp_path):
     executables = tmp_path / 'venv' / 'bin'
     assert {path.name for path in executables.iterdir()} >= EXECUTABLES
     library = next((tmp_path / 'venv').glob('lib/python3*/site-packages'))
+    assert (library / 'mobile_robot_control' / 'py.typed').is_file()
     environment = os.environ | {'PYTHONPATH': f'{library}:{found}'}
     assert _refused(executables / 'plant', environment)
     assert _finds_robots(executables / 'simulate', environment)

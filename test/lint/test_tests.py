@@ -7,8 +7,8 @@ import pytest
 import rclpy
 
 TEST = Path(__file__).parents[1]
-# how NamedTuples name what others may use, and os the end of a forked process
-NAMED_TUPLE = {'_replace', '_asdict', '_fields', '_exit'}
+# how NamedTuples name what others may use, os the end of a forked process, and notebooks what shows a picture
+NAMED_TUPLE = {'_replace', '_asdict', '_fields', '_exit', '_repr_png_'}
 
 
 def _is_private(name):

@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from mobile_robot_control.cli import study
+from mobile_robot_control.cli import study, study_run
 from mobile_robot_control.simulation import batch
 
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
@@ -59,6 +59,14 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
         assert any('not modelled' in text for text in numbers['warnings'])
 
 
+def test_each_controller_has_its_own_delay_in_the_table(tmp_path):
+    for steps in (2, 0):
+        (tmp_path / f'{steps}.yaml').write_text(
+            f'/**/plant: {{ros__parameters: {{delay.velocity_steps: {steps}}}}}')
+    assert run(tmp_path / 'out', '--runs', 2, '--compare', tmp_path / '2.yaml', tmp_path / '0.yaml') == 0
+    assert [row['delay'] for row in read(tmp_path / 'out')[1]] == ['2', '2', '0', '0']
+
+
 def test_the_same_seed_gives_the_same_study(tmp_path):
     for name in ('one', 'two'):
         assert run(tmp_path / name, '--runs', 20, '--longest-delay', 2, '--noise-pose', 0.01, 0.01, 0.0,
@@ -103,14 +111,14 @@ def test_a_study_is_replaced_only_where_that_is_asked_for(tmp_path, capsys):
 
 
 def test_an_interrupted_study_holds_what_was_done(tmp_path, monkeypatch, capsys):
-    judge = study.judge
+    judge = study_run.judge
 
     def interrupted(trial, outcome):
         os.kill(os.getpid(), signal.SIGINT)
-        monkeypatch.setattr(study, 'judge', judge)
+        monkeypatch.setattr(study_run, 'judge', judge)
         return judge(trial, outcome)
 
-    monkeypatch.setattr(study, 'judge', interrupted)
+    monkeypatch.setattr(study_run, 'judge', interrupted)
     assert run(tmp_path, '--runs', 150) == 1
     found, rows = read(tmp_path)
     assert found['outcome'] == 'interrupted'

@@ -1,0 +1,1 @@
+"""A model predictive position law for mobile_robot_control."""

@@ -1,0 +1,1 @@
+"""The commands as functions that return arrays, for notebooks and scripts."""

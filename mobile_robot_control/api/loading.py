@@ -1,0 +1,53 @@
+"""`load`: a recorded run as arrays."""
+
+from collections.abc import Mapping
+
+from mobile_robot_control.api.command_lines import File
+from mobile_robot_control.api.runs import Run, SampleRows
+from mobile_robot_control.cli.report import load_run, name_of
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.recording.joining import joined
+from mobile_robot_control.reporting.run_files import UnreadableRunError
+
+
+def load(
+    path: File, name: str | None = None, namespace: str = '/', topics: Mapping[str, str] | None = None,
+    progress: bool = False,
+) -> Run:
+    """
+    Read a recorded run, as the command `report` does.
+
+    Parameters
+    ----------
+    path : path
+        A bag (mcap or sqlite3), the folder of an experiment, or a CSV file of `simulate`.
+    name : str or None
+        For legends; if None, that of the file or of the folder.
+    namespace : str
+        In which the nodes of a bag ran.
+    topics : mapping of str to str or None
+        Names that topics of the loop have in a bag, such as ``{'odom': '/base/odom'}``.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    Run
+        As of `simulate`; what could not be read is named in ``problems``.
+
+    Raises
+    ------
+    ParameterError
+        If there is no run at this place, with what to name instead.
+    """
+    named, place = name_of(str(path))
+    try:
+        run = load_run(named if name is None else name, place, namespace, quiet=not progress,
+                       topics=topics)
+    except UnreadableRunError as error:
+        raise ParameterError([str(error)]) from error
+    rows = SampleRows()
+    for _ in rows.taking(joined(run.series.signals)):
+        pass
+    return Run(name=run.name, **rows.arrays(), metrics=run.metrics, parameters=run.parameters, problems=run.problems,
+               series=run.series)

@@ -1,0 +1,108 @@
+"""`study`: a Monte Carlo study, without files."""
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_robot_control.api.command_lines import File, overrides, parsed_without_files, shared_arguments
+from mobile_robot_control.api.runs import as_dataframe
+from mobile_robot_control.cli.options import configuration
+from mobile_robot_control.cli.progress import tqdm
+from mobile_robot_control.cli.study import parse_study, study_controllers
+from mobile_robot_control.cli.study_run import check_study, run_study, study_columns, study_rows, study_values
+from mobile_robot_control.cli.worker_options import runner
+
+Compared = Mapping[str, File | Mapping[str, object]] | Sequence[File]
+
+
+class Study(NamedTuple):
+    """
+    The result of a Monte Carlo study.
+
+    Attributes
+    ----------
+    values : dict of str to object
+        As `study.json`.
+    runs : dict of str to array, each of shape (n,)
+        The columns of `runs.csv`, a row for each run of each controller; `success` is an array of bool, and what is not
+        known is nan.
+    """
+
+    values: dict[str, Any]
+    runs: dict[str, NDArray[Any]]
+
+    @property
+    def controllers(self) -> dict[str, dict[str, Any]]:
+        """Success rate, its interval and the metrics, by controller."""
+        found: dict[str, dict[str, Any]] = self.values['controllers']
+        return found
+
+    def to_dataframe(self) -> Any:
+        """Return `runs` as a table of pandas; raise ModuleNotFoundError where that is not installed."""
+        return as_dataframe(dict(self.runs))
+
+
+def study(
+    *files: File, runs: int, seed: int, compare: Compared = (), robot: File | None = None,
+    parameters: Mapping[str, object] | None = None, laps: float | None = None, curves: Collection[str] = (),
+    scales: Collection[float] = (), workers: int | None = None, progress: bool = False, **options: object,
+) -> Study:
+    """
+    Study controllers in the same random scenarios, as the command `study` does: the same seed gives the same numbers.
+
+    Parameters
+    ----------
+    *files : path
+        ROS 2 parameter files, later ones win; without any, the defaults.
+    runs : int
+        Of each controller.
+    seed : int
+        Of all chance.
+    compare : mapping of str to (path or mapping), or sequence of path
+        The controllers, each on top of files and parameters: by name a parameter file, or values by
+        ``NODE.PARAMETER``; or files, with the names that the command gives them. If empty, the configured one alone.
+    robot : str or path or None
+        One of the robots of this package, or the parameter file of one.
+    parameters : mapping of str to object or None
+        Values by ``NODE.PARAMETER``, which win over the files.
+    laps : float or None
+        Length of each run; 2 if None.
+    curves : collection of str
+        Drawn from; trifolium and lemniscate if empty.
+    scales : collection of float
+        Drawn from [m]; 0.5 and 1 if empty.
+    workers : int or None
+        Cores of this machine; all if None.
+    progress : bool
+        Whether to show a progress bar.
+    **options : object
+        Further options of the command, by their names with underscores, such as ``within=0.5`` or ``longest_delay=2``.
+
+    Returns
+    -------
+    Study
+        Statistics of each controller, and all runs.
+
+    Raises
+    ------
+    ParameterError
+        Naming every violation, with the remedy.
+    """
+    by_name = compare if isinstance(compare, Mapping) else {}
+    given = {'laps': laps, 'curves': list(curves), 'scales': list(scales), 'workers': workers,
+             'compare': [] if by_name else [str(file) for file in compare], **options}
+    chosen = parsed_without_files(
+        parse_study, [f'--runs={runs}', f'--seed={seed}', *shared_arguments(files, robot, parameters)], given)
+    controllers = {
+        name: configuration(chosen, extra=overrides(one)) if isinstance(one, Mapping)
+        else configuration(chosen, extra_files=[str(one)])
+        for name, one in by_name.items()
+    } or study_controllers(chosen)
+    check_study(chosen, controllers)
+    with runner(chosen) as run, tqdm(total=runs * len(controllers), disable=not progress, unit='run') as bar:
+        results = run_study(chosen, controllers, run, bar.update, lambda: False)
+    columns = zip(*study_rows(results), strict=True)
+    table = {name: np.array(column) for name, column in zip(study_columns(results), columns, strict=True)}
+    return Study(study_values(chosen, results, interrupted=False), {**table, 'success': table['success'].astype(bool)})

@@ -1,0 +1,116 @@
+"""`tune` and `study` in Python give the numbers of the commands for the same seed."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import mobile_robot_control as mrc
+from mobile_robot_control.cli import search_run, study, tune
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.simulation import batch
+
+# a loop so short that plain Python runs it in a few milliseconds
+SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.period': 0.5,
+         'reference_cart.scale': 0.05}
+SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={value}')]
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    monkeypatch.setattr(batch, 'COMPILES', False)
+    monkeypatch.setattr(search_run, 'draw_search', lambda *_: None)
+    monkeypatch.setattr(study, 'draw_starts_map', lambda *_: None)
+
+
+def _found(**options):
+    return mrc.tune('backstepping', seed=3, parameters=SMALL, generations=3, population=6, workers=1,
+                    bounds={'k1': (0, 2), 'k2': (0, 2)}, keep=['ti1'], laps=0.8, start=[(-0.01, 0.0, 0.0)], **options)
+
+
+def test_a_search_finds_what_the_command_finds(tmp_path):
+    file = tmp_path / 'gains.yaml'
+    assert tune.main(['backstepping', '--seed', '3', *SHORT, '--generations', '3', '--population', '6',
+                      '--workers', '1', '--bounds', 'k1=0:2', '--bounds', 'k2=0:2', '--keep', 'ti1', '--laps', '0.8',
+                      '--start=-0.01,0,0', '--output', str(file)]) == 0
+    found = _found()
+    written = mrc.configure(load([file]))
+    assert found.configuration.velocity_controller == written.velocity_controller
+    assert found.configuration.position_controller == written.position_controller
+    assert f'objective {found.objective!r}' in file.read_text()
+    with file.with_suffix('.csv').open() as table:
+        assert [float(row['best']) for row in csv.DictReader(table)] == [one.best for one in found.history]
+
+
+def test_what_was_found_is_simulated_and_saved(tmp_path):
+    found = _found()
+    gains = {name: value for name, value in found.parameters.items() if name.startswith('velocity_controller.gains')}
+    assert gains['velocity_controller.gains.k1'] == found.configuration.velocity_controller.gains.k1
+    run = mrc.simulate(duration=0.4, parameters=SMALL | found.parameters)
+    found.save(tmp_path / 'gains.yaml')
+    assert mrc.simulate(tmp_path / 'gains.yaml', duration=0.4).metrics == run.metrics
+    assert (tmp_path / 'gains.yaml').read_text().startswith('# backstepping gains found by mobile_robot_control ')
+
+
+def test_a_search_without_a_result_is_an_error():
+    with pytest.raises(RuntimeError, match='no individual could be scored'):
+        mrc.tune('backstepping', seed=1, generations=1, population=5, workers=1,
+                 parameters=SMALL | {'plant.disturbance.step': [1e9, 1e9]})
+
+
+@pytest.mark.parametrize(('options', 'refusal'), [
+    ({'generations': 0}, "argument --generations: '0' is not a whole number of at least 1"),
+    ({'bounds': {'k9': (0, 1)}}, "no gene 'k9'"), ({'generation': 3}, 'unrecognized arguments: --generation=3'),
+    ({'output': 'gains.yaml'}, 'output: nothing is written to files from Python'),
+    ({'laps': 1e9}, 'would take too long'), ({'algorithm': 'luck'}, "argument --algorithm: invalid choice: 'luck'"),
+])
+def test_what_the_command_refuses_is_refused(options, refusal):
+    with pytest.raises(mrc.ParameterError, match=refusal):
+        mrc.tune('backstepping', seed=1, parameters=SMALL, **options)
+
+
+OPTIONS = {'scales': [0.05, 0.1], 'within': 0.5, 'longest_delay': 2, 'noise_pose': (0.01, 0.01, 0.0), 'laps': 1.5}
+
+
+def _file(folder, gain):
+    file = folder / f'gain_{gain}.yaml'
+    file.write_text(f'/**/position_controller: {{ros__parameters: {{backstepping: {{p: {gain}}}}}}}')
+    return file
+
+
+def test_a_study_has_the_numbers_of_the_command(tmp_path):
+    files = [_file(tmp_path, gain) for gain in (2.0, 0.5)]
+    assert study.main(['--runs', '5', '--seed', '1', *SHORT, '--scales', '0.05', '0.1', '--within', '0.5',
+                       '--longest-delay', '2', '--noise-pose', '0.01', '0.01', '0', '--laps', '1.5', '--workers', '1',
+                       '--compare', *map(str, files), '--output', str(tmp_path / 'out')]) == 0
+    found = mrc.study(runs=5, seed=1, parameters=SMALL, compare=files, workers=1, **OPTIONS)
+    assert found.values == json.loads((tmp_path / 'out' / 'study.json').read_text())
+    with (tmp_path / 'out' / 'runs.csv').open() as table:
+        rows = list(csv.DictReader(table))
+    assert list(found.runs) == list(rows[0])
+    assert list(found.runs['controller']) == [row['controller'] for row in rows]
+    assert np.array_equal(found.runs['objective'], [float(row['objective']) for row in rows])
+    assert found.runs['success'].dtype == bool
+    by_name = mrc.study(runs=5, seed=1, parameters=SMALL, workers=1, **OPTIONS, compare={
+        'file': files[0], 'given': {'position_controller.backstepping.p': 0.5}})
+    assert list(by_name.controllers) == ['file', 'given']
+    assert list(by_name.controllers.values()) == list(found.controllers.values())
+
+
+def test_without_a_comparison_the_configured_law_is_studied():
+    found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1)
+    assert list(found.controllers) == ['backstepping']
+    assert found.controllers['backstepping']['runs'] == 2
+
+
+@pytest.mark.parametrize(('options', 'refusal'), [
+    ({'runs': 0}, "argument --runs: '0' is not a whole number of at least 1"),
+    ({'longest_delay': 99}, 'longest-delay 99: it must be at most'),
+    ({'overwrite': True}, 'overwrite: nothing is written to files from Python'),
+    ({'compare': ['nowhere.yaml']}, 'nowhere.yaml: cannot be read'), ({'laps': 1e9}, 'would take too long'),
+    ({'compare': {'odd': {'plant.noise.seed': -1}}}, 'noise.seed = -1'),
+])
+def test_what_the_study_refuses_is_refused(options, refusal):
+    with pytest.raises(mrc.ParameterError, match=refusal):
+        mrc.study(**{'runs': 1, 'seed': 1, **options})
