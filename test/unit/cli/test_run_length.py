@@ -24,8 +24,8 @@ def no_signal_handlers(monkeypatch):
     (experiment, ['--duration', '1e-9'], 'duration = 1e-09 s is too short for a step'),
     (experiment, ['--duration', '1e300'], 'duration = 1e+300 is beyond 1e+12'),
     (tune, [*TUNE, '--laps', '1e9'], '--laps 1e+09 of reference_cart.period = 16.0 s: 8e+12 steps'),
-    (tune, [*TUNE, '--laps', '1e-9'], '--laps 1e-09 of reference_cart.period = 16.0 s: 1.6e-08 s is too short for a step'),
-    (tune, [*TUNE, '-p', 'reference_cart.period:=1e12'], '--laps 1 of reference_cart.period = 1000000000000.0 s: 5e+14 steps'),
+    (tune, [*TUNE, '--laps', '1e-9'], '--laps 1e-09 of reference_cart.period = 16.0 s: 1.6e-08 s is too short'),
+    (tune, [*TUNE, '-p', 'reference_cart.period:=1e12'], 'reference_cart.period = 1000000000000.0 s: 5e+14 steps'),
     (study, [*STUDY, '--laps', '1e9'], '--laps 1e+09 of reference_cart.period = 16.0 s: 8e+12 steps'),
     (study, [*STUDY, '--laps', '1e-9'], 'is too short for a step'),
 ])
