@@ -35,7 +35,8 @@ def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
     assert {name: (law.start, law.joining) for name, law in LAWS.items()} == {
         'backstepping': (NoState(), None), 'fuzzy': (NoState(), None),
         'hybrid_backstepping': (HybridState(), hybrid_backstepping.TRACKING),
-        'kanayama': (NoState(), None)}
+        'kanayama': (NoState(), None),
+        'ramsete': (NoState(), None)}
 
 
 @pytest.mark.parametrize('name', LAWS)
