@@ -36,7 +36,8 @@ def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
         'backstepping': (NoState(), None), 'fuzzy': (NoState(), None),
         'hybrid_backstepping': (HybridState(), hybrid_backstepping.TRACKING),
         'kanayama': (NoState(), None),
-        'ramsete': (NoState(), None)}
+        'ramsete': (NoState(), None),
+        'periodic': (NoState(), None)}
 
 
 @pytest.mark.parametrize('name', LAWS)
