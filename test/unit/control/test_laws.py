@@ -5,6 +5,7 @@ from observation import observed
 
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains
+from mobile_robot_control.control.dynamic_feedback_linearization import CompensatorState
 from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.laws import LAWS, RESERVED, PositionControl, select
@@ -37,7 +38,8 @@ def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
         'hybrid_backstepping': (HybridState(), hybrid_backstepping.TRACKING),
         'kanayama': (NoState(), None),
         'ramsete': (NoState(), None),
-        'periodic': (NoState(), None)}
+        'periodic': (NoState(), None),
+        'dynamic_feedback_linearization': (CompensatorState(), None)}
 
 
 @pytest.mark.parametrize('name', LAWS)
