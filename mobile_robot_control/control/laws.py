@@ -22,6 +22,7 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
     'ramsete',
     'periodic',
     'dynamic_feedback_linearization',
+    'sliding_mode',
 ))
 """In the order of their parameters; a further law of the package is a module and a line above."""
 RESERVED = frozenset({

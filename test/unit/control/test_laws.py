@@ -10,6 +10,7 @@ from mobile_robot_control.control.hybrid_backstepping import HybridState, Seekin
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.laws import LAWS, RESERVED, PositionControl, select
 from mobile_robot_control.control.membership import FuzzyGains
+from mobile_robot_control.control.sliding_mode import SlidingState
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.parameters.files import is_ros_parameter
@@ -39,7 +40,8 @@ def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
         'kanayama': (NoState(), None),
         'ramsete': (NoState(), None),
         'periodic': (NoState(), None),
-        'dynamic_feedback_linearization': (CompensatorState(), None)}
+        'dynamic_feedback_linearization': (CompensatorState(), None),
+        'sliding_mode': (SlidingState(), None)}
 
 
 @pytest.mark.parametrize('name', LAWS)
