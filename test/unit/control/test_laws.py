@@ -36,12 +36,10 @@ def test_select_gives_the_law_with_its_gains(name, step, gains):
 def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
     assert {name: (law.start, law.joining) for name, law in LAWS.items()} == {
         'backstepping': (NoState(), None), 'fuzzy': (NoState(), None),
-        'hybrid_backstepping': (HybridState(), hybrid_backstepping.TRACKING),
-        'kanayama': (NoState(), None),
-        'ramsete': (NoState(), None),
-        'periodic': (NoState(), None),
-        'dynamic_feedback_linearization': (CompensatorState(), None),
-        'sliding_mode': (SlidingState(), None)}
+        'hybrid_backstepping': (HybridState(), hybrid_backstepping.TRACKING), 'kanayama': (NoState(), None),
+        'ramsete': (NoState(), None), 'periodic': (NoState(), None),
+        'dynamic_feedback_linearization': (CompensatorState(), None), 'sliding_mode': (SlidingState(), None),
+        'lqr': (NoState(), None)}
 
 
 @pytest.mark.parametrize('name', LAWS)
