@@ -81,6 +81,8 @@ setup(
             'pytest==9.2.0',
             'pytest-timeout==2.4.0',
             'pytest-xdist==3.8.0',
+            # what a law of this package is compared with
+            'robotpy-wpimath==2026.2.2',
             'ruff==0.17.5',
             'scipy==1.15.3',
             'types-PyYAML==6.0.12.20261113',

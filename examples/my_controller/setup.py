@@ -20,5 +20,5 @@ setup(
     ],
     install_requires=['setuptools', 'mobile_robot_control'],
     zip_safe=False,
-    entry_points={'mobile_robot_control.laws': [f'kanayama = {PACKAGE}.kanayama:LAW']},
+    entry_points={'mobile_robot_control.laws': [f'my_kanayama = {PACKAGE}.kanayama:LAW']},
 )

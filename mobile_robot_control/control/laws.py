@@ -18,6 +18,12 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
     'backstepping',
     'hybrid_backstepping',
     'fuzzy',
+    'kanayama',
+    'ramsete',
+    'periodic',
+    'dynamic_feedback_linearization',
+    'sliding_mode',
+    'lqr',
 ))
 """In the order of their parameters; a further law of the package is a module and a line above."""
 RESERVED = frozenset({

@@ -53,7 +53,7 @@ def cluster(tmp_path):
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize('law', ['backstepping', 'kanayama'])
+@pytest.mark.parametrize('law', ['backstepping', 'my_kanayama'])
 def test_a_killed_worker_does_not_change_the_result(cluster, monkeypatch, registered, law):
     from mobile_robot_control.tuning.cluster import Cluster
     monkeypatch.setattr(batch, 'COMPILES', False)

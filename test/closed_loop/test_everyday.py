@@ -13,7 +13,10 @@ from mobile_robot_control.simulation.rollout import rollout
 CONFIG = Path(__file__).parents[2] / 'config'
 LAP = 16.0
 # [m], RMS over half a lap
-BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.10}
+BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.10, 'kanayama': 0.05, 'ramsete': 0.05,
+          'periodic': 0.05, 'dynamic_feedback_linearization': 0.05, 'sliding_mode': 0.05, 'lqr': 0.05}
+# of the others success is not promised from every start
+FROM_BESIDE = ('backstepping', 'hybrid_backstepping', 'fuzzy')
 # 0.2 m beside the path, the cart out of sight: behind, or abeam
 BESIDE = [[0.8, 0.0, math.pi], [1.2, 0.0, 0.0], [1.2, 0.0, -0.5 * math.pi], [1.0, -0.2, -0.5 * math.pi]]
 
@@ -43,7 +46,7 @@ def test_everyday_controllers_started_on_the_path_stay_within_their_bound(law, c
 
 @pytest.mark.parametrize('start', BESIDE)
 @pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
-@pytest.mark.parametrize('law', BOUNDS)
+@pytest.mark.parametrize('law', FROM_BESIDE)
 def test_everyday_controllers_reach_the_path_with_the_cart_out_of_sight(law, curve, start):
     rms, _ = _half_lap(law, curve, start, laps=2)
     assert 0.0 < rms < BOUNDS[law]

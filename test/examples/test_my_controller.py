@@ -21,7 +21,7 @@ import sys
 from mobile_robot_control.cli import experiment, simulate
 from mobile_robot_control.control.laws import LAWS
 
-print('origin', LAWS.origin('kanayama'))
+print('origin', LAWS.origin('my_kanayama'))
 file, folder = sys.argv[1:]
 run = ['--duration', '1.5', '--params-file', file, '-p', 'plant.initial_pose:=[0.9, 0.1, 1.2]']
 assert experiment.main([*run, '--output', f'{folder}/run', '--composed', '--no-report',
@@ -34,7 +34,7 @@ import pytest
 from mobile_robot_control.cli import study, tune
 
 file, shipped, folder, tests = sys.argv[1:]
-assert tune.main(['kanayama', '--seed', '1', '--params-file', file, '--generations', '2', '--population', '6',
+assert tune.main(['my_kanayama', '--seed', '1', '--params-file', file, '--generations', '2', '--population', '6',
                   '--keep', 'gains.k1', 'ti1', 'k2', 'ti2', '--output', f'{folder}/gains.yaml']) == 0
 assert study.main(['--runs', '4', '--seed', '1', '--compare', f'{folder}/gains.yaml', shipped,
                    '--output', f'{folder}/study']) == 0
@@ -98,8 +98,8 @@ def test_pip_installs_a_law_that_is_tuned_compared_and_passes_its_own_test(domai
     _printed([sys.executable, '-c', SEARCH, place / 'share' / 'my_controller' / 'config' / 'kanayama.yaml', SHIPPED,
               tmp_path, package / 'test'], tmp_path, PYTHONPATH=paths)
     gains = (tmp_path / 'gains.yaml').read_text(encoding='utf-8')
-    assert gains.startswith('# kanayama gains found')
-    assert 'controller_type: kanayama' in gains
+    assert gains.startswith('# my_kanayama gains found')
+    assert 'controller_type: my_kanayama' in gains
     study = json.loads((tmp_path / 'study' / 'study.json').read_text(encoding='utf-8'))
     assert study['outcome'] == 'completed'
     assert list(study['controllers']) == ['gains', 'backstepping']

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from mobile_robot_control.control.laws import BUILT_IN, PositionControl
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import declarations, flatten
@@ -29,7 +30,7 @@ def _id(path):
 def test_every_everyday_and_chapter_file_is_shipped():
     chapter = [f'chapter/{curve}_{law}.yaml' for curve in ('lemniscate', 'trifolium')
                for law in ('backstepping', 'hybrid_backstepping', 'fuzzy')]
-    everyday = ['backstepping.yaml', 'hybrid_backstepping.yaml', 'fuzzy.yaml']
+    everyday = [f'{law.name}.yaml' for law in BUILT_IN]
     assert {*chapter, *everyday} <= {_id(path) for path in FILES}
 
 
@@ -59,6 +60,13 @@ def test_the_defaults_equal_backstepping_yaml():
     loaded = configure(load([CONFIG / 'backstepping.yaml']))
     for ours, default in zip(loaded, Configuration(), strict=True):
         assert flatten(ours) == flatten(default)
+
+
+@pytest.mark.parametrize('law', BUILT_IN[3:], ids=lambda law: law.name)
+def test_the_gains_of_a_further_law_are_its_defaults_for_the_same_velocity_gains(law):
+    loaded = configure(load([CONFIG / f'{law.name}.yaml']))
+    assert loaded.position_controller.control == PositionControl(controller_type=law.name)
+    assert loaded.velocity_controller == Configuration().velocity_controller
 
 
 @pytest.mark.parametrize('path', ROBOTS, ids=_id)

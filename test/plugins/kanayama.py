@@ -21,4 +21,4 @@ def step(state, observation, gains, dt):
                                omega_r + v_r * (gains.a * e2 + gains.k1 * math.sin(e3)) * gains.b1)
 
 
-LAW = Law('kanayama', step, KanayamaGains)
+LAW = Law('my_kanayama', step, KanayamaGains)

@@ -20,13 +20,13 @@ PLUGINS = Path(__file__).parents[1] / 'plugins'
 KANAYAMA = PLUGINS / 'kanayama.py'
 OPTIONS = ['--law', KANAYAMA, '--curve', PLUGINS / 'ellipse.py']
 FILE = """
-/**/position_controller: {ros__parameters: {controller_type: kanayama, kanayama: {p: 4.0, a: 50.0}}}
+/**/position_controller: {ros__parameters: {controller_type: my_kanayama, my_kanayama: {p: 4.0, a: 50.0}}}
 /**/reference_cart: {ros__parameters: {curve: ellipse, period: 8.0}}
 """
 
 
 @pytest.fixture
-def kanayama(registered):
+def my_kanayama(registered):
     load_plugins([str(KANAYAMA)], [str(PLUGINS / 'ellipse.py')])
 
 
@@ -42,14 +42,14 @@ def close(a, b):
     return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
 
 
-def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(domain, tmp_path, kanayama):
+def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(domain, tmp_path, my_kanayama):
     file = tmp_path / 'mine.yaml'
     file.write_text(FILE)
     done = run_command('experiment', *OPTIONS, '--duration', 2, '--output', tmp_path / 'both', '-p',
                        'plant.real_time_factor:=0.0', '--compare', file, CONFIG / 'fuzzy.yaml')
     assert done.returncode == 0, done.stderr
     report = (tmp_path / 'both' / 'report.html').read_text()
-    assert 'kanayama' in report
+    assert 'my_kanayama' in report
     recording = bag_reader.read_bag(tmp_path / 'both' / 'mine' / 'bag')
     simulated = list(rollout(at_cart_start(configure(load([file]))), 2.0))
     assert len(recording.samples) == len(simulated) == 1001
@@ -62,16 +62,16 @@ def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(d
     assert again.samples == recording.samples
 
 
-def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, kanayama):
+def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, my_kanayama):
     robot.start(arguments=['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=2.0', '-p',
                            'paused:=true', '-p', 'duration:=3.0'], composed=True)
     robot.resume()
     describe = robot.recorder.create_client(DescribeParameters, 'position_controller/describe_parameters')
     described, = robot.call(lambda: describe.call_async(
-        DescribeParameters.Request(names=['kanayama.a']))).descriptors
+        DescribeParameters.Request(names=['my_kanayama.a']))).descriptors
     assert described.description == 'lateral gain [1/m²]'
     assert described.additional_constraints == 'above 0.0 1/m²'
-    for at, law in ((0.5, 'kanayama'), (1.2, 'backstepping')):
+    for at, law in ((0.5, 'my_kanayama'), (1.2, 'backstepping')):
         robot.spin_until(lambda at=at: robot.time() > at)
         result, = robot.set('position_controller', controller_type=law)
         assert result.successful, result.reason
@@ -92,7 +92,7 @@ def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, kanayama
 ])
 def test_a_law_that_fails_in_lockstep_stands_still_and_ends_the_experiment(domain, tmp_path, failing, reason):
     law = variant(tmp_path, failing)
-    options = ['--law', law, '--duration', 4, '-p', 'position_controller.controller_type:=kanayama']
+    options = ['--law', law, '--duration', 4, '-p', 'position_controller.controller_type:=my_kanayama']
     done = run_command('experiment', *options, '--output', tmp_path / 'run', '--no-report', '--composed', '-p',
                        'plant.real_time_factor:=0.0')
     assert done.returncode == 1
@@ -109,13 +109,13 @@ def test_a_law_that_fails_in_lockstep_stands_still_and_ends_the_experiment(domai
     for sample in recorded:
         assert (tuple(sample.command) == (0.0, 0.0)) == (sample.tick.time >= failed_at)
     log = ''.join(file.read_text() for file in (tmp_path / 'run' / 'log').glob('*.log'))
-    assert f"the position law 'kanayama' failed at t = {failed_at:g} s: {reason}" in log
+    assert f"the position law 'my_kanayama' failed at t = {failed_at:g} s: {reason}" in log
 
 
 def test_a_slow_law_is_only_slow_in_lockstep(domain, tmp_path):
     law = variant(tmp_path, '    time.sleep(0.7 * (0.0 < observation.velocity.linear < 0.03))')
     metrics, recording = experiment(tmp_path / 'run', '--law', law, '--duration', 0.2, '--composed', '-p',
-                                    'position_controller.controller_type:=kanayama')
+                                    'position_controller.controller_type:=my_kanayama')
     assert metrics['outcome'] == 'completed'
     assert any(0.0 < sample.tick.velocity.linear < 0.03 for sample in recording.samples)
 
@@ -128,9 +128,9 @@ def test_a_slow_step_on_the_wall_clock_stops_the_robot_until_a_law_is_selected(r
             (status.level, status.message) for status in array.status if status.name == 'position_controller'), 10)
     line = Timeline(robot.recorder)
     robot.start(arguments=['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p',
-                           'position_controller:controller_type:=kanayama'])
+                           'position_controller:controller_type:=my_kanayama'])
     robot.spin_until(lambda: len(line.speeds) > 100 and line.speeds[-1][1] > 0.2)
-    slow, = robot.set('position_controller', kanayama__b1=3.0)
+    slow, = robot.set('position_controller', my_kanayama__b1=3.0)
     assert slow.successful
     robot.spin_until(lambda: any(message.startswith('law failed: a step took 1.5') for _, message in states))
     assert next(level for level, message in states if message.startswith('law failed')) == b'\x02'

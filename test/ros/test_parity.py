@@ -12,20 +12,26 @@ from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.simulation.rollout import rollout
 
+CHAPTER = ('backstepping', 'hybrid_backstepping', 'fuzzy')
+
 
 def _close(a, b):
     return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
 
 
 # composed, which is faster; the last test shows that four processes give the same numbers
-@pytest.mark.parametrize('controller', LAWS)
+@pytest.mark.parametrize('controller', [
+    # without memory, as ramsete
+    pytest.param(name, marks=pytest.mark.soak) if name in ('kanayama', 'periodic') else name for name in LAWS])
 def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, controller):
     file = CONFIG / f'{controller}.yaml'
-    metrics, recording = experiment(tmp_path / 'run', '--duration', 16, '--params-file', file, '--composed')
-    simulated = list(rollout(configure(load([file])), 16.0))
+    # a lap of the chapter's laws; the others meet every speed of the cart within a sixth of it
+    duration = 16 if controller in CHAPTER else 3
+    metrics, recording = experiment(tmp_path / 'run', '--duration', duration, '--params-file', file, '--composed')
+    simulated = list(rollout(configure(load([file])), float(duration)))
     assert metrics['outcome'] == 'completed'
     assert not recording.problems
-    assert len(recording.samples) == len(simulated) == 8001
+    assert len(recording.samples) == len(simulated) == 500 * duration + 1
     for recorded, sample in zip(recording.samples, simulated, strict=True):
         assert recorded.time == sample.time
         assert recorded.tick.time == sample.tick.time

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from mobile_robot_control import BodyVelocity, Curve, CurvePoint, Field, Law, jitable
-from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, select
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import declarations
@@ -184,13 +184,13 @@ def test_files_are_handed_on_to_other_processes(registered):
     assert plugin_environment() == {'MOBILE_ROBOT_CONTROL_LAWS': str(PLUGINS / 'kanayama.py'),
                                     'MOBILE_ROBOT_CONTROL_CURVES': str(PLUGINS / 'ellipse.py')}
     sources = plugin_sources()
-    law, curve = LAWS['kanayama'], CURVES['ellipse']
+    law, curve = LAWS['my_kanayama'], CURVES['ellipse']
     load_sources(sources)
-    assert LAWS['kanayama'] is law  # it has this content already
-    LAWS.remove('kanayama')
+    assert LAWS['my_kanayama'] is law  # it has this content already
+    LAWS.remove('my_kanayama')
     CURVES.remove('ellipse')
     load_sources(sources)
-    assert LAWS['kanayama'].gains()._asdict() == law.gains()._asdict()
+    assert LAWS['my_kanayama'].gains()._asdict() == law.gains()._asdict()
     assert CURVES['ellipse'](0.5) == curve(0.5)
 
 
@@ -202,7 +202,7 @@ def test_the_environment_names_files_and_what_fails_harms_nothing(tmp_path):
     done = subprocess.run(
         [sys.executable, '-c', code], capture_output=True, text=True, check=False,
         env=os.environ | {'MOBILE_ROBOT_CONTROL_LAWS': os.pathsep.join([broken, written(tmp_path, LAW)])})
-    assert done.stdout.strip() == "['backstepping', 'hybrid_backstepping', 'fuzzy', 'mine']"
+    assert done.stdout.strip() == str([*(law.name for law in BUILT_IN), 'mine'])
     assert f'not loaded: {broken}: cannot be imported (ModuleNotFoundError' in done.stderr
     # the reason is in the refusal, too, of what asks for it
     assert "controller_type = 'broken' is not allowed" in done.stderr

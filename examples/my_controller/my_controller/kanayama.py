@@ -42,4 +42,4 @@ def step(state: NoState, observation: Observation, gains: KanayamaGains, dt: flo
     )
 
 
-LAW = Law('kanayama', step, KanayamaGains)
+LAW = Law('my_kanayama', step, KanayamaGains)

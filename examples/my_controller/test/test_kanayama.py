@@ -30,4 +30,4 @@ def test_a_command_by_hand(error, linear, angular):
 def test_the_parameter_file_has_the_defaults():
     file = Path(__file__).parents[1] / 'config' / 'kanayama.yaml'
     parameters = yaml.safe_load(file.read_text(encoding='utf-8'))['/**/position_controller']['ros__parameters']
-    assert KanayamaGains(**parameters['kanayama']) == KanayamaGains()
+    assert KanayamaGains(**parameters['my_kanayama']) == KanayamaGains()

@@ -14,7 +14,7 @@ PLUGINS = Path(__file__).parents[2] / 'plugins'
 LAW = ['--law', str(PLUGINS / 'kanayama.py')]
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5',
          '-p', 'reference_cart.scale:=0.05']
-SEARCH = ['kanayama', '--seed', '3', '--population', '7', '--workers', '1', '--bounds', 'gains.k1=0:2',
+SEARCH = ['my_kanayama', '--seed', '3', '--population', '7', '--workers', '1', '--bounds', 'gains.k1=0:2',
           '--bounds', 'k2=0:2', *SMALL]
 
 
@@ -29,10 +29,10 @@ def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):
     assert tune.main([*SEARCH, *LAW, '--generations', '3', '--output', str(output)]) == 0
     found, default = configure(load([output])), configure({})
     control = found.position_controller.control
-    assert control.controller_type == 'kanayama'
-    assert control.kanayama != control.kanayama._replace(**type(control.kanayama)()._asdict())
+    assert control.controller_type == 'my_kanayama'
+    assert control.my_kanayama != control.my_kanayama._replace(**type(control.my_kanayama)()._asdict())
     # b1 has no range to search; k1 means the velocity gain, whose law has one of that name
-    assert control.kanayama.b1 == 1.0
+    assert control.my_kanayama.b1 == 1.0
     assert 0.0 < found.velocity_controller.gains.k1 <= 2.0
     for law in ('backstepping', 'hybrid_backstepping', 'fuzzy'):
         assert getattr(control, law) == getattr(default.position_controller.control, law)
@@ -40,20 +40,20 @@ def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):
 
 def test_gains_to_keep_stay_as_configured(tmp_path):
     output = tmp_path / 'found.yaml'
-    keep = ['--keep', 'kanayama.k1', 'p', '-p', 'position_controller.kanayama.p:=3.0']
+    keep = ['--keep', 'my_kanayama.k1', 'p', '-p', 'position_controller.my_kanayama.p:=3.0']
     assert tune.main([*SEARCH, *LAW, *keep, '--generations', '2', '--output', str(output)]) == 0
-    gains = configure(load([output])).position_controller.control.kanayama
+    gains = configure(load([output])).position_controller.control.my_kanayama
     assert (gains.p, gains.k1) == (3.0, 12.0)
     assert gains.a != 60.0
 
 
 @pytest.mark.parametrize(('arguments', 'words'), [
-    (['--bounds', 'k1=0:2'], "'k1' may be position_controller.kanayama.k1 or velocity_controller.gains.k1"),
+    (['--bounds', 'k1=0:2'], "'k1' may be position_controller.my_kanayama.k1 or velocity_controller.gains.k1"),
     (['--keep', 'k3'], "keep: there is no gene 'k3' here"),
-    (['--keep', 'a', 'p', 'kanayama.k1', 'gains.k1', 'ti1', 'k2', 'ti2'], "'kanayama' leaves nothing to search"),
+    (['--keep', 'a', 'p', 'my_kanayama.k1', 'gains.k1', 'ti1', 'k2', 'ti2'], "'my_kanayama' leaves nothing to search"),
 ])
 def test_names_that_are_not_clear_are_refused(tmp_path, capsys, arguments, words):
-    search = ['kanayama', '--seed', '3', '--workers', '1', *LAW, *SMALL, '--output', str(tmp_path / 'found.yaml')]
+    search = ['my_kanayama', '--seed', '3', '--workers', '1', *LAW, *SMALL, '--output', str(tmp_path / 'found.yaml')]
     assert tune.main([*search, *arguments]) == 2
     assert words in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
@@ -70,7 +70,7 @@ def test_resume_refuses_a_journal_whose_law_has_changed(tmp_path, capsys):
     law.write_text(law.read_text().replace('math.sin(e3)', 'e3'))
     capsys.readouterr()
     assert tune.main([*search, '50', '--resume', '--time-limit', '0.2']) == 2
-    assert "was begun with source of the law 'kanayama' = " in capsys.readouterr().err
+    assert "was begun with source of the law 'my_kanayama' = " in capsys.readouterr().err
     assert journal.read_bytes() == before
     law.write_text(law.read_text().replace('gains.k1 * e3', 'gains.k1 * math.sin(e3)'))
     assert tune.main([*search, '1', '--resume']) in (0, 1)
@@ -79,19 +79,19 @@ def test_resume_refuses_a_journal_whose_law_has_changed(tmp_path, capsys):
 def test_a_law_and_a_curve_from_files_are_studied(tmp_path):
     curve = ['--curve', str(PLUGINS / 'ellipse.py'), '--curves', 'ellipse']
     arguments = [*LAW, *curve, *SMALL, '--runs', '3', '--seed', '1', '--workers', '1', '--laps', '1',
-                 '-p', 'position_controller.controller_type:=kanayama', '--output', str(tmp_path)]
+                 '-p', 'position_controller.controller_type:=my_kanayama', '--output', str(tmp_path)]
     assert study.main(arguments) == 0
-    assert json.loads((tmp_path / 'study.json').read_text())['controllers']['kanayama']['runs'] == 3
+    assert json.loads((tmp_path / 'study.json').read_text())['controllers']['my_kanayama']['runs'] == 3
 
 
 def test_simulate_ends_with_the_outcome_of_a_law_that_fails(tmp_path, capsys):
     law = tmp_path / 'failing.py'
     law.write_text((PLUGINS / 'kanayama.py').read_text().replace('    return state', '    1.0 / 0.0\n    return state'))
     output = tmp_path / 'run.csv'
-    assert simulate.main(['--law', str(law), '-p', 'position_controller.controller_type:=kanayama', '--duration', '1',
-                          '--output', str(output)]) == 1
+    assert simulate.main(['--law', str(law), '-p', 'position_controller.controller_type:=my_kanayama',
+                          '--duration', '1', '--output', str(output)]) == 1
     told = capsys.readouterr()
-    assert "the position law 'kanayama' failed at t = 0 s: ZeroDivisionError: float division by zero" in told.err
+    assert "the position law 'my_kanayama' failed at t = 0 s: ZeroDivisionError: float division by zero" in told.err
     assert json.loads((tmp_path / 'run.metrics.json').read_text())['outcome'] == 'law_failed'
     assert len(output.read_text().splitlines()) == 2  # the head, and the sample with the zero command
 

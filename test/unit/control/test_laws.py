@@ -5,10 +5,12 @@ from observation import observed
 
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains
+from mobile_robot_control.control.dynamic_feedback_linearization import CompensatorState
 from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.laws import LAWS, RESERVED, PositionControl, select
 from mobile_robot_control.control.membership import FuzzyGains
+from mobile_robot_control.control.sliding_mode import SlidingState
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.parameters.files import is_ros_parameter
@@ -34,7 +36,10 @@ def test_select_gives_the_law_with_its_gains(name, step, gains):
 def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
     assert {name: (law.start, law.joining) for name, law in LAWS.items()} == {
         'backstepping': (NoState(), None), 'fuzzy': (NoState(), None),
-        'hybrid_backstepping': (HybridState(), hybrid_backstepping.TRACKING)}
+        'hybrid_backstepping': (HybridState(), hybrid_backstepping.TRACKING), 'kanayama': (NoState(), None),
+        'ramsete': (NoState(), None), 'periodic': (NoState(), None),
+        'dynamic_feedback_linearization': (CompensatorState(), None), 'sliding_mode': (SlidingState(), None),
+        'lqr': (NoState(), None)}
 
 
 @pytest.mark.parametrize('name', LAWS)

@@ -53,7 +53,7 @@ def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller
         assert len(decoded) == len(bounds)
         assert min(gene.low for gene in bounds) < min(decoded)
         assert max(decoded) <= max(gene.high for gene in bounds)
-    assert set(searched) <= {'controller_type', 'alpha'}
+    assert set(searched) <= {'controller_type', 'alpha', 'xi_min'}
 
 
 def test_the_corners_of_the_unit_cube_decode_to_valid_controllers():

@@ -1,0 +1,59 @@
+"""Two laws on the track of Klancar et al., chapter 3, against the equations of the book written out."""
+
+import math
+
+import pytest
+
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.simulation.rollout import rollout
+
+PERIOD, STEPS = 0.033, 910
+ZETA, G = 0.9, 85.0
+TRACK = ['plant.drive:=velocity', f'/**.velocity_rate:={1.0 / PERIOD!r}', f'/**.position_rate:={1.0 / PERIOD!r}',
+         'plant.initial_pose:=[1.1, 0.8, 0.0]', 'reference_cart.curve:=lissajous', 'reference_cart.scale:=0.7',
+         'reference_cart.center:=[1.1, 0.9]', 'reference_cart.period:=30.0']
+
+
+def listing(heading_feedback):
+    """Return the position errors of the book's listing, whose robot moves along the exact arc."""
+    q, apart, w = [1.1, 0.8, 0.0], [], 2.0 * math.pi / 30.0
+    for k in range(STEPS):
+        t = k * PERIOD
+        x, y = 1.1 + 0.7 * math.sin(w * t), 0.9 + 0.7 * math.sin(2.0 * w * t)
+        dx, dy = 0.7 * w * math.cos(w * t), 1.4 * w * math.cos(2.0 * w * t)
+        ddx, ddy = -0.7 * w**2 * math.sin(w * t), -2.8 * w**2 * math.sin(2.0 * w * t)
+        v_r, w_r = math.hypot(dx, dy), (dx * ddy - dy * ddx) / (dx**2 + dy**2)
+        e_x = math.cos(q[2]) * (x - q[0]) + math.sin(q[2]) * (y - q[1])
+        e_y = -math.sin(q[2]) * (x - q[0]) + math.cos(q[2]) * (y - q[1])
+        e_phi = math.remainder(math.atan2(dy, dx) - q[2], 2.0 * math.pi)
+        k_x = 2.0 * ZETA * math.sqrt(w_r**2 + G * v_r**2)
+        v = v_r * math.cos(e_phi) + k_x * e_x
+        omega = w_r + heading_feedback(v_r, e_y, e_phi, k_x)
+        apart.append(math.hypot(x - q[0], y - q[1]))
+        turned = q[2] + omega * PERIOD
+        q = [q[0] + v / omega * (math.sin(turned) - math.sin(q[2])),
+             q[1] - v / omega * (math.cos(turned) - math.cos(q[2])), turned]
+    return apart
+
+
+def measures(apart):
+    """Return RMS, integral of the absolute and of the squared error, by the rectangle rule."""
+    squared = sum(a * a for a in apart)
+    return math.sqrt(squared / len(apart)), PERIOD * sum(apart), PERIOD * squared
+
+
+@pytest.mark.parametrize(('law', 'gain', 'heading_feedback', 'printed'), [
+    ('ramsete', 'b', lambda v, e_y, e_phi, k: G * v * math.sin(e_phi) / e_phi * e_y + k * e_phi,
+     (12.671e-3, 0.079316, 4.8217e-3)),
+    ('periodic', 'g', lambda v, e_y, e_phi, k: G * v * math.cos(e_phi / 2.0)**4 * e_y + k * math.sin(e_phi),
+     (13.443e-3, 0.084477, 5.4272e-3)),
+])
+def test_the_published_track_has_the_errors_of_the_listing(law, gain, heading_feedback, printed):
+    run = configure(load([], [*TRACK, f'position_controller.controller_type:={law}',
+                              f'position_controller.{law}.zeta:={ZETA}', f'position_controller.{law}.{gain}:={G}']))
+    apart = [math.hypot(*sample.tick.error[:2]) for sample in rollout(run, STEPS * PERIOD)][:STEPS]
+    expected = listing(heading_feedback)
+    assert apart == pytest.approx(expected, abs=1e-9)
+    # the numbers of docs/base.md
+    assert measures(apart) == pytest.approx(printed, rel=5e-5)
