@@ -26,7 +26,8 @@ def test_the_approach_keeps_the_limits_of_the_command():
     assert linear == pytest.approx([0.04, 0.08, 0.12, 0.15, 0.15, 0.15])
 
 
-@pytest.mark.parametrize('name', LAWS)
+# the command of dynamic feedback linearisation is a state, which an error that stays moves on
+@pytest.mark.parametrize('name', [name for name in LAWS if name != 'dynamic_feedback_linearization'])
 def test_the_law_goes_on_from_the_present_command(name):
     control = PositionControl(controller_type=name)
     law = LawRunner(NODE, control, DT, lambda: None)
