@@ -156,9 +156,9 @@ def smooth_part(configuration: Configuration) -> Configuration:
         node, _, parameter = name.partition('.')
         values[node][parameter] = one.default
     for name, one, effect in _acting(configuration):
-        if not effect.smooth and one.kind in (int, float, tuple):
+        if not effect.smooth and one.kind in (bool, int, float, tuple):
             node, _, parameter = name.partition('.')
-            values[node][parameter] = (0.0,) * len(one.default) if one.kind is tuple else 0
+            values[node][parameter] = (0.0,) * len(one.default) if one.kind is tuple else one.kind(0)
     return configure(values)
 
 
