@@ -22,7 +22,7 @@ TIMING_FIGURES = (
     RunFigure('intervals', 'Between messages', 'Wall time from one message to the next, as the recorder received them, '
               'without the wait after the messages of stamp 0, in which an experiment is paused until every topic is '
               'recorded. The table includes that wait.', draw_intervals),
-    RunFigure('latency', 'From question to answer', 'Wall time until the answer to a message was heard.',
+    RunFigure('latency', 'From question to answer', 'Wall time until the answer to a message was received.',
               draw_latency),
 )
 Step = Callable[[str], None]

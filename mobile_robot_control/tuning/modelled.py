@@ -149,6 +149,13 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
                      tuple(effect.phrase for effect in EFFECTS if effect.phrase in modelled and not effect.smooth))
 
 
+def _off(one: Declaration) -> Any:
+    """Return the value with which a parameter models nothing."""
+    if one.kind is tuple:
+        return (0.0,) * len(one.default)
+    return False if one.kind is bool else 0
+
+
 def smooth_part(configuration: Configuration) -> Configuration:
     """Return a configuration without the effects that have no linearisation: noise, limits, friction that sticks."""
     values: dict[str, dict[str, Any]] = {node: {} for node in configuration._fields}
@@ -156,9 +163,9 @@ def smooth_part(configuration: Configuration) -> Configuration:
         node, _, parameter = name.partition('.')
         values[node][parameter] = one.default
     for name, one, effect in _acting(configuration):
-        if not effect.smooth and one.kind in (int, float, tuple):
+        if not effect.smooth and one.kind in (bool, int, float, tuple):
             node, _, parameter = name.partition('.')
-            values[node][parameter] = (0.0,) * len(one.default) if one.kind is tuple else 0
+            values[node][parameter] = _off(one)
     return configure(values)
 
 

@@ -1,6 +1,7 @@
 """Every shipped parameter file loads, into the whole and into every node, and names only what is declared."""
 
 import math
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from mobile_robot_control.cli import tune
 from mobile_robot_control.control.laws import BUILT_IN, PositionControl
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.configuration import configure
@@ -105,13 +107,31 @@ def test_every_robot_can_drive_its_curve(path):
         assert asked < 0.85 * (limit or math.inf)
 
 
+def test_the_command_that_found_the_gains_of_a_robot_is_one_of_tune(capsys):
+    robots = set()
+    for path in ROBOTS:
+        for one in sourced_parameters(path.read_text(encoding='utf-8')):
+            if one.source.startswith('found by: tune '):
+                _, *words = shlex.split(one.source.removeprefix('found by: ').partition(';')[0])
+                # its options are read, and refused for the last one alone
+                assert tune.main([*words, '-p', 'plant.nothing:=1']) == 2
+                line, = capsys.readouterr().err.splitlines()
+                assert 'nothing' in line
+                assert words[words.index('--robot') + 1] == path.stem
+                robots.add(path.stem)
+    assert robots == {path.stem for path in ROBOTS} - {'chapter'}
+
+
 @pytest.mark.parametrize('path', ROBOTS, ids=_id)
-def test_the_position_controller_of_a_robot_carries_odometry_forward_by_all_its_delays(path):
+def test_the_position_controller_of_a_robot_carries_odometry_forward_by_its_age_at_a_position_tick(path):
+    """A sample that arrives between two ticks waits for the next one."""
     configuration = configure(load([path]))
     plant, control = flatten(configuration.plant), flatten(configuration.position_controller)
-    late = plant['odometry.latency'] + max(plant['base.dead_time'])
-    assert control['odom_latency'] == pytest.approx(late)
-    assert control['compensate_latency'] == (late > 0.0)
+    period = 1.0 / plant['position_rate']
+    assert plant['odometry.rate'] in (0.0, plant['position_rate'])
+    age = period * math.ceil(plant['odometry.latency'] / period - 1e-9)
+    assert control['odom_latency'] == pytest.approx(age)
+    assert control['compensate_latency'] == (age > 0.0)
 
 
 @pytest.mark.parametrize('path', sorted((CONFIG / 'chapter').glob('*.yaml')), ids=_id)

@@ -249,6 +249,18 @@ def test_a_corrupt_journal_is_refused_and_kept(tmp_path, capsys):
     assert journal.read_text() == 'garbage\nmore\n'
 
 
+@pytest.mark.parametrize('arguments', [
+    ['velocity', '--seed', '1'], ['fuzzy', '--seed', '1', '--with-velocity'],
+], ids=['velocity', 'with velocity'])
+def test_a_base_that_takes_velocities_has_no_velocity_gains_to_search_for(tmp_path, capsys, arguments):
+    output = tmp_path / 'x.yaml'
+    assert tune.main([*arguments, '--robot', 'create3', '--output', str(output)]) == 2
+    line, = capsys.readouterr().err.splitlines()
+    assert line.startswith("tune: plant.drive = 'velocity' has no velocity gains to search for: the base closes that "
+                           'loop itself; search for those of a position law')
+    assert not list(tmp_path.iterdir())
+
+
 def _kill_and_resume(folder, kills, generations):
     """Kill a search at random moments; returns how many generations were kept at each kill."""
     output, journal = folder / 'x.yaml', folder / 'x.yaml.journal'

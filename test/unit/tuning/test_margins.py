@@ -198,6 +198,15 @@ def test_the_margins_of_a_base_with_rates_of_its_own_are_those_with_which_it_lea
     assert growth_of_position(smooth, ticks_late=math.ceil(1.1 * ticks)) > 1.1
 
 
+def test_the_margins_of_a_base_that_reckons_its_pose_are_those_of_one_that_measures_it():
+    """The way that its wheels have turned is no part of the loop: it is a pole on the unit circle, and stays there."""
+    reckoning = {**BASE, 'odometry.dead_reckoning': True, 'odometry.slip': 0.001, 'encoders.ticks': 500,
+                 'encoders.window': 0.02}
+    smooth = smooth_part(configured('wall_clock.yaml', plant=reckoning))
+    assert smooth == configured('wall_clock.yaml', plant=BASE)
+    assert margins_of(linear_position_loop(lap_loop(smooth), list(islice(followed_lap(smooth), 5)))).gain > 2.0
+
+
 def test_a_base_has_no_velocity_loop_and_its_lag_and_latency_take_from_the_margin():
     ideal = loop_margins(configured('wall_clock.yaml', plant={'drive': 'velocity'}))
     assert ideal.velocity is None

@@ -1,0 +1,146 @@
+"""What the robots of this package do, measured by the commands themselves, as Markdown tables for docs/robots.md."""
+
+import hashlib
+import json
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.robot_files import shipped_robots
+
+_MARKS = re.compile('<!-- results: generated.*?-->.*<!-- end of results -->', re.DOTALL)
+_NO_SLIP = ('-p', 'plant.odometry.slip:=0.0')
+_STUDY = '--runs 300 --seed 1'
+VARIED = {
+    'create3': '--variation 0.5 --longest-delay 8',
+    'kobuki': '--variation 0.5 --longest-delay 8',
+    'turtlebot3_burger': '--variation 0.5 --longest-delay 2',
+}
+"""Options of the study by robot, where what it varies is a placeholder: lag, dead zone and dead time, or friction."""
+
+
+def results_fingerprint(robots: Mapping[str, Path]) -> str:
+    """Return a few digits that change with the file of any robot, and with the options of the studies."""
+    content = b''.join(file.read_bytes() for file in robots.values())
+    return hashlib.sha256(content + repr((_STUDY, VARIED)).encode()).hexdigest()[:12]
+
+
+def lap_command(robot: str, file: Path) -> str:
+    """Return the shell command that drives one lap of the robot's curve."""
+    period = configure(load([file])).reference_cart.curve.placement.period
+    return f'simulate --robot {robot} --duration {period:g} --json'
+
+
+def study_command(robot: str) -> str:
+    """Return the shell command that studies a robot, without its place to write to."""
+    return ' '.join(filter(None, (f'study --robot {robot} {_STUDY}', VARIED.get(robot, ''))))
+
+
+def output_of(command: str, *more: str) -> str:
+    """Run a command of this package; return what it prints."""
+    name, *options = shlex.split(command)
+    done = subprocess.run(  # noqa: S603 (commands of this module)
+        [sys.executable, '-m', f'mobile_robot_control.cli.{name}', *options, *more],
+        capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f'{command}: exit code {done.returncode}: {done.stderr}')
+    return done.stdout
+
+
+def _lap(robot: str, file: Path, *more: str) -> dict[str, Any]:
+    """Drive a lap; return its metrics."""
+    metrics: dict[str, Any] = json.loads(output_of(lap_command(robot, file), *more))
+    return metrics
+
+
+def _studied(robot: str) -> dict[str, Any]:
+    """Study a robot; return the numbers of its controller, as in study.json."""
+    with tempfile.TemporaryDirectory() as folder:
+        output_of(study_command(robot), '--output', folder)
+        found: dict[str, dict[str, Any]] = json.loads((Path(folder) / 'study.json').read_text())['controllers']
+    numbers, = found.values()
+    return numbers
+
+
+def _centimetres(length: float | None) -> str:
+    return '–' if length is None else f'{100.0 * length:.2f} cm'
+
+
+def _margins(loop: Mapping[str, float | None] | None) -> str:
+    """Return gain and delay margin of a loop; the studies search delays up to 20 periods at least."""
+    if loop is None:
+        return '–'
+    gain, delay = loop['gain'], loop['delay']
+    return (f'{"more than 20" if gain is None else f"{gain:.2f}"}, '
+            f'{"more than 20 periods" if delay is None else f"{1e3 * delay:.0f} ms"}')
+
+
+_HEAD = ('robot', 'lap', 'RMS error', 'largest error', 'RMS error without slip', 'success', '95 % interval',
+         'late error, median', 'late error, 95 % quantile',
+         'velocity loop: gain and delay margin', 'position loop: gain and delay margin')
+
+
+def result_cells(
+    robot: str, lap: Mapping[str, Any], no_slip: Mapping[str, Any], study: Mapping[str, Any]
+) -> list[str]:
+    """
+    Return the row of a robot.
+
+    Parameters
+    ----------
+    robot : str
+        Its name.
+    lap, no_slip : mapping
+        What `simulate --json` prints of a lap, and of one in which odometry does not slip.
+    study : mapping
+        The numbers of its controller in study.json.
+
+    """
+    low, high = (100.0 * bound for bound in study['success_interval'])
+    late = study['metrics']['late_max_position_error']
+    return [robot, f'{lap["duration"]:g} s', _centimetres(lap['rms_position_error']),
+            _centimetres(lap['max_position_error']), _centimetres(no_slip['rms_position_error']),
+            f'{study["successes"]} of {study["runs"]}',
+            f'{low:.2f} to {high:.2f} %', _centimetres(late['median']), _centimetres(late['95_percent']),
+            _margins(study['margins']['velocity_loop']), _margins(study['margins']['position_loop'])]
+
+
+def _lines(robots: Mapping[str, Path]) -> Iterator[str]:
+    """Yield the lines of the tables: what is measured, and the commands that measure it."""
+    rows = [result_cells(robot, _lap(robot, file), _lap(robot, file, *_NO_SLIP), _studied(robot))
+            for robot, file in robots.items()]
+    yield from (f'| {" | ".join(_HEAD)} |', f'|{"---|" * len(_HEAD)}', *(f'| {" | ".join(cells)} |' for cells in rows))
+    yield from ('', '| robot | commands |', '|---|---|')
+    for robot, file in robots.items():
+        yield f'| {robot} | `{lap_command(robot, file)}` and `{study_command(robot)} --output DIR` |'
+
+
+def results_markdown(robots: Mapping[str, Path]) -> str:
+    """Measure the robots; return Markdown tables between marks, with the fingerprint of their files."""
+    return '\n'.join([f'<!-- results: generated from {results_fingerprint(robots)} -->', '', *_lines(robots), '',
+                      '<!-- end of results -->'])
+
+
+def found_results(text: str) -> str:
+    """Return the tables of a Markdown text with their marks; '' where there are none."""
+    match = _MARKS.search(text)
+    return match.group() if match else ''
+
+
+def insert_results(text: str, made: str) -> str:
+    """Return a Markdown text that has both marks, with the tables of `results_markdown` in place of its own."""
+    return _MARKS.sub(lambda _: made, text)
+
+
+if __name__ == '__main__':
+    measured = results_markdown(shipped_robots())
+    for argument in sys.argv[1:]:
+        path = Path(argument)
+        path.write_text(insert_results(path.read_text(encoding='utf-8'), measured), encoding='utf-8')
