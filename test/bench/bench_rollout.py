@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from observation import observed
+from real_robot import COMPENSATED, DRIFTING, FRICTION, LATE, MOTORS, TICKS, assignments
 
 from bench.progress import show
 from bench.row import at_least, at_most
@@ -18,6 +19,8 @@ from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import reference_at
@@ -122,6 +125,13 @@ def _check(outcome, plain_c, continuous):
     assert np.allclose(end[7:], outcome.totals[4:7], atol=0.05), (end[7:], outcome.totals[4:7])
 
 
+def _as_it_is():
+    """Return the same lap of a robot with motors, friction, encoders, late odometry that drifts, and compensation."""
+    options = {**MOTORS, **FRICTION, **TICKS, **DRIFTING, **LATE, **COMPENSATED}
+    trial = make_trial(configure(load([], assignments(options))), LAP)
+    return lambda: batch.run_trials([trial])
+
+
 def _both_cores(trial):
     """Wall time of many trials on one core by that on two: the shortest of each, which idle cores gave."""
     trials, pools = [trial] * 400, [batch.Pool(1), batch.Pool(2)]
@@ -184,5 +194,7 @@ def rows():
     yield at_least('solve_ivp (LSODA, rtol 1e-6) / rollout', 1.0 / ratio, 15.0, how)
     ratio, how = _ratio(compiled, lambda: batch.run_trials([trial], False), 1)
     yield at_least('plain form / rollout', 1.0 / ratio, 40.0, how)
+    ratio, how = _ratio(_as_it_is(), compiled, 40)
+    yield at_most('rollout of a robot as it is / ideal', ratio, 2.5, how)
     yield at_least('rollouts on one core / on two', _both_cores(trial), 1.8, 'wall time of 400 laps; needs idle cores')
     yield at_most('fuzzy search / its rollouts', _whole_search(), 1.15, 'CPU of 15 generations of 101, one core')

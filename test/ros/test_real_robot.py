@@ -73,7 +73,9 @@ def test_a_base_waits_for_killed_nodes_and_the_run_goes_on(domain, quick_discove
         options = [word for one in assignments(ROBOTS['base with everything'])
                    for word in ('-p', one.replace('.', ':', 1))]
         arguments = ['-p', 'duration:=3.0', '-p', 'peer_timeout:=0.5', *options]
-        robots.start(arguments=arguments)
+        robots.start(arguments=[*arguments, '-p', 'paused:=true'])
+        # the recorder, which tells the time, may find the plant later than the nodes do
+        robots.resume()
         for number, name in enumerate(('reference_cart', 'position_controller'), start=1):
             robots.spin_until(lambda: robots.time() > 0.8 * number)  # noqa: B023
             robots.processes[name].kill()

@@ -33,7 +33,7 @@ def test_inputs_of_a_node_name_their_publishers(node, inputs):
     assert TORQUE.inputs_of(node) == inputs
 
 
-def test_a_base_takes_cmd_vel_itself_and_nobody_its_joint_states():
+def test_a_base_takes_cmd_vel_itself_and_no_node_needs_its_joint_states():
     assert VELOCITY.inputs_of('plant') == {'cmd_vel': 'position_controller'}
     assert VELOCITY.topics_of('plant') == ['joint_states', 'odom', 'cmd_vel']
     assert 'velocity_controller' not in VELOCITY.nodes
