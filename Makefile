@@ -7,12 +7,12 @@ PYTHON ?= python3
 ifdef ROS_DISTRO
 VENV := .venv
 VENV_OPTIONS := --system-site-packages
-EXTRAS := pinned,test
+EXTRAS := dashboard,pinned,test
 else
 ROS ?= kilted
 VENV := .venv$(if $(filter-out kilted,$(ROS)),-$(ROS))
 VENV_OPTIONS :=
-EXTRAS := $(ROS),pinned,test
+EXTRAS := $(ROS),dashboard,pinned,test
 endif
 ifneq ($(filter-out kilted jazzy $(ROS_DISTRO),$(ROS)),)
 $(error ROS=$(ROS): wheels exist for kilted and jazzy; to use another ROS 2, source its setup file instead)

@@ -48,6 +48,8 @@ setup(
         ],
         # compiled rollouts: some hundred times faster searches; and the second algorithm
         'fast': ['numba==0.68.0', 'scipy==1.15.3'],
+        # the page to watch and handle the robot
+        'dashboard': ['nicegui==3.18.0'],
         # the search on a cluster
         'cluster': ['distributed==2026.8.0'],
         # the versions that the tests run with
@@ -72,10 +74,14 @@ setup(
             'colcon-package-information==0.4.1',
             'colcon-ros==0.5.0',
             'hypothesis==6.168.5',
+            # of the notebook in examples
+            'ipykernel==6.30.1',
             'mcap-ros2-support==0.6.0',
             'distributed==2026.8.0',
             'mypy==2.4.1',
+            'nbclient==0.11.0',
             'numba==0.68.0',
+            'pandas==2.3.3',
             # of examples/mpc_controller
             'piqp==0.7.0',
             'pytest==9.2.0',
@@ -85,6 +91,7 @@ setup(
             'robotpy-wpimath==2026.2.2',
             'ruff==0.17.5',
             'scipy==1.15.3',
+            'selenium==4.51.0',
             'types-PyYAML==6.0.12.20261113',
             'wheel==0.45.1',
         ],
