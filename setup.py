@@ -26,8 +26,8 @@ setup(
     maintainer_email='maintainers@users.noreply.github.com',
     python_requires='>=3.10',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    # the annotations are for users, too
-    package_data={PACKAGE: ['py.typed']},
+    # the annotations are for users, too; scripts and styles of pages
+    package_data={PACKAGE: ['py.typed', 'web/*.js', 'web/*.css', 'web/uplot/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

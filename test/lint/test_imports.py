@@ -45,7 +45,8 @@ LAYERS = {
                    'plugins'} | DOMAIN,
     'recording': {'quantities', 'angles', 'stamps', 'topics', 'files', 'texts', 'messages', 'control', 'simulation'},
     'tuning': {'quantities', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
-    'reporting': {'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
+    'web': set(),
+    'reporting': {'web', 'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
     # checks of laws and curves; `testing` has the exit codes of a command
     'conformance': {'quantities', 'registry', 'plugins', 'simulation', 'recording', 'tuning'} | PARAMETERS | DOMAIN,
@@ -92,7 +93,7 @@ def _wrong_imports(layer, imported, compiles=False):
             yield name
         if layer not in MAY_IMPORT_ROS and first in ROS:
             yield name
-        allowed = layer in ('tuning', 'reporting', 'api') or (compiles and first in ('numba', 'numpy'))
+        allowed = layer in ('tuning', 'reporting', 'api', 'web') or (compiles and first in ('numba', 'numpy'))
         if first in HEAVY and not allowed:
             yield name
         if first == 'numba' and not compiles:
