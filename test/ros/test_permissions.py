@@ -83,7 +83,7 @@ def test_every_node_creates_what_the_policy_allows_and_nothing_else(robots):
 
     nodes = [*NODES, 'recorder']
     with contextlib.suppress(AssertionError):  # the comparison shows more
-        robots.spin_until(lambda: all(used(node) >= usable(node) for node in nodes), 15.0)
+        robots.spin_until(lambda: all(used(node) >= usable(node) for node in nodes), 60.0)
     for node in nodes:
         assert used(node) == usable(node), node
         for namespace, permitted in allowances.items():
