@@ -44,7 +44,7 @@ LAYERS = {
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
                    'plugins'} | DOMAIN,
     'recording': {'quantities', 'angles', 'stamps', 'topics', 'files', 'texts', 'messages', 'control', 'simulation'},
-    'tuning': {'quantities', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
+    'tuning': {'quantities', 'angles', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
     'reporting': {'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
     # checks of laws and curves; `testing` has the exit codes of a command
