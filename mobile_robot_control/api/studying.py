@@ -46,8 +46,14 @@ class Study(NamedTuple):
 
     @property
     def controllers(self) -> dict[str, dict[str, Any]]:
-        """Success rate, its interval and the metrics, by controller."""
+        """Success rate, its interval, the metrics and where it fails (`failures`), by controller."""
         found: dict[str, dict[str, Any]] = self.values['controllers']
+        return found
+
+    @property
+    def comparisons(self) -> list[dict[str, Any]]:
+        """Paired differences in the same scenarios, one entry for each pair of controllers; [] for one."""
+        found: list[dict[str, Any]] = self.values['comparisons']
         return found
 
     def to_dataframe(self) -> Any:

@@ -146,10 +146,15 @@ def bind(
     return roll
 
 
+def outcome_name(trial: Trial, outcome: Outcome) -> str:
+    """Return how a trial ended, as `outcome` in metrics.json."""
+    return 'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged'
+
+
 def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
     """Return the measured run of an outcome, as that of every other run; what odometry shows is not measured."""
     return MeasuredRun(
-        'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged',
+        outcome_name(trial, outcome),
         outcome.steps * trial.loop.plant.dt,
         outcome.final_pose,
         outcome.initial_torque,

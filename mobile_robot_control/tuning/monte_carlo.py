@@ -10,13 +10,14 @@ import numpy as np
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.simulation.totals import Totals, objective
-from mobile_robot_control.simulation.trial import Outcome, Trial
+from mobile_robot_control.simulation.trial import Outcome, Trial, outcome_name
 from mobile_robot_control.tuning.scenarios import Scenario
 
 WITHIN = 0.10
 """[m]: a run succeeds if the robot stays nearer to the reference than this from the late step on."""
 
-_CONFIDENCE = 0.95
+CONFIDENCE = 0.95
+"""Of every interval of a study."""
 
 
 class Judged(NamedTuple):
@@ -29,10 +30,13 @@ class Judged(NamedTuple):
         Whether the run was complete and near the reference late in it.
     metrics : dict of str to float
         SI units; infinite if the motion diverged, nan for the torque and energy of a base that takes no torque.
+    outcome : str
+        'completed', 'diverged' or 'law_failed'.
     """
 
     success: bool
     metrics: dict[str, float]
+    outcome: str = 'completed'
 
 
 def _rms(integral: float, time: float) -> float:
@@ -60,7 +64,7 @@ def judge(trial: Trial, outcome: Outcome) -> Judged:
     """Return whether a trial succeeded, and its metrics."""
     complete = outcome.steps == trial.steps
     found = {name: value(outcome) if complete else math.inf for name, value in _METRICS.items()}
-    return Judged(complete and outcome.late.max_position < WITHIN, found)
+    return Judged(complete and outcome.late.max_position < WITHIN, found, outcome_name(trial, outcome))
 
 
 def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
@@ -73,7 +77,7 @@ def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
     [0.9455, 0.9982]
 
     """
-    z = statistics.NormalDist().inv_cdf(0.5 + 0.5 * _CONFIDENCE)
+    z = statistics.NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
     rate, spread = successes / runs, z * z / runs
     centre = rate + 0.5 * spread
     half = math.sqrt(spread * (rate * (1.0 - rate) + 0.25 * spread))

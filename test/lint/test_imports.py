@@ -44,7 +44,7 @@ LAYERS = {
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
                    'plugins'} | DOMAIN,
     'recording': {'quantities', 'angles', 'stamps', 'topics', 'files', 'texts', 'messages', 'control', 'simulation'},
-    'tuning': {'quantities', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
+    'tuning': {'quantities', 'angles', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
     'web': set(),
     'reporting': {'web', 'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,

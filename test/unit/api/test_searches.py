@@ -110,6 +110,10 @@ def test_a_study_has_the_numbers_of_the_command(tmp_path):
     by_name = mrc.study(runs=5, seed=1, parameters=SMALL, workers=1, **OPTIONS, compare={
         'file': files[0], 'given': {'position_controller.backstepping.p': 0.5}})
     assert list(by_name.controllers) == ['file', 'given']
+    comparison, = by_name.comparisons
+    assert (comparison['first'], comparison['second'], comparison['runs']) == ('file', 'given', 5)
+    assert by_name.controllers['file']['failures']['count'] == 5 - by_name.controllers['file']['successes']
+    assert set(by_name.runs['outcome']) == {'completed'}
     assert list(by_name.controllers.values()) == list(found.controllers.values())
 
 
@@ -117,6 +121,7 @@ def test_without_a_comparison_the_configured_law_is_studied():
     found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1)
     assert list(found.controllers) == ['backstepping']
     assert found.controllers['backstepping']['runs'] == 2
+    assert found.comparisons == []
 
 
 def test_one_file_curve_and_scale_need_no_list(tmp_path):
