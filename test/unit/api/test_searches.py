@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import mobile_robot_control as mrc
-from mobile_robot_control.cli import search_run, study, tune
+from mobile_robot_control.cli import search_run, study, study_run, tune
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.tuning.scenarios import Scenario
 
 # a loop so short that plain Python runs it in a few milliseconds
 SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.period': 0.5,
@@ -70,6 +72,29 @@ def test_a_search_without_a_result_is_an_error():
     with pytest.raises(RuntimeError, match='no individual could be scored'):
         mrc.tune('backstepping', seed=1, generations=1, population=5, workers=1,
                  parameters=SMALL | {'plant.disturbance.step': [1e9, 1e9]})
+
+
+@pytest.mark.parametrize('law', LAWS)
+def test_every_law_is_searched(law):
+    found = mrc.tune(law, seed=3, parameters=SMALL, generations=2, population=6, workers=1, laps=0.4,
+                     bounds={} if law == 'fuzzy' else {'gains.k1': (0, 2), 'gains.k2': (0, 2)})
+    default, control = mrc.configure({}).position_controller.control, found.configuration.position_controller.control
+    assert control.controller_type == law
+    group, = {name.split('.')[1] for name in found.parameters if name.count('.') > 1 and 'gains' not in name}
+    assert group == ('backstepping' if law == 'hybrid_backstepping' else law)
+    assert getattr(control, group) != getattr(default, group)
+
+
+def test_every_law_is_studied_in_the_same_scenarios(monkeypatch):
+    # the margins of one stand for those of all, which take a second
+    promised = study_run.promise(mrc.configure({}), [Scenario('circle', 1.0)])
+    monkeypatch.setattr(study_run, 'promise', lambda *_: promised)
+    found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.4, workers=1, compare={
+        law: {'position_controller.controller_type': law} for law in LAWS})
+    assert list(found.controllers) == list(LAWS)
+    assert set(found.runs['outcome']) == {'completed'}
+    assert len(set(found.runs['rms_position_error'])) == 2 * len(LAWS) == 18
+    assert len(found.comparisons) == 36
 
 
 @pytest.mark.parametrize(('options', 'refusal'), [
