@@ -15,7 +15,7 @@ _RECORDER = 'recorder'
 _SERVICES = ('describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description',
              'list_parameters', 'set_parameters', 'set_parameters_atomically')
 """What every node of ROS 2 serves; get_type_description from jazzy on."""
-_OWN_SERVICES = {'position_controller': ('stop', 'release')}
+_OWN_SERVICES = {'plant': ('reset', 'step'), 'position_controller': ('stop', 'release')}
 """What a node serves besides."""
 _HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <!-- Generated from the table of topics: python -m mobile_robot_control.reporting.sros2_policy FILE [NAMESPACE] -->

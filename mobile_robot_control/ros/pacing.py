@@ -52,7 +52,7 @@ class LockstepPacer:
 
     def ask(self, present: int) -> None:
         """Publish the question of a simulated time [ns] now, or as soon as the wall clock allows."""
-        self._policy.present, self._policy.asking = present, False
+        self._policy.wait_to_ask(present)
         self._due += self._wall_period
         self._ask_when_due()
 

@@ -172,7 +172,8 @@ class Recorder(Node):
                 self.received = now
                 with suppress(RefusedMessageError):
                     self.newest[of_loop.name] = serialised_stamp(message)
-                if self._ahead and self._complete_until() > self._allowed - self._ahead // 2:
+                if self._ahead and not self._ahead // 2 <= self._allowed - self._complete_until() <= self._ahead:
+                    # later in the run, or a reset has begun a new one
                     self._set_on_plant()
             elif topic == '/diagnostics':
                 self._note_diagnostics(message)

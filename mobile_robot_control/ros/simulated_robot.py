@@ -56,15 +56,25 @@ class SimulatedRobot:
         self._form = form = plant_form(model)
         grid = Grid(period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate))
         self.takes_velocity = form.takes_velocity
-        self.k = 0
-        self.state = dynamics.at_rest(Pose(*values.initial_pose))
-        self.applied = None if form.takes_velocity else WheelTorque(0.0, 0.0)
-        self._model = model
+        self._model, self._grid = model, grid
         self._step, self._sensing = drive_step(form), sensing(form)
         self._discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
-        self._constants, self._drive = drive_constants(model, self._discrete, grid), drive_at_rest(model, grid)
+        self._constants = drive_constants(model, self._discrete, grid)
         self._sensor_values = sensor_values(model, shared.robot, grid)
+        self.begin(values.initial_pose)
+
+    def begin(self, initial_pose: tuple[float, ...]) -> None:
+        """Begin a run at rest at a pose [m], [m], [rad]."""
+        self.k = 0
+        self.state = dynamics.at_rest(Pose(*initial_pose))
+        self.applied = None if self.takes_velocity else WheelTorque(0.0, 0.0)
+        self._drive = drive_at_rest(self._model, self._grid)
         self._sensors = sensors_at_rest(self.state, self._sensor_values)
+
+    @property
+    def diverged(self) -> bool:
+        """Whether the motion is beyond what can be simulated."""
+        return bool(dynamics.diverged(self.state))
 
     def step(self, asked: BodyVelocity | WheelTorque) -> bool:
         """Move by one velocity period; return whether the robot gave less than was asked for [N m], [m/s], [rad/s]."""

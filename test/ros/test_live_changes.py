@@ -70,7 +70,7 @@ def test_refused_parameters_change_nothing(robot):
         ('position_controller', {'backstepping__p': -1.0}, 'above 0.0'),
         ('velocity_controller', {'gains__k1': 500.0}, 'slowest stable rate'),
         ('velocity_controller', {'velocity_rate': 100.0}, 'read-only'),
-        ('plant', {'initial_pose': [0.0, 0.0, 0.0]}, 'read-only'),
+        ('plant', {'duration': 1.0}, 'read-only'),
     ):
         result, = robot.set(node, **values)
         assert not result.successful
