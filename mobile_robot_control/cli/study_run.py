@@ -11,7 +11,7 @@ from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.simulation.metrics import TRUE
 from mobile_robot_control.texts import as_lines
-from mobile_robot_control.tuning.comparison import comparison_texts, comparison_values
+from mobile_robot_control.tuning.comparison import best_of, comparison_texts, comparison_values
 from mobile_robot_control.tuning.failures import failure_texts, failure_values
 from mobile_robot_control.tuning.monte_carlo import (
     WITHIN,
@@ -123,6 +123,7 @@ def study_values(
                         | {'failures': failure_values(studied.scenarios, studied.judged)}
                         | promise_values(studied.promise)
                         for name, studied in results.items()},
+        'best': best_of(_judged(results)),
         'comparisons': comparison_values(_judged(results)),
     }
 

@@ -54,6 +54,7 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert printed.count('of 120 runs succeed') == 2
     assert printed.count('\nnot modelled: ') == 2
+    assert found['best'] == 'firm'
     comparison, = found['comparisons']
     assert (comparison['first'], comparison['second'], comparison['runs']) == ('firm', 'slack', 120)
     succeeded = [{k for k, row in enumerate(rows[start:start + 120]) if row['success'] == '1'} for start in (0, 120)]
