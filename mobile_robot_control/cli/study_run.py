@@ -98,7 +98,8 @@ def run_study(
     for name, parameters in controllers.items():
         scenarios = study_scenarios(options, parameters)
         late = options.laps * 0.75
-        trials = [scenario_trial(parameters, scenario, options.laps, late) for scenario in scenarios]
+        drawn = (scenario_trial(parameters, scenario, options.laps, late) for scenario in scenarios)
+        trials = [one._replace(form=one.form._replace(indices=True)) for one in drawn]
         judged: list[Judged] = []
         for first in range(0, len(trials), _BATCH):
             if stopped():

@@ -8,6 +8,7 @@ from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.simulation.indices import BAND
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE
 
 
@@ -23,12 +24,15 @@ class Row(NamedTuple):
         Returns it from the metrics of a run; None if it is not known.
     depends : tuple of str
         Metrics that runs must have in common to be compared by it: the same `error`, and `energy` known or not.
+    best : callable
+        Returns the best one of several values, min or max.
     """
 
     label: str
     unit: str
     value: Callable[[dict[str, Any]], Any]
     depends: tuple[str, ...] = ()
+    best: Callable[[Sequence[float]], float] = min
 
 
 def _metric(*path: str) -> Callable[[dict[str, Any]], Any]:
@@ -58,8 +62,17 @@ ROWS = (
     *(Row(f'peak power, {wheel}', 'W', _metric('peak_wheel_power', wheel)) for wheel in _WHEELS),
     Row('energy', 'J', _metric('energy')),
     Row('objective, Eq. (29)', '', _metric('objective'), ('error', 'energy')),
+    *(Row(f'position error, {label}', unit, _metric(name), ('error',)) for name, label, unit in (
+        ('iae', '∫ d dt (IAE)', 'm s'), ('ise', '∫ d² dt (ISE)', 'm² s'), ('itae', '∫ t d dt (ITAE)', 'm s²'),
+        ('itse', '∫ t d² dt (ITSE)', 'm² s²'))),
+    Row('cross-track error, RMS', 'm', _metric('rms_cross_track_error'), ('error',)),
+    Row('cross-track error, largest', 'm', _metric('max_cross_track_error'), ('error',)),
+    Row(f'settling time, to {BAND:g} m', 's', _metric('settling_time'), ('error',)),
+    Row(f'share of time within {BAND:g} m', '', _metric('share_within_band'), ('error',), max),
+    Row('variation of the torque', 'N m', _metric('torque_variation')),
+    Row('variation of the command', 'm/s', _metric('command_variation')),
 )
-"""Metrics of which a smaller value is better."""
+"""Metrics of which one value is better than another."""
 _FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _metric('initial_wheel_torque', wheel)) for wheel in _WHEELS)
 _NOTES = {
     TRUE: 'True error: of where the robot really was.',
@@ -79,13 +92,13 @@ def comparable_runs(runs: Sequence[RecordedRun]) -> list[bool]:
             and (run.metrics.get('duration') or 0.0) >= 0.99 * longest for run in runs]
 
 
-def _marked(values: Sequence[float | None], comparable: Sequence[bool], unit: str) -> list[str]:
-    """Return the cells of a row, with the smallest value of the comparable runs marked if there are several."""
+def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row) -> list[str]:
+    """Return the cells of a row, with the best value of the comparable runs marked if there are several."""
     candidates = [value for value, counts in zip(values, comparable, strict=True) if counts and value is not None]
-    texts = [_with_unit(value, unit) for value in values]
+    texts = [_with_unit(value, row.unit) for value in values]
     if len(candidates) < 2:
         return texts
-    return [f'<span class="best">★ {text}</span>' if counts and value == min(candidates) else text
+    return [f'<span class="best">★ {text}</span>' if counts and value == row.best(candidates) else text
             for text, value, counts in zip(texts, values, comparable, strict=True)]
 
 
@@ -97,7 +110,7 @@ def metrics_table(runs: Sequence[RecordedRun]) -> str:
             ['error', *(str(run.metrics.get('error') or '–') for run in runs)]]
     for row in ROWS:
         fair = comparable if _alike(runs, row) else [False] * len(runs)
-        rows.append([row.label, *_marked([row.value(run.metrics) for run in runs], fair, row.unit)])
+        rows.append([row.label, *_marked([row.value(run.metrics) for run in runs], fair, row)])
     rows.append(['position error by odometry, RMS', *(_hidden(run.metrics) for run in runs)])
     if len(runs) > 1:
         rows.append(['peak torque against the least', *_ratios(runs, comparable)])

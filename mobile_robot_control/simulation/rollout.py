@@ -15,6 +15,8 @@ from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Pus
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import Loop, Sample
+from mobile_robot_control.simulation.index_meter import IndexMeter
+from mobile_robot_control.simulation.indices import PerformanceIndices
 from mobile_robot_control.simulation.loop_start import form_of, shows_the_truth, start
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
@@ -122,14 +124,16 @@ def measure(
 
     """
     shared = configuration.plant.shared
-    meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
+    meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate,
+                     indices=IndexMeter(1.0 / shared.position_rate, configuration))
     try:
         for sample in rollout(configuration, duration) if samples is None else samples:
             meter.add(sample)
     except LawFailedError:
         if meter.last is None:  # at the very first step
             start = Pose(*configuration.plant.initial_pose)
-            return MeasuredRun('law_failed', 0.0, start, meter.initial_torque, meter.totals)
+            return MeasuredRun('law_failed', 0.0, start, meter.initial_torque, meter.totals,
+                               indices=PerformanceIndices())
         return meter.run('law_failed')
     complete = meter.last is not None and is_complete(meter.last, duration, shared.velocity_rate)
     return meter.run('completed' if complete else 'diverged')

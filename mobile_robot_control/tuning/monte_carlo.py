@@ -9,6 +9,7 @@ import numpy as np
 
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
+from mobile_robot_control.simulation.indices import INDICES, LARGER_IS_BETTER, index_values
 from mobile_robot_control.simulation.totals import Totals, objective
 from mobile_robot_control.simulation.trial import Outcome, Trial, outcome_name
 from mobile_robot_control.tuning.scenarios import Scenario
@@ -29,7 +30,8 @@ class Judged(NamedTuple):
     success : bool
         Whether the run was complete and near the reference late in it.
     metrics : dict of str to float
-        SI units; infinite if the motion diverged, nan for the torque and energy of a base that takes no torque.
+        SI units; infinite if the motion diverged and for the settling time of an error that does not settle, nan for
+        the torque and energy of a base that takes no torque.
     outcome : str
         'completed', 'diverged' or 'law_failed'.
     """
@@ -61,9 +63,13 @@ _METRICS: dict[str, Callable[[Outcome], float]] = {
 
 
 def judge(trial: Trial, outcome: Outcome) -> Judged:
-    """Return whether a trial succeeded, and its metrics."""
+    """Return whether a trial succeeded, and its metrics; with the performance indices if its form has them."""
     complete = outcome.steps == trial.steps
     found = {name: value(outcome) if complete else math.inf for name, value in _METRICS.items()}
+    if trial.form.indices:
+        takes_torque = not trial.form.plant.takes_velocity
+        found |= index_values(outcome.indices, outcome.totals, takes_torque) if complete else dict.fromkeys(
+            INDICES, math.inf)
     return Judged(complete and outcome.late.max_position < WITHIN, found, outcome_name(trial, outcome))
 
 
@@ -92,13 +98,14 @@ def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
         'successes': successes,
         'success_rate': successes / len(judged),
         'success_interval': list(wilson_interval(successes, len(judged))),
-        'metrics': {name: _quantiles([run.metrics[name] for run in judged]) for name in _METRICS},
+        'metrics': {name: _quantiles([run.metrics[name] for run in judged], name in LARGER_IS_BETTER)
+                    for name in judged[0].metrics},
     }
 
 
-def _quantiles(values: Sequence[float]) -> dict[str, float | None]:
-    """Return median, 95 % quantile and largest of some values; None for those that are infinite, or not known."""
-    ordered = sorted(values)
+def _quantiles(values: Sequence[float], larger_is_better: bool) -> dict[str, float | None]:
+    """Return median, 95 % quantile and worst of some values; None for those that are infinite, or not known."""
+    ordered = sorted(values, key=lambda value: -value if larger_is_better and value < math.inf else value)
 
     def at(fraction: float) -> float | None:
         value = ordered[math.ceil(fraction * len(ordered)) - 1]

@@ -14,6 +14,7 @@ from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
 from mobile_robot_control.reporting.robots_table import insert_robots
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
 from mobile_robot_control.simulation.totals import Totals
 from mobile_robot_control.topics import LOOP_TOPICS
@@ -114,6 +115,7 @@ def test_every_metric_is_defined():
     page = _code(_page('metrics'))
     torque = WheelTorque(0.0, 0.0)
     assert set(summary(MeasuredRun('completed', 0.0, Pose(0.0, 0.0, 0.0), torque, Totals()))) <= set(page)
+    assert set(INDICES) <= set(page)
     names = ('rms_position_error', 'max_position_error', 'late_max_position_error', 'rms_heading_error',
              'peak_wheel_torque', 'energy', 'objective')
     judged = [Judged(k > 5, dict.fromkeys(names, 0.0)) for k in range(40)]

@@ -10,6 +10,7 @@ import pytest
 
 from mobile_robot_control.cli import study, study_run
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.tuning import monte_carlo
 
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
@@ -50,6 +51,10 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
         late = [float(row['late_max_position_error']) for row in rows if row['controller'] == name]
         assert sum(error < 0.1 for error in late) == successes
         assert numbers['metrics']['late_max_position_error']['worst'] == max(late)
+        # the indices stand behind the metrics that there were
+        assert list(rows[0])[-len(INDICES):] == list(INDICES) == list(numbers['metrics'])[-len(INDICES):]
+        shares = [float(row['share_within_band']) for row in rows if row['controller'] == name]
+        assert numbers['metrics']['share_within_band']['worst'] == min(shares)
     assert (tmp_path / 'out' / 'starts.png').stat().st_size > 10000
     printed = capsys.readouterr().out
     assert printed.count('of 120 runs succeed') == 2
