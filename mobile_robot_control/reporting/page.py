@@ -28,18 +28,43 @@ code{background:var(--tint);padding:.1em .3em;border-radius:3px;font-size:.9em;o
 pre{background:var(--tint);padding:.7rem;border-radius:4px;overflow-x:auto;font-size:.85rem;margin:.5rem 0}
 pre code{background:none;padding:0;overflow-wrap:normal}
 summary{cursor:pointer}
+a{color:inherit}
+.contents ul{list-style:none;margin:.5rem 0;padding:0;font-size:.9rem}.contents li{margin:.15rem 0}
+.contents a{display:inline-block;margin-right:.8rem}.contents span a{color:var(--soft)}
 @media print{:root{color-scheme:light}body{max-width:none;font-size:10pt;padding:0}
 .grid{grid-template-columns:1fr 1fr;gap:.5cm}
-figure,tr,.warning{break-inside:avoid}h2{break-after:avoid}.scroll{overflow:visible}}
+figure,tr,.warning{break-inside:avoid}.contents{display:none}h2{break-after:avoid}.scroll{overflow:visible}}
 """
 
 
-def page(title: str, parts: Iterable[str]) -> str:
-    """Return a page that loads nothing else, with a title in plain text and parts in HTML, from top to bottom."""
-    body = '\n'.join(parts)
+def page(title: str, parts: Iterable[str], styles: Iterable[str] = (), scripts: Iterable[str] = ()) -> str:
+    """
+    Return a page that loads nothing else.
+
+    Parameters
+    ----------
+    title : str
+        Plain text.
+    parts : iterable of str
+        HTML, from top to bottom.
+    styles, scripts : iterable of str
+        More style sheets, and what runs after the page has been read.
+    """
+    body = '\n'.join([*parts, *(f'<script>{script}</script>' for script in scripts)])
+    style = '\n'.join([_STYLE, *styles])
     return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f'<title>{escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n')
+            f'<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n')
+
+
+def contents(sections: Iterable[tuple[str, str, Sequence[tuple[str, str]]]]) -> str:
+    """Return a list of jumps: the id and the title of each section, and those of what is in it; as HTML."""
+    def jump(name: str, title: str) -> str:
+        return f'<a href="#{escape(name)}">{escape(title)}</a>'
+
+    items = ''.join(f'<li>{jump(name, title)} <span>{" ".join(jump(*inner) for inner in within)}</span></li>'
+                    for name, title, within in sections)
+    return f'<nav class="contents" aria-label="On this page"><ul>{items}</ul></nav>'
 
 
 def source(content: bytes, kind: str) -> str:
@@ -47,7 +72,7 @@ def source(content: bytes, kind: str) -> str:
     return f'data:{kind};base64,{base64.b64encode(content).decode()}'
 
 
-def picture(title: str, caption: str, image: str, below: str = '') -> str:
+def picture(title: str, caption: str, image: str, below: str = '', name: str = '') -> str:
     """
     Return a figure as HTML.
 
@@ -59,9 +84,13 @@ def picture(title: str, caption: str, image: str, below: str = '') -> str:
         Data URI of the picture.
     below : str
         HTML under the caption.
+    name : str
+        Id of the figure, and of its charts where the page has any.
     """
-    return (f'<figure><h3>{escape(title)}</h3><img src="{image}" alt="{escape(title)}: {escape(caption)}">'
-            f'<figcaption>{escape(caption)}{below}</figcaption></figure>')
+    place = f' id="{escape(name)}"' if name else ''
+    charts = f'<div class="charts" data-figure="{escape(name)}"></div>' if name else ''
+    return (f'<figure{place}><h3>{escape(title)}</h3><img src="{image}" alt="{escape(title)}: {escape(caption)}">'
+            f'{charts}<figcaption>{escape(caption)}{below}</figcaption></figure>')
 
 
 def grid(figures: Iterable[str]) -> str:
