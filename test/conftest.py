@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from browser import CHROMIUM, DRIVER, Browser, refuse_to_start
 from hypothesis import settings
 
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
@@ -39,6 +40,15 @@ def domain(monkeypatch):
             monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
             yield
         return
+
+
+@pytest.fixture(scope='session')
+def browser(tmp_path_factory):
+    """A headless Chromium, one for all tests of a process."""
+    if CHROMIUM is None or DRIVER is None:
+        refuse_to_start('no Chromium with its driver here; install chromium and chromium-driver')
+    with Browser(tmp_path_factory.mktemp('profile')) as started:
+        yield started
 
 
 @pytest.fixture

@@ -4,11 +4,10 @@ import base64
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from mobile_robot_control.web.assets import asset
+
+_COLOURS = asset('colours.css')
 _STYLE = """
-:root{color-scheme:light dark;--ground:#fff;--ink:#1f2328;--soft:#59636e;--faint:#d9dce0;--tint:#f3f5f7;--best:#00664b;
---warn:#8a4b00}
-@media screen and (prefers-color-scheme:dark){:root{--ground:#15181c;--ink:#e6e8eb;--soft:#9aa4ae;--faint:#3a4048;
---tint:#1f2429;--best:#2fd0a0;--warn:#ffb066}}
 *{box-sizing:border-box}
 body{margin:0 auto;max-width:75rem;padding:1rem;background:var(--ground);color:var(--ink);
 font:16px/1.5 system-ui,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;overflow-wrap:break-word}
@@ -31,7 +30,7 @@ summary{cursor:pointer}
 a{color:inherit}
 .contents ul{list-style:none;margin:.5rem 0;padding:0;font-size:.9rem}.contents li{margin:.15rem 0}
 .contents a{display:inline-block;margin-right:.8rem}.contents span a{color:var(--soft)}
-@media print{:root{color-scheme:light}body{max-width:none;font-size:10pt;padding:0}
+@media print{body{max-width:none;font-size:10pt;padding:0}
 .grid{grid-template-columns:1fr 1fr;gap:.5cm}
 figure,tr,.warning{break-inside:avoid}.contents{display:none}h2{break-after:avoid}.scroll{overflow:visible}}
 """
@@ -51,7 +50,7 @@ def page(title: str, parts: Iterable[str], styles: Iterable[str] = (), scripts: 
         More style sheets, and what runs after the page has been read.
     """
     body = '\n'.join([*parts, *(f'<script>{script}</script>' for script in scripts)])
-    style = '\n'.join([_STYLE, *styles])
+    style = '\n'.join([_COLOURS + _STYLE, *styles])
     return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
             f'<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n')

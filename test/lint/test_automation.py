@@ -3,7 +3,9 @@
 import re
 from pathlib import Path
 
+import pytest
 import yaml
+from browser import REQUIRED, refuse_to_start
 
 from mobile_robot_control import __version__
 
@@ -47,6 +49,16 @@ def test_the_distributions_of_ci_are_those_of_the_makefile():
     matrix = _load('.github/workflows/ci.yml')['jobs']['test']['strategy']['matrix']
     for distribution in matrix['ros']:
         assert re.search(rf'\bfilter-out .*\b{distribution}\b', MAKEFILE), distribution
+
+
+def test_without_a_browser_the_tests_of_pages_are_skipped_in_general_and_fail_in_the_full_run(monkeypatch):
+    assert f'export {REQUIRED}=1' in (ROOT / '.ci' / 'run').read_text(encoding='utf-8')
+    monkeypatch.delenv(REQUIRED, raising=False)
+    with pytest.raises(pytest.skip.Exception, match='no browser'):
+        refuse_to_start('no browser')
+    monkeypatch.setenv(REQUIRED, '1')
+    with pytest.raises(pytest.fail.Exception, match=f'no browser, and {REQUIRED} is set'):
+        refuse_to_start('no browser')
 
 
 def test_the_hooks_run_what_the_lint_tests_run():

@@ -6,7 +6,6 @@ from itertools import combinations
 from pathlib import Path
 
 import pytest
-from browser import CHROMIUM, Browser
 from harness import CONFIG
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -135,15 +134,12 @@ def test_the_labels_of_a_control_surface_do_not_overlap_and_lie_within_the_figur
 
 @pytest.mark.soak
 @pytest.mark.timeout(600)
-def test_the_index_page_shows_every_figure_on_phone_and_desktop(tmp_path):
+def test_the_index_page_shows_every_figure_on_phone_and_desktop(browser, tmp_path):
     page = index.write_index(CONFIG, tmp_path / 'figures')
     for figure in index.CHAPTER_FIGURES:
         assert (page.parent / f'figure_{figure.number}.png').stat().st_size > 3000
-    if CHROMIUM is None:
-        pytest.skip('no Chromium here; install the package chromium')
-    with Browser(tmp_path / 'profile') as browser:
-        for width in (360, 1280):
-            browser.show(Path(page), width)
-            assert browser.evaluate('document.images.length') == len(index.CHAPTER_FIGURES)
-            assert browser.evaluate('[...document.images].every(image => image.complete && image.naturalWidth > 0)')
-            assert browser.evaluate('document.documentElement.scrollWidth <= innerWidth')
+    for width in (360, 1280):
+        browser.show(Path(page), width)
+        assert browser.evaluate('document.images.length') == len(index.CHAPTER_FIGURES)
+        assert browser.evaluate('[...document.images].every(image => image.complete && image.naturalWidth > 0)')
+        assert browser.evaluate('document.documentElement.scrollWidth <= innerWidth')

@@ -3,7 +3,6 @@
 import re
 
 import pytest
-from browser import CHROMIUM, Browser
 from measuring import configuration
 
 from mobile_robot_control.reporting import page, report_writing
@@ -11,7 +10,6 @@ from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.series import collect
 from mobile_robot_control.simulation.rollout import rollout
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason='no Chromium here; install the package chromium')
 PHONE, DESKTOP = 360, 1280
 _BROKEN = '[...document.images].filter(image => !image.complete || image.naturalWidth < 1).length'
 _OVERFLOW = 'document.documentElement.scrollWidth - document.documentElement.clientWidth'
@@ -22,12 +20,6 @@ _WIDE = '''[...document.querySelectorAll('body *')].filter(element => !element.c
 _CORNER = '''(async () => { const canvas = document.createElement('canvas'); canvas.width = canvas.height = 4;
   const pen = canvas.getContext('2d'); pen.drawImage(document.images[0], 0, 0, 400, 300);
   return [...pen.getImageData(1, 1, 1, 1).data]; })()'''
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    with Browser(tmp_path_factory.mktemp('profile')) as started:
-        yield started
 
 
 @pytest.fixture(scope='module')
@@ -78,11 +70,9 @@ def test_the_page_turns_dark(browser, written):
 
 def test_the_page_prints_on_light_ground(browser, written):
     browser.show(written, DESKTOP, 'dark')
-    browser.call('Emulation.setEmulatedMedia', media='print',
-                 features=[{'name': 'prefers-color-scheme', 'value': 'dark'}])
+    browser.media('print', 'dark')
     assert browser.evaluate('getComputedStyle(document.body).backgroundColor') == 'rgb(255, 255, 255)'
     assert browser.evaluate(_CORNER)[:3] == [255, 255, 255]
-    browser.call('Emulation.setEmulatedMedia', media='')
 
 
 @pytest.mark.parametrize(('body', 'count'), [
