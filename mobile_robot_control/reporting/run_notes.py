@@ -1,4 +1,4 @@
-"""What a page tells about runs in sentences: what they ran with, and what their rates do to what is drawn."""
+"""Sentences about runs: what they ran with, and what their rates do to what is drawn."""
 
 from collections.abc import Sequence
 

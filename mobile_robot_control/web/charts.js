@@ -132,8 +132,10 @@ window.mrc = window.mrc || {};
       entries.push(entry);
       legend.append(entry.button || entry.value);
     }
-    for (const limit of chart.limits.slice(0, view.several ? 0 : 1)) {
-      legend.append(mrc.element('span', 'limit', `limit ±${mrc.number(limit.value, chart.unit)}`));
+    for (const value of new Set(chart.limits.map((limit) => limit.value))) {
+      const whose = chart.limits.filter((limit) => limit.value === value).map((limit) => view.data.runs[limit.run].name);
+      const of = whose.length < view.data.runs.length ? ` of ${whose.join(', ')}` : '';
+      legend.append(mrc.element('span', 'limit', `limit ±${mrc.number(value, chart.unit)}${of}`));
     }
     return {legend, update() {
       for (const entry of entries) {
@@ -153,12 +155,12 @@ window.mrc = window.mrc || {};
     if (view.difference) return;
     const {left, width, top, height} = plot.bbox, pen = plot.ctx;
     for (const limit of chart.limits) {
-      for (const y of [limit.value, -limit.value].map((value) => plot.valToPos(value, 'y', true))) {
+      for (const y of [limit.value, -limit.value].map((value) => Math.round(plot.valToPos(value, 'y', true)))) {
         if (!(y >= top && y <= top + height)) continue;
         pen.save();
         pen.setLineDash([6, 6]);
-        pen.lineWidth = 1.5;
-        pen.strokeStyle = view.several ? mrc.look(view.data.runs[limit.run]) : ofPage('--warn');
+        pen.lineWidth = 2;
+        pen.strokeStyle = ofPage('--warn');
         pen.beginPath();
         pen.moveTo(left, y);
         pen.lineTo(left + width, y);
