@@ -20,7 +20,8 @@ figure{margin:0;min-width:0}figure img{display:block;width:100%;height:auto}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.9rem}
 th,td{text-align:left;padding:.3rem .7rem .3rem 0;border-bottom:1px solid var(--faint);vertical-align:top}
 td.number,th.number{text-align:right;padding-left:.7rem;padding-right:0}td.number{white-space:nowrap}
-th.number{overflow-wrap:anywhere;min-width:6rem}
+th.number{max-width:16rem;min-width:6rem}
+.change{display:block;color:var(--soft);font-size:.8rem}data{cursor:help}
 .best{color:var(--best);font-weight:700}
 .warning{border-left:4px solid var(--warn);padding:.1rem 0 .1rem .8rem}.warning h2{margin-top:.2rem}
 code{background:var(--tint);padding:.1em .3em;border-radius:3px;font-size:.9em;overflow-wrap:anywhere}
@@ -114,8 +115,10 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool
         return ''.join(f'<{kind}{" class=number" if numbers and n else ""}>{cell}</{kind}>'
                        for n, cell in enumerate(row))
 
+    # names break behind their underscores, and not within a word
+    names = [escape(name).replace('_', '_<wbr>') for name in head]
     body = '\n'.join(f'<tr>{cells("td", row)}</tr>' for row in rows)
-    return (f'<div class="scroll"><table><thead><tr>{cells("th", [escape(name) for name in head])}</tr></thead>\n'
+    return (f'<div class="scroll"><table><thead><tr>{cells("th", names)}</tr></thead>\n'
             f'<tbody>\n{body}\n</tbody></table></div>')
 
 
