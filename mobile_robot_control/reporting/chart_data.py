@@ -9,7 +9,7 @@ import numpy as np
 
 from mobile_robot_control.reporting.deviation import deviation
 from mobile_robot_control.reporting.lines import Floats, Line, thinned
-from mobile_robot_control.reporting.palette import GREY, INK, LINES, ON_DARK, line_widths
+from mobile_robot_control.reporting.palette import GREY, INK, LINES, line_widths, on_dark
 from mobile_robot_control.reporting.panels import Panel
 from mobile_robot_control.reporting.run_figures import RunFigure
 from mobile_robot_control.reporting.run_reading import RecordedRun
@@ -121,7 +121,7 @@ def _chart(figure: RunFigure, panel: Panel, runs: Sequence[RecordedRun], columns
 
 def _look(color: str) -> dict[str, str]:
     """Return a colour on light and on dark ground."""
-    return {'light': color, 'dark': ON_DARK[color]}
+    return {'light': color, 'dark': on_dark(color)}
 
 
 def _span(series: Series) -> tuple[float, float]:

@@ -1,15 +1,14 @@
 """The charts of a page: the numbers that they show, and the scripts and styles that draw them."""
 
-import json
 from collections.abc import Sequence
-from typing import Any
 
+from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.chart_data import chart_data
 from mobile_robot_control.reporting.run_figures import RunFigure
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.web.assets import asset
 
-CHART_SCRIPTS = ('arrays.js', 'clock.js', 'uplot/uPlot.iife.min.js', 'charts.js', 'chart_bar.js', 'deviation.js')
+CHART_SCRIPTS = ('uplot/uPlot.iife.min.js', 'charts.js', 'chart_bar.js', 'deviation.js')
 CHART_STYLES = ('uplot/uPlot.min.css', 'charts.css')
 _START = """(function () {
   const data = JSON.parse(document.getElementById('chart-data').textContent);
@@ -19,19 +18,13 @@ _START = """(function () {
 """
 
 
-def json_block(name: str, value: Any) -> str:
-    """Return a value as an element of a page, with an id, that scripts can read; none of its texts can end it."""
-    text = json.dumps(value, separators=(',', ':'), allow_nan=False).replace('<', '\\u003c')
-    return f'<script type="application/json" id="{name}">{text}</script>'
-
-
 def chart_numbers(figures: Sequence[RunFigure], runs: Sequence[RecordedRun]) -> str:
     """Return the element with the numbers of a page's charts, as HTML."""
-    return json_block('chart-data', chart_data(figures, runs))
+    return page.json_block('chart-data', chart_data(figures, runs))
 
 
 def chart_scripts() -> list[str]:
-    """Return the scripts of a page with charts, in their order; the last one draws them."""
+    """Return the scripts of charts, in their order, for after those of the replay; the last one draws them."""
     return [*map(asset, CHART_SCRIPTS), _START]
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.page import html_table
-from mobile_robot_control.reporting.readable import Unit, change, quantities, quantity, readable_unit
+from mobile_robot_control.reporting.readable import Unit, described_change, quantities, quantity, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE
 
@@ -71,7 +71,7 @@ _NOTES = {
 }
 
 
-def _comparable(runs: Sequence[RecordedRun]) -> list[bool]:
+def comparable_runs(runs: Sequence[RecordedRun]) -> list[bool]:
     """Return which runs were complete and equally long: one that ended early has used less energy, for example."""
     longest = max((run.metrics.get('duration') or 0.0 for run in runs), default=0.0)
     return [run.metrics.get('outcome') in ('completed', 'not known')
@@ -93,14 +93,14 @@ def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row
               for text, value, counts in zip(texts, values, comparable, strict=True)]
     first = values[0]
     return marked[:1] + [
-        f'{text}<small class="change">{change(value, first, shown)}</small>'
+        f'{text}<small class="change">{described_change(value, first, shown)}</small>'
         if first is not None and value is not None and counts and comparable[0] else text
         for text, value, counts in zip(marked[1:], values[1:], comparable[1:], strict=True)]
 
 
 def metrics_table(runs: Sequence[RecordedRun]) -> str:
     """Return the metrics of runs side by side, as HTML; of several runs the best is marked in each row."""
-    comparable = _comparable(runs)
+    comparable = comparable_runs(runs)
     rows = [['outcome', *(escape(str(run.metrics.get('outcome', 'not measured'))) for run in runs)],
             ['duration', *(quantity(run.metrics.get('duration'), 's') for run in runs)],
             ['error', *(str(run.metrics.get('error') or '–') for run in runs)]]

@@ -1,9 +1,19 @@
-"""Numbers with units that are easy to read: 9.67 mm for 0.009667 m; the exact value is one pointer away."""
+"""
+Quantities as texts that are read at a glance; web/scene.js has the same rule for scripts.
+
+In tables the exact value is under the pointer.
+"""
 
 import math
 from collections.abc import Iterable, Sequence
 from html import escape
 from typing import NamedTuple
+
+_NO_BREAK = '\u00a0'
+_PREFIXES = ((1e-4, 1e6, 'µ'), (0.1, 1e3, 'm'), (math.inf, 1.0, ''))
+"""Below which size a factor and its prefix are taken."""
+_MOST = 1e4
+"""From which number on a larger unit is better."""
 
 
 class Unit(NamedTuple):
@@ -22,15 +32,9 @@ class Unit(NamedTuple):
     factor: float
 
 
-_PREFIXES = ((1e-4, 'µ', 1e6), (1.0, 'm', 1e3), (1e4, '', 1.0), (1e7, 'k', 1e-3), (math.inf, 'M', 1e-6))
-"""Up to which size of the largest value, a prefix and its factor."""
-_PREFIXED = ('m', 'N m', 'W', 'J', 'm s', 'm s²', 'm/s')
-"""SI units that take a prefix."""
-
-
 def readable_unit(values: Iterable[float | None], unit: str) -> Unit:
     """
-    Return the unit in which some values [SI] are shown, one for all of them, by the largest.
+    Return the unit in which some values [SI] are shown, one for all of them, so that the smallest has few digits.
 
     Examples
     --------
@@ -39,24 +43,55 @@ def readable_unit(values: Iterable[float | None], unit: str) -> Unit:
 
     """
     if unit == 'rad':
-        return Unit('°', 180.0 / math.pi)
+        return Unit('°', math.degrees(1.0))
     sizes = [abs(value) for value in values if value is not None and math.isfinite(value) and value != 0.0]
-    if unit not in _PREFIXED or not sizes:
+    if not unit or unit.startswith('m²') or not sizes:
         return Unit(unit, 1.0)
-    return next(Unit(prefix + unit, factor) for end, prefix, factor in _PREFIXES if max(sizes) < end)
+    return next(Unit(prefix + unit, factor) for below, factor, prefix in _PREFIXES
+                if factor == 1.0 or (min(sizes) < below and max(sizes) * factor < _MOST))
+
+
+def readable(value: float | None, unit: str) -> str:
+    r"""
+    Return a quantity with three digits and a prefix, on one line by no-break spaces; a dash where it is not known.
+
+    Examples
+    --------
+    >>> readable(0.009667, 'm'), readable(1234.5, 'N m'), readable(None, 'J')
+    ('9.67\xa0mm', '1230\xa0N\xa0m', '–')
+
+    """
+    if value is None or not math.isfinite(value):
+        return '–'
+    name, factor = readable_unit([value], unit)
+    return _joined(three_digits(factor * value), name)
 
 
 def three_digits(value: float) -> str:
     """
-    Return a number with three significant digits, and all those before the point.
+    Return a number with three significant digits, as short as it can be.
 
     Examples
     --------
-    >>> three_digits(9.6667), three_digits(1234.5), three_digits(-0.00012)
-    ('9.67', '1234', '-0.00012')
+    >>> three_digits(1234.5), three_digits(0.30000001), three_digits(-2e9)
+    ('1230', '0.3', '-2000000000')
 
     """
-    return f'{value:.0f}' if 1000.0 <= abs(value) < 1e6 else f'{value:.3g}'
+    rounded = float(f'{value:.3g}')
+    return f'{rounded:.0f}' if 1000.0 <= abs(rounded) < 1e21 else f'{rounded:g}'
+
+
+def in_degrees(value: float | None) -> str:
+    """
+    Return an angle [rad] in degrees; a dash where it is not known.
+
+    Examples
+    --------
+    >>> in_degrees(0.0201)
+    '1.15°'
+
+    """
+    return readable(value, 'rad')
 
 
 def quantity(value: float | None, unit: str, shown: Unit | None = None) -> str:
@@ -85,24 +120,24 @@ def quantities(values: Sequence[float | None], unit: str) -> list[str]:
     return [quantity(value, unit, shown) for value in values]
 
 
-def change(value: float, base: float, shown: Unit) -> str:
-    """
+def described_change(value: float, base: float, shown: Unit) -> str:
+    r"""
     Return by how much a value differs from another one, both in SI units, as a text: in the shown unit and in per cent.
 
     Examples
     --------
-    >>> change(0.009, 0.012, Unit('mm', 1e3)), change(0.0, 0.0, Unit('J', 1.0)), change(1.0, 0.0, Unit('J', 1.0))
-    ('−3 mm, −25 %', '±0 J', '+1 J')
+    >>> described_change(9.0, 12.0, Unit('°', 1.0)), described_change(0.0, 0.0, Unit('°', 1.0))
+    ('−3°, −25\xa0%', '±0°')
 
     """
     apart = shown.factor * (value - base)
     if apart == 0.0:
         return _joined('±0', shown.name)
     sign = '+' if apart > 0.0 else '−'
-    share = f', {sign}{three_digits(100.0 * abs((value - base) / base))} %' if base and math.isfinite(base) else ''
+    share = ', ' + _joined(f'{sign}{three_digits(100.0 * abs((value - base) / base))}', '%') if base else ''
     return _joined(f'{sign}{three_digits(abs(apart))}', shown.name) + share
 
 
 def _joined(number: str, unit: str) -> str:
-    """Return a number and its unit; a degree sign follows at once."""
-    return number.replace('-', '−') + (unit if unit in ('', '°') else f' {unit}')
+    """Return a number and its unit, on one line; a degree sign follows at once."""
+    return (number + (unit if unit in ('', '°') else f' {unit}')).replace(' ', _NO_BREAK)

@@ -11,6 +11,7 @@ from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.animation import animate
 from mobile_robot_control.reporting.chart_data import TORQUE_FIGURE
 from mobile_robot_control.reporting.chart_page import chart_numbers, chart_scripts, chart_styles
+from mobile_robot_control.reporting.first_screen import first_screen, replay_scripts, replay_styles
 from mobile_robot_control.reporting.metrics_table import configuration_table, metrics_table
 from mobile_robot_control.reporting.palette import LINES, save
 from mobile_robot_control.reporting.panels import Named, plain
@@ -91,7 +92,7 @@ def _parts(
     def jumps(drawn: Sequence[_Drawn]) -> list[tuple[str, str]]:
         return [(one.figure.name, one.figure.title) for one in drawn if one.complete]
 
-    yield f'<h1>{escape(_title(runs))}</h1>'
+    yield first_screen(_title(runs), runs)
     yield from (f'<p class="soft">{escape(run_description(run))}.</p>' for run in runs)
     yield page.contents([
         ('metrics', 'Metrics', ()), ('figures', 'Figures', jumps(figures)),
@@ -166,7 +167,8 @@ def write_report(
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'
     parts = _parts(runs, folder / 'figures', step, animation, absent)
-    write_atomically(file, page.page(_title(runs), parts, chart_styles(), chart_scripts()))
+    styles, scripts = [*replay_styles(), *chart_styles()], [*replay_scripts(), *chart_scripts()]
+    write_atomically(file, page.page(_title(runs), parts, styles, scripts))
     metrics = {run.name: run.metrics | {'problems': list(run.problems)} for run in runs}
     write_atomically(folder / 'report.json', json.dumps(metrics, indent=2) + '\n')
     return file
