@@ -85,7 +85,6 @@ def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row
     Each of them but the first has its difference to that one.
     """
     candidates = [value for value, counts in zip(values, comparable, strict=True) if counts and value is not None]
-    shown = readable_unit(values, row.unit)
     texts = quantities(values, row.unit)
     if len(candidates) < 2:
         return texts
@@ -93,7 +92,7 @@ def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row
               for text, value, counts in zip(texts, values, comparable, strict=True)]
     first = values[0]
     return marked[:1] + [
-        f'{text}<small class="change">{described_change(value, first, shown)}</small>'
+        f'{text}<small class="change">{described_change(value, first, row.unit)}</small>'
         if first is not None and value is not None and counts and comparable[0] else text
         for text, value, counts in zip(marked[1:], values[1:], comparable[1:], strict=True)]
 

@@ -132,15 +132,18 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool
     numbers : bool
         Whether all columns but the first contain numbers.
     """
-    def cells(kind: str, row: Sequence[str]) -> str:
+    def cells(kind: str, row: Iterable[str]) -> str:
         return ''.join(f'<{kind}{" class=number" if numbers and n else ""}>{cell}</{kind}>'
                        for n, cell in enumerate(row))
 
-    # names break behind their underscores, and not within a word
-    names = [escape(name).replace('_', '_<wbr>') for name in head]
     body = '\n'.join(f'<tr>{cells("td", row)}</tr>' for row in rows)
-    return (f'<div class="scroll"><table><thead><tr>{cells("th", names)}</tr></thead>\n'
+    return (f'<div class="scroll"><table><thead><tr>{cells("th", map(breakable, head))}</tr></thead>\n'
             f'<tbody>\n{body}\n</tbody></table></div>')
+
+
+def breakable(name: str) -> str:
+    """Return a name as HTML in which lines break behind underscores, and not within a word."""
+    return escape(name).replace('_', '_<wbr>')
 
 
 def warning(title: str, sentences: Iterable[str]) -> str:

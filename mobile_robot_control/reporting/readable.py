@@ -120,22 +120,22 @@ def quantities(values: Sequence[float | None], unit: str) -> list[str]:
     return [quantity(value, unit, shown) for value in values]
 
 
-def described_change(value: float, base: float, shown: Unit) -> str:
+def described_change(value: float, base: float, unit: str) -> str:
     r"""
-    Return by how much a value differs from another one, both in SI units, as a text: in the shown unit and in per cent.
+    Return by how much a value differs from another one, both in an SI unit, as a text: readable, and in per cent.
 
     Examples
     --------
-    >>> described_change(9.0, 12.0, Unit('°', 1.0)), described_change(0.0, 0.0, Unit('°', 1.0))
-    ('−3°, −25\xa0%', '±0°')
+    >>> described_change(0.09, 0.12, 'm'), described_change(0.0, 0.0, '')
+    ('−30\xa0mm, −25\xa0%', '±0')
 
     """
-    apart = shown.factor * (value - base)
+    apart = value - base
     if apart == 0.0:
-        return _joined('±0', shown.name)
+        return _joined('±0', unit)
     sign = '+' if apart > 0.0 else '−'
-    share = ', ' + _joined(f'{sign}{three_digits(100.0 * abs((value - base) / base))}', '%') if base else ''
-    return _joined(f'{sign}{three_digits(abs(apart))}', shown.name) + share
+    share = ', ' + _joined(f'{sign}{three_digits(100.0 * abs(apart / base))}', '%') if base else ''
+    return sign + readable(abs(apart), unit) + share
 
 
 def _joined(number: str, unit: str) -> str:

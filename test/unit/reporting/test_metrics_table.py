@@ -9,7 +9,7 @@ from measuring import configuration, measured
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.reporting.metrics_table import metrics_table
 from mobile_robot_control.reporting.page import html_table
-from mobile_robot_control.reporting.readable import Unit, described_change, quantity, readable_unit
+from mobile_robot_control.reporting.readable import described_change, quantity, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.series import Series
 
@@ -44,7 +44,7 @@ def test_a_unit_of_nothing_is_the_si_unit(values):
 
 def test_a_row_has_one_unit_for_all_runs():
     row = table({'rms_position_error': 0.0123}, {'rms_position_error': 2.0})['position error, RMS']
-    assert [text(cell)[:3] for cell in row] == [['★', '12.3', 'mm'], ['2000', 'mm', '+1990']]
+    assert [text(cell)[:3] for cell in row] == [['★', '12.3', 'mm'], ['2000', 'mm', '+1.99']]
     row = table({'rms_position_error': 0.0123}, {'rms_position_error': 20.0})['position error, RMS']
     assert [text(cell)[:3] for cell in row] == [['★', '0.0123', 'm'], ['20', 'm', '+20']]
 
@@ -67,7 +67,7 @@ def test_runs_that_cannot_be_compared_have_no_difference():
 @pytest.mark.parametrize(('value', 'base', 'shown'), [
     (2.0, 1.0, '+1 J, +100 %'), (1.0, 1.0, '±0 J'), (1.0, 0.0, '+1 J'), (-1.0, -2.0, '+1 J, +50 %')])
 def test_a_change_has_its_sign(value, base, shown):
-    assert described_change(value, base, Unit('J', 1.0)).replace('\xa0', ' ') == shown
+    assert described_change(value, base, 'J').replace('\xa0', ' ') == shown
 
 
 def test_every_metric_of_a_run_has_a_row_with_its_value():
