@@ -23,12 +23,13 @@ def broken_at_jumps(line: Line) -> Line:
     return Line(np.insert(line.time, jumps, line.time[jumps]), np.insert(line.value, jumps, np.nan))
 
 
-def thinned(line: Line) -> Line:
+def thinned(line: Line, buckets: int = _BUCKETS) -> Line:
     """
     Return a line without the points that no picture could show.
 
     A long line is split into buckets of equally many points, and the smallest and the largest value of each stay, in
-    order of time, so that no peak is lost. A short line stays as it is.
+    order of time, so that no peak is lost; of the NaNs in a bucket, which break the line, the first. A line of at most
+    two points a bucket stays as it is.
 
     Examples
     --------
@@ -37,17 +38,16 @@ def thinned(line: Line) -> Line:
 
     """
     count = line.time.size
-    if count <= 2 * _BUCKETS:
+    if count <= 2 * buckets:
         return line
-    broken = np.nonzero(np.isnan(line.value))[0]
-    whole = np.where(np.isnan(line.value), 0.0, line.value)
-    edges = np.linspace(0, count, _BUCKETS + 1).astype(int)[:-1]
-    lowest, highest = (_extremes(whole * sign, edges) for sign in (1.0, -1.0))
-    chosen = np.unique(np.concatenate([lowest, highest, broken, [0, count - 1]]))
+    edges = np.linspace(0, count, buckets + 1).astype(int)[:-1]
+    # rows of equal length: a bucket that is shorter by one repeats its last point
+    ends = np.append(edges[1:], count)
+    rows = np.minimum(edges[:, np.newaxis] + np.arange(int((ends - edges).max())), ends[:, np.newaxis] - 1)
+    values = line.value[rows]
+    unknown = np.isnan(values)
+    lowest, highest = (np.argmin(np.where(unknown, np.inf, sign * values), axis=1) for sign in (1.0, -1.0))
+    every = np.arange(buckets)
+    broken = edges[unknown.any(axis=1)] + np.argmax(unknown, axis=1)[unknown.any(axis=1)]
+    chosen = np.unique(np.concatenate([rows[every, lowest], rows[every, highest], broken, [0, count - 1]]))
     return Line(line.time[chosen], line.value[chosen])
-
-
-def _extremes(values: Floats, edges: NDArray[np.int_]) -> NDArray[np.int_]:
-    """Return the index of the smallest value of each bucket."""
-    ends = np.append(edges[1:], values.size)
-    return np.array([start + np.argmin(values[start:end]) for start, end in zip(edges, ends, strict=True)])

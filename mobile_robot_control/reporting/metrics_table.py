@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.page import html_table
+from mobile_robot_control.reporting.readable import Unit, described_change, quantities, quantity, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.simulation.indices import BAND
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE
@@ -80,11 +81,6 @@ _NOTES = {
 }
 
 
-def four_digits(value: float | None) -> str:
-    """Return a number with four significant digits, and a dash for None."""
-    return '–' if value is None else f'{value:.4g}'
-
-
 def comparable_runs(runs: Sequence[RecordedRun]) -> list[bool]:
     """Return which runs were complete and equally long: one that ended early has used less energy, for example."""
     longest = max((run.metrics.get('duration') or 0.0 for run in runs), default=0.0)
@@ -93,20 +89,29 @@ def comparable_runs(runs: Sequence[RecordedRun]) -> list[bool]:
 
 
 def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row) -> list[str]:
-    """Return the cells of a row, with the best value of the comparable runs marked if there are several."""
+    """
+    Return the cells of a row; of several comparable runs the best value is marked.
+
+    Each of them but the first has its difference to that one.
+    """
     candidates = [value for value, counts in zip(values, comparable, strict=True) if counts and value is not None]
-    texts = [_with_unit(value, row.unit) for value in values]
+    texts = quantities(values, row.unit)
     if len(candidates) < 2:
         return texts
-    return [f'<span class="best">★ {text}</span>' if counts and value == row.best(candidates) else text
-            for text, value, counts in zip(texts, values, comparable, strict=True)]
+    marked = [f'<span class="best">★ {text}</span>' if counts and value == row.best(candidates) else text
+              for text, value, counts in zip(texts, values, comparable, strict=True)]
+    first = values[0]
+    return marked[:1] + [
+        f'{text}<small class="change">{described_change(value, first, row.unit)}</small>'
+        if first is not None and value is not None and counts and comparable[0] else text
+        for text, value, counts in zip(marked[1:], values[1:], comparable[1:], strict=True)]
 
 
 def metrics_table(runs: Sequence[RecordedRun]) -> str:
     """Return the metrics of runs side by side, as HTML; of several runs the best is marked in each row."""
     comparable = comparable_runs(runs)
     rows = [['outcome', *(escape(str(run.metrics.get('outcome', 'not measured'))) for run in runs)],
-            ['duration', *(_with_unit(run.metrics.get('duration'), 's') for run in runs)],
+            ['duration', *(quantity(run.metrics.get('duration'), 's') for run in runs)],
             ['error', *(str(run.metrics.get('error') or '–') for run in runs)]]
     for row in ROWS:
         fair = comparable if _alike(runs, row) else [False] * len(runs)
@@ -115,20 +120,16 @@ def metrics_table(runs: Sequence[RecordedRun]) -> str:
     if len(runs) > 1:
         rows.append(['peak torque against the least', *_ratios(runs, comparable)])
     for row in _FACTS:
-        rows.append([row.label, *(_with_unit(row.value(run.metrics), row.unit) for run in runs)])
+        rows.append([row.label, *quantities([row.value(run.metrics) for run in runs], row.unit)])
     for n, (label, unit) in enumerate((('x', 'm'), ('y', 'm'), ('heading', 'rad'))):
         rows.append([f'final {label}', *(_part(run.metrics.get('final_pose'), n, unit) for run in runs)])
     # what is not known of any run has no row
     rows = [row for row in rows if set(row[1:]) != {'–'}]
     notes = [note for kind, note in _NOTES.items() if any(run.metrics.get('error') == kind for run in runs)]
     if len(runs) > 1:
-        notes.append('★ marks the best of the runs that went to their end.')
-    return html_table(['', *(run.name for run in runs)], rows) + f'<p class="soft">{" ".join(notes)}</p>'
-
-
-def _with_unit(value: float | None, unit: str) -> str:
-    """Return a number with its unit, and a dash for None."""
-    return four_digits(value) + (f' {unit}' if unit and value is not None else '')
+        notes.append(f'★ marks the best of the runs that went to their end; + and − are differences to {runs[0].name}.')
+    notes.append('Under the pointer: the exact value in SI units.')
+    return html_table(['', *(run.name for run in runs)], rows) + f'<p class="soft">{escape(" ".join(notes))}</p>'
 
 
 def _alike(runs: Sequence[RecordedRun], row: Row) -> bool:
@@ -141,13 +142,13 @@ def _alike(runs: Sequence[RecordedRun], row: Row) -> bool:
 def _hidden(metrics: dict[str, Any]) -> str:
     """Return what odometry shows of the position error, where that is not the error itself."""
     measured = metrics.get('measured_rms_position_error')
-    return '–' if measured == metrics.get('rms_position_error') else _with_unit(measured, 'm')
+    return '–' if measured == metrics.get('rms_position_error') else quantity(measured, 'm')
 
 
 def _part(pose: Sequence[float | None] | None, n: int, unit: str) -> str:
     """Return the n-th number of a pose with its unit."""
     value = pose[n] if pose else None
-    return '–' if value is None else f'{value:.3f} {unit}'
+    return quantity(value, unit, readable_unit([value], unit) if unit == 'rad' else Unit(unit, 1.0))
 
 
 def _ratios(runs: Sequence[RecordedRun], comparable: Sequence[bool]) -> list[str]:

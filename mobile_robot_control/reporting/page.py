@@ -24,16 +24,20 @@ figure{margin:0;min-width:0}figure img{display:block;width:100%;height:auto}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.9rem}
 th,td{text-align:left;padding:.3rem .7rem .3rem 0;border-bottom:1px solid var(--faint);vertical-align:top}
 td.number,th.number{text-align:right;padding-left:.7rem;padding-right:0}td.number{white-space:nowrap}
-th.number{overflow-wrap:anywhere;min-width:6rem}
+th.number{max-width:16rem;min-width:6rem}
+.change{display:block;color:var(--soft);font-size:.8rem}data{cursor:help}
 .best{color:var(--best);font-weight:700}
 .warning{border-left:4px solid var(--warn);padding:.1rem 0 .1rem .8rem}.warning h2{margin-top:.2rem}
 code{background:var(--tint);padding:.1em .3em;border-radius:3px;font-size:.9em;overflow-wrap:anywhere}
 pre{background:var(--tint);padding:.7rem;border-radius:4px;overflow-x:auto;font-size:.85rem;margin:.5rem 0}
 pre code{background:none;padding:0;overflow-wrap:normal}
 summary{cursor:pointer}
+a{color:inherit}
+.contents ul{list-style:none;margin:.5rem 0;padding:0;font-size:.9rem}.contents li{margin:.15rem 0}
+.contents a{display:inline-block;margin-right:.8rem}.contents span a{color:var(--soft)}
 @media print{body{max-width:none;font-size:10pt;padding:0}
 .grid{grid-template-columns:1fr;gap:.5cm}.still img{min-width:0;width:14.5cm}
-figure,tr,.warning{break-inside:avoid}h2{break-after:avoid}.scroll{overflow:visible}}
+figure,tr,.warning{break-inside:avoid}.contents{display:none}h2{break-after:avoid}.scroll{overflow:visible}}
 """
 
 
@@ -59,6 +63,16 @@ def page(title: str, parts: Iterable[str], styles: Iterable[str] = (), scripts: 
             f'<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n')
 
 
+def contents(sections: Iterable[tuple[str, str, Sequence[tuple[str, str]]]]) -> str:
+    """Return a list of jumps: the id and the title of each section, and those of what is in it; as HTML."""
+    def jump(name: str, title: str) -> str:
+        return f'<a href="#{escape(name)}">{escape(title)}</a>'
+
+    items = ''.join(f'<li>{jump(name, title)} <span>{" ".join(jump(*inner) for inner in within)}</span></li>'
+                    for name, title, within in sections)
+    return f'<nav class="contents" aria-label="On this page"><ul>{items}</ul></nav>'
+
+
 def _policy(scripts: Sequence[str]) -> str:
     """Return the content security policy of a page that has these scripts: it fetches nothing, and runs no other."""
     hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in scripts]
@@ -78,7 +92,7 @@ def source(content: bytes, kind: str) -> str:
     return f'data:{kind};base64,{base64.b64encode(content).decode()}'
 
 
-def picture(title: str, caption: str, image: str, below: str = '') -> str:
+def picture(title: str, caption: str, image: str, below: str = '', name: str = '') -> str:
     """
     Return a figure as HTML.
 
@@ -90,10 +104,14 @@ def picture(title: str, caption: str, image: str, below: str = '') -> str:
         Data URI of the picture.
     below : str
         HTML under the caption.
+    name : str
+        Id of the figure, and of its charts where the page has any.
     """
-    return (f'<figure><h3>{escape(title)}</h3><div class="scroll still" tabindex="0">'
+    place = f' id="{escape(name)}"' if name else ''
+    charts = f'<div class="charts" data-figure="{escape(name)}"></div>' if name else ''
+    return (f'<figure{place}><h3>{escape(title)}</h3><div class="scroll still" tabindex="0">'
             f'<img src="{image}" alt="{escape(title)}: {escape(caption)}"></div>'
-            f'<figcaption>{escape(caption)}{below}</figcaption></figure>')
+            f'{charts}<figcaption>{escape(caption)}{below}</figcaption></figure>')
 
 
 def grid(figures: Iterable[str]) -> str:
@@ -114,13 +132,18 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool
     numbers : bool
         Whether all columns but the first contain numbers.
     """
-    def cells(kind: str, row: Sequence[str]) -> str:
+    def cells(kind: str, row: Iterable[str]) -> str:
         return ''.join(f'<{kind}{" class=number" if numbers and n else ""}>{cell}</{kind}>'
                        for n, cell in enumerate(row))
 
     body = '\n'.join(f'<tr>{cells("td", row)}</tr>' for row in rows)
-    return (f'<div class="scroll"><table><thead><tr>{cells("th", [escape(name) for name in head])}</tr></thead>\n'
+    return (f'<div class="scroll"><table><thead><tr>{cells("th", map(breakable, head))}</tr></thead>\n'
             f'<tbody>\n{body}\n</tbody></table></div>')
+
+
+def breakable(name: str) -> str:
+    """Return a name as HTML in which lines break behind underscores, and not within a word."""
+    return escape(name).replace('_', '_<wbr>')
 
 
 def warning(title: str, sentences: Iterable[str]) -> str:

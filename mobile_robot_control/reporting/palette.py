@@ -15,9 +15,13 @@ _ON_DARK = {
     '#1f2328': '#e6e8eb', '#9aa0a6': '#8b929a', '#d9dce0': '#3a4048', '#ffffff': '#15181c', '#eef1f4': '#22272d',
 }
 BLUE, ORANGE, GREEN, PINK, OLIVE, VIOLET, INK, GREY, FAINT, GROUND, TINT = _ON_DARK
-LINES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), (PINK, ':'), (OLIVE, (0, (6, 1, 1, 1, 1, 1))),
-         (VIOLET, (0, (8, 2))))
+LINES: tuple[tuple[str, Any], ...] = (
+    (BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), (PINK, ':'), (OLIVE, (0, (6, 1, 1, 1, 1, 1))),
+    (VIOLET, (0, (8, 2))),
+)
 """Colour and dashes of the first, the second, ... run."""
+_THIN, _WIDER, _MOST = 1.5, 1.1, 3.3
+"""[points]: width of the last line, by how much each one beneath it is wider, and the first one at most."""
 _RULES: Any = {
     'font.size': 10.0, 'axes.titlesize': 10.5, 'legend.fontsize': 9.0, 'svg.fonttype': 'path', 'svg.hashsalt': 'run',
     'text.color': INK, 'axes.labelcolor': INK, 'axes.edgecolor': GREY, 'xtick.color': INK, 'ytick.color': INK,
@@ -30,6 +34,20 @@ _RULES: Any = {
 def on_dark(color: str) -> str:
     """Return what a colour of this module is on dark ground."""
     return _ON_DARK[color]
+
+
+def line_widths(count: int) -> list[float]:
+    """
+    Return the widths [points] of so many lines, drawn one upon the other: where they lie on each other, all are seen.
+
+    Examples
+    --------
+    >>> [round(width, 1) for width in line_widths(3)]
+    [3.7, 2.6, 1.5]
+
+    """
+    wider = min(_WIDER, _MOST / max(1, count - 1))
+    return [_THIN + wider * n for n in reversed(range(count))]
 
 
 def style() -> Any:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mobile_robot_control.reporting.lines import Line, thinned
-from mobile_robot_control.reporting.palette import FAINT, GREY, INK, LINES, style
+from mobile_robot_control.reporting.palette import FAINT, GREY, INK, LINES, line_widths, style
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.reporting.spikes import ordinary_size, stretch
 from mobile_robot_control.texts import printable
@@ -101,13 +101,15 @@ def panel_on(axes: Axes, panel: Panel, runs: Sequence[Named], span: tuple[float,
         First and last time to show [s]; all if None.
     """
     drawn = reference_drawn = command_drawn = False
-    for (name, series), (color, dashes) in zip(runs, LINES, strict=False):
+    widths = line_widths(len(runs))
+    for (name, series), (color, dashes), width in zip(runs, LINES, widths, strict=False):
         if panel.reference and not reference_drawn:
-            reference_drawn = _plot(axes, panel.reference(series), color=GREY, linewidth=3.5, label='reference')
+            reference_drawn = _plot(axes, panel.reference(series), color=GREY, linewidth=widths[0] + 2.0,
+                                    label='reference')
         dotted = panel.command(series) if panel.command else Line(np.zeros(0), np.zeros(0))
         label = (name if len(runs) > 1 else panel.labels[0] if dotted.time.size else
                  'robot' if panel.reference else '_')
-        drawn |= _plot(axes, panel.value(series), color=color, linestyle=dashes, label=label)
+        drawn |= _plot(axes, panel.value(series), color=color, linestyle=dashes, linewidth=width, label=label)
         command_drawn |= _plot(axes, dotted, color=INK, linewidth=1.1, linestyle=(0, (1, 2)),
                                label='_' if command_drawn else panel.labels[1])
     axes.set_ylabel(panel.label)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mobile_robot_control.reporting.lines import Floats
-from mobile_robot_control.reporting.palette import GREY, LINES, style
+from mobile_robot_control.reporting.palette import GREY, LINES, line_widths, style
 from mobile_robot_control.reporting.panels import WIDTH, Named, legend
 from mobile_robot_control.reporting.series import Series
 
@@ -62,10 +62,12 @@ def path_on(axes: Axes, runs: Sequence[Named], poses: int = 14) -> None:
         Poses along the path of a single run, evenly in time; of several runs only the first pose of each is drawn.
     """
     reference_drawn = False
-    for (name, series), (color, dashes) in zip(runs, LINES, strict=False):
+    widths = line_widths(len(runs))
+    for (name, series), (color, dashes), width in zip(runs, LINES, widths, strict=False):
         if not reference_drawn:
-            reference_drawn = _plane(axes, series, 'reference', color=GREY, linewidth=3.5, label='reference')
-        shown = _plane(axes, series, series.motion, color=color, linestyle=dashes,
+            reference_drawn = _plane(axes, series, 'reference', color=GREY, linewidth=widths[0] + 2.0,
+                                     label='reference')
+        shown = _plane(axes, series, series.motion, color=color, linestyle=dashes, linewidth=width,
                        label=name if len(runs) > 1 else 'robot' if series.motion == 'odom' else 'robot, true')
         if series.motion != 'odom':
             _plane(axes, series, 'odom', color=color, linewidth=0.8, alpha=0.6, zorder=1.9,

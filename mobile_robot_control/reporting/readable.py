@@ -1,8 +1,54 @@
-"""Quantities as texts that are read at a glance; web/scene.js has the same rule for scripts."""
+"""
+Quantities as texts that are read at a glance; web/scene.js has the same rule for scripts.
+
+In tables the exact value is under the pointer.
+"""
 
 import math
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import NamedTuple
 
 _NO_BREAK = '\u00a0'
+_PREFIXES = ((1e-4, 1e6, 'µ'), (0.1, 1e3, 'm'), (math.inf, 1.0, ''))
+"""Below which size a factor and its prefix are taken."""
+_MOST = 1e4
+"""From which number on a larger unit is better."""
+
+
+class Unit(NamedTuple):
+    """
+    A unit in which a quantity is shown.
+
+    Attributes
+    ----------
+    name : str
+        Such as 'mm'.
+    factor : float
+        By which a value in SI units is multiplied.
+    """
+
+    name: str
+    factor: float
+
+
+def readable_unit(values: Iterable[float | None], unit: str) -> Unit:
+    """
+    Return the unit in which some values [SI] are shown, one for all of them, so that the smallest has few digits.
+
+    Examples
+    --------
+    >>> readable_unit([0.009667, None, 0.132], 'm'), readable_unit([0.012], 'rad').name
+    (Unit(name='mm', factor=1000.0), '°')
+
+    """
+    if unit == 'rad':
+        return Unit('°', math.degrees(1.0))
+    sizes = [abs(value) for value in values if value is not None and math.isfinite(value) and value != 0.0]
+    if not unit or unit.startswith('m²') or not sizes:
+        return Unit(unit, 1.0)
+    return next(Unit(prefix + unit, factor) for below, factor, prefix in _PREFIXES
+                if factor == 1.0 or (min(sizes) < below and max(sizes) * factor < _MOST))
 
 
 def readable(value: float | None, unit: str) -> str:
@@ -17,9 +63,8 @@ def readable(value: float | None, unit: str) -> str:
     """
     if value is None or not math.isfinite(value):
         return '–'
-    size = abs(value)
-    factor, prefix = (1.0, '') if size >= 0.1 or size == 0.0 else (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')
-    return f'{three_digits(factor * value)} {prefix}{unit}'.replace(' ', _NO_BREAK)
+    name, factor = readable_unit([value], unit)
+    return _joined(three_digits(factor * value), name)
 
 
 def three_digits(value: float) -> str:
@@ -46,4 +91,53 @@ def in_degrees(value: float | None) -> str:
     '1.15°'
 
     """
-    return '–' if value is None or not math.isfinite(value) else f'{three_digits(math.degrees(value))}°'
+    return readable(value, 'rad')
+
+
+def quantity(value: float | None, unit: str, shown: Unit | None = None) -> str:
+    """
+    Return a value [SI] in a readable unit, as HTML with the exact value as its title; a dash for None.
+
+    Parameters
+    ----------
+    value : float or None
+        In the SI unit.
+    unit : str
+        The SI unit.
+    shown : Unit or None
+        In which it is shown; if None, by its own size.
+    """
+    if value is None:
+        return '–'
+    name, factor = shown or readable_unit([value], unit)
+    exact = escape(f'{value!r} {unit}'.rstrip())
+    return f'<data value="{value!r}" title="{exact}">{_joined(three_digits(factor * value), name)}</data>'
+
+
+def quantities(values: Sequence[float | None], unit: str) -> list[str]:
+    """Return values [SI] as `quantity` does, all in the same readable unit."""
+    shown = readable_unit(values, unit)
+    return [quantity(value, unit, shown) for value in values]
+
+
+def described_change(value: float, base: float, unit: str) -> str:
+    r"""
+    Return by how much a value differs from another one, both in an SI unit, as a text: readable, and in per cent.
+
+    Examples
+    --------
+    >>> described_change(0.09, 0.12, 'm'), described_change(0.0, 0.0, '')
+    ('−30\xa0mm, −25\xa0%', '±0')
+
+    """
+    apart = value - base
+    if apart == 0.0:
+        return _joined('±0', unit)
+    sign = '+' if apart > 0.0 else '−'
+    share = ', ' + _joined(f'{sign}{three_digits(100.0 * abs(apart / base))}', '%') if base else ''
+    return sign + readable(abs(apart), unit) + share
+
+
+def _joined(number: str, unit: str) -> str:
+    """Return a number and its unit, on one line; a degree sign follows at once."""
+    return (number + (unit if unit in ('', '°') else f' {unit}')).replace(' ', _NO_BREAK)

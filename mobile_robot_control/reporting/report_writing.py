@@ -4,47 +4,58 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from pathlib import Path
+from typing import NamedTuple
 
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.animation import animate
+from mobile_robot_control.reporting.chart_data import TORQUE_FIGURE
+from mobile_robot_control.reporting.chart_page import chart_numbers, chart_scripts, chart_styles
 from mobile_robot_control.reporting.first_screen import first_screen, replay_scripts, replay_styles
 from mobile_robot_control.reporting.metrics_table import configuration_table, metrics_table
 from mobile_robot_control.reporting.palette import LINES, save
 from mobile_robot_control.reporting.panels import Named, plain
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES, RunFigure
+from mobile_robot_control.reporting.run_notes import run_description, step_note
 from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.reporting.timing import draw_intervals, draw_latency, timed, timing_table
+from mobile_robot_control.reporting.timing import TIMING_FIGURES, timed, timing_table
 from mobile_robot_control.texts import shortened
 
 MOST = len(LINES)
 """Runs in one report: as many as there are colours to distinguish them."""
-TIMING_FIGURES = (
-    RunFigure('intervals', 'Between messages', 'Wall time from one message to the next, as the recorder received them, '
-              'without the wait after the messages of stamp 0, in which an experiment is paused until every topic is '
-              'recorded. The table includes that wait.', draw_intervals),
-    RunFigure('latency', 'From question to answer', 'Wall time until the answer to a message was received.',
-              draw_latency),
-)
 Step = Callable[[str], None]
 """Called with the title of each figure before it is drawn."""
 
 
-def _figures(figures: Sequence[RunFigure], runs: Sequence[Named], folder: Path, step: Step) -> Iterator[str]:
-    """Write figures; yield each that is not empty as HTML, and where one cannot be drawn, the reason."""
+class _Drawn(NamedTuple):
+    """A figure that was written, or could not be drawn, as HTML."""
+
+    figure: RunFigure
+    html: str
+    complete: bool
+
+
+def _figures(
+    figures: Sequence[RunFigure], runs: Sequence[RecordedRun], folder: Path, step: Step
+) -> Iterator[_Drawn]:
+    """Write figures; yield each that is not empty, and where one cannot be drawn, the reason."""
+    named = [Named(plain(run.name), run.series) for run in runs]
     for figure in figures:
         step(figure.title)
         try:
-            drawn = figure.draw(runs)
+            drawn = figure.draw(named)
             svg = '' if drawn is None else save(drawn, folder / figure.name)
         except OSError:
             raise
         except Exception as error:  # whatever a run contains: the other figures are drawn
-            yield _not_drawn(figure.title, error)
+            yield _Drawn(figure, _not_drawn(figure.title, error), False)
         else:
             # what no run contains has no frame
             if svg:
-                yield page.picture(figure.title, figure.caption_of(runs), page.source(svg.encode(), 'image/svg+xml'))
+                note = step_note(runs) if figure.name == TORQUE_FIGURE else ''
+                caption = f'{figure.caption_of(named)} {note}'.rstrip()
+                image = page.source(svg.encode(), 'image/svg+xml')
+                yield _Drawn(figure, page.picture(figure.title, caption, image, name=figure.name), True)
 
 
 def _not_drawn(title: str, error: Exception) -> str:
@@ -56,45 +67,52 @@ def _title(runs: Sequence[RecordedRun]) -> str:
     return ', '.join(run.name for run in runs)
 
 
-def _description(run: RecordedRun) -> str:
-    """Return the controller, curve and rates of a run in a sentence."""
-    if run.parameters is None:
-        return f'{run.name}: not known what it ran with'
-    control, curve = run.parameters.position_controller.control, run.parameters.reference_cart.curve
-    shared = run.parameters.plant.shared
-    return (f'{run.name}: {control.controller_type.replace("_", " ")} on the {curve.curve} of '
-            f'{curve.placement.scale:g} m, {curve.placement.period:g} s a lap, at {shared.velocity_rate:g} and '
-            f'{shared.position_rate:g} Hz, {"in lockstep" if shared.lockstep else "on the wall clock"}')
+def _section(name: str, title: str, *parts: str) -> str:
+    """Return a section of the page, under a heading."""
+    return '\n'.join([f'<section id="{name}">', f'<h2>{title}</h2>', *parts, '</section>'])
+
+
+def _charts(drawn: Sequence[_Drawn], runs: Sequence[RecordedRun]) -> str:
+    """Return the numbers of the charts of figures, as HTML, and where they cannot be had, the reason."""
+    try:
+        return chart_numbers([one.figure for one in drawn if one.complete], runs)
+    except Exception as error:  # as for figures, which are there still
+        return _not_drawn('Charts', error)
 
 
 def _parts(
     runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool, absent: Sequence[str]
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
-    named = [Named(plain(run.name), run.series) for run in runs]
+    over_dds = [run for run in runs if timed(run.series)]
+    figures = list(_figures(RUN_FIGURES, runs, folder, step))
+    animations = list(_animations(runs, folder, step)) if animation else []
+    timing = list(_figures(TIMING_FIGURES, over_dds, folder, step)) if over_dds else []
+
+    def jumps(drawn: Sequence[_Drawn]) -> list[tuple[str, str]]:
+        return [(one.figure.name, one.figure.title) for one in drawn if one.complete]
+
     yield first_screen(_title(runs), runs)
-    yield from (f'<p class="soft">{escape(_description(run))}.</p>' for run in runs)
+    yield from (f'<p class="soft">{escape(run_description(run))}.</p>' for run in runs)
+    yield page.contents([
+        ('metrics', 'Metrics', ()), ('figures', 'Figures', jumps(figures)),
+        *([('animation', 'Animation', ())] if animations else []),
+        *([('timing', 'Timing', jumps(timing))] if over_dds else []), ('configuration', 'Configuration', ()),
+    ])
     problems = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem
                            for run in runs for problem in run.problems)]
     if problems:
         yield page.warning('What is missing', problems)
-    yield '<h2>Metrics</h2>'
-    yield metrics_table(runs)
-    yield '<h2>Figures</h2>'
-    yield page.grid(_figures(RUN_FIGURES, named, folder, step))
-    if animation:
-        yield '<h2>Animation</h2>'
-        yield page.grid(_animations(runs, folder, step))
-    over_dds = [run for run in named if timed(run.series)]
+    yield _section('metrics', 'Metrics', metrics_table(runs))
+    yield _section('figures', 'Figures', page.grid(one.html for one in figures))
+    if animations:
+        yield _section('animation', 'Animation', page.grid(animations))
     if over_dds:
-        yield '<h2>Timing</h2>'
-        for run in runs:
-            if timed(run.series):
-                yield f'<h3>{escape(run.name)}</h3>' if len(runs) > 1 else ''
-                yield timing_table(run.series)
-        yield page.grid(_figures(TIMING_FIGURES, over_dds, folder, step))
-    yield '<h2>Configuration</h2>'
-    yield configuration_table(runs)
+        tables = [part for run in over_dds
+                  for part in ([f'<h3>{escape(run.name)}</h3>'] if len(runs) > 1 else []) + [timing_table(run.series)]]
+        yield _section('timing', 'Timing', *tables, page.grid(one.html for one in timing))
+    yield _section('configuration', 'Configuration', configuration_table(runs))
+    yield _charts([*figures, *timing], runs)
 
 
 def _animations(runs: Sequence[RecordedRun], folder: Path, step: Step) -> Iterator[str]:
@@ -149,7 +167,8 @@ def write_report(
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'
     parts = _parts(runs, folder / 'figures', step, animation, absent)
-    write_atomically(file, page.page(_title(runs), parts, replay_styles(), replay_scripts()))
+    styles, scripts = [*replay_styles(), *chart_styles()], [*replay_scripts(), *chart_scripts()]
+    write_atomically(file, page.page(_title(runs), parts, styles, scripts))
     metrics = {run.name: run.metrics | {'problems': list(run.problems)} for run in runs}
     write_atomically(folder / 'report.json', json.dumps(metrics, indent=2) + '\n')
     return file

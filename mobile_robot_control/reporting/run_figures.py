@@ -26,6 +26,8 @@ class RunFigure(NamedTuple):
         Draws the figure of some runs; returns None where there is nothing to draw.
     of_truth : str
         What the caption adds where the truth of a run is known beside what odometry shows.
+    panels : tuple of Panel
+        What the figure shows over time, from top to bottom; the page makes a chart of each.
     """
 
     name: str
@@ -33,6 +35,7 @@ class RunFigure(NamedTuple):
     caption: str
     draw: Callable[[Sequence[Named]], Figure | None]
     of_truth: str = ''
+    panels: tuple[Panel, ...] = ()
 
     def caption_of(self, runs: Sequence[Named]) -> str:
         """Return the caption under the figure of some runs."""
@@ -74,9 +77,22 @@ def _error_panel(label: str, name: str) -> Panel:
                  lambda series: _scaled(series.measured_error(name), 100.0), labels=_BOTH)
 
 
-def _panels(panels: Sequence[Panel], height: float = 1.75) -> Callable[[Sequence[Named]], Figure | None]:
-    """Return the function that draws panels of a height [in] over time, those that are not empty."""
-    return lambda runs: draw_panels(panels, runs, height)
+def over_time_figure(
+    name: str, title: str, caption: str, panels: tuple[Panel, ...], height: float = 1.75, of_truth: str = ''
+) -> RunFigure:
+    """
+    Return the figure that shows panels over time, those that are not empty.
+
+    Parameters
+    ----------
+    name, title, caption, of_truth : str
+        As in RunFigure.
+    panels : tuple of Panel
+        From top to bottom.
+    height : float
+        Of a panel [in].
+    """
+    return RunFigure(name, title, caption, lambda runs: draw_panels(panels, runs, height), of_truth, panels)
 
 
 _BOTH = ('true', 'measured')
@@ -85,12 +101,14 @@ _BOTH = ('true', 'measured')
 POSITION = (Panel('x [m]', column('odom', 'x'), column('reference', 'x')),
             Panel('y [m]', column('odom', 'y'), column('reference', 'y')))
 HEADING = (Panel('heading [rad]', lambda series: series.headings()[0], lambda series: series.headings()[1]),)
-ERRORS = (_error_panel('$e_1$ ahead [cm]', 'longitudinal'), _error_panel('$e_2$ to the left [cm]', 'lateral'),
-          Panel('$e_3$ heading [rad]', heading_error, None,
+ERRORS = (_error_panel('e₁ ahead [cm]', 'longitudinal'), _error_panel('e₂ to the left [cm]', 'lateral'),
+          Panel('e₃ heading [rad]', heading_error, None,
                 lambda series: broken_at_jumps(series.measured_error('heading')), labels=_BOTH))
 DISTANCE = (Panel('distance [cm]', distance_to_cart, None, _measured_distance, labels=_BOTH),)
-VELOCITY = (Panel('v [m/s]', column('odom', 'linear'), None, column('cmd_vel', 'linear'), True),
-            Panel('ω [rad/s]', column('odom', 'angular'), None, column('cmd_vel', 'angular'), True))
+VELOCITY = (
+    Panel('v [m/s]', column('odom', 'linear'), column('reference', 'linear'), column('cmd_vel', 'linear'), True),
+    Panel('ω [rad/s]', column('odom', 'angular'), column('reference', 'angular'), column('cmd_vel', 'angular'), True),
+)
 TORQUE = (Panel('right torque [N m]', lambda series: series.torque('right'), logarithmic=True),
           Panel('left torque [N m]', lambda series: series.torque('left'), logarithmic=True))
 POWER = (Panel('right power [W]', lambda series: series.power()[0], logarithmic=True),
@@ -100,16 +118,15 @@ ENERGY = (Panel('energy [J]', Series.energy),)
 RUN_FIGURES = (
     RunFigure('path', 'Path', 'The robot against the cart that it follows; triangles point ahead, evenly in time.',
               draw_path, ' The true path, and thin beside it that of odometry.'),
-    RunFigure('position', 'Position', 'Both coordinates over time, the reference grey beneath.', _panels(POSITION)),
-    RunFigure('heading', 'Heading', 'Without jumps at ±π.', _panels(HEADING, 2.6)),
-    RunFigure('errors', 'Tracking errors', 'Reference minus pose in the frame of the robot, Eq. (23).',
-              _panels(ERRORS, 1.5), ' The true ones, and dotted over them what the controller saw.'),
-    RunFigure('distance', 'Distance to the cart', 'What the position metrics are made of.', _panels(DISTANCE, 2.6),
-              ' The true one, and dotted over it what the controller saw.'),
-    RunFigure('velocity', 'Body velocities', 'Measured, and dotted what the position law commands.',
-              _panels(VELOCITY)),
-    RunFigure('torque', 'Wheel torques', 'As applied over each step.', _panels(TORQUE)),
-    RunFigure('power', 'Wheel power', 'Torque times wheel velocity; negative where a wheel is braked.', _panels(POWER)),
-    RunFigure('energy', 'Energy', 'What both motors have given: the integral of positive power.',
-              _panels(ENERGY, 2.6)),
+    over_time_figure('position', 'Position', 'Both coordinates over time, the reference grey beneath.', POSITION),
+    over_time_figure('heading', 'Heading', 'Without jumps at ±π.', HEADING, 2.6),
+    over_time_figure('errors', 'Tracking errors', 'Reference minus pose in the frame of the robot, Eq. (23).', ERRORS,
+                     1.5, ' The true ones, and dotted over them what the controller saw.'),
+    over_time_figure('distance', 'Distance to the cart', 'What the position metrics are made of.', DISTANCE, 2.6,
+                     ' The true one, and dotted over it what the controller saw.'),
+    over_time_figure('velocity', 'Body velocities', 'Measured, dotted what the position law commands, and grey beneath '
+                     'those of the reference.', VELOCITY),
+    over_time_figure('torque', 'Wheel torques', 'As applied over each step.', TORQUE),
+    over_time_figure('power', 'Wheel power', 'Torque times wheel velocity; negative where a wheel is braked.', POWER),
+    over_time_figure('energy', 'Energy', 'What both motors have given: the integral of positive power.', ENERGY, 2.6),
 )

@@ -1,16 +1,15 @@
 """The timing of a run over DDS: intervals and latencies by the wall clock of the recorder."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mobile_robot_control.recording.gaps import find_gaps
 from mobile_robot_control.reporting.lines import Floats, Line
 from mobile_robot_control.reporting.page import html_table
-from mobile_robot_control.reporting.panels import Named, Panel, draw_panels
+from mobile_robot_control.reporting.panels import Panel
+from mobile_robot_control.reporting.run_figures import over_time_figure
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
@@ -75,20 +74,18 @@ def quantiles(values: Floats) -> Quantiles | None:
     return Quantiles(float(np.median(values)), float(np.quantile(values, 0.99)), float(values.max()))
 
 
-def draw_intervals(runs: Sequence[Named]) -> Figure | None:
-    """Draw the wall time between messages of the fast and of the slow loop, while the robot moves."""
-    return draw_panels([
-        Panel('joint_states [ms]', lambda series: intervals_in_motion(series, 'joint_states')),
-        Panel('odom [ms]', lambda series: intervals_in_motion(series, 'odom')),
-    ], runs)
-
-
-def draw_latency(runs: Sequence[Named]) -> Figure | None:
-    """Draw the latency of the answers in the slow and in the fast loop."""
-    return draw_panels([
+TIMING_FIGURES = (
+    over_time_figure('intervals', 'Between messages', 'Wall time from one message to the next, as the recorder '
+                     'received them, without the wait after the messages of stamp 0, in which an experiment is paused '
+                     'until every topic is recorded. The table includes that wait.', (
+                         Panel('joint_states [ms]', lambda series: intervals_in_motion(series, 'joint_states')),
+                         Panel('odom [ms]', lambda series: intervals_in_motion(series, 'odom')),
+                     )),
+    over_time_figure('latency', 'From question to answer', 'Wall time until the answer to a message was received.', (
         Panel('odom → cmd_vel [ms]', lambda series: latency(series, 'odom', 'cmd_vel')),
         Panel('joint_states →\nwheel_torques [ms]', lambda series: latency(series, 'joint_states', 'wheel_torques')),
-    ], runs)
+    )),
+)
 
 
 def timing_table(series: Series) -> str:

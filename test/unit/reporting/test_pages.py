@@ -37,7 +37,7 @@ def written(tmp_path_factory):
 def test_the_page_loads_nothing_from_elsewhere(written):
     text = written.read_text(encoding='utf-8')
     assert text.count('src="data:image/svg+xml;base64,') == len(report_writing.RUN_FIGURES)
-    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert not re.search(r'(src|href)="(?!data:|#)', text)
     assert '@import' not in text
     for figure in report_writing.RUN_FIGURES:
         stem = written.parent / 'figures' / figure.name

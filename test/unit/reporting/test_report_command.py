@@ -81,7 +81,8 @@ def test_a_bag_and_a_table_of_one_run_give_the_same_page_but_for_the_timing(runs
     assert of_table['run']['problems'] == []
     assert_same(of_bag, of_table)
     assert_same(json.loads((runs / 'run.metrics.json').read_text()) | {'problems': []}, of_table['run'])
-    timing = re.compile(r'<h2>Timing</h2>.*(?=<h2>Configuration</h2>)', re.DOTALL)
+    timing = re.compile(r'<section id="timing">.*(?=<section id="configuration">)|<li><a href="#timing">.*?</li>',
+                        re.DOTALL)
     assert timing.search(bag_page)
     assert not timing.search(table_page)
     assert 'no message was lost' in bag_page

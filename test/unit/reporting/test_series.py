@@ -16,7 +16,7 @@ from mobile_robot_control.reporting.path_figure import draw_path
 from mobile_robot_control.reporting.run_figures import POSITION
 from mobile_robot_control.reporting.series import Series, collect
 from mobile_robot_control.reporting.timing import (
-    draw_intervals,
+    TIMING_FIGURES,
     intervals,
     intervals_in_motion,
     latency,
@@ -131,7 +131,7 @@ def test_the_wait_at_stamp_0_is_in_the_table_and_not_in_the_figure_of_intervals(
     moving = intervals_in_motion(run, 'odom')
     assert moving.time.size == moving.value.size == 99
     assert moving.value == pytest.approx(10.0, rel=1e-3)
-    for axes in draw_intervals([Named('run', run)]).axes:
+    for axes in TIMING_FIGURES[0].draw([Named('run', run)]).axes:
         assert axes.get_ylim()[1] < 20.0
 
 

@@ -1,0 +1,33 @@
+"""The charts of a page: the numbers that they show, and the scripts and styles that draw them."""
+
+from collections.abc import Sequence
+
+from mobile_robot_control.reporting import page
+from mobile_robot_control.reporting.chart_data import chart_data
+from mobile_robot_control.reporting.run_figures import RunFigure
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.web.assets import asset
+
+CHART_SCRIPTS = ('uplot/uPlot.iife.min.js', 'charts.js', 'chart_bar.js', 'deviation.js')
+CHART_STYLES = ('uplot/uPlot.min.css', 'charts.css')
+_START = """(function () {
+  const data = JSON.parse(document.getElementById('chart-data').textContent);
+  mrc.clock = mrc.clock || mrc.makeClock(data.start, data.end);
+  mrc.charts = mrc.showCharts(data, mrc.clock);
+}());
+"""
+
+
+def chart_numbers(figures: Sequence[RunFigure], runs: Sequence[RecordedRun]) -> str:
+    """Return the element with the numbers of a page's charts, as HTML."""
+    return page.json_block('chart-data', chart_data(figures, runs))
+
+
+def chart_scripts() -> list[str]:
+    """Return the scripts of charts, in their order, for after those of the replay; the last one draws them."""
+    return [*map(asset, CHART_SCRIPTS), _START]
+
+
+def chart_styles() -> list[str]:
+    """Return the style sheets of a page with charts."""
+    return list(map(asset, CHART_STYLES))
