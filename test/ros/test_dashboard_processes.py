@@ -36,7 +36,8 @@ def _upgrade(address, origin):
 
 
 def _run(tmp_path, *arguments, **variables):
-    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--output', tmp_path, *arguments],
+    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--output', tmp_path,
+                           *arguments],
                           capture_output=True, text=True, timeout=60, env=os.environ | variables, check=False)
 
 

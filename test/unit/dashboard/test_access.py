@@ -58,7 +58,8 @@ def test_nothing_may_be_fetched_from_elsewhere_and_no_page_may_frame_this_one():
 
 
 @pytest.mark.parametrize('headers', [
-    {}, {'cookie': 'mobile_robot_control_token=wrong'}, {'cookie': 'mobile_robot_control_token='}, {'cookie': '\xff;=;'},
+    {}, {'cookie': 'mobile_robot_control_token=wrong'}, {'cookie': 'mobile_robot_control_token='},
+    {'cookie': '\xff;=;'},
 ])
 def test_without_the_token_nothing_is_served(headers):
     for path, query in (('/', ''), ('/', 'token=wrong'), ('/', 'token='), ('/recordings/a', 'token=secret')):
