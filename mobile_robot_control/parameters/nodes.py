@@ -36,7 +36,7 @@ class PlantParameters(NamedTuple):
     ] = 0.0
     real_time_factor: Annotated[
         float, Field('', 'simulated time per wall time in lockstep, 0 for as fast as possible: larger runs faster',
-                     minimum=0.0)
+                     minimum=0.0, live=True)
     ] = 1.0
     paused: Annotated[
         bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock joint_states alone',

@@ -1,10 +1,14 @@
 """The node `plant`: the simulated robot, from wheel torques or velocity commands to odometry."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from mobile_robot_control.parameters.nodes import PlantParameters, loop_of
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.disturbance_input import DisturbanceInput
 from mobile_robot_control.ros.input_validation import ValidInput
 from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.pacing import LockstepPacer
@@ -49,6 +53,7 @@ class Plant(LoopNode[PlantParameters]):
             self._values, self._robot.takes_velocity, self._validator, self._policy, self._on_command)
         self._asked: BodyVelocity | WheelTorque = self._input.nothing
         self._input.subscribe(self, self._clock_stamp, self._subscribe)
+        self._disturbances = DisturbanceInput(self, shared, self._validator, self._events, self._robot.takes_velocity)
         self._runs = RunControl(self, self._values, lambda: self._now, self._go_on, self._begin_anew)
         self._start(shared.velocity_rate, self._tick, self._pacer)
         if self._pacer is not None:
@@ -74,9 +79,14 @@ class Plant(LoopNode[PlantParameters]):
         """Simulated time [ns], on the wall clock too."""
         return self._robot.k * self._period
 
-    def _change(self, values: PlantParameters) -> None:
-        super()._change(values)
+    def _waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
+        return 'initial_pose' in changed
+
+    def _change(self, values: PlantParameters, waits: bool) -> None:
+        super()._change(values, waits)
         self._runs.change(values)
+        if self._pacer is not None:
+            self._pacer.change(values.real_time_factor)
 
     def _go_on(self) -> None:
         """Repeat the question of a run that was held."""
@@ -85,12 +95,20 @@ class Plant(LoopNode[PlantParameters]):
 
     def _begin_anew(self) -> None:
         """Begin a new run: the robot at rest at its initial pose and, in lockstep, simulated time at 0."""
-        self._robot.begin(self._values.initial_pose)
+        ended, pose = self._stamp() + self._period, self._values.initial_pose
+        self._robot.begin(pose)
         self._asked = self._input.nothing
+        self._disturbances.waiting.clear()  # they were meant for the run that has ended
         self._runs.note_new_run()
         if self._pacer is not None:
             self._pacer.ask(self._now)
+        self._events.publish(ended, {'reset': pose})
         self._note_run(StampDecision.START)
+        self._events.publish_pending(self._stamp())
+
+    def _stamp(self) -> int:
+        """Return the stamp of messages that are published now [ns]."""
+        return self._now if self._shared.lockstep else self._clock_stamp()
 
     def _condition(self) -> Condition | None:
         if self._runs.held:
@@ -165,12 +183,11 @@ class Plant(LoopNode[PlantParameters]):
         """Step the robot; return whether it gave less than was asked for."""
         if not self._in_run:
             self._note_run(StampDecision.START)
-        saturated = self._robot.step(asked)
+        waiting = self._disturbances.waiting
+        saturated = self._robot.step(asked, self._disturbances.take(self._robot.k, self._stamp()) if waiting else None)
         if self._robot.diverged:
-            self.get_logger().fatal(
-                f'the motion diverged at t = {self._now / 1e9:g} s: {self._robot.state.pose}, '
-                f'{self._robot.state.velocity}; lower the gains or raise the rates'
-            )
+            self.get_logger().fatal(f'the motion diverged at t = {self._now / 1e9:g} s: {self._robot.where}; '
+                                    'lower the gains or raise the rates')
             self.exit_code = 1
         return saturated
 

@@ -21,7 +21,7 @@ from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.texts import shortened
-from mobile_robot_control.topics import SHARED_TOPICS, LoopGraph
+from mobile_robot_control.topics import EVENTS, SHARED_TOPICS, LoopGraph
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
@@ -71,6 +71,8 @@ class Recorder(Node):
         self._loop = {self.resolve_topic_name(name): topic for name, topic in loop.topics.items()}
         for resolved, topic in self._loop.items():
             self._record(resolved, topic.kind, latched=False)
+        # never missed: it holds for later subscribers
+        self._record(self.resolve_topic_name(EVENTS), _DIAGNOSTICS, latched=True)
         self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
         self._record('/diagnostics', _DIAGNOSTICS, latched=False)
         create_steady_timer(0.25, self._discover, self)

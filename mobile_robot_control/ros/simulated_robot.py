@@ -4,6 +4,7 @@ from typing import Any
 
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.encoders import WheelAngles
 from mobile_robot_control.model.noise import pose_variances, twist_variances
@@ -20,7 +21,7 @@ from mobile_robot_control.model.plant_form import (
 from mobile_robot_control.model.sensor_covariance import sensed_pose_variances, sensed_twist_variances
 from mobile_robot_control.model.sensors import shown_sample
 from mobile_robot_control.parameters.nodes import PlantParameters
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorque, WheelVelocity
 from mobile_robot_control.stamps import period_nanoseconds
 
 
@@ -76,15 +77,28 @@ class SimulatedRobot:
         """Whether the motion is beyond what can be simulated."""
         return bool(dynamics.diverged(self.state))
 
-    def step(self, asked: BodyVelocity | WheelTorque) -> bool:
-        """Move by one velocity period; return whether the robot gave less than was asked for [N m], [m/s], [rad/s]."""
+    @property
+    def where(self) -> str:
+        """Pose and velocity in words."""
+        return f'{self.state.pose}, {self.state.velocity}'
+
+    def step(self, asked: BodyVelocity | WheelTorque, push: Push | None = None) -> bool:
+        """
+        Move by one velocity period; return whether the robot gave less than was asked for [N m], [m/s], [rad/s].
+
+        A push acts over this period beside what disturbs the robot anyway; not at a base, which has no forces.
+        """
         if isinstance(asked, BodyVelocity):
             self.state, self._drive = self._step(self.state, self._drive, asked, self.k, self._constants)
             less = any(exceeds((one,), limit) for one, limit in zip(asked, self._model.base.max_speed, strict=True))
         else:
+            imperfect = self._model.imperfections
+            if push is not None:
+                imperfect = imperfect._replace(disturbance=with_push(
+                    imperfect.disturbance, push, self.k, self._discrete.dt, self._discrete.robot))
             self.state, self._drive, acting, self.applied = self._step(
-                self.state, self._drive, asked, self.k, self._discrete, self._model.imperfections,
-                self._model.max_wheel_torque, self._constants)
+                self.state, self._drive, asked, self.k, self._discrete, imperfect, self._model.max_wheel_torque,
+                self._constants)
             less = exceeds(acting, self._model.max_wheel_torque) or exceeds(acting, self._model.motor.stall_torque)
         self.k += 1
         self._sensors = self._sensing.advance(*self._shown)

@@ -1,20 +1,20 @@
 """The closed loop of all four nodes in one process, yielded sample by sample, and measured."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from mobile_robot_control.control.law import LawFailedError, is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.plant_form import (
-    sensing,
-)
+from mobile_robot_control.model.disturbance import with_push
+from mobile_robot_control.model.plant_form import sensing
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Truth, WheelTorque
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Push, Truth, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.closed_loop import Loop, Sample
 from mobile_robot_control.simulation.loop_start import form_of, shows_the_truth, start
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
@@ -27,7 +27,16 @@ def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tu
     return state, BodyVelocity(0.0, 0.0)
 
 
-def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
+def _pushed(loop: Loop, push: Push, k: int) -> Loop:
+    """Return the loop of one step in which a push acts."""
+    imperfect, plant = loop.imperfections, loop.plant
+    return loop._replace(imperfections=imperfect._replace(
+        disturbance=with_push(imperfect.disturbance, push, k, plant.dt, plant.robot)))
+
+
+def rollout(
+    configuration: Configuration, duration: float, pushes: Mapping[int, Push] = MappingProxyType({})
+) -> Iterator[Sample]:
     """
     Run the closed loop and yield what the topics carry.
 
@@ -37,6 +46,8 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
         Checked.
     duration : float
         [s]; the run has round(duration × velocity_rate) steps.
+    pushes : mapping of int to Push
+        Steps of the velocity loop in which the robot is pushed; a base that takes velocity commands has no forces.
 
     Yields
     ------
@@ -79,7 +90,7 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
             truth = None if exact else Truth(state.plant.pose, state.plant.velocity, true)
             state = after
         before, over_last_step = state, applied
-        state, torque, applied = velocity_tick(state, k, loop)
+        state, torque, applied = velocity_tick(state, k, _pushed(loop, pushes[k], k) if k in pushes else loop)
         shown = before.sensors, before.plant, k, loop.sensors
         yield Sample(nanoseconds / 1e9, tick, before.command, *sensors.angles(*shown), sensors.wheels(*shown),
                      over_last_step, torque, truth)
