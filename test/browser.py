@@ -68,8 +68,14 @@ class Browser:
         return [entry['message'] for entry in self.driver.get_log('browser')]
 
     def requests(self):
-        """Return the addresses that were asked for since the last call, but for those of data in the page itself."""
+        """
+        Return the addresses that were asked for since the last call.
+
+        Without those of data in the page itself, and those that the page's policy refused, which are errors.
+        """
         events = [json.loads(entry['message'])['message'] for entry in self.driver.get_log('performance')]
-        asked = (event['params']['request']['url'] for event in events
-                 if event['method'] == 'Network.requestWillBeSent')
-        return [address for address in asked if not address.startswith('data:')]
+        refused = {event['params']['requestId'] for event in events
+                   if event['method'] == 'Network.loadingFailed' and event['params'].get('blockedReason') == 'csp'}
+        asked = [event['params'] for event in events if event['method'] == 'Network.requestWillBeSent']
+        return [one['request']['url'] for one in asked
+                if not one['request']['url'].startswith('data:') and one['requestId'] not in refused]

@@ -97,18 +97,44 @@ def _silent(signals: dict[str, Signal]) -> list[str]:
             if not signals[topic].stamps and not (takes_none and topic == 'wheel_torques')]
 
 
+def count_missing(signals: dict[str, Signal]) -> int:
+    """
+    Count the messages that are missing in the gaps of all topics that `describe_gaps` describes.
+
+    On the wall clock these are the long ones alone, of which each counts as many periods of its topic as it is long.
+    """
+    start = origin(signals)
+    return sum(_missing(_faulty_gaps(signals[topic].stamps, start), period(signals[topic].stamps))
+               for topic in (*LOOP_TOPICS, GROUND_TRUTH))
+
+
+def _patience(usual: int, start: int) -> int:
+    """Return how long a silence may be before it is a fault [ns], from the usual distance of a topic's stamps [ns]."""
+    return int(usual * (_LATE_PERIODS if start else 1.5))
+
+
+def _faulty_gaps(stamps: 'array[int]', start: int) -> list[Gap]:
+    """Return the gaps that are faults: on the wall clock a node that is late now and then is none of the recording."""
+    patience = _patience(period(stamps), start)
+    return [gap for gap in find_gaps(stamps, start) if (gap.end - gap.start) * 1e9 > patience]
+
+
+def _missing(found: list[Gap], usual: int) -> int:
+    """Return how many messages are missing in gaps of a topic with a usual distance of stamps [ns]."""
+    return sum(max(1, round((gap.end - gap.start) * 1e9 / usual) - 1) for gap in found)
+
+
 def _faults(topic: str, stamps: 'array[int]', first: int, last: int, start: int) -> Iterator[str]:
     """Yield the faults of one topic."""
     usual = period(stamps)
-    patience = int(usual * (_LATE_PERIODS if start else 1.5))
+    patience = _patience(usual, start)
     if stamps[0] - first > patience:
         yield f'{topic} starts late, at t = {(stamps[0] - start) / 1e9:g} s'
     if last - stamps[-1] > patience:
         yield f'{topic} ends early, at t = {(stamps[-1] - start) / 1e9:g} s'
-    # on the wall clock a node that is late now and then is no fault of the recording
-    found = [gap for gap in find_gaps(stamps, start) if (gap.end - gap.start) * 1e9 > patience]
+    found = _faulty_gaps(stamps, start)
     if found:
-        missing = sum(max(1, round((gap.end - gap.start) * 1e9 / usual) - 1) for gap in found)
+        missing = _missing(found, usual)
         widest = max(found, key=lambda gap: gap.end - gap.start)
         yield (f'{missing} of {len(stamps) + missing} messages missing on {topic}, in {len(found)} gap'
                f'{"s" if len(found) > 1 else ""}; the longest from t = {widest.start:g} s to {widest.end:g} s')

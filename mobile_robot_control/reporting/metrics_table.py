@@ -72,7 +72,7 @@ def four_digits(value: float | None) -> str:
     return '–' if value is None else f'{value:.4g}'
 
 
-def _comparable(runs: Sequence[RecordedRun]) -> list[bool]:
+def comparable_runs(runs: Sequence[RecordedRun]) -> list[bool]:
     """Return which runs were complete and equally long: one that ended early has used less energy, for example."""
     longest = max((run.metrics.get('duration') or 0.0 for run in runs), default=0.0)
     return [run.metrics.get('outcome') in ('completed', 'not known')
@@ -91,7 +91,7 @@ def _marked(values: Sequence[float | None], comparable: Sequence[bool], unit: st
 
 def metrics_table(runs: Sequence[RecordedRun]) -> str:
     """Return the metrics of runs side by side, as HTML; of several runs the best is marked in each row."""
-    comparable = _comparable(runs)
+    comparable = comparable_runs(runs)
     rows = [['outcome', *(escape(str(run.metrics.get('outcome', 'not measured'))) for run in runs)],
             ['duration', *(_with_unit(run.metrics.get('duration'), 's') for run in runs)],
             ['error', *(str(run.metrics.get('error') or '–') for run in runs)]]

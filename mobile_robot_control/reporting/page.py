@@ -1,8 +1,11 @@
 """HTML pages: one self-contained file each, light or dark, for phone, desktop and paper."""
 
 import base64
+import hashlib
+import json
 from collections.abc import Iterable, Sequence
 from html import escape
+from typing import Any
 
 from mobile_robot_control.web.assets import asset
 
@@ -14,8 +17,9 @@ font:16px/1.5 system-ui,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;overflow-wrap
 h1{font-size:1.5rem;line-height:1.25;margin:.5rem 0}h2{font-size:1.15rem;margin:2rem 0 .5rem}
 h3{font-size:1rem;margin:0 0 .25rem}p{margin:.25rem 0 .75rem}
 .soft,figcaption{color:var(--soft);font-size:.9rem}
-.grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,29rem),1fr));gap:1.5rem;align-items:start}
+.grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,34rem),1fr));gap:1.5rem;align-items:start}
 figure{margin:0;min-width:0}figure img{display:block;width:100%;height:auto}
+.still img{min-width:34rem}
 .scroll{overflow-x:auto;max-width:100%}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.9rem}
 th,td{text-align:left;padding:.3rem .7rem .3rem 0;border-bottom:1px solid var(--faint);vertical-align:top}
@@ -28,17 +32,45 @@ pre{background:var(--tint);padding:.7rem;border-radius:4px;overflow-x:auto;font-
 pre code{background:none;padding:0;overflow-wrap:normal}
 summary{cursor:pointer}
 @media print{body{max-width:none;font-size:10pt;padding:0}
-.grid{grid-template-columns:1fr 1fr;gap:.5cm}
+.grid{grid-template-columns:1fr;gap:.5cm}.still img{min-width:0;width:14.5cm}
 figure,tr,.warning{break-inside:avoid}h2{break-after:avoid}.scroll{overflow:visible}}
 """
 
 
-def page(title: str, parts: Iterable[str]) -> str:
-    """Return a page that loads nothing else, with a title in plain text and parts in HTML, from top to bottom."""
-    body = '\n'.join(parts)
+def page(title: str, parts: Iterable[str], styles: Iterable[str] = (), scripts: Iterable[str] = ()) -> str:
+    """
+    Return a page that loads nothing else, and is forbidden to.
+
+    Parameters
+    ----------
+    title : str
+        Plain text.
+    parts : iterable of str
+        HTML, from top to bottom.
+    styles, scripts : iterable of str
+        More style sheets, and what runs after the page has been read: no other script does, wherever it comes from.
+    """
+    texts = [f'\n{script}\n' for script in scripts]
+    body = '\n'.join([*parts, *(f'<script>{text}</script>' for text in texts)])
+    style = '\n'.join([_COLOURS, _STYLE, *styles])
     return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            f'<meta http-equiv="Content-Security-Policy" content="{_policy(texts)}">\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f'<title>{escape(title)}</title>\n<style>{_COLOURS}{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n')
+            f'<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n')
+
+
+def _policy(scripts: Sequence[str]) -> str:
+    """Return the content security policy of a page that has these scripts: it fetches nothing, and runs no other."""
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in scripts]
+    allowed = ' '.join(f"'sha256-{text}'" for text in hashes) or "'none'"
+    return (f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
+            "form-action 'none'")
+
+
+def json_block(name: str, value: Any) -> str:
+    """Return a value as an element of a page, with an id, that scripts can read; none of its texts can end it."""
+    text = json.dumps(value, separators=(',', ':'), allow_nan=False).replace('<', '\\u003c')
+    return f'<script type="application/json" id="{escape(name)}">{text}</script>'
 
 
 def source(content: bytes, kind: str) -> str:
@@ -59,7 +91,8 @@ def picture(title: str, caption: str, image: str, below: str = '') -> str:
     below : str
         HTML under the caption.
     """
-    return (f'<figure><h3>{escape(title)}</h3><img src="{image}" alt="{escape(title)}: {escape(caption)}">'
+    return (f'<figure><h3>{escape(title)}</h3><div class="scroll still" tabindex="0">'
+            f'<img src="{image}" alt="{escape(title)}: {escape(caption)}"></div>'
             f'<figcaption>{escape(caption)}{below}</figcaption></figure>')
 
 

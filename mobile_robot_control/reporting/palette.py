@@ -9,12 +9,12 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 # Okabe and Ito's colours, darker where they would be faint on white; on dark ground the same hues, lighter
-ON_DARK = {
+_ON_DARK = {
     '#0072b2': '#56b4e9', '#d55e00': '#ff8c42', '#009e73': '#2fd0a0', '#cc79a7': '#e5a0c6', '#8a6d00': '#f0e442',
     '#5b4a8a': '#b7a6f0',
     '#1f2328': '#e6e8eb', '#9aa0a6': '#8b929a', '#d9dce0': '#3a4048', '#ffffff': '#15181c', '#eef1f4': '#22272d',
 }
-BLUE, ORANGE, GREEN, PINK, OLIVE, VIOLET, INK, GREY, FAINT, GROUND, TINT = ON_DARK
+BLUE, ORANGE, GREEN, PINK, OLIVE, VIOLET, INK, GREY, FAINT, GROUND, TINT = _ON_DARK
 LINES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), (PINK, ':'), (OLIVE, (0, (6, 1, 1, 1, 1, 1))),
          (VIOLET, (0, (8, 2))))
 """Colour and dashes of the first, the second, ... run."""
@@ -25,6 +25,11 @@ _RULES: Any = {
     'axes.axisbelow': True, 'axes.spines.top': False, 'axes.spines.right': False, 'lines.linewidth': 1.5,
     'legend.frameon': False, 'legend.labelcolor': INK, 'path.simplify': True,
 }
+
+
+def on_dark(color: str) -> str:
+    """Return what a colour of this module is on dark ground."""
+    return _ON_DARK[color]
 
 
 def style() -> Any:
@@ -39,7 +44,7 @@ def as_svg(figure: Figure) -> str:
         figure.savefig(buffer, format='svg', dpi=150, metadata={'Date': None})
     dark = ''.join(
         f'[style*="{part}: {light}"]{{{part}:{deep}!important}}'
-        for light, deep in ON_DARK.items() for part in ('fill', 'stroke')
+        for light, deep in _ON_DARK.items() for part in ('fill', 'stroke')
     )
     rules = f'<style>@media screen and (prefers-color-scheme: dark){{{dark}}}</style>'
     # into the first element of the drawing, which follows the prolog

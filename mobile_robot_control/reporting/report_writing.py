@@ -8,6 +8,7 @@ from pathlib import Path
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.animation import animate
+from mobile_robot_control.reporting.first_screen import first_screen, replay_scripts, replay_styles
 from mobile_robot_control.reporting.metrics_table import configuration_table, metrics_table
 from mobile_robot_control.reporting.palette import LINES, save
 from mobile_robot_control.reporting.panels import Named, plain
@@ -71,7 +72,7 @@ def _parts(
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     named = [Named(plain(run.name), run.series) for run in runs]
-    yield f'<h1>{escape(_title(runs))}</h1>'
+    yield first_screen(_title(runs), runs)
     yield from (f'<p class="soft">{escape(_description(run))}.</p>' for run in runs)
     problems = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem
                            for run in runs for problem in run.problems)]
@@ -148,7 +149,7 @@ def write_report(
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'
     parts = _parts(runs, folder / 'figures', step, animation, absent)
-    write_atomically(file, page.page(_title(runs), parts))
+    write_atomically(file, page.page(_title(runs), parts, replay_styles(), replay_scripts()))
     metrics = {run.name: run.metrics | {'problems': list(run.problems)} for run in runs}
     write_atomically(folder / 'report.json', json.dumps(metrics, indent=2) + '\n')
     return file

@@ -2,7 +2,7 @@
 //
 //   const scene = mrc.makeScene(canvas, {
 //     robots: [{name, colour, shape, wheelSeparation, wheelRadius}],  // [m]; also the order of `draw`
-//     path: {x, y, closed},    // arrays [m] of what the cart drives; may be null
+//     path: {x, y, closed},    // arrays [m] of what the cart drives, nan for a break; may be null
 //     errorScale: 0.05,        // [m] at the strong end of the trail's colours; without it trails have one colour
 //   });
 //   scene.draw({
@@ -120,9 +120,15 @@ window.mrc = window.mrc || {};
       pen.fillText(words, x, y);
     }
 
+    // Draw a line through points; nan is a break in it.
     function line(x, y, from, to, closed) {
+      let begins = true;
       pen.beginPath();
-      for (let n = from; n <= to; n++) pen.lineTo(...toScreen(x[n], y[n]));
+      for (let n = from; n <= to; n++) {
+        const [px, py] = toScreen(x[n], y[n]);
+        if (px + py !== px + py) begins = true;
+        else if (begins) { pen.moveTo(px, py); begins = false; } else pen.lineTo(px, py);
+      }
       if (closed) pen.closePath();
       pen.stroke();
     }
@@ -247,7 +253,9 @@ window.mrc = window.mrc || {};
 
     function drawCart(pose) {
       at(pose, () => {
-        outline('triangle', 1.15 * LEAST);
+        pen.beginPath();
+        [[1.5, 0], [-0.8, 0.8], [-0.8, -0.8]].forEach(([x, y]) => pen.lineTo(LEAST * x, LEAST * y));
+        pen.closePath();
         pen.setLineDash([4, 2]);
         pen.lineWidth = 2;
         pen.strokeStyle = colour('--ink');

@@ -10,6 +10,7 @@ from mobile_robot_control.cli import report, simulate
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting import report_writing
+from mobile_robot_control.reporting.first_screen import replay_scripts
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.run_files import UnreadableRunError
 from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
@@ -50,12 +51,14 @@ def test_any_name_is_drawn(table, tmp_path, names):
 
 
 def test_a_name_that_is_a_script_is_a_text_on_the_page(table, tmp_path):
-    script, picture = '<script>alert(1)</script>', '"><svg onload>'
+    script, picture = '</script><script>alert(1)</script>', '"><svg onload>'
     assert report.main([f'{script}={table}', f'{picture}={table}', '--output', str(tmp_path)]) == 0
     page = _drawn(tmp_path)
     assert '&lt;script&gt;' in page
-    assert '<script' not in page
+    assert '<script>alert' not in page
     assert '<svg onload' not in page
+    # the block of numbers, and the page's own scripts
+    assert page.count('</script>') == page.count('<script') == 1 + len(replay_scripts())
 
 
 def test_a_file_whose_name_is_no_utf_8_is_drawn_and_shown(table, tmp_path):

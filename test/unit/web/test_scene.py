@@ -128,4 +128,4 @@ def test_the_colours_of_robots_are_those_of_the_figures():
     light, dark = asset('colours.css').split('@media screen')
     for n, (colour, _) in enumerate(palette.LINES, 1):
         assert f'--robot-{n}:{colour};' in re.sub(r'}', ';', light)
-        assert f'--robot-{n}:{palette.ON_DARK[colour]};' in dark
+        assert f'--robot-{n}:{palette.on_dark(colour)};' in dark

@@ -1,0 +1,167 @@
+"""How good runs were: one sentence of plain text, and five numbers of each run."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from mobile_robot_control.model.plant import VELOCITY
+from mobile_robot_control.recording.gaps import count_missing
+from mobile_robot_control.reporting.metrics_table import comparable_runs, peak_torque
+from mobile_robot_control.reporting.readable import in_degrees, readable
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.simulation.metrics import MEASURED
+from mobile_robot_control.texts import shortened
+
+_NAME = 40
+"""Characters of a run's name in the sentence."""
+_ENDS = {
+    'completed': 'completed {}', 'diverged': 'diverged after {}', 'not known': 'drove for {}',
+    'law_failed': 'was stopped after {}, when its position law failed',
+    'interrupted': 'was interrupted after {}', 'node_died': 'was broken off after {}, when a node gave no answer',
+    'broken off': 'was recorded for {} only',
+}
+"""What became of a run that lasted so long, by its outcome."""
+
+_NUMBERS: dict[str, Callable[[dict[str, Any]], str] | None] = {
+    'RMS error': lambda metrics: readable(metrics.get('rms_position_error'), 'm'),
+    'largest error': lambda metrics: readable(metrics.get('max_position_error'), 'm'),
+    'RMS heading error': lambda metrics: in_degrees(metrics.get('rms_heading_error')),
+    'peak torque': lambda metrics: readable(peak_torque(metrics), 'N m'),
+    'energy': lambda metrics: readable(metrics.get('energy'), 'J'),
+    'duration': lambda metrics: readable(metrics.get('duration'), 's'),
+    'messages missing': None,
+}
+"""How each number is read from the metrics of a run; the last one does not stand in them."""
+
+
+class Number(NamedTuple):
+    """A number of a run with its unit, as text, and what it is."""
+
+    label: str
+    text: str
+
+
+def key_numbers(runs: Sequence[RecordedRun]) -> list[list[Number]]:
+    """
+    Return five numbers of each run that tell most: the same ones of all, those first that are known of any.
+
+    A number that is not known of a run is a dash.
+    """
+    columns = [[_number(label, run) for run in runs] for label in _NUMBERS]
+    ordered = sorted(columns, key=lambda column: all(number.text == '–' for number in column))[:5]
+    return [list(row) for row in zip(*ordered, strict=True)]
+
+
+def _number(label: str, run: RecordedRun) -> Number:
+    """Return a number of a run."""
+    read = _NUMBERS[label]
+    return Number(label, str(count_missing(run.series.signals)) if read is None else read(run.metrics))
+
+
+def sentence(runs: Sequence[RecordedRun]) -> str:
+    """
+    Return how good runs were.
+
+    Parameters
+    ----------
+    runs : sequence of RecordedRun
+        At least one; whatever became of them, and whatever is not known of them.
+
+    Returns
+    -------
+    str
+        One sentence of one run: law, curve, what became of it, errors, peak torque and what is missing. Of several, the
+        one with the smallest RMS error among those that can be compared, and what became of the others.
+    """
+    if len(runs) == 1:
+        return f'{_of_one(runs[0])}; {_missing(runs[0])}.'
+    return f'{_of_several(runs)}; {_missing_of_several(runs)}.'
+
+
+def _of_one(run: RecordedRun) -> str:
+    if run.parameters is None:
+        return f'The robot {_end(run)}: {_facts(run)}'
+    control, curve = run.parameters.position_controller.control, run.parameters.reference_cart.curve
+    return f'On the {curve.curve}, {control.controller_type.replace("_", " ")} {_end(run)}: {_facts(run)}'
+
+
+def _end(run: RecordedRun) -> str:
+    """Return what became of a run, and when."""
+    outcome, duration = run.metrics.get('outcome', 'not known'), run.metrics.get('duration')
+    if duration is None:
+        return f'was not measured (outcome {shortened(str(outcome), 40)})'
+    planned = run.parameters.plant.duration if run.parameters else 0.0
+    whole = outcome in ('completed', 'not known') or planned <= duration
+    lasted = readable(duration, 's') + ('' if whole else f' of {readable(planned, "s")}')
+    clock = ' on the wall clock' if run.series.origin else ''
+    # the outcome may be any text
+    known = _ENDS.get(outcome, 'ended after {}').format(lasted + clock)
+    return known if outcome in _ENDS else f'{known} ({shortened(str(outcome), 40)})'
+
+
+def _facts(run: RecordedRun) -> str:
+    """Return errors and peak torque of a run in words."""
+    return f'{_errors(run.metrics)}, {_torque(run)}'
+
+
+def _errors(metrics: dict[str, Any]) -> str:
+    rms, largest = metrics.get('rms_position_error'), metrics.get('max_position_error')
+    if rms is None:
+        return 'its error is not known'
+    if metrics.get('error') == MEASURED:
+        return f'RMS error {readable(rms, "m")} and largest {readable(largest, "m")} as odometry saw it'
+    seen = metrics.get('measured_rms_position_error')
+    hidden = '' if seen in (None, rms) else f' ({readable(seen, "m")} as odometry saw it)'
+    return f'{"true " if hidden else ""}RMS error {readable(rms, "m")}{hidden}, largest {readable(largest, "m")}'
+
+
+def _torque(run: RecordedRun) -> str:
+    peak = peak_torque(run.metrics)
+    if peak is not None:
+        return f'peak torque {readable(peak, "N m")}'
+    takes_none = run.parameters is not None and run.parameters.plant.model.drive == VELOCITY
+    return 'no torque, as its base takes velocities' if takes_none else 'torque not known'
+
+
+def _missing(run: RecordedRun) -> str:
+    """Return whether messages of a run are missing, in words."""
+    missing = count_missing(run.series.signals)
+    if missing:
+        return f'{missing} message{" is" if missing == 1 else "s are"} missing from the recording'
+    if run.problems:
+        return 'its recording is not complete, see what is missing below'
+    recorded = any(signal.received for signal in run.series.signals.values())
+    return 'no message was lost' if recorded else 'no row of its table is missing'
+
+
+def _missing_of_several(runs: Sequence[RecordedRun]) -> str:
+    incomplete = [_name(run) for run in runs if run.problems or count_missing(run.series.signals)]
+    if not incomplete:
+        return 'no message is missing'
+    return f'the recording of {_listed(incomplete)} is not complete, see what is missing below'
+
+
+def _of_several(runs: Sequence[RecordedRun]) -> str:
+    """Return the best of several runs in words, and what became of those that cannot be compared with it."""
+    fair = [run for run, counts in zip(runs, comparable_runs(runs), strict=True)
+            if counts and run.metrics.get('rms_position_error') is not None]
+    failed = [f'{_name(run)} {_end(run)}' for run in runs if run not in fair]
+    if len({run.metrics.get('error') for run in fair}) > 1:
+        first = f'{len(runs)} runs are not ranked, as the errors of some are true and those of others measured'
+    elif not fair:
+        first = f'None of {len(runs)} runs can be compared with another'
+    else:
+        ranked = sorted(fair, key=lambda run: float(run.metrics['rms_position_error']))
+        best = f'{_name(ranked[0])} has the smallest error' if len(ranked) > 1 else f'only {_name(ranked[0])} was whole'
+        first = f'Of {len(runs)} runs, {best}: {_facts(ranked[0])}'
+        if len(ranked) > 1:
+            first += f'; next is {_name(ranked[1])} with {readable(ranked[1].metrics["rms_position_error"], "m")}'
+    return '; '.join([first, *failed])
+
+
+def _name(run: RecordedRun) -> str:
+    return shortened(run.name, _NAME)
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names as 'a', 'a and b' or 'a, b and c'."""
+    return names[0] if len(names) == 1 else f'{", ".join(names[:-1])} and {names[-1]}'

@@ -1,0 +1,44 @@
+"""The first screen of a report: the answer in a sentence, five numbers of each run, and the replay."""
+
+from collections.abc import Sequence
+from html import escape
+
+from mobile_robot_control.reporting import page
+from mobile_robot_control.reporting.answer import key_numbers, sentence
+from mobile_robot_control.reporting.replay_data import replay_data
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.web.assets import asset
+
+_SCRIPTS = ('arrays.js', 'clock.js', 'scene.js', 'replay.js', 'report.js')
+
+
+def first_screen(title: str, runs: Sequence[RecordedRun]) -> str:
+    """Return title, answer, numbers and, where a run has moved, the replay with its data, as HTML."""
+    data = replay_data(runs)
+    inner = [f'<h1>{escape(title)}</h1>', f'<p class="answer">{escape(sentence(runs))}</p>', _numbers(runs)]
+    if data is None:
+        return f'<section class="first">{"".join(inner)}</section>'
+    # shown by its script; without scripts the pictures below tell the same
+    inner.append('<div class="replay" id="replay" hidden></div>')
+    return f'<section class="first">{"".join(inner)}</section>\n{page.json_block("run-data", data)}'
+
+
+def _numbers(runs: Sequence[RecordedRun]) -> str:
+    """Return the numbers of a run as a list, or of several as a table, as HTML."""
+    found = key_numbers(runs)
+    if len(runs) == 1:
+        items = ''.join(f'<div><dt>{escape(number.label)}</dt><dd>{escape(number.text)}</dd></div>'
+                        for number in found[0])
+        return f'<dl class="numbers">{items}</dl>'
+    return page.html_table(['', *(number.label for number in found[0])], (
+        [escape(run.name), *(escape(number.text) for number in row)] for run, row in zip(runs, found, strict=True)))
+
+
+def replay_scripts() -> list[str]:
+    """Return the scripts of the replay, in their order; the last one starts it."""
+    return list(map(asset, _SCRIPTS))
+
+
+def replay_styles() -> list[str]:
+    """Return the style sheets of the first screen."""
+    return [asset('replay.css')]
