@@ -24,7 +24,7 @@ from mobile_robot_control.texts import printable
 
 _LEAVING = 5
 """[s] that the command has to leave DDS."""
-_SETTLE = 1.0
+_SETTLE = 2.0
 """[s] of wall time in which other publishers are looked for before nodes are started."""
 _LOCAL = '127.0.0.1'
 

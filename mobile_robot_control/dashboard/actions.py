@@ -6,6 +6,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from mobile_robot_control.dashboard.kicks import KICKS
 from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.recordings import Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
@@ -53,7 +54,7 @@ class Actions:
         self._wishes: dict[str, Callable[[Mapping[str, Any]], Awaitable[Answer]]] = {
             'set': self._set, 'save': self._save, 'record': self._record,
             'finish': self._finish, 'reset': self._reset, 'step': self._step,
-            'curve': self._curve,
+            'curve': self._curve, 'kick': self._kick,
         }
 
     async def fulfil(self, wish: Any) -> Answer:
@@ -93,6 +94,16 @@ class Actions:
             if not changed.good:
                 return changed
         return await self._trigger('reset')
+
+    async def _kick(self, wish: Mapping[str, Any]) -> Answer:
+        key = wish.get('key')
+        if not isinstance(key, str) or key not in KICKS:
+            raise RefusedWishError('a kick names an arrow key')
+
+        def kick() -> Future[str]:
+            return self._link.kicks.kick(key)
+
+        return Answer(True, await self._ask(kick))
 
     async def _curve(self, wish: Mapping[str, Any]) -> Answer:
         """Change the curve or its placement; where the robot is simulated, begin a new run at the cart's start."""

@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.control import backstepping
+from mobile_robot_control.dashboard.kicks import Kicks
 from mobile_robot_control.dashboard.node_states import NodeStates
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
 from mobile_robot_control.dashboard.polling import PolledTopic
@@ -82,6 +83,7 @@ class RobotLink:
                             start_parameter_services=False)
         self.calls = ServiceCalls(self.calling)
         self.book = ParameterBook(self.watching, self.calls)
+        self.kicks = Kicks(self.calling, self.book)
         self.sampler, self.states = Sampler(), NodeStates()
         self.topics = {name: PolledTopic(self.watching, name, topic.kind) for name, topic in LOOP_TOPICS.items()}
         self._diagnostics = PolledTopic(self.watching, '/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', depth=20)
@@ -137,6 +139,7 @@ class RobotLink:
                 else:
                     done.set_result(result)
         self.calls.look()
+        self.kicks.look()
 
     def _discover(self) -> None:
         self.book.discover()

@@ -22,6 +22,8 @@ SKELETON = """
   <button id="pause" title="Space">Pause</button>
   <button id="step" title="one position tick, while the run is held">Step</button>
   <button id="reset" title="R">Reset</button>
+  <button id="place" aria-pressed="false" title="press where the robot is to stand, pull where it is to look">
+   Place the start</button>
   <label>speed <select id="speed"></select></label>
   <label>law <select id="law"></select></label>
   <button id="record">Record</button>

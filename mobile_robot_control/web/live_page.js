@@ -27,16 +27,17 @@ window.mrc = window.mrc || {};
     const pause = () => ask({do: 'set', node: 'plant', values: {paused: !isPaused()}});
     $('pause').addEventListener('click', pause);
     $('step').addEventListener('click', () => ask({do: 'step'}));
-    $('reset').addEventListener('click', reset);
+    $('reset').addEventListener('click', () => reset());
 
-    function reset() {
-      const placing = !$('scene').classList.contains('placing');
-      if (placing) return ask({do: 'reset'});
-      $('scene').classList.remove('placing');
-      return null;
+    const reset = () => ask({do: 'reset'});
+    function place(on) {
+      $('scene').classList.toggle('placing', on);
+      $('place').setAttribute('aria-pressed', on);
+      $('hint').textContent = on ? 'press where the robot is to start, pull where it is to look' : '';
     }
+    $('place').addEventListener('click', () => place(!$('scene').classList.contains('placing')));
 
-    const stage = mrc.makeStage($('scene'), (pose) => ask({do: 'reset', pose}));
+    const stage = mrc.makeStage($('scene'), (pose) => { place(false); ask({do: 'reset', pose}); });
     mrc.stage = stage;
     mrc.makeCharts($('charts'));
     mrc.makeParameters($('parameters'));
@@ -84,7 +85,7 @@ window.mrc = window.mrc || {};
       $('pause').textContent = isPaused() ? 'Run' : 'Pause';
       $('pause').disabled = value('plant', 'paused') === undefined;
       $('step').disabled = !isPaused() || value('plant', 'lockstep') !== true;
-      $('reset').disabled = $('pause').disabled;
+      $('reset').disabled = $('place').disabled = $('pause').disabled;
       const factor = value('plant', 'real_time_factor');
       $('speed').disabled = factor === undefined || value('plant', 'lockstep') !== true;
       if (![...$('speed').options].some((option) => Number(option.value) === factor) && factor !== undefined) {

@@ -105,44 +105,44 @@ window.mrc = window.mrc || {};
 
   // Fill a container with the parameters of all nodes, by node and group.
   mrc.makeParameters = function (container) {
-    const shown = new Map();
-    let built = '';
+    const shown = new Map(), built = new Map();
 
-    function build(nodes) {
-      const open = new Set([...container.querySelectorAll('details[open]')].map((one) => one.dataset.group));
-      const first = !built;
-      shown.clear();
-      container.textContent = '';
-      for (const {role, name, entries} of nodes) {
-        const live = entries.filter((entry) => entry.live && !ELSEWHERE.has(entry.name));
-        if (!live.length) continue;
-        container.append(make('h3', '', role));
-        if (!name.endsWith(`/${role}`)) container.append(make('p', 'soft', name));
-        const groups = new Map();
-        for (const entry of live) {
-          const group = entry.name.includes('.') ? entry.name.split('.')[0] : 'general';
-          groups.set(group, [...(groups.get(group) || []), entry]);
-        }
-        for (const [group, members] of groups) {
-          const details = make('details');
-          details.dataset.group = `${role}/${group}`;
-          details.append(make('summary', '', group));
-          details.open = open.has(details.dataset.group);
-          for (const entry of members) {
-            const control = mrc.makeParameter(entry, (value) => mrc.live.set(role, {[entry.name]: value}));
-            shown.set(`${role}.${entry.name}`, control);
-            details.append(control.row);
-          }
-          container.append(details);
-        }
+    // Make the section of a node anew; others stay as they are.
+    function build({role, name, entries}) {
+      const section = make('div');
+      section.dataset.role = role;
+      const live = entries.filter((entry) => entry.live && !ELSEWHERE.has(entry.name));
+      if (live.length) section.append(make('h3', '', role));
+      if (live.length && !name.endsWith(`/${role}`)) section.append(make('p', 'soft', name));
+      const groups = new Map();
+      for (const entry of live) {
+        const group = entry.name.includes('.') ? entry.name.split('.')[0] : 'general';
+        groups.set(group, [...(groups.get(group) || []), entry]);
       }
-      return first;
+      for (const [group, members] of groups) {
+        const details = make('details');
+        details.dataset.group = `${role}/${group}`;
+        details.append(make('summary', '', group));
+        for (const entry of members) {
+          const control = mrc.makeParameter(entry, (value) => mrc.live.set(role, {[entry.name]: value}));
+          shown.set(`${role}.${entry.name}`, control);
+          details.append(control.row);
+        }
+        section.append(details);
+      }
+      const before = container.querySelector(`[data-role="${role}"]`);
+      if (before) before.replaceWith(section); else container.append(section);
     }
 
     let law = null;
     mrc.live.on('parameters', ({nodes}) => {
-      const structure = JSON.stringify(nodes.map(({role, name, entries}) => [role, name, entries]));
-      if (structure !== built) { build(nodes); built = structure; law = null; }
+      for (const node of nodes) {
+        const structure = JSON.stringify([node.name, node.entries]);
+        if (structure === built.get(node.role)) continue;
+        build(node);
+        built.set(node.role, structure);
+        if (node.role === 'position_controller') law = null;
+      }
       for (const {role, values} of nodes) {
         for (const [name, value] of Object.entries(values)) {
           const control = shown.get(`${role}.${name}`);
