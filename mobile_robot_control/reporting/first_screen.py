@@ -35,7 +35,8 @@ def _numbers(runs: Sequence[RecordedRun]) -> str:
                         for number in found[0])
         return f'<dl class="numbers">{items}</dl>'
     return page.html_table(['', *(number.label for number in found[0])], (
-        [page.breakable(run.name), *(escape(number.text) for number in row)] for run, row in zip(runs, found, strict=True)))
+        [page.breakable(run.name), *(escape(number.text) for number in row)]
+        for run, row in zip(runs, found, strict=True)))
 
 
 def replay_scripts() -> list[str]:
