@@ -100,6 +100,25 @@ def test_what_is_skipped_has_nothing_that_is_nearer(x, y, begin, length, name):
     assert nearest_on_path(table._replace(speed=math.inf), x, y, begin, begin + length, math.inf) == fast
 
 
+@pytest.mark.parametrize('steps', [1, 7, 20, 43])
+def test_no_more_is_skipped_than_the_cart_drives(steps):
+    table = PATHS['line'].between(0.0, 0.0)
+    # straight ahead, between two points
+    x, y = (0.5 * (one[steps] + one[steps + 1]) for one in (table.x, table.y))
+    distance, place = nearest_on_path(table, x, y, 0.0, float(QUARTER), 1e-9)
+    assert distance < 1e-12
+    assert place == pytest.approx(steps + 0.5, abs=1e-6)
+
+
+def test_a_closed_path_has_its_end_before_its_start():
+    def from_zero(s):
+        assert s >= 0.0
+        return circle(s)
+
+    path = GrowingPath(Curve('from zero', from_zero), Placement(period=PERIOD))
+    assert across(path, 1.3 * math.cos(1.0), -1.3 * math.sin(1.0), 0.0) == pytest.approx(0.3, abs=EXACT)
+
+
 def test_nothing_is_found_beyond_the_bound():
     table = PATHS['circle'].between(0.0, PERIOD)
     distance, place = nearest_on_path(table, 9.0, 9.0, 0.0, float(QUARTER), 1.0)
@@ -121,8 +140,8 @@ def test_points_at_which_a_curve_fails_are_left_out():
 
 def test_of_a_cart_that_drives_for_long_few_points_are_kept():
     path = GrowingPath(CURVES['line'], PLACED)
-    for lap in range(40):
-        table = path.between(lap * PERIOD, lap * PERIOD)
+    for n in range(150):
+        table = path.between(0.2 * n * PERIOD, 0.2 * n * PERIOD)
     assert len(table.x) < 20 * POINTS
     assert table.first > 0
     # and of one whose clock is far on, none before it
@@ -153,6 +172,11 @@ def test_a_cart_that_waits_is_found_where_its_reference_is():
 
 def test_a_recording_may_begin_within_a_lap():
     assert measured(tick(0.1 * n, 9.3 + 0.1 * n, 0.001) for n in range(200)) == pytest.approx([0.001] * 200, abs=1e-6)
+
+
+def test_a_reference_may_be_late_at_one_tick_and_not_at_the_next():
+    late = [tick(0.1 * n, 0.1 * n - (0.06 if n % 3 == 1 else 0.0), 0.001) for n in range(100)]
+    assert measured(late) == pytest.approx([0.001] * 100, abs=1e-6)
 
 
 def test_of_a_reference_that_is_not_on_the_path_nothing_is_known():
