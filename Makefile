@@ -59,14 +59,16 @@ fingerprint: setup
 lint: setup
 	$(BIN)/python -m pytest test/lint
 
-# the generated parts of docs/: tables of parameters and of robots, what the robots do, the table of the chapter's
-# claims, pictures of the results; and the SROS2 policy
+# the generated parts of docs/: tables of parameters and of robots, what the robots and the position laws do, the table
+# of the chapter's claims, pictures of the results; and the SROS2 policy. Where the searches behind the table of the laws
+# have changed, they run again: some ten minutes, which can be interrupted
 pages: setup
 	$(BIN)/python -m mobile_robot_control.reporting.parameter_table docs/parameters.md docs/nodes/*.md
 	$(BIN)/python -m mobile_robot_control.reporting.robots_table docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.robot_results docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.sros2_policy config/sros2/policy.xml
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.claims_table docs/results.md
+	$(BIN)/python -m mobile_robot_control.reporting.law_results docs/results.md
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.result_pictures docs/images
 
 # docs/ and the API as a site; a warning is an error
