@@ -143,6 +143,10 @@ def test_of_several_each_is_compared_with_the_best_one():
     assert 'near succeeds more often: lost alone in 0, near alone in 10 of 60' in lines[-1]
 
 
+def test_the_best_is_not_the_one_that_an_interrupt_let_run_longer():
+    assert best_of({'long': judged(0.2, 0.2, 0.2), 'short': judged(0.1, 0.1)}) == 'short'
+
+
 def test_one_controller_is_compared_with_nothing():
     assert texts(one=judged(0.1, 0.2)) == []
     assert comparison_values({'one': judged(0.1, 0.2)}) == []
