@@ -148,7 +148,7 @@ def _error_text(one: Comparison) -> str:
     (low, high), difference = one.interval, one.difference
     over = f'in the {one.both} scenarios in which both succeed'
     if one.left_out:
-        over += f'; {one.left_out} are left out, where one or both fail'
+        over += f'; {one.left_out} {"is" if one.left_out == 1 else "are"} left out, where one or both fail'
     if not one.more_accurate:
         return (f'{_SAME}: that of {one.first} minus that of {one.second} is {_length(difference)} cm '
                 f'({_length(low)} to {_length(high)}) {over}')

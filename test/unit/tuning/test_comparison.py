@@ -96,6 +96,11 @@ def test_fewer_than_two_shared_successes_are_not_compared(ours, theirs, both):
         f'one and other, RMS error: not compared: {both} of 2 scenarios in which both succeed, and two are needed')
 
 
+def test_what_is_left_out_is_counted():
+    assert texts(one=judged(0.1, 0.2, None), other=judged(0.1, 0.2, 0.1))[1].endswith(
+        'in the 2 scenarios in which both succeed; 1 is left out, where one or both fail')
+
+
 def test_an_interrupted_comparison_takes_the_scenarios_that_both_ran():
     assert compare(NAMES, (judged(*drawn(1)), judged(*drawn(1)[:7]))).runs == 7
 
