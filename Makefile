@@ -59,14 +59,17 @@ fingerprint: setup
 lint: setup
 	$(BIN)/python -m pytest test/lint
 
-# the generated parts of docs/: tables of parameters and of robots, what the robots do, the table of the chapter's
-# claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in examples/tutorial
+# the generated parts of docs/: tables of parameters and of robots, what the robots and the position laws do, the table
+# of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
+# examples/tutorial. Where the searches behind the table of the laws have changed, they run again: some ten minutes,
+# which can be interrupted
 pages: setup
 	$(BIN)/python -m mobile_robot_control.reporting.parameter_table docs/parameters.md docs/nodes/*.md
 	$(BIN)/python -m mobile_robot_control.reporting.robots_table docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.robot_results docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.sros2_policy config/sros2/policy.xml
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.claims_table docs/results.md
+	$(BIN)/python -m mobile_robot_control.reporting.law_results docs/results.md
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.result_pictures docs/images
 	$(BIN)/python examples/tutorial/execute.py
 

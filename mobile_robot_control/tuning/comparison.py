@@ -10,7 +10,6 @@ from mobile_robot_control.tuning.tail_probabilities import binomial_interval, st
 
 COMPARED = 'rms_position_error'
 """The metric whose paired differences are taken [m]."""
-_EVEN = 0.5
 _SAME = 'cannot be told apart'
 
 
@@ -58,7 +57,7 @@ class Comparison(NamedTuple):
     def more_successful(self) -> str:
         """The name of the one that succeeds in more scenarios; '' where the two cannot be told apart."""
         low, high = self.share
-        return self.first if low > _EVEN else self.second if high < _EVEN else ''
+        return self.first if low > 0.5 else self.second if high < 0.5 else ''
 
     @property
     def more_accurate(self) -> str:
@@ -126,14 +125,16 @@ def compare_all(controllers: Mapping[str, Sequence[Judged]]) -> list[Comparison]
 
 
 def best_of(controllers: Mapping[str, Sequence[Judged]]) -> str:
-    """Return the name of the controller with most successes, and of several the one with the smallest mean error."""
-    shared = [n for n, runs in enumerate(zip(*controllers.values(), strict=False)) if all(run.success for run in runs)]
+    """
+    Return the name of the controller with most successes, and of several the one with the smallest mean error.
 
-    def rank(name: str) -> tuple[int, float]:
-        runs = controllers[name]
-        return -sum(run.success for run in runs), math.fsum(runs[n].metrics[COMPARED] for n in shared)
-
-    return min(controllers, key=rank)
+    Scenarios that not all of them ran are left out, and of the errors those of scenarios in which any one failed.
+    """
+    ran = list(zip(*controllers.values(), strict=False))
+    successes = [sum(run.success for run in runs) for runs in zip(*ran, strict=True)]
+    shared = [runs for runs in ran if all(run.success for run in runs)]
+    errors = [math.fsum(runs[k].metrics[COMPARED] for runs in shared) for k in range(len(controllers))]
+    return list(controllers)[min(range(len(controllers)), key=lambda k: (-successes[k], errors[k]))]
 
 
 def _length(metres: float) -> str:
@@ -147,12 +148,11 @@ def _error_text(one: Comparison) -> str:
     (low, high), difference = one.interval, one.difference
     over = f'in the {one.both} scenarios in which both succeed'
     if one.left_out:
-        over += f'; {one.left_out} are left out, where one or both fail'
+        over += f'; {one.left_out} {"is" if one.left_out == 1 else "are"} left out, where one or both fail'
     if not one.more_accurate:
         return (f'{_SAME}: that of {one.first} minus that of {one.second} is {_length(difference)} cm '
                 f'({_length(low)} to {_length(high)}) {over}')
-    if difference < 0.0:
-        low, high = -high, -low
+    low, high = (low, high) if difference > 0.0 else (-high, -low)
     return (f'that of {one.more_accurate} is smaller by {_length(abs(difference))} cm '
             f'({_length(low)} to {_length(high)}) {over}')
 
@@ -161,8 +161,8 @@ def _success_text(one: Comparison) -> str:
     """Return what success and failure show, in words."""
     if one.only_first == one.only_second == 0:
         return f'{_SAME}: the same {one.both} of {one.runs} succeed'
-    verdict = f'{one.more_successful} succeeds more often' if one.more_successful else _SAME
-    return f'{verdict}: {one.first} alone in {one.only_first}, {one.second} alone in {one.only_second} of {one.runs}'
+    shown = f'{one.more_successful} succeeds more often' if one.more_successful else _SAME
+    return f'{shown}: {one.first} alone in {one.only_first}, {one.second} alone in {one.only_second} of {one.runs}'
 
 
 def _head(made: Sequence[Comparison], best: str) -> str:

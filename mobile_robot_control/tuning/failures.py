@@ -26,7 +26,7 @@ def failure_texts(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> It
     ends = Counter(run.outcome for _, _, run in failed)
     how = ', '.join(f'{count} {_ENDS[outcome]}' if len(ends) > 1 else _ENDS[outcome]
                     for outcome, count in sorted(ends.items()))
-    yield f'{len(failed)} of {len(judged)} fail: {how}'
+    yield f'{len(failed)} of {len(judged)} {"fails" if len(failed) == 1 else "fail"}: {how}'
     if len(failed) <= FEW:
         yield from (f'run {number}: ' + ', '.join(f'{quantity.words} {shown(name, quantity.of(scenario))}'
                                                   for name, quantity in QUANTITIES.items())

@@ -96,6 +96,11 @@ def test_fewer_than_two_shared_successes_are_not_compared(ours, theirs, both):
         f'one and other, RMS error: not compared: {both} of 2 scenarios in which both succeed, and two are needed')
 
 
+def test_what_is_left_out_is_counted():
+    assert texts(one=judged(0.1, 0.2, None), other=judged(0.1, 0.2, 0.1))[1].endswith(
+        'in the 2 scenarios in which both succeed; 1 is left out, where one or both fail')
+
+
 def test_an_interrupted_comparison_takes_the_scenarios_that_both_ran():
     assert compare(NAMES, (judged(*drawn(1)), judged(*drawn(1)[:7]))).runs == 7
 
@@ -141,6 +146,10 @@ def test_of_several_each_is_compared_with_the_best_one():
     assert [line.partition(':')[0] for line in lines] == [
         'far and near, RMS error', 'far and near, success', 'lost and near, RMS error', 'lost and near, success']
     assert 'near succeeds more often: lost alone in 0, near alone in 10 of 60' in lines[-1]
+
+
+def test_the_best_is_not_the_one_that_an_interrupt_let_run_longer():
+    assert best_of({'long': judged(0.2, 0.2, 0.2), 'short': judged(0.1, 0.1)}) == 'short'
 
 
 def test_one_controller_is_compared_with_nothing():

@@ -87,7 +87,7 @@ def test_few_failures_are_listed():
     scenarios = [Scenario('circle', 1.0, Pose(0.3, 0.4, -1.5), 1.1, 0.9, Noise(seed=7), 2), SCENARIOS[0]]
     judged = [Judged(False, {}, 'diverged'), Judged(True, {})]
     assert list(failure_texts(scenarios, judged)) == [
-        '1 of 2 fail: diverged', 'run 1: curve circle, scale 1 m, start distance 0.5 m, start heading error 1.5 rad, '
+        '1 of 2 fails: diverged', 'run 1: curve circle, scale 1 m, start distance 0.5 m, start heading error 1.5 rad, '
         'mass factor 1.1, friction factor 0.9, delay 2 velocity periods']
     values = json.loads(json.dumps(failure_values(scenarios, judged)))
     assert values['scenarios'] == [{
