@@ -132,6 +132,7 @@ def test_several_runs_move_in_step(show):
       return [mrc.clock.time, mrc.replay.runs.map((run) => run.columns.time[run.stateAt(1.234).trail.to])]; })()''')
     assert time == 1.234
     assert rows == pytest.approx([1.23, 1.23])
+    assert evaluate('mrc.replay.cartsAt(1.234).length') == 1
 
 
 @pytest.mark.parametrize('scheme', ['light', 'dark'])
