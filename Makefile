@@ -62,7 +62,7 @@ lint: setup
 # the generated parts of docs/: tables of parameters and of robots, what the robots and the position laws do, the table
 # of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
 # examples/tutorial. Where the searches behind the table of the laws have changed, they run again: some ten minutes,
-# which can be interrupted
+# which can be interrupted. The last one, the replay that moves, needs chromium
 pages: setup
 	$(BIN)/python -m mobile_robot_control.reporting.parameter_table docs/parameters.md docs/nodes/*.md
 	$(BIN)/python -m mobile_robot_control.reporting.robots_table docs/robots.md
@@ -72,6 +72,7 @@ pages: setup
 	$(BIN)/python -m mobile_robot_control.reporting.law_results docs/results.md
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.result_pictures docs/images
 	$(BIN)/python examples/tutorial/execute.py
+	$(BIN)/python -m mobile_robot_control.reporting.chapter.moving_picture docs/images/hybrid_lemniscate.gif
 
 # docs/ and the API as a site; a warning is an error
 docs: $(VENV)/.docs
