@@ -7,6 +7,7 @@ from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.answer import key_numbers, sentence
 from mobile_robot_control.reporting.replay_data import replay_data
 from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.texts import shortened
 from mobile_robot_control.web.assets import asset
 
 _SCRIPTS = ('arrays.js', 'clock.js', 'scene.js', 'replay.js', 'report.js')
@@ -14,13 +15,16 @@ _SCRIPTS = ('arrays.js', 'clock.js', 'scene.js', 'replay.js', 'report.js')
 
 def first_screen(title: str, runs: Sequence[RecordedRun]) -> str:
     """Return title, answer, numbers and, where a run has moved, the replay with its data, as HTML."""
-    data = replay_data(runs)
     inner = [f'<h1>{escape(title)}</h1>', f'<p class="answer">{escape(sentence(runs))}</p>', _numbers(runs)]
-    if data is None:
-        return f'<section class="first">{"".join(inner)}</section>'
+    try:
+        data = replay_data(runs)
+        block = '' if data is None else page.json_block('run-data', data)
+    except Exception as error:  # whatever a run contains: the rest of the page is made
+        reason = f'cannot be shown: {type(error).__name__}: {shortened(str(error))}'
+        return f'<section class="first">{"".join(inner)}</section>\n{page.warning("Replay", [reason])}'
     # shown by its script; without scripts the pictures below tell the same
-    inner.append('<div class="replay" id="replay" hidden></div>')
-    return f'<section class="first">{"".join(inner)}</section>\n{page.json_block("run-data", data)}'
+    inner += ['<div class="replay" id="replay" hidden></div>'] if block else []
+    return f'<section class="first">{"".join(inner)}</section>\n{block}'
 
 
 def _numbers(runs: Sequence[RecordedRun]) -> str:

@@ -36,7 +36,7 @@ window.mrc = window.mrc || {};
     circle: corners(40, 0), square: corners(4, Math.PI / 4), triangle: corners(3, 0), diamond: corners(4, 0),
     hexagon: corners(6, 0), pentagon: corners(5, Math.PI),
   };
-  const FAR = 1, LEAST = 13, STEPS = 16, FONT = 12;  // path sizes, half a robot [px], colours of a trail, [px]
+  const FAR = 1, LEAST = 16, STEPS = 16, FONT = 12;  // path sizes, half a robot [px], colours of a trail, [px]
   const LEFT = 48, BELOW = 24, ABOVE = 26, COLUMN = 190;  // [px] round the plane, and of the column at its right
 
   // Return a quantity as text with three digits and a prefix, such as '9.67 mm'.
@@ -67,8 +67,9 @@ window.mrc = window.mrc || {};
   }
 
   mrc.makeScene = function (canvas, options) {
-    const pen = canvas.getContext('2d'), robots = options.robots;
-    let path = null, box = null, limits = null, last = null, style = null, area = null, view = null, dark = '';
+    const shown = canvas.getContext('2d'), backdrop = document.createElement('canvas'), robots = options.robots;
+    let pen = shown, path = null, box = null, limits = null, last = null, style = null, area = null, view = null;
+    let drawn = '';
 
     function colour(name) { return name.startsWith('--') ? style.getPropertyValue(name).trim() || '#888888' : name; }
 
@@ -76,6 +77,7 @@ window.mrc = window.mrc || {};
       path = given;
       box = path ? bounded(path.x, path.y) : null;
       const size = box && Math.max(box[1] - box[0], box[3] - box[2], 0.5);
+      drawn = '';
       limits = box && box.map((value, n) => value + (n % 2 ? 1 : -1) * FAR * size);
       if (last) draw(last);
     }
@@ -91,6 +93,7 @@ window.mrc = window.mrc || {};
       const width = canvas.clientWidth, height = canvas.clientHeight, density = window.devicePixelRatio || 1;
       const [wide, high] = [Math.round(width * density), Math.round(height * density)];
       if (canvas.width !== wide || canvas.height !== high) { canvas.width = wide; canvas.height = high; }
+      pen = shown;
       pen.setTransform(density, 0, 0, density, 0, 0);
       pen.clearRect(0, 0, width, height);
       style = getComputedStyle(canvas);
@@ -264,6 +267,35 @@ window.mrc = window.mrc || {};
       });
     }
 
+    // Draw grid and path, from a copy where neither view nor colours have changed: a path may have thousands of points.
+    function drawBackdrop() {
+      const now = [canvas.width, canvas.height, view.scale, view.x, view.y, area.right, area.bottom,
+                   colour('--path'), colour('--faint')].join();
+      if (now !== drawn) {
+        drawn = now;
+        backdrop.width = canvas.width;  // clears it
+        backdrop.height = canvas.height;
+        pen = backdrop.getContext('2d');
+        pen.setTransform(shown.getTransform());
+        pen.font = shown.font;
+        grid();
+        if (path) {
+          clip();
+          pen.strokeStyle = colour('--path');
+          pen.lineWidth = 7;
+          line(path.x, path.y, 0, path.x.length - 1, path.closed);
+        }
+        pen = shown;
+      }
+      pen.drawImage(backdrop, 0, 0, canvas.clientWidth, canvas.clientHeight);
+    }
+
+    function clip() {
+      pen.beginPath();
+      pen.rect(area.left, area.top, area.right - area.left, area.bottom - area.top);
+      pen.clip();
+    }
+
     // Draw the scale of the trails' colours above the plane.
     function drawErrors(scale) {
       const [x, y, length] = [area.left + 44, 6, 96];
@@ -317,16 +349,9 @@ window.mrc = window.mrc || {};
       last = state;
       if (!canvas.clientWidth || !canvas.clientHeight) return;
       arrange(state);
-      grid();
+      drawBackdrop();
       pen.save();
-      pen.beginPath();
-      pen.rect(area.left, area.top, area.right - area.left, area.bottom - area.top);
-      pen.clip();
-      if (path) {
-        pen.strokeStyle = colour('--path');
-        pen.lineWidth = 7;
-        line(path.x, path.y, 0, path.x.length - 1, path.closed);
-      }
+      clip();
       const scale = options.errorScale;
       state.robots.forEach(({trail}, n) => { if (trail && trail.to > 0) drawTrail(trail, robots[n], scale); });
       const known = (pose) => pose && pose.every(Number.isFinite);

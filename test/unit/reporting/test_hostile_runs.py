@@ -9,7 +9,7 @@ import pytest
 from mobile_robot_control.cli import report, simulate
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
-from mobile_robot_control.reporting import report_writing
+from mobile_robot_control.reporting import first_screen, report_writing
 from mobile_robot_control.reporting.chart_page import chart_scripts
 from mobile_robot_control.reporting.first_screen import replay_scripts
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
@@ -143,6 +143,18 @@ def test_a_figure_that_cannot_be_drawn_hides_no_other(table, tmp_path, monkeypat
     page = (tmp_path / 'report.html').read_text()
     assert r'could not be drawn: ValueError: odd\nnumbers' in page
     assert [file.name for file in (tmp_path / 'figures').glob('*.svg')] == [f'{RUN_FIGURES[1].name}.svg']
+
+
+def test_a_replay_that_cannot_be_made_hides_nothing_else(table, tmp_path, monkeypatch):
+    def fail(_):
+        raise ValueError('odd\nnumbers')
+
+    monkeypatch.setattr(first_screen, 'replay_data', fail)
+    assert report.main([str(table), '--output', str(tmp_path)]) == 0
+    page = _drawn(tmp_path)
+    assert r'cannot be shown: ValueError: odd\nnumbers' in page
+    assert 'class="answer"' in page
+    assert 'id="run-data"' not in page
 
 
 @pytest.mark.parametrize('title', ['$\\frac$: 50 %_'])

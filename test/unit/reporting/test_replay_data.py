@@ -60,6 +60,10 @@ def test_a_long_run_is_thinned_and_keeps_its_extremes():
     assert len(json.dumps(data)) < 1_000_000
 
 
+def test_a_lap_takes_little_room():
+    assert len(json.dumps(replay_data([_long(1600)]))) < 200_000
+
+
 def test_six_long_runs_share_the_room_of_two():
     assert len(json.dumps(replay_data([_long(15_000)] * 6))) < 2_000_000
 

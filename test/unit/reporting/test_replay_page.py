@@ -210,6 +210,15 @@ def test_the_canvas_has_as_many_pixels_as_the_screen(show, browser):
     assert len(Image.open(io.BytesIO(base64.b64decode(picture))).convert('RGBA').getcolors(1 << 20)) > 20
 
 
+def test_the_same_runs_give_the_same_page(written, tmp_path, monkeypatch):
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+    parameters = configuration(plant={'duration': 0.1})
+    first, second = (report_writing.write_report([
+        RecordedRun('run', collect(rollout(parameters, 0.1)), (), {}, parameters)], tmp_path / name, lambda _: None)
+        for name in ('first', 'second'))
+    assert first.read_bytes() == second.read_bytes()
+
+
 @pytest.mark.parametrize('value', [0.009667, 0.0, -1.2345, 0.00001234, 0.123456, 1234.5, 9.996e-5, 0.0999, 2e9])
 def test_units_are_the_same_in_the_sentence_and_in_the_replay(show, value):
     assert show(1)(f'mrc.withUnit({value!r}, "N m")') == readable(value, 'N m').replace('\xa0', ' ')
