@@ -119,7 +119,8 @@ def picture(title: str, caption: str, image: str, below: str = '', name: str = '
 def live(title: str, caption: str, name: str) -> str:
     """Return the place of charts that have no picture, as HTML: a title, a caption in plain text, and their name."""
     return (f'<figure class="live" id="{escape(name)}"><h3>{escape(title)}</h3>'
-            f'<div class="charts" data-figure="{escape(name)}"></div><figcaption>{escape(caption)}</figcaption></figure>')
+            f'<div class="charts" data-figure="{escape(name)}"></div>'
+            f'<figcaption>{escape(caption)}</figcaption></figure>')
 
 
 def section(name: str, title: str, *parts: str) -> str:

@@ -15,9 +15,10 @@ from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Tru
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.simulation.loop_start import form_of, shows_the_truth, start
+from mobile_robot_control.simulation.loop_start import shows_the_truth
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
+from mobile_robot_control.simulation.trial import Trial, make_trial
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
 
@@ -54,18 +55,31 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     51
 
     """
-    shared = configuration.plant.shared
-    velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
-    form = form_of(configuration)
-    position_tick = make_position_tick(LAWS[configuration.position_controller.control.controller_type].step, form)
+    return trial_rollout(make_trial(configuration, duration), configuration)
+
+
+def trial_rollout(trial: Trial, configuration: Configuration) -> Iterator[Sample]:
+    """
+    Run a trial of a configuration and yield what the topics would carry; see `rollout`.
+
+    Parameters
+    ----------
+    trial : Trial
+        Made of the configuration, in whatever scenario.
+    configuration : Configuration
+        Checked.
+    """
+    velocity_period = period_nanoseconds(configuration.plant.shared.velocity_rate)
+    loop, state, form = trial.loop, trial.state, trial.form
+    position_tick = make_position_tick(LAWS[trial.law].step, form)
     velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
-    curve = CURVES[configuration.reference_cart.curve.curve]
-    loop, state = start(configuration)
+    curve = CURVES[trial.curve]
     applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
-    exact = shows_the_truth(configuration)
-    for k in range(round(duration * shared.velocity_rate) + 1):
+    noise = loop.imperfections.noise  # of the scenario
+    exact = shows_the_truth(configuration) and not (any(noise.pose) or noise.velocity)
+    for k in range(trial.steps + 1):
         nanoseconds = k * velocity_period
-        if nanoseconds % position_period == 0:
+        if k % trial.ratio == 0:
             time = nanoseconds / 1e9
             reference = reference_at(curve, time, loop.placement)
             try:
