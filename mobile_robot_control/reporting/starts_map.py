@@ -32,8 +32,8 @@ class Start(NamedTuple):
     success: bool
 
 
-def draw_starts_map(controllers: Mapping[str, Sequence[Start]], file: Path) -> None:
-    """Draw a map for each controller, by title, as PNG, with an SVG of the same name beside it."""
+def draw_starts_map(controllers: Mapping[str, Sequence[Start]], file: Path) -> str:
+    """Draw a map for each controller, by title, as PNG, with an SVG of the same name beside it; return the SVG."""
     with style():
         figure = Figure(figsize=(4.6 * len(controllers) + 0.6, 5.2), layout='compressed')
         panels = figure.subplots(1, len(controllers), squeeze=False, sharex=True, sharey=True)[0]
@@ -45,7 +45,7 @@ def draw_starts_map(controllers: Mapping[str, Sequence[Start]], file: Path) -> N
         figure.legend(*panels[0].get_legend_handles_labels(), loc='outside lower center', ncols=2)
         # a layout of equal axes needs a drawing before the final one, or titles lie outside
         figure.draw_without_rendering()
-        save(figure, file)
+        return save(figure, file)
 
 
 def _draw_starts(axes: Axes, starts: Sequence[Start]) -> None:
