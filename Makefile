@@ -60,7 +60,7 @@ lint: setup
 	$(BIN)/python -m pytest test/lint
 
 # the generated parts of docs/: tables of parameters and of robots, what the robots do, the table of the chapter's
-# claims, pictures of the results; and the SROS2 policy
+# claims, pictures of the results; and the SROS2 policy. The last one, the replay that moves, needs chromium
 pages: setup
 	$(BIN)/python -m mobile_robot_control.reporting.parameter_table docs/parameters.md docs/nodes/*.md
 	$(BIN)/python -m mobile_robot_control.reporting.robots_table docs/robots.md
@@ -68,6 +68,7 @@ pages: setup
 	$(BIN)/python -m mobile_robot_control.reporting.sros2_policy config/sros2/policy.xml
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.claims_table docs/results.md
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.result_pictures docs/images
+	$(BIN)/python -m mobile_robot_control.reporting.chapter.moving_picture docs/images/hybrid_lemniscate.gif
 
 # docs/ and the API as a site; a warning is an error
 docs: $(VENV)/.docs

@@ -26,6 +26,12 @@ def pytest_collection_modifyitems(items):
             item.add_marker('dds')
 
 
+def pytest_runtest_setup(item):
+    """Without a browser, skip the tests of pages: here, so that their summary is one line."""
+    if 'browser' in item.fixturenames and (CHROMIUM is None or DRIVER is None):
+        refuse_to_start('no Chromium with its driver here; install chromium and chromium-driver')
+
+
 @pytest.fixture
 def domain(monkeypatch):
     """A ROS domain that no other test on this machine uses, for this process and its children."""
@@ -45,8 +51,6 @@ def domain(monkeypatch):
 @pytest.fixture(scope='session')
 def browser(tmp_path_factory):
     """A headless Chromium, one for all tests of a process."""
-    if CHROMIUM is None or DRIVER is None:
-        refuse_to_start('no Chromium with its driver here; install chromium and chromium-driver')
     with Browser(tmp_path_factory.mktemp('profile')) as started:
         yield started
 

@@ -1,6 +1,6 @@
 """A run as a small animation: robot, its trail, reference cart and, where torques are known, their bars."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -130,11 +130,16 @@ def animate(series: Series, file: Path, frames: int = 96) -> None:
             paint(frame)
             canvas.draw()
             pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB'))
-    times = [_FRAME_TIME] * (frames - 1) + [_LAST_FRAME_TIME]
+    write_frames(pictures, file)
+
+
+def write_frames(pictures: Sequence[Image.Image], file: Path, colors: int = _COLORS) -> None:
+    """Write pictures of one size as an animation that stands still at its end: WebP, or GIF of so many colours."""
+    times = [_FRAME_TIME] * (len(pictures) - 1) + [_LAST_FRAME_TIME]
     if file.suffix == '.webp':
         pictures[0].save(file, save_all=True, append_images=pictures[1:], duration=times, loop=0, quality=60, method=4)
         return
     # one palette for all frames, from one in which everything is drawn
-    palette = pictures[frames // 2].quantize(_COLORS)
+    palette = pictures[len(pictures) // 2].quantize(colors)
     drawn = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     drawn[0].save(file, save_all=True, append_images=drawn[1:], duration=times, loop=0, optimize=True)

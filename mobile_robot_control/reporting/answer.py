@@ -151,8 +151,8 @@ def _of_several(runs: Sequence[RecordedRun]) -> str:
         first = f'None of {len(runs)} runs can be compared with another'
     else:
         ranked = sorted(fair, key=lambda run: float(run.metrics['rms_position_error']))
-        best = f'{_name(ranked[0])} has the smallest error' if len(ranked) > 1 else f'only {_name(ranked[0])} was whole'
-        first = f'Of {len(runs)} runs, {best}: {_facts(ranked[0])}'
+        best = 'has the smallest error' if len(ranked) > 1 else 'alone is whole, and as long as the longest'
+        first = f'Of {len(runs)} runs, {_name(ranked[0])} {best}: {_facts(ranked[0])}'
         if len(ranked) > 1:
             first += f'; next is {_name(ranked[1])} with {readable(ranked[1].metrics["rms_position_error"], "m")}'
     return '; '.join([first, *failed])

@@ -110,12 +110,12 @@ window.mrc = window.mrc || {};
     runs.forEach(({columns}) => { if (columns.x) scene.fit(columns.x, columns.y); });
     makeControls(element_, clock);
     listenToKeys(element_, clock);
-    const cartOf = runs.find(({columns}) => columns.cart_x);
+    // runs on one curve have one cart
+    const cartsAt = (time) => runs.map((run) => run.cartAt(time)).filter((cart, n, all) => cart
+      && all.findIndex((other) => other && Math.hypot(other[0] - cart[0], other[1] - cart[1]) < 1e-3) === n);
     clock.speed = SPEEDS.find((speed) => speed >= 1 && (clock.end - clock.start) / speed <= LONGEST) || SPEEDS.at(-1);
-    clock.onChange(() => scene.draw({
-      robots: runs.map((run) => run.stateAt(clock.time)), cart: cartOf ? cartOf.cartAt(clock.time) : null,
-    }));
+    clock.onChange(({time}) => scene.draw({robots: runs.map((run) => run.stateAt(time)), carts: cartsAt(time)}));
     clock.set(clock.time);
-    return {scene, runs};
+    return {scene, runs, cartsAt};
   };
 }(window.mrc));

@@ -8,7 +8,7 @@
 //   scene.draw({
 //     robots: [{pose: [x, y, heading], wheels: [right, left], torque: [right, left], limit,
 //               trail: {x, y, error, from, to}}],
-//     cart: [x, y, heading],
+//     cart: [x, y, heading],   // or carts, a list of such poses
 //   });
 //
 // colour: a CSS colour, or the name of a custom property such as '--robot-1'. shape: a key of mrc.SHAPES.
@@ -318,7 +318,7 @@ window.mrc = window.mrc || {};
       if (Number.isFinite(part)) pen.fillRect(Math.min(middle, end), y, Math.abs(end - middle), 11);
       pen.fillRect(middle - 0.5, y - 2, 1, 15);
       if (Math.abs(part) > 1.001) text(part > 0 ? '▸' : '◂', end, y + 10, part > 0 ? 'left' : 'right', '--warn');
-      const digits = limit >= 10 ? 1 : limit >= 1 ? 2 : 3;
+      const digits = limit > 0 ? Math.min(6, Math.max(0, 2 - Math.floor(Math.log10(limit)))) : 3;
       text(Number.isFinite(value) ? `${signed(value, digits)} N m` : '–', x + width, y + 10, 'right', '--ink');
     }
 
@@ -357,7 +357,7 @@ window.mrc = window.mrc || {};
       const known = (pose) => pose && pose.every(Number.isFinite);
       // the first robot on top
       for (let n = robots.length - 1; n >= 0; n--) if (known(state.robots[n].pose)) drawRobot(state.robots[n], robots[n]);
-      if (known(state.cart)) drawCart(state.cart);
+      (state.carts || [state.cart]).filter(known).forEach(drawCart);
       pen.restore();
       if (scale && state.robots.some(({trail}) => trail && trail.error)) drawErrors(scale);
       if (area.listed) drawList(state);

@@ -1,11 +1,10 @@
-"""The pictures of docs/results.md: paths and torques side by side, and a run that moves."""
+"""The pictures of docs/results.md: paths and torques side by side."""
 
 import sys
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from mobile_robot_control.reporting.animation import animate
 from mobile_robot_control.reporting.chapter.runs import (
     FUZZY_TRIFOLIUM,
     HYBRID_LEMNISCATE,
@@ -42,7 +41,7 @@ def write_pictures(config: Path, folder: Path) -> None:
     """
     Draw the pictures with a folder of configurations.
 
-    Writes `results_lemniscate.png`, `results_trifolium.png` and `hybrid_lemniscate.gif` into the other folder.
+    Writes `results_lemniscate.png` and `results_trifolium.png` into the other folder.
     """
     runs = Runs(config)
     for curve, ordinary, other, name in (('lemniscate', ORDINARY_LEMNISCATE, HYBRID_LEMNISCATE, 'hybrid'),
@@ -53,7 +52,6 @@ def write_pictures(config: Path, folder: Path) -> None:
         save(_pair(*shown), file)
         # the page shows the PNG
         file.with_suffix('.svg').unlink()
-    animate(runs.measured(HYBRID_LEMNISCATE).series.until(LAP), folder / 'hybrid_lemniscate.gif')
 
 
 if __name__ == '__main__':

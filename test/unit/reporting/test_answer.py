@@ -111,7 +111,7 @@ def test_the_best_of_several_runs_is_told_with_what_became_of_the_others():
     assert _sentence(worse, best, failed) == (
         f'Of 3 runs, a has the smallest error: {ERRORS}, peak torque 1.28 N m; next is b with 20 mm; c diverged after '
         '3 s of 16 s; the recording of b is not complete, see what is missing below.')
-    assert _sentence(best, failed).startswith(f'Of 2 runs, only a was whole: {ERRORS}')
+    assert _sentence(best, failed).startswith(f'Of 2 runs, a alone is whole, and as long as the longest: {ERRORS}')
     assert _sentence(failed, failed).startswith('None of 2 runs can be compared with another; c diverged')
 
 

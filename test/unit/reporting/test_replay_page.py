@@ -6,10 +6,12 @@ import json
 import re
 
 import pytest
+from harness import CONFIG
 from measuring import configuration
 from PIL import Image
 
 from mobile_robot_control.reporting import page, report_writing
+from mobile_robot_control.reporting.chapter import moving_picture
 from mobile_robot_control.reporting.readable import readable
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.run_reading import RecordedRun
@@ -130,6 +132,7 @@ def test_several_runs_move_in_step(show):
       return [mrc.clock.time, mrc.replay.runs.map((run) => run.columns.time[run.stateAt(1.234).trail.to])]; })()''')
     assert time == 1.234
     assert rows == pytest.approx([1.23, 1.23])
+    assert evaluate('mrc.replay.cartsAt(1.234).length') == 1
 
 
 @pytest.mark.parametrize('scheme', ['light', 'dark'])
@@ -222,3 +225,23 @@ def test_the_same_runs_give_the_same_page(written, tmp_path, monkeypatch):
 @pytest.mark.parametrize('value', [0.009667, 0.0, -1.2345, 0.00001234, 0.123456, 1234.5, 9.996e-5, 0.0999, 2e9])
 def test_units_are_the_same_in_the_sentence_and_in_the_replay(show, value):
     assert show(1)(f'mrc.withUnit({value!r}, "N m")') == readable(value, 'N m').replace('\xa0', ' ')
+
+
+def test_the_moving_picture_is_played_from_the_replay(browser, tmp_path, monkeypatch):
+    monkeypatch.setattr(moving_picture, 'FRAMES', 3)
+    monkeypatch.setattr(moving_picture, 'HYBRID_LEMNISCATE', moving_picture.HYBRID_LEMNISCATE._replace(duration=1.0))
+    moving_picture.write_moving_picture(CONFIG, tmp_path / 'moving.gif')
+    with Image.open(tmp_path / 'moving.gif') as picture:
+        assert picture.n_frames == 3
+        assert picture.width > 600
+        first = picture.convert('RGB').tobytes()
+        picture.seek(2)
+        assert picture.convert('RGB').tobytes() != first
+
+
+def test_without_a_browser_the_moving_picture_is_left_as_it_is_with_the_remedy(tmp_path, monkeypatch):
+    monkeypatch.setattr(moving_picture, 'HYBRID_LEMNISCATE', moving_picture.HYBRID_LEMNISCATE._replace(duration=0.1))
+    monkeypatch.setenv('PATH', str(tmp_path))
+    with pytest.raises(SystemExit, match='install chromium and chromium-driver'):
+        moving_picture.write_moving_picture(CONFIG, tmp_path / 'moving.gif')
+    assert not (tmp_path / 'moving.gif').exists()
