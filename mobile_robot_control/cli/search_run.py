@@ -4,7 +4,7 @@ import argparse
 import math
 import sys
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from mobile_robot_control.cli.interrupt import Interrupt
 from mobile_robot_control.cli.progress import tqdm
@@ -17,7 +17,11 @@ from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.reporting.search_page import write_search_page
 from mobile_robot_control.reporting.search_picture import draw_search
+from mobile_robot_control.reporting.series import collect
+from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import recorded
 from mobile_robot_control.texts import printable
@@ -70,6 +74,13 @@ def _standing(file: Path, objective: Objective, controller: str) -> float:
         raise ParameterError([f'{file}: exists and holds no {controller} controller to compare with; name another '
                               '--output, or give --overwrite'])
     return objective.score(gains)
+
+
+class _Driven(NamedTuple):
+    """The loop that was run once with some gains, for the page, and its samples."""
+
+    run: RecordedRun
+    samples: list[Sample]
 
 
 class SearchRun:
@@ -149,20 +160,24 @@ class SearchRun:
                   'found; --overwrite replaces it', file=sys.stderr)
             return standing == found.score
         tuned = with_gains(self._parameters, gains)
-        metrics, after = self._drive(tuned)
+        after = self._drive('after', tuned)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
-        holds = promise_lines(promise(tuned, self._goal.scenarios))
-        notes = search_notes(self._options, self._goal, self._settings, found, metrics)
+        held = promise(tuned, self._goal.scenarios)
+        holds = promise_lines(held)
+        notes = search_notes(self._options, self._goal, self._settings, found, after.run.metrics)
         write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))
         write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
-        _, before = self._drive(self._parameters)
+        driven = [self._drive('before', self._parameters), after]
         title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
-        draw_search(found.history, {'before': before, 'after': after}, title, self._output.with_suffix('.png'))
+        svg = draw_search(found.history, {one.run.name: one.samples for one in driven}, title,
+                          self._output.with_suffix('.png'))
+        write_search_page(self._output.with_suffix('.html'), title, found.history,
+                          [one.run for one in driven if one.samples], held, svg)
         print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations', *holds, sep='\n')
         return True
 
-    def _drive(self, parameters: Configuration) -> tuple[dict[str, Any], list[Any]]:
+    def _drive(self, name: str, parameters: Configuration) -> _Driven:
         """Run the configured loop once."""
         duration = self._goal.laps * parameters.reference_cart.curve.placement.period
         run, samples = recorded(parameters, duration)
-        return summary(run), samples
+        return _Driven(RecordedRun(name, collect(samples), (), summary(run), parameters), samples)

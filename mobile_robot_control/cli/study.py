@@ -20,6 +20,7 @@ from mobile_robot_control.cli.options import (
     writable_file,
 )
 from mobile_robot_control.cli.progress import tqdm
+from mobile_robot_control.cli.study_replays import replayed_runs
 from mobile_robot_control.cli.study_run import (
     StudiedController,
     as_cell,
@@ -37,6 +38,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.starts_map import Start, Starts, draw_starts_map
+from mobile_robot_control.reporting.study_page import StudiedRuns, write_study_page
 from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning.splits import best_split
 
@@ -94,14 +96,14 @@ def _table(results: dict[str, StudiedController]) -> str:
     return text.getvalue()
 
 
-def _map(results: dict[str, StudiedController], file: Path) -> None:
-    """Draw the map of starts."""
-    draw_starts_map({
+def _map(results: dict[str, StudiedController], file: Path) -> str:
+    """Draw the map of starts; return its SVG."""
+    return draw_starts_map({
         f'{name.replace("_", " ")}: {100.0 * sum(run.success for run in judged) / len(judged):.2f} %': Starts(
             [Start(scenario.start, run.success, run.outcome)
              for scenario, run in zip(scenarios, judged, strict=False) if scenario.start is not None],
             best_split(scenarios, judged),
-        ) for name, (scenarios, judged, _) in results.items()
+        ) for name, (scenarios, judged, _, _) in results.items()
     }, file)
 
 
@@ -123,7 +125,10 @@ def _run(options: argparse.Namespace) -> int:
     values = study_values(options, results, interrupt.requested)
     write_atomically(folder / 'study.json', json.dumps(values, indent=2) + '\n')
     write_atomically(folder / 'runs.csv', _table(results))
-    _map(results, folder / 'starts.png')
+    svg = _map(results, folder / 'starts.png')
+    write_study_page(folder / 'study.html', {
+        name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, options.laps))
+        for name, one in results.items()}, values['success'], svg, interrupt.requested)
     print(*study_lines(results), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)

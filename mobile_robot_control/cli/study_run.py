@@ -41,11 +41,14 @@ class StudiedController(NamedTuple):
         Of the runs that were done, at least one, in the order of the scenarios.
     promise : Promise
         What was modelled, and the margins.
+    parameters : Configuration
+        Of all runs.
     """
 
     scenarios: list[Scenario]
     judged: list[Judged]
     promise: Promise
+    parameters: Configuration
 
 
 def study_scenarios(options: argparse.Namespace, parameters: Configuration) -> list[Scenario]:
@@ -108,7 +111,7 @@ def run_study(
             judged += [judge(one, outcome) for one, outcome in zip(batch, run(batch), strict=True)]
             progress(len(batch))
         if judged:
-            results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios))
+            results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios), parameters)
     return results
 
 

@@ -8,7 +8,8 @@ from mobile_robot_control.reporting.run_figures import RunFigure
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.web.assets import asset
 
-CHART_SCRIPTS = ('uplot/uPlot.iife.min.js', 'charts.js', 'chart_bar.js', 'deviation.js')
+UPLOT_SCRIPT = 'uplot/uPlot.iife.min.js'
+CHART_SCRIPTS = (UPLOT_SCRIPT, 'charts.js', 'chart_bar.js', 'deviation.js')
 CHART_STYLES = ('uplot/uPlot.min.css', 'charts.css')
 _START = """(function () {
   const data = JSON.parse(document.getElementById('chart-data').textContent);

@@ -34,9 +34,9 @@ def _numbers(runs: Sequence[RecordedRun]) -> str:
         items = ''.join(f'<div><dt>{escape(number.label)}</dt><dd>{escape(number.text)}</dd></div>'
                         for number in found[0])
         return f'<dl class="numbers">{items}</dl>'
-    return page.html_table(['', *(number.label for number in found[0])], (
-        [page.breakable(run.name), *(escape(number.text) for number in row)]
-        for run, row in zip(runs, found, strict=True)))
+    rows = ([page.breakable(run.name), *(escape(number.text) for number in row)]
+            for run, row in zip(runs, found, strict=True))
+    return page.html_table(['', *(number.label for number in found[0])], rows)
 
 
 def replay_scripts() -> list[str]:

@@ -31,13 +31,15 @@ th.number{max-width:16rem;min-width:6rem}
 code{background:var(--tint);padding:.1em .3em;border-radius:3px;font-size:.9em;overflow-wrap:anywhere}
 pre{background:var(--tint);padding:.7rem;border-radius:4px;overflow-x:auto;font-size:.85rem;margin:.5rem 0}
 pre code{background:none;padding:0;overflow-wrap:normal}
+.command{white-space:pre-wrap}.command code{overflow-wrap:anywhere}
+.live:not(.charted){display:none}
 summary{cursor:pointer}
 a{color:inherit}
 .contents ul{list-style:none;margin:.5rem 0;padding:0;font-size:.9rem}.contents li{margin:.15rem 0}
 .contents a{display:inline-block;margin-right:.8rem}.contents span a{color:var(--soft)}
 @media print{body{max-width:none;font-size:10pt;padding:0}
 .grid{grid-template-columns:1fr;gap:.5cm}.still img{min-width:0;width:14.5cm}
-figure,tr,.warning{break-inside:avoid}.contents{display:none}h2{break-after:avoid}.scroll{overflow:visible}}
+figure,tr,.warning{break-inside:avoid}.contents,.live{display:none}h2{break-after:avoid}.scroll{overflow:visible}}
 """
 
 
@@ -112,6 +114,18 @@ def picture(title: str, caption: str, image: str, below: str = '', name: str = '
     return (f'<figure{place}><h3>{escape(title)}</h3><div class="scroll still" tabindex="0">'
             f'<img src="{image}" alt="{escape(title)}: {escape(caption)}"></div>'
             f'{charts}<figcaption>{escape(caption)}{below}</figcaption></figure>')
+
+
+def live(title: str, caption: str, name: str) -> str:
+    """Return the place of charts that have no picture, as HTML: a title, a caption in plain text, and their name."""
+    return (f'<figure class="live" id="{escape(name)}"><h3>{escape(title)}</h3>'
+            f'<div class="charts" data-figure="{escape(name)}"></div>'
+            f'<figcaption>{escape(caption)}</figcaption></figure>')
+
+
+def section(name: str, title: str, *parts: str) -> str:
+    """Return a section with an id, a heading in plain text and its parts in HTML."""
+    return '\n'.join([f'<section id="{escape(name)}">', f'<h2>{escape(title)}</h2>', *parts, '</section>'])
 
 
 def grid(figures: Iterable[str]) -> str:

@@ -28,7 +28,7 @@ _COLOURED = 0.98
 """Share of the errors that the colours of a trail tell apart; the rest have the strongest one."""
 
 
-def replay_data(runs: Sequence[RecordedRun]) -> dict[str, Any] | None:
+def replay_data(runs: Sequence[RecordedRun], rows: int = _ROWS) -> dict[str, Any] | None:
     """
     Return what web/replay.js shows, ready for JSON.
 
@@ -36,6 +36,8 @@ def replay_data(runs: Sequence[RecordedRun]) -> dict[str, Any] | None:
     ----------
     runs : sequence of RecordedRun
         At most as many as there are LINES and SHAPES.
+    rows : int
+        Poses of a run at most.
 
     Returns
     -------
@@ -45,7 +47,7 @@ def replay_data(runs: Sequence[RecordedRun]) -> dict[str, Any] | None:
         `y`, `heading`, `error`, `rightAngle`, `leftAngle`, `rightTorque`, `leftTorque` and the pose of the cart. None
         where no run has two poses.
     """
-    most = min(_ROWS, _ROWS_OF_ALL // len(runs))
+    most = min(rows, _ROWS_OF_ALL // len(runs))
     shown = [_of_run(n, run, most) for n, run in enumerate(runs)]
     moving = [times for _, times in shown if times.size > 1]
     if not moving:

@@ -67,11 +67,6 @@ def _title(runs: Sequence[RecordedRun]) -> str:
     return ', '.join(run.name for run in runs)
 
 
-def _section(name: str, title: str, *parts: str) -> str:
-    """Return a section of the page, under a heading."""
-    return '\n'.join([f'<section id="{name}">', f'<h2>{title}</h2>', *parts, '</section>'])
-
-
 def _charts(drawn: Sequence[_Drawn], runs: Sequence[RecordedRun]) -> str:
     """Return the numbers of the charts of figures, as HTML, and where they cannot be had, the reason."""
     try:
@@ -103,15 +98,15 @@ def _parts(
                            for run in runs for problem in run.problems)]
     if problems:
         yield page.warning('What is missing', problems)
-    yield _section('metrics', 'Metrics', metrics_table(runs))
-    yield _section('figures', 'Figures', page.grid(one.html for one in figures))
+    yield page.section('metrics', 'Metrics', metrics_table(runs))
+    yield page.section('figures', 'Figures', page.grid(one.html for one in figures))
     if animations:
-        yield _section('animation', 'Animation', page.grid(animations))
+        yield page.section('animation', 'Animation', page.grid(animations))
     if over_dds:
         tables = [part for run in over_dds
                   for part in ([f'<h3>{escape(run.name)}</h3>'] if len(runs) > 1 else []) + [timing_table(run.series)]]
-        yield _section('timing', 'Timing', *tables, page.grid(one.html for one in timing))
-    yield _section('configuration', 'Configuration', configuration_table(runs))
+        yield page.section('timing', 'Timing', *tables, page.grid(one.html for one in timing))
+    yield page.section('configuration', 'Configuration', configuration_table(runs))
     yield _charts([*figures, *timing], runs)
 
 

@@ -31,7 +31,7 @@ _PANELS = {
 }
 
 
-def draw_search(history: Sequence[Generation], loops: Mapping[str, Sequence[Sample]], title: str, file: Path) -> None:
+def draw_search(history: Sequence[Generation], loops: Mapping[str, Sequence[Sample]], title: str, file: Path) -> str:
     """
     Draw a search.
 
@@ -46,6 +46,11 @@ def draw_search(history: Sequence[Generation], loops: Mapping[str, Sequence[Samp
         Above the picture.
     file : Path
         PNG to write, and an SVG of the same name beside it.
+
+    Returns
+    -------
+    str
+        The SVG.
     """
     # the last one, which the search has found, takes the first colour
     runs = [Named(name, collect(samples)) for name, samples in loops.items() if samples][::-1]
@@ -68,7 +73,7 @@ def draw_search(history: Sequence[Generation], loops: Mapping[str, Sequence[Samp
         legend(axes['distance'])
         axes[last].set_xlabel('time [s]')
         figure.align_ylabels([axes[name] for name in panels])
-        save(figure, file)
+        return save(figure, file)
 
 
 def _draw_history(axes: Axes, history: Sequence[Generation]) -> None:

@@ -50,8 +50,8 @@ class Starts(NamedTuple):
     split: Split | None = None
 
 
-def draw_starts_map(controllers: Mapping[str, Starts], file: Path) -> None:
-    """Draw a map for each controller, by title, as PNG, with an SVG of the same name beside it."""
+def draw_starts_map(controllers: Mapping[str, Starts], file: Path) -> str:
+    """Draw a map for each controller, by title, as PNG, with an SVG of the same name beside it; return the SVG."""
     with style():
         figure = Figure(figsize=(4.6 * len(controllers) + 0.6, 5.2), layout='compressed')
         panels = figure.subplots(1, len(controllers), squeeze=False, sharex=True, sharey=True)[0]
@@ -67,7 +67,7 @@ def draw_starts_map(controllers: Mapping[str, Starts], file: Path) -> None:
         figure.legend(labels.values(), labels.keys(), loc='outside lower center', ncols=len(labels))
         # a layout of equal axes needs a drawing before the final one, or titles lie outside
         figure.draw_without_rendering()
-        save(figure, file)
+        return save(figure, file)
 
 
 def _split_lines(split: Split | None) -> list[str]:

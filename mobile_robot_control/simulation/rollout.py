@@ -17,9 +17,10 @@ from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import Loop, Sample
 from mobile_robot_control.simulation.index_meter import IndexMeter
 from mobile_robot_control.simulation.indices import PerformanceIndices
-from mobile_robot_control.simulation.loop_start import form_of, shows_the_truth, start
+from mobile_robot_control.simulation.loop_start import shows_the_truth
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
+from mobile_robot_control.simulation.trial import Trial, make_trial
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
 
@@ -67,18 +68,35 @@ def rollout(
     51
 
     """
-    shared = configuration.plant.shared
-    velocity_period, position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
-    form = form_of(configuration)
-    position_tick = make_position_tick(LAWS[configuration.position_controller.control.controller_type].step, form)
+    return trial_rollout(make_trial(configuration, duration), configuration, pushes)
+
+
+def trial_rollout(
+    trial: Trial, configuration: Configuration, pushes: Mapping[int, Push] = MappingProxyType({})
+) -> Iterator[Sample]:
+    """
+    Run a trial of a configuration and yield what the topics would carry; see `rollout`.
+
+    Parameters
+    ----------
+    trial : Trial
+        Made of the configuration, in whatever scenario.
+    configuration : Configuration
+        Checked.
+    pushes : mapping of int to Push
+        As of `rollout`.
+    """
+    velocity_period = period_nanoseconds(configuration.plant.shared.velocity_rate)
+    loop, state, form = trial.loop, trial.state, trial.form
+    position_tick = make_position_tick(LAWS[trial.law].step, form)
     velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
-    curve = CURVES[configuration.reference_cart.curve.curve]
-    loop, state = start(configuration)
+    curve = CURVES[trial.curve]
     applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
-    exact = shows_the_truth(configuration)
-    for k in range(round(duration * shared.velocity_rate) + 1):
+    noise = loop.imperfections.noise  # of the scenario
+    exact = shows_the_truth(configuration) and not (any(noise.pose) or noise.velocity)
+    for k in range(trial.steps + 1):
         nanoseconds = k * velocity_period
-        if nanoseconds % position_period == 0:
+        if k % trial.ratio == 0:
             time = nanoseconds / 1e9
             reference = reference_at(curve, time, loop.placement)
             try:

@@ -44,17 +44,24 @@ _INTRODUCTION = (
 def _parts(runs: Runs, folder: Path) -> Iterator[str]:
     """Write the figures; yield the page from top to bottom, as HTML."""
     yield _INTRODUCTION
-    yield '<h2>What the chapter claims</h2>'
+    yield page.contents([
+        ('claims', 'What the chapter claims', ()),
+        ('figures', 'Figures', [(_name(figure), figure.number) for figure in CHAPTER_FIGURES]),
+    ])
     rows = [[escape(cell) for cell in row] for row in claims.rows(claims.judged(runs))]
-    yield page.html_table(claims.HEAD, rows, numbers=False)
-    yield '<h2>Figures</h2>'
+    yield page.section('claims', 'What the chapter claims', page.html_table(claims.HEAD, rows, numbers=False))
     drawn = []
     for figure in tqdm(CHAPTER_FIGURES, desc='draw', disable=None):
-        svg = save(figure.draw(runs), folder / f'figure_{figure.number}')
-        command = f'<pre><code>{escape(figure.command)}</code></pre>'
+        svg = save(figure.draw(runs), folder / _name(figure))
+        command = f'<pre class="command"><code>{escape(figure.command)}</code></pre>'
         drawn.append(page.picture(f'Figure {figure.number}. {figure.caption}', figure.see,
-                                  page.source(svg.encode(), 'image/svg+xml'), command))
-    yield page.grid(drawn)
+                                  page.source(svg.encode(), 'image/svg+xml'), command, _name(figure)))
+    yield page.section('figures', 'Figures', page.grid(drawn))
+
+
+def _name(figure: ChapterFigure) -> str:
+    """Return the name of a figure's files, and its id on the page."""
+    return f'figure_{figure.number}'
 
 
 def write_index(config: Path, folder: Path) -> Path:

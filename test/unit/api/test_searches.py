@@ -22,8 +22,8 @@ SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={val
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_run, 'draw_search', lambda *_: None)
-    monkeypatch.setattr(study, 'draw_starts_map', lambda *_: None)
+    monkeypatch.setattr(search_run, 'draw_search', lambda *_: '')
+    monkeypatch.setattr(study, 'draw_starts_map', lambda *_: '')
 
 
 def _found(**options):

@@ -30,7 +30,8 @@ START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.
 def plain(request, monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
     if 'picture' not in request.node.name:
-        monkeypatch.setattr(search_run, 'draw_search', lambda *_: None)
+        monkeypatch.setattr(search_run, 'draw_search', lambda *_: '')
+        monkeypatch.setattr(search_run, 'write_search_page', lambda *_: None)
 
 
 def run(*arguments):

@@ -110,6 +110,10 @@ def test_the_same_runs_make_the_same_bytes_and_each_column_once(pair):
     assert len(set(columns)) == len(columns)
 
 
+def test_a_lap_takes_less_than_a_megabyte():
+    assert len(json.dumps(chart_data(RUN_FIGURES, [run(duration=16.0)]))) < 1_000_000
+
+
 def test_runs_differ_in_colour_dash_and_width(pair):
     looks = chart_data(RUN_FIGURES, [*pair, *pair, *pair])['runs']
     assert len({look['light'] for look in looks}) == len({look['dark'] for look in looks}) == 6

@@ -1,0 +1,163 @@
+"""The page of a study: success rates, a map of starts, distributions of the metrics, failures to replay."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.files import write_atomically
+from mobile_robot_control.reporting import page
+from mobile_robot_control.reporting.chart_page import UPLOT_SCRIPT, chart_styles
+from mobile_robot_control.reporting.first_screen import replay_scripts, replay_styles
+from mobile_robot_control.reporting.palette import LINES, on_dark
+from mobile_robot_control.reporting.promise_page import promise_parts
+from mobile_robot_control.reporting.readable import quantities
+from mobile_robot_control.reporting.replay_data import replay_data
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.tuning.monte_carlo import Judged, summarise_runs
+from mobile_robot_control.tuning.promises import Promise
+from mobile_robot_control.tuning.scenarios import Scenario
+from mobile_robot_control.web.assets import asset
+from mobile_robot_control.web.packing import pack
+
+FAILURES, MEDIANS = 12, 3
+"""Runs of each controller that can be replayed, at most."""
+_LARGEST = 3.0e38
+_POINTS, _POSES = 400, 1000
+"""Of a distribution, and of a replay."""
+_METRICS = {
+    'rms_position_error': ('position error, RMS', 'm'), 'max_position_error': ('position error, largest', 'm'),
+    'late_max_position_error': ('position error, largest in the last quarter', 'm'),
+    'rms_heading_error': ('heading error, RMS', 'rad'), 'peak_wheel_torque': ('peak torque', 'N m'),
+    'energy': ('energy', 'J'), 'objective': ('objective, Eq. (29)', ''),
+}
+
+
+class StudiedRuns(NamedTuple):
+    """
+    The runs of one controller.
+
+    Attributes
+    ----------
+    scenarios : sequence of Scenario
+        With a start.
+    judged : sequence of Judged
+        Of the same length, or shorter where the study was interrupted.
+    promise : Promise
+        What holds of them.
+    replays : mapping of int to RecordedRun
+        By the number of a run, from 0 on: those that can be replayed.
+    """
+
+    scenarios: Sequence[Scenario]
+    judged: Sequence[Judged]
+    promise: Promise
+    replays: Mapping[int, RecordedRun]
+
+
+def chosen_runs(judged: Sequence[Judged]) -> list[int]:
+    """Return which runs are replayed: the first failures, and successes in the middle of their late errors."""
+    failures = [n for n, run in enumerate(judged) if not run.success][:FAILURES]
+    ordered = sorted((n for n, run in enumerate(judged) if run.success),
+                     key=lambda n: judged[n].metrics['late_max_position_error'])
+    first = max(0, (len(ordered) - MEDIANS) // 2)
+    return failures + ordered[first:first + MEDIANS]
+
+
+def _distribution(values: Sequence[float]) -> list[float]:
+    """Return ascending values that are finite, at most some hundred of them, with the smallest and the largest."""
+    known = np.sort([value for value in values if math.isfinite(value)])
+    return [float(value) for value in known[np.linspace(0, known.size - 1, min(known.size, _POINTS)).astype(int)]]
+
+
+def study_data(controllers: Mapping[str, StudiedRuns]) -> dict[str, Any]:
+    """Return what web/study.js shows, ready for JSON; numbers of runs are those of `runs.csv`, from 0 on."""
+    return {'controllers': [_of_controller(name, runs, LINES[n % len(LINES)][0])
+                            for n, (name, runs) in enumerate(controllers.items())],
+            'metrics': [{'name': name, 'label': label, 'unit': unit} for name, (label, unit) in _METRICS.items()]}
+
+
+def _of_controller(name: str, runs: StudiedRuns, color: str) -> dict[str, Any]:
+    """Return what is shown of a controller."""
+    done = list(zip(runs.scenarios, runs.judged, strict=False))
+    starts = [scenario.start for scenario, _ in done if scenario.start is not None]
+    metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _METRICS}
+    return {
+        'name': name, 'light': color, 'dark': on_dark(color), 'count': len(done),
+        'columns': {**{axis: pack([getattr(start, axis) for start in starts]) for axis in ('x', 'y', 'heading')},
+                    'success': pack([float(run.success) for _, run in done]),
+                    **{metric: pack(np.where(np.abs(values) < _LARGEST, values, np.nan))
+                       for metric, values in metrics.items()}},
+        'distributions': {metric: {'of': len(values), 'values': _distribution(values)}
+                          for metric, values in metrics.items()},
+        'replays': {str(n): shown for n, run in runs.replays.items()
+                    if (shown := replay_data([run], _POSES)) is not None},
+    }
+
+
+def study_sentence(name: str, numbers: Mapping[str, Any]) -> str:
+    """Return the success of a controller in a sentence."""
+    low, high = (100.0 * bound for bound in numbers['success_interval'])
+    return (f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
+            f'(95 % interval {low:.2f} to {high:.2f} %)')
+
+
+def _table(numbers: Mapping[str, Any]) -> str:
+    """Return the quantiles of a controller's metrics as HTML."""
+    rows = []
+    for metric, (label, unit) in _METRICS.items():
+        found = numbers['metrics'][metric]
+        cells = quantities([found['median'], found['95_percent'], found['worst']], unit)
+        if set(cells) != {'–'}:
+            rows.append([escape(label), *cells])
+    return page.html_table(['', 'median', '95 %', 'worst'], rows)
+
+
+def _parts(controllers: Mapping[str, StudiedRuns], criterion: str, svg: str, interrupted: bool) -> Iterator[str]:
+    """Yield the page from top to bottom, as HTML."""
+    numbers = {name: summarise_runs(runs.judged) for name, runs in controllers.items()}
+    answers = ''.join(f'<p class="answer">{escape(study_sentence(name, found))}.</p>'
+                      for name, found in numbers.items())
+    yield f'<section class="first"><h1>Study</h1>{answers}</section>'
+    yield f'<p class="soft">Success: {escape(criterion)}.</p>'
+    if interrupted:
+        yield page.warning('What is missing', ['the study was interrupted; the page has the runs that were done'])
+    yield page.contents([('starts', 'Starts', ()), ('metrics', 'Metrics', ()), ('holds', 'What holds', ())])
+    yield page.section('starts-section', 'Starts', page.picture(
+        'Where the robot started', "Offset from the cart's start; lines show headings. A click on a ringed run, or its "
+        'name, replays it.', page.source(svg.encode(), 'image/svg+xml'), name='starts'),
+        '<div class="replay" id="replay" hidden></div>')
+    tables = [part for name, found in numbers.items() for part in (f'<h3>{escape(name)}</h3>', _table(found))]
+    yield page.section('metrics', 'Metrics', *tables,
+                       page.live('Distributions', 'The share of runs that have at most a value.', 'distributions'))
+    holds = [part for name, runs in controllers.items()
+             for part in (f'<h3>{escape(name)}</h3>', *promise_parts(runs.promise))]
+    yield page.section('holds', 'What holds', *holds)
+    yield page.json_block('study-data', study_data(controllers))
+
+
+def write_study_page(
+    file: Path, controllers: Mapping[str, StudiedRuns], criterion: str, svg: str, interrupted: bool = False
+) -> None:
+    """
+    Write the page of a study.
+
+    Parameters
+    ----------
+    file : Path
+        HTML.
+    controllers : mapping of str to StudiedRuns
+        By name, each with a run at least.
+    criterion : str
+        Of success, in words.
+    svg : str
+        The map of starts, for paper and where there are no scripts.
+    interrupted : bool
+        Whether runs are missing.
+    """
+    scripts = [*replay_scripts(), *map(asset, (UPLOT_SCRIPT, 'charts.js', 'study.js'))]
+    parts = _parts(controllers, criterion, svg, interrupted)
+    write_atomically(file, page.page('Study', parts, [*replay_styles(), *chart_styles()], scripts))
