@@ -9,6 +9,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
 
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import NODES
@@ -97,7 +98,7 @@ def test_another_law_runs_and_the_lyapunov_function_is_shown_where_there_is_one(
     page.wait(lambda: 'Lyapunov' not in page.find('#charts').text)
     page.choose('law', 'backstepping')
     page.wait(lambda: 'Lyapunov' in page.find('#charts').text)
-    assert page.find('details[data-group="position_controller/backstepping"]').get_attribute('open')
+    page.wait(lambda: page.find('details[data-group="position_controller/backstepping"]').get_attribute('open'))
 
 
 def test_space_holds_the_run_a_step_is_one_position_tick_and_space_lets_it_go_on(page, live):
@@ -124,6 +125,25 @@ def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
      .click_and_hold().move_by_offset(60, 0).release().perform())
     page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(0.5, abs=0.05))
     assert list(live.asker.value('/plant', 'initial_pose')[1:]) == pytest.approx([0.8, 0.0], abs=0.05)
+
+
+def test_an_arrow_key_pushes_the_robot(page):
+    page.keys(' ')
+    page.wait(lambda: page.find('#step').is_enabled())
+    canvas = page.find('#scene')
+    for key, column, least in ((Keys.ARROW_LEFT, 'angular', 0.5), (Keys.ARROW_UP, 'linear', 0.1)):
+        held, pushes = page.number(column), page.text('changes').count('disturbance')
+        canvas.click()
+        canvas.send_keys(key)
+
+        def is_pushed(pushes=pushes):
+            # the push acts on the next step
+            page.find('#step').click()
+            return page.text('changes').count('disturbance') > pushes
+
+        page.wait(is_pushed)
+        page.wait(lambda held=held, column=column, least=least: page.number(column) > held + least)
+    page.keys(' ')
 
 
 def test_the_speed_is_changed_and_measured(page, live):
@@ -184,3 +204,49 @@ def test_nothing_overflows_and_nothing_is_logged(page, live, width, scheme):
     assert not over
     ground = page.driver.execute_script('return getComputedStyle(document.getElementById("live")).backgroundColor')
     assert ground == ('rgb(255, 255, 255)' if scheme == 'light' else 'rgb(21, 24, 28)')
+
+
+def _lesson(page, title):
+    """Return a lesson, opened."""
+    lesson, = [found for found in page.driver.find_elements('css selector', '#lessons details')
+               if title in found.find_element('css selector', 'summary').text]
+    page.driver.execute_script('arguments[0].open = true; arguments[0].scrollIntoView()', lesson)
+    return lesson
+
+
+def _move(page, lesson, number, value):
+    """Set a control of a lesson."""
+    page.driver.execute_script(
+        'const field = arguments[0].querySelectorAll(".controls input, .controls select")[arguments[1]];'
+        'field.value = arguments[2]; field.dispatchEvent(new Event("change"))', lesson, number, value)
+
+
+def _check(page, lesson, answer=''):
+    """Answer, and return what is said of it."""
+    if answer:
+        page.driver.execute_script('arguments[0].querySelector(".bar input").value = arguments[1]', lesson, answer)
+    page.driver.execute_script('arguments[0].querySelector(".bar button").click()', lesson)
+    return lesson.find_element('css selector', '.verdict').text
+
+
+def test_the_lesson_of_the_errors_is_checked_by_measuring(page):
+    lesson = _lesson(page, 'e1, e2 and e3')
+    _move(page, lesson, 0, '-0.2')
+    page.wait(lambda: abs(page.number('e1') - 0.2) < 0.01)
+    _move(page, lesson, 1, '-0.1')
+    page.wait(lambda: abs(page.number('e2') - 0.1) < 0.01)
+    assert _check(page, lesson).startswith('It is e1 = 0.2')
+    _move(page, lesson, 1, '0.1')
+    page.wait(lambda: abs(page.number('e2') + 0.1) < 0.01)
+    assert _check(page, lesson).startswith('Right')
+    page.keys(' ')
+
+
+def test_the_lesson_of_the_gains_shows_the_words_of_the_node(page, live):
+    lesson = _lesson(page, '1577 Hz')
+    before = live.asker.value('/velocity_controller', 'gains.k1')
+    _move(page, lesson, 0, '1')
+    page.wait(lambda: '157' in lesson.find_element('css selector', '.verdict').text)
+    assert live.asker.value('/velocity_controller', 'gains.k1') == before
+    assert not _check(page, lesson, '90').startswith('Right')
+    assert _check(page, lesson, '32').startswith('Right')
