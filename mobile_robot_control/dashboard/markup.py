@@ -57,7 +57,7 @@ SKELETON = """
    <div id="nodes"></div>
    <details id="changes"><summary>What changed the run</summary><ol class="soft"></ol></details>
    <details id="topics"><summary>Topics</summary><div class="scroll"><table>
-    <thead><tr><th>topic</th><th class="number">rate [Hz]</th><th>last message</th></tr></thead>
+    <thead><tr><th>topic, last message</th><th class="number">rate [Hz]</th></tr></thead>
     <tbody></tbody></table></div></details>
    <h2>Lessons</h2>
    <div id="lessons"></div>

@@ -174,8 +174,8 @@ window.mrc = window.mrc || {};
       body.textContent = '';
       for (const {name, type, rate, last} of topics) {
         const row = make('tr'), first = make('td');
-        first.append(make('b', '', name), make('div', 'soft', type));
-        row.append(first, make('td', 'number', rate.toFixed(1)), make('td', 'last', last));
+        first.append(make('b', '', name), make('div', 'soft', type), make('div', 'last', last));
+        row.append(first, make('td', 'number', rate.toFixed(1)));
         body.append(row);
       }
     });
