@@ -33,6 +33,8 @@ $(READY): setup.py setup.cfg package.xml
 
 demo: setup
 	$(BIN)/experiment --duration 16 --output runs/demo --overwrite
+	@echo 'the report: open $(CURDIR)/runs/demo/report.html in a browser'
+	@echo 'the robot live: $(BIN)/dashboard, then open http://127.0.0.1:8080/'
 
 figures: setup
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.index --output runs/figures

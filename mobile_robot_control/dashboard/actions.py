@@ -1,12 +1,14 @@
 """What the page may ask for, each wish checked and answered in words."""
 
 import asyncio
+import json
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.dashboard.kicks import KICKS
+from mobile_robot_control.dashboard.lessons import chapter_numbers, surface_numbers
 from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.recordings import Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
@@ -55,6 +57,7 @@ class Actions:
             'set': self._set, 'save': self._save, 'record': self._record,
             'finish': self._finish, 'reset': self._reset, 'step': self._step,
             'curve': self._curve, 'kick': self._kick,
+            'lesson': self._lesson,
         }
 
     async def fulfil(self, wish: Any) -> Answer:
@@ -129,6 +132,12 @@ class Actions:
 
         found: dict[str, dict[str, Any]] = await self._ask(look)
         return found
+
+    async def _lesson(self, _: Mapping[str, Any]) -> Answer:
+        """Answer with the numbers of the lessons, as JSON."""
+        values = (await self._present()).get('position_controller', {})
+        numbers = await asyncio.to_thread(lambda: {'chapter': chapter_numbers(), 'surface': surface_numbers(values)})
+        return Answer(True, json.dumps(numbers))
 
     async def _save(self, _: Mapping[str, Any]) -> Answer:
         present = await self._present()

@@ -12,12 +12,12 @@ from rclpy.node import Node
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.topics import DISTURBANCE
 
 KICKS = {'ArrowUp': (0.25, 0.0), 'ArrowDown': (-0.25, 0.0), 'ArrowLeft': (0.0, 1.5), 'ArrowRight': (0.0, -1.5)}
 """By key: how much faster the robot shall drive [m/s] and turn [rad/s]."""
 _PATIENCE = 3.0
 """[s] of wall time in which the plant is to be found."""
-_TOPIC = 'disturbance'
 
 
 class Kicks:
@@ -52,7 +52,7 @@ class Kicks:
                                            torque=Vector3(z=inertia * turning * rate)))
         push.header.frame_id = self._book.value('plant', 'base_frame_id', '')
         if self._publisher is None:
-            self._publisher = self._node.create_publisher(WrenchStamped, _TOPIC, PUBLISHED)
+            self._publisher = self._node.create_publisher(WrenchStamped, DISTURBANCE, PUBLISHED)
         self._waiting.append((time.monotonic() + _PATIENCE, push, done))
         self.look()
         return done
@@ -68,4 +68,4 @@ class Kicks:
             self._waiting.clear()
         elif time.monotonic() > self._waiting[0][0]:
             _, _, done = self._waiting.pop(0)
-            done.set_exception(NoAnswerError(f'nothing takes {_TOPIC}; only a simulated plant can be pushed'))
+            done.set_exception(NoAnswerError(f'nothing takes {DISTURBANCE}; only a simulated plant can be pushed'))

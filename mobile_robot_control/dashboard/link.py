@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.control import backstepping
+from mobile_robot_control.dashboard.happenings import Happenings
 from mobile_robot_control.dashboard.kicks import Kicks
 from mobile_robot_control.dashboard.node_states import NodeStates
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
@@ -26,7 +27,7 @@ from mobile_robot_control.dashboard.sampling import Sampler, message_text
 from mobile_robot_control.dashboard.service_calls import ServiceCalls
 from mobile_robot_control.quantities import TrackingError
 from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import EVENTS, LOOP_TOPICS
 
 PERIOD = 0.05
 """[s] of wall time between two looks."""
@@ -84,9 +85,10 @@ class RobotLink:
         self.calls = ServiceCalls(self.calling)
         self.book = ParameterBook(self.watching, self.calls)
         self.kicks = Kicks(self.calling, self.book)
-        self.sampler, self.states = Sampler(), NodeStates()
+        self.sampler, self.states, self.happenings = Sampler(), NodeStates(), Happenings()
         self.topics = {name: PolledTopic(self.watching, name, topic.kind) for name, topic in LOOP_TOPICS.items()}
         self._diagnostics = PolledTopic(self.watching, '/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', depth=20)
+        self._events = PolledTopic(self.watching, EVENTS, 'diagnostic_msgs/msg/DiagnosticArray', depth=50)
         self._changes = PolledTopic(self.watching, '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', depth=5)
         self._thread.start()
 
@@ -159,6 +161,8 @@ class RobotLink:
                 self.sampler.take(name, topic.kind, taken[-1])
         for message in self._diagnostics.take():
             self.states.take(message)
+        for message in self._events.take():
+            self.happenings.take(message)
         if self._changes.take():
             self.book.refresh()
         number = self.frames[-1].number + 1 if self.frames else 0
@@ -182,7 +186,7 @@ class RobotLink:
         """Return name, type, rate [Hz] and last message of each topic, as JSON has them; for the link's thread."""
         return [{'name': topic.name, 'type': topic.kind, 'rate': round(topic.rate, 1), 'total': topic.total,
                  'last': message_text(topic.kind, topic.newest) if topic.newest is not None else ''}
-                for topic in (*self.topics.values(), self._diagnostics, self._changes)]
+                for topic in (*self.topics.values(), self._diagnostics, self._events, self._changes)]
 
 
 def _hand_on(done: Future[Any], answer: Future[Any]) -> None:

@@ -3,7 +3,7 @@
 from mobile_robot_control.web.assets import asset
 
 _SCRIPTS = ('uplot/uPlot.iife.min.js', 'arrays.js', 'scene.js', 'live.js', 'live_stage.js', 'live_charts.js',
-            'live_parameters.js', 'live_page.js')
+            'live_parameters.js', 'live_surface.js', 'live_lessons.js', 'live_page.js')
 _STYLES = ('uplot/uPlot.min.css', 'colours.css', 'live.css')
 HEAD = ''.join([
     *(f'<style>{asset(name)}</style>' for name in _STYLES),
@@ -55,8 +55,9 @@ SKELETON = """
   <section>
    <h2>Nodes</h2>
    <div id="nodes"></div>
+   <details id="changes"><summary>What changed the run</summary><ol class="soft"></ol></details>
    <details id="topics"><summary>Topics</summary><div class="scroll"><table>
-    <thead><tr><th>topic</th><th class="number">rate [Hz]</th><th>last message</th></tr></thead>
+    <thead><tr><th>topic, last message</th><th class="number">rate [Hz]</th></tr></thead>
     <tbody></tbody></table></div></details>
    <h2>Lessons</h2>
    <div id="lessons"></div>

@@ -15,6 +15,7 @@ from mobile_robot_control.dashboard.parameter_entries import Entry, described_en
 from mobile_robot_control.dashboard.roles import players
 from mobile_robot_control.dashboard.service_calls import NoAnswerError, ServiceCalls
 from mobile_robot_control.parameters.files import is_ros_parameter
+from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.texts import shortened
 
 _MOST = 400
@@ -76,6 +77,7 @@ class ParameterBook:
             if known is not None:
                 self._calls.forget(f'{known.name}/')
             self.nodes[role] = KnownNode(role, *found)
+            self.nodes = {one: self.nodes[one] for one in NODES if one in self.nodes}
             self._fetch(self.nodes[role])
 
     def _fetch(self, known: KnownNode) -> None:

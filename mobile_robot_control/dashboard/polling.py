@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from mobile_robot_control.ros.qos import message_class
 
@@ -40,7 +40,7 @@ class PolledTopic:
 
     """
 
-    def __init__(self, node: Node, name: str, kind: str, depth: int = 1, latched: bool = False) -> None:
+    def __init__(self, node: Node, name: str, kind: str, depth: int = 1) -> None:
         self.kind, self.total, self.rate = kind, 0, 0.0
         self.name = node.resolve_topic_name(name)
         self._node = node
@@ -48,8 +48,7 @@ class PolledTopic:
         self._begun, self._counted = time.monotonic(), 0
         self._subscription: Any = node.create_subscription(
             message_class(kind), name, self._unused, QoSProfile(
-                depth=depth, reliability=ReliabilityPolicy.RELIABLE if latched else ReliabilityPolicy.BEST_EFFORT,
-                durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE), raw=True)
+                depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT), raw=True)
         self.newest: bytes | None = None
 
     @staticmethod

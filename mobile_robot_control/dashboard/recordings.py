@@ -1,5 +1,6 @@
 """Recordings that the page asks for: each by a process of its own, which writes bag, metrics and report."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -8,6 +9,7 @@ from typing import Any
 
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.parameters.files import parameter_file_text
+from mobile_robot_control.plugins import plugin_environment
 from mobile_robot_control.texts import shortened
 
 _STATE = ('paused', 'hold_at')
@@ -85,7 +87,7 @@ class Recordings:
             self._process = subprocess.Popen(  # noqa: S603 (our own module)
                 [sys.executable, '-m', 'mobile_robot_control.dashboard.recording_process', str(folder),
                  self._namespace], stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT,
-                start_new_session=True)
+                start_new_session=True, env=os.environ | plugin_environment())
         return f'recording into {folder}'
 
     def stop(self) -> str:

@@ -25,6 +25,8 @@ _UNANSWERED = 40
 """Messages under way to a browser at most; one that is slower leaves out rows."""
 _STATE = 0.5
 """[s] of wall time between two looks at the state."""
+_RECONNECT = 20.0
+"""[s] after which a browser that does not answer counts as gone; a busy machine answers late."""
 _TITLE = 'mobile_robot_control'
 
 
@@ -93,7 +95,7 @@ class PageServer:
             app.add_static_files(f'/{name}', folder, max_cache_age=0)
         outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
         ui.run_with(outer, title=_TITLE, show_welcome_message=False, tailwind=False, message_history_length=0,
-                    dark=None, binding_refresh_interval=None, reconnect_timeout=5.0)
+                    dark=None, binding_refresh_interval=None, reconnect_timeout=_RECONNECT)
         self._gate = AccessGate(outer, hosts, token)
 
     def _page(self, client: Client) -> None:

@@ -23,6 +23,7 @@ def state_of(link: RobotLink, nodes: StartedNodes | None, recordings: Recordings
         'nodes': [{**state, 'role': role} for role, state in zip(book.nodes, states, strict=True)],
         'refused': sum(state['refused'] for state in states),
         'unreadable': dict(sorted(link.sampler.refused.items())[:20]),
+        'happenings': link.happenings.newest_first(),
         'ended': nodes.reports() if nodes is not None else [],
         'recording': recordings.state,
         'attached': nodes is None,

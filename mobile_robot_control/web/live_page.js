@@ -41,6 +41,7 @@ window.mrc = window.mrc || {};
     mrc.stage = stage;
     mrc.makeCharts($('charts'));
     mrc.makeParameters($('parameters'));
+    mrc.makeLessons($('lessons'));
 
     let curveBuilt = '';
     function showCurve(parameters) {
@@ -134,6 +135,11 @@ window.mrc = window.mrc || {};
       }
       if (!state.nodes.length) $('nodes').append(make('p', 'soft', 'no node publishes yet'));
       if (state.ended.length || state.failure) notice([...state.ended, state.failure].filter(Boolean).join('\n'));
+      const list = $('changes').querySelector('ol');
+      list.textContent = '';
+      for (const {stamp, text} of state.happenings) {
+        list.append(make('li', '', `${stamp < 1e9 ? `t = ${stamp.toFixed(3)} s: ` : ''}${text}`));
+      }
       showRecording();
       showRun();
     });
@@ -168,8 +174,8 @@ window.mrc = window.mrc || {};
       body.textContent = '';
       for (const {name, type, rate, last} of topics) {
         const row = make('tr'), first = make('td');
-        first.append(make('b', '', name), make('div', 'soft', type));
-        row.append(first, make('td', 'number', rate.toFixed(1)), make('td', 'last', last));
+        first.append(make('b', '', name), make('div', 'soft', type), make('div', 'last', last));
+        row.append(first, make('td', 'number', rate.toFixed(1)));
         body.append(row);
       }
     });

@@ -131,18 +131,23 @@ window.mrc = window.mrc || {};
         section.append(details);
       }
       const before = container.querySelector(`[data-role="${role}"]`);
-      if (before) before.replaceWith(section); else container.append(section);
+      if (before) before.remove();
+      container.append(section);
     }
 
     let law = null;
     mrc.live.on('parameters', ({nodes}) => {
+      let anew = false;
       for (const node of nodes) {
         const structure = JSON.stringify([node.name, node.entries]);
         if (structure === built.get(node.role)) continue;
         build(node);
         built.set(node.role, structure);
+        anew = true;
         if (node.role === 'position_controller') law = null;
       }
+      // in the order of the nodes, whichever answered first
+      if (anew) nodes.forEach(({role}) => container.append(container.querySelector(`[data-role="${role}"]`)));
       for (const {role, values} of nodes) {
         for (const [name, value] of Object.entries(values)) {
           const control = shown.get(`${role}.${name}`);

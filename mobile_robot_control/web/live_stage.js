@@ -91,6 +91,6 @@ window.mrc = window.mrc || {};
       ask();
     });
     canvas.addEventListener('pointercancel', () => { start = null; ask(); });
-    return {redraw: ask, newest: () => newest, toScreen: (x, y) => scene.toScreen(x, y)};
+    return {redraw: ask, newest: () => newest, path: () => path, toScreen: (x, y) => scene.toScreen(x, y)};
   };
 }(window.mrc));

@@ -54,7 +54,7 @@ LAYERS = {
     'cli': {'messages', 'plugins', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
            | DOMAIN,
     # the live page, on top of the commands whose processes it starts; the command stands above it
-    'dashboard': {'cli', 'web', 'messages', 'recording', 'simulation', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
+    'dashboard': {'cli', 'web', 'messages', 'plugins', 'recording', 'simulation', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
                  | DOMAIN,
     'cli.dashboard': {'cli', 'dashboard', 'ros'} | FOUNDATION | PARAMETERS,
     # the commands as functions, for notebooks: on top of everything, and imported by nothing
