@@ -114,10 +114,10 @@ def test_the_larger_share_of_the_time_and_the_smaller_integral_are_the_best():
         RecordedRun('one', None, (), {**complete, 'share_within_band': 0.9, 'iae': 0.5, 'settling_time': None}, None),
         RecordedRun('two', None, (), {**complete, 'share_within_band': 0.4, 'iae': 0.2, 'settling_time': 0.7}, None)])
     rows = {row.partition('</td>')[0]: row.partition('</td>')[2] for row in found.split('<tr><td>')}
-    for label, best in (('share of time within 0.02 m', '0.9'), ('position error, ∫ d dt (IAE)', '0.2 m s')):
-        assert re.findall('★ ([^<]+)</span>', rows[label]) == [best]
+    for label, best in (('share of time within 0.02 m', '0.9'), ('position error, ∫ d dt (IAE)', '0.2\xa0m\xa0s')):
+        assert re.findall('★ <data[^>]*>([^<]+)</data></span>', rows[label]) == [best]
     # one that never settles has no time to compare
-    assert re.findall('<td[^>]*>([^<]+)', rows['settling time, to 0.02 m']) == ['–', '0.7 s']
+    assert re.findall('>([^<]+)</(?:td|data)>', rows['settling time, to 0.02 m']) == ['–', '0.7\xa0s']
     assert 'cross-track error, RMS' not in rows
 
 
