@@ -113,7 +113,7 @@ def _refuse_others(link: object, stop: Stop) -> None:
     """Raise ParameterError where other nodes publish on the topics of the nodes that are to be started."""
     deadline = time.monotonic() + _SETTLE
     while time.monotonic() < deadline and not stop.requested:
-        topics = link.submit(link.topics_of_others).result(10.0)  # type: ignore[attr-defined]
+        topics = link.submit(link.loop.published).result(10.0)  # type: ignore[attr-defined]
         if topics:
             raise ParameterError([f'another node publishes on {", ".join(topics)}; watch it with --attach, or choose '
                                   'another --namespace or ROS_DOMAIN_ID'])

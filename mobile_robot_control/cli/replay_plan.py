@@ -171,7 +171,7 @@ def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Cha
                       for found, reset in zip(holds, [*resets, None], strict=True)]
 
 
-def parameters_of(change: Change) -> dict[str, Any]:
+def changed_parameters(change: Change) -> dict[str, Any]:
     """Return the parameters that a change sets."""
     return {key: value for key, value in change.values.items() if key != DISTURBANCE}
 

@@ -11,7 +11,7 @@ from rclpy.task import Future
 
 from mobile_robot_control.cli.experiment_result import RunFailedError
 from mobile_robot_control.cli.experiment_runner import ExperimentRunner
-from mobile_robot_control.cli.replay_plan import Replay, parameters_of
+from mobile_robot_control.cli.replay_plan import Replay, changed_parameters
 from mobile_robot_control.quantities import Push
 from mobile_robot_control.recording.changes import Change
 from mobile_robot_control.ros.recorder import NO_LIMIT
@@ -42,7 +42,7 @@ class ReplayRun:
     def attach(self, namespace: str) -> Node:
         """Return the node that applies the changes."""
         changes = self._replay.changes
-        self._replayer = Replayer(namespace, {change.node for change in changes if parameters_of(change)},
+        self._replayer = Replayer(namespace, {change.node for change in changes if changed_parameters(change)},
                                   self._replay.configuration.plant.shared.base_frame_id,
                                   any(DISTURBANCE in change.values for change in changes))
         return self._replayer
@@ -76,7 +76,7 @@ class ReplayRun:
             raise _RunIsOverError
 
     def _apply(self, change: Change) -> None:
-        values = parameters_of(change)
+        values = changed_parameters(change)
         if values:
             answer = self._answer(self._replayer.set(change.node, values), f'{change.node} did not take {values}')
             result = answer.result

@@ -20,14 +20,15 @@ from rclpy.signals import SignalHandlerOptions
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.dashboard.happenings import Happenings
 from mobile_robot_control.dashboard.kicks import Kicks
+from mobile_robot_control.dashboard.loop_topics import LoopTopics
 from mobile_robot_control.dashboard.node_states import NodeStates
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
 from mobile_robot_control.dashboard.polling import PolledTopic
-from mobile_robot_control.dashboard.sampling import Sampler, message_text
+from mobile_robot_control.dashboard.sampling import message_text
 from mobile_robot_control.dashboard.service_calls import ServiceCalls
 from mobile_robot_control.quantities import TrackingError
 from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.topics import EVENTS, LOOP_TOPICS
+from mobile_robot_control.topics import EVENTS
 
 PERIOD = 0.05
 """[s] of wall time between two looks."""
@@ -61,6 +62,8 @@ class RobotLink:
     ----------
     frames : deque of Frame
         The last minute; other threads read it.
+    wanted : bool
+        Whether a page is open; where none is, no topic of the loop is subscribed to.
     failure : str
         Why the thread has ended; '' while it runs.
 
@@ -69,7 +72,7 @@ class RobotLink:
     def __init__(self, namespace: str, note_progress: Callable[[], None] = lambda: None) -> None:
         self._namespace, self._note_progress = namespace, note_progress
         self.frames: deque[Frame] = deque(maxlen=_KEPT)
-        self.failure = ''
+        self.wanted, self.failure, self._number = False, '', 0
         self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name='robot', daemon=True)
@@ -85,8 +88,8 @@ class RobotLink:
         self.calls = ServiceCalls(self.calling)
         self.book = ParameterBook(self.watching, self.calls)
         self.kicks = Kicks(self.calling, self.book)
-        self.sampler, self.states, self.happenings = Sampler(), NodeStates(), Happenings()
-        self.topics = {name: PolledTopic(self.watching, name, topic.kind) for name, topic in LOOP_TOPICS.items()}
+        self.states, self.happenings = NodeStates(), Happenings()
+        self.loop = LoopTopics(self.watching)
         self._diagnostics = PolledTopic(self.watching, '/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', depth=20)
         self._events = PolledTopic(self.watching, EVENTS, 'diagnostic_msgs/msg/DiagnosticArray', depth=50)
         self._changes = PolledTopic(self.watching, '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', depth=5)
@@ -145,28 +148,24 @@ class RobotLink:
 
     def _discover(self) -> None:
         self.book.discover()
-        wanted = LOOP_TOPICS['cmd_vel'].kind
-        kinds = {kind for name, found in self.watching.get_topic_names_and_types()
-                 if name == self.topics['cmd_vel'].name for kind in found}
-        if wanted not in kinds and 'geometry_msgs/msg/Twist' in kinds:
-            wanted = 'geometry_msgs/msg/Twist'
-        if kinds and self.topics['cmd_vel'].kind != wanted:
-            self.topics['cmd_vel'].close()
-            self.topics['cmd_vel'] = PolledTopic(self.watching, 'cmd_vel', wanted)
+        self.loop.follow_type()
 
     def _look(self) -> None:
-        for name, topic in self.topics.items():
-            taken = topic.take()
-            if taken:
-                self.sampler.take(name, topic.kind, taken[-1])
+        if self.wanted:
+            self.loop.subscribe()
+        elif self.loop.polled:
+            self.loop.unsubscribe()
+            self.frames.clear()
+        self.loop.look()
         for message in self._diagnostics.take():
             self.states.take(message)
         for message in self._events.take():
             self.happenings.take(message)
         if self._changes.take():
             self.book.refresh()
-        number = self.frames[-1].number + 1 if self.frames else 0
-        self.frames.append(Frame(number, self.sampler.row(self._lyapunov())))
+        if self.loop.polled:
+            self._number += 1
+            self.frames.append(Frame(self._number, self.loop.sampler.row(self._lyapunov())))
 
     def _lyapunov(self) -> float:
         """Return the value of the Lyapunov function (26); nan where the law has none."""
@@ -174,19 +173,16 @@ class RobotLink:
             return math.nan
         gains = [self.book.value('position_controller', f'backstepping.{name}') for name in _GAINS]
         try:
-            return backstepping.lyapunov(TrackingError(*self.sampler.error), backstepping.BacksteppingGains(*gains))
+            error = TrackingError(*self.loop.sampler.error)
+            return backstepping.lyapunov(error, backstepping.BacksteppingGains(*gains))
         except (TypeError, OverflowError, ValueError):  # gains that are not known yet; errors beyond all floats
             return math.nan
-
-    def topics_of_others(self) -> list[str]:
-        """List the loop topics, by absolute name, that have a publisher; for the link's thread."""
-        return [topic.name for topic in self.topics.values() if self.watching.count_publishers(topic.name)]
 
     def topic_table(self) -> list[dict[str, Any]]:
         """Return name, type, rate [Hz] and last message of each topic, as JSON has them; for the link's thread."""
         return [{'name': topic.name, 'type': topic.kind, 'rate': round(topic.rate, 1), 'total': topic.total,
                  'last': message_text(topic.kind, topic.newest) if topic.newest is not None else ''}
-                for topic in (*self.topics.values(), self._diagnostics, self._events, self._changes)]
+                for topic in (*self.loop.polled.values(), self._diagnostics, self._events, self._changes)]
 
 
 def _hand_on(done: Future[Any], answer: Future[Any]) -> None:

@@ -131,6 +131,7 @@ class PageServer:
         look = 0.0
         while not stopped() and not serving.done():
             now = asyncio.get_running_loop().time()
+            self._served.link.wanted = bool(self._sessions)
             try:
                 self._send_rows()
                 if now >= look:

@@ -22,7 +22,7 @@ def state_of(link: RobotLink, nodes: StartedNodes | None, recordings: Recordings
     return {
         'nodes': [{**state, 'role': role} for role, state in zip(book.nodes, states, strict=True)],
         'refused': sum(state['refused'] for state in states),
-        'unreadable': dict(sorted(link.sampler.refused.items())[:20]),
+        'unreadable': dict(sorted(link.loop.sampler.refused.items())[:20]),
         'happenings': link.happenings.newest_first(),
         'ended': nodes.reports() if nodes is not None else [],
         'recording': recordings.state,

@@ -54,8 +54,8 @@ LAYERS = {
     'cli': {'messages', 'plugins', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
            | DOMAIN,
     # the live page, on top of the commands whose processes it starts; the command stands above it
-    'dashboard': {'cli', 'web', 'messages', 'plugins', 'recording', 'simulation', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
-                 | DOMAIN,
+    'dashboard': {'cli', 'web', 'messages', 'plugins', 'recording', 'simulation', 'reporting', 'ros'} | FOUNDATION
+                 | PARAMETERS | DOMAIN,
     'cli.dashboard': {'cli', 'dashboard', 'ros'} | FOUNDATION | PARAMETERS,
     # the commands as functions, for notebooks: on top of everything, and imported by nothing
     'api': {'cli', 'simulation', 'recording', 'reporting', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,

@@ -122,7 +122,7 @@ def test_another_curve_begins_a_new_run_at_its_start(page):
         page.wait(lambda run=run: page.number('run') > run)
         run = page.number('run')
         page.wait(lambda right=right: page.driver.execute_script(
-            'return [Math.max(...mrc.stage.path().x), Math.max(...mrc.stage.path().y)]') == pytest.approx(right, abs=0.02))
+            'return ["x", "y"].map((name) => Math.max(...mrc.stage.path()[name]))') == pytest.approx(right, abs=0.02))
         page.wait(lambda: abs(page.number('e1')) + abs(page.number('e2')) < 0.1)
 
 
@@ -236,7 +236,8 @@ def test_nothing_overflows_and_nothing_is_logged(page, live, width, scheme):
     page.wait(lambda: 'geometry_msgs' in page.text('topics'))
     over = page.driver.execute_script(
         'return [...document.querySelectorAll("#live *")].filter((one) => !one.closest(".scroll") && '
-        '!one.closest(".u-wrap") && one.getBoundingClientRect().right > arguments[0] + 1).map((one) => one.outerHTML)', width)
+        '!one.closest(".u-wrap") && one.getBoundingClientRect().right > arguments[0] + 1)'
+        '.map((one) => one.outerHTML)', width)
     assert not over
     assert page.driver.execute_script('return document.documentElement.scrollWidth') <= width
     ground = page.driver.execute_script('return getComputedStyle(document.getElementById("live")).backgroundColor')

@@ -1,0 +1,72 @@
+"""The topics of the loop, looked at while a page is open."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+from rclpy.node import Node
+
+from mobile_robot_control.dashboard.polling import PolledTopic
+from mobile_robot_control.dashboard.sampling import Sampler
+from mobile_robot_control.topics import LOOP_TOPICS
+
+_COMMAND, _PLAIN = 'cmd_vel', 'geometry_msgs/msg/Twist'
+
+
+class LoopTopics:
+    """
+    Subscribes to the loop's topics, and not at all while no page is open.
+
+    Each message would cost its publisher and this process some microseconds, which a run as fast as possible does not
+    have.
+
+    Parameters
+    ----------
+    node : Node
+        Whose subscriptions they are.
+
+    Attributes
+    ----------
+    polled : dict of str to PolledTopic
+        By relative name; empty while none is subscribed to.
+    sampler : Sampler
+        Makes rows of their messages.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self.polled: dict[str, PolledTopic] = {}
+        self.sampler = Sampler()
+
+    def subscribe(self) -> None:
+        """Subscribe, and begin a new row; what is subscribed to already stays."""
+        if not self.polled:
+            self.sampler = Sampler()
+            self.polled = {name: PolledTopic(self._node, name, topic.kind) for name, topic in LOOP_TOPICS.items()}
+
+    def unsubscribe(self) -> None:
+        """End all subscriptions."""
+        for topic in self.polled.values():
+            topic.close()
+        self.polled = {}
+
+    def look(self) -> None:
+        """Take the newest message of each."""
+        for name, topic in self.polled.items():
+            taken = topic.take()
+            if taken:
+                self.sampler.take(name, topic.kind, taken[-1])
+
+    def follow_type(self) -> None:
+        """Subscribe to commands of the type that they are published with: bases may take plain ones alone."""
+        if not self.polled:
+            return
+        command = self.polled[_COMMAND]
+        kinds = {offer.topic_type for offer in self._node.get_publishers_info_by_topic(command.name)}
+        if kinds and command.kind not in kinds and kinds <= {LOOP_TOPICS[_COMMAND].kind, _PLAIN}:
+            command.close()
+            self.polled[_COMMAND] = PolledTopic(self._node, _COMMAND, kinds.pop())
+
+    def published(self) -> list[str]:
+        """List the topics, by absolute name, that have a publisher."""
+        names = map(self._node.resolve_topic_name, LOOP_TOPICS)
+        return [name for name in names if self._node.count_publishers(name)]
