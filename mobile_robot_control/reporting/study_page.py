@@ -23,7 +23,7 @@ from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.web.assets import asset
 from mobile_robot_control.web.packing import pack
 
-FAILURES, MEDIANS = 12, 3
+FAILURES, MEDIANS = 8, 3
 """Runs of each controller that can be replayed, at most."""
 _LARGEST = 3.0e38
 _POINTS, _POSES = 400, 1000

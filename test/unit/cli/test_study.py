@@ -49,6 +49,9 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
         assert sum(error < 0.1 for error in late) == successes
         assert numbers['metrics']['late_max_position_error']['worst'] == max(late)
     assert (tmp_path / 'out' / 'starts.png').stat().st_size > 10000
+    page = (tmp_path / 'out' / 'study.html').read_text(encoding='utf-8')
+    for name, numbers in found['controllers'].items():
+        assert f'{name}: {100.0 * numbers["success_rate"]:.2f} % of 120 runs succeed' in page
     printed = capsys.readouterr().out
     assert printed.count('of 120 runs succeed') == 2
     assert printed.count('\nnot modelled: ') == 2
