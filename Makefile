@@ -33,6 +33,8 @@ $(READY): setup.py setup.cfg package.xml
 
 demo: setup
 	$(BIN)/experiment --duration 16 --output runs/demo --overwrite
+	@echo 'the report: open $(CURDIR)/runs/demo/report.html in a browser'
+	@echo 'the robot live: $(BIN)/dashboard, then open http://127.0.0.1:8080/'
 
 figures: setup
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.index --output runs/figures
@@ -59,15 +61,19 @@ fingerprint: setup
 lint: setup
 	$(BIN)/python -m pytest test/lint
 
-# the generated parts of docs/: tables of parameters and of robots, what the robots do, the table of the chapter's
-# claims, pictures of the results; and the SROS2 policy. The last one, the replay that moves, needs chromium
+# the generated parts of docs/: tables of parameters and of robots, what the robots and the position laws do, the table
+# of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
+# examples/tutorial. Where the searches behind the table of the laws have changed, they run again: some ten minutes,
+# which can be interrupted. The last one, the replay that moves, needs chromium
 pages: setup
 	$(BIN)/python -m mobile_robot_control.reporting.parameter_table docs/parameters.md docs/nodes/*.md
 	$(BIN)/python -m mobile_robot_control.reporting.robots_table docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.robot_results docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.sros2_policy config/sros2/policy.xml
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.claims_table docs/results.md
+	$(BIN)/python -m mobile_robot_control.reporting.law_results docs/results.md
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.result_pictures docs/images
+	$(BIN)/python examples/tutorial/execute.py
 	$(BIN)/python -m mobile_robot_control.reporting.chapter.moving_picture docs/images/hybrid_lemniscate.gif
 
 # docs/ and the API as a site; a warning is an error

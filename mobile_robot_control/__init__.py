@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mobile_robot_control.api.studying import study as study
     from mobile_robot_control.control.law import Law as Law
     from mobile_robot_control.control.law import NoState as NoState
+    from mobile_robot_control.control.laws import LAWS as LAWS
     from mobile_robot_control.jit import jitable as jitable
     from mobile_robot_control.parameters.checking import ParameterError as ParameterError
     from mobile_robot_control.parameters.checking import rule as rule
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from mobile_robot_control.quantities import TrackingError as TrackingError
     from mobile_robot_control.reference.curve import Curve as Curve
     from mobile_robot_control.reference.curve import CurvePoint as CurvePoint
+    from mobile_robot_control.reference.curves import CURVES as CURVES
     from mobile_robot_control.simulation.metrics import summary as summary
     from mobile_robot_control.simulation.rollout import measure as measure
     from mobile_robot_control.simulation.rollout import rollout as rollout
@@ -52,6 +54,8 @@ _HOMES = {
     'register': 'plugins', 'Field': 'parameters.declaration', 'rule': 'parameters.checking', 'jitable': 'jit',
     'Observation': 'quantities', 'TrackingError': 'quantities', 'Reference': 'quantities', 'Pose': 'quantities',
     'BodyVelocity': 'quantities',
+    # those that are there, by name
+    'LAWS': 'control.laws', 'CURVES': 'reference.curves',
 }
 __all__ = ['__version__', *_HOMES]  # noqa: PLE0604 (texts)
 

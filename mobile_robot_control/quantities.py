@@ -62,6 +62,23 @@ class WheelVelocity(NamedTuple):
     left: float
 
 
+class Push(NamedTuple):
+    """
+    A push at point A, in the robot's own frame.
+
+    Attributes
+    ----------
+    force : float
+        Forwards [N].
+    torque : float
+        About the vertical [N m], counter-clockwise positive.
+
+    """
+
+    force: float
+    torque: float
+
+
 class WheelTorque(NamedTuple):
     """
     Torques at the axle of the driving wheels.

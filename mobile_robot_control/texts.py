@@ -1,6 +1,10 @@
 """Texts from elsewhere, such as names, paths and messages, made fit for a line of a log, a page or a figure."""
 
+import textwrap
+from collections.abc import Iterable
+
 _LONGEST = 300
+_WIDTH = 100
 
 
 def printable(text: str) -> str:
@@ -22,6 +26,11 @@ def shortened(text: str, longest: int = _LONGEST) -> str:
     """Return a text as one printable line of at most so many characters, the rest cut off at an ellipsis."""
     shown = printable(text[:longest])
     return shown if len(text) <= longest and len(shown) <= longest else f'{shown[:longest - 1]}…'
+
+
+def as_lines(texts: Iterable[str]) -> list[str]:
+    """Return sentences as lines of at most 100 characters, those that continue one indented."""
+    return [line for text in texts for line in textwrap.wrap(text, _WIDTH, subsequent_indent='  ')]
 
 
 def describe_error(error: BaseException) -> str:

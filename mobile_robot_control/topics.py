@@ -56,8 +56,12 @@ _TABLE = (
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
+EVENTS, DISTURBANCE = 'events', 'disturbance'
+RUN_KEY = 'run'
+"""Key of a status on `events`: which run of the node that publishes it, from 0."""
 OTHER_TOPICS = {
     'reference_path': ('reference_cart',),
+    EVENTS: _EVERY_NODE,
     'ground_truth': ('plant',),
     '/clock': ('plant',),
     '/tf': ('plant',),
@@ -66,6 +70,8 @@ OTHER_TOPICS = {
     '/rosout': _EVERY_NODE,
 }
 """What the four nodes publish besides, each topic with the nodes that publish it."""
+OTHER_INPUTS = {DISTURBANCE: ('plant',)}
+"""What may be published by any node of the user's, each topic with the nodes that take it."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """What all namespaces have in common, and every recorder records."""
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')

@@ -1,13 +1,10 @@
 """Shared by all tests: hypothesis draws the same examples in every run, each test over DDS has its own ROS domain."""
 
-import fcntl
-import itertools
 import os
-import tempfile
-from pathlib import Path
 
 import pytest
 from browser import CHROMIUM, DRIVER, Browser, refuse_to_start
+from domains import own_domain
 from hypothesis import settings
 
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
@@ -15,8 +12,6 @@ settings.load_profile('seeded')
 
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
-
-_numbers = itertools.count(os.getpid() * 37)
 
 
 def pytest_collection_modifyitems(items):
@@ -34,18 +29,11 @@ def pytest_runtest_setup(item):
 
 @pytest.fixture
 def domain(monkeypatch):
-    """A ROS domain that no other test on this machine uses, for this process and its children."""
-    for number in _numbers:
-        name = number % 230 + 1
-        with (Path(tempfile.gettempdir()) / f'ros_domain_{name}.lock').open('w') as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                continue
-            monkeypatch.setenv('ROS_DOMAIN_ID', str(name))
-            monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-            yield
-        return
+    """A ROS domain of its own, for this process and its children."""
+    with own_domain() as variables:
+        for name, value in variables.items():
+            monkeypatch.setenv(name, value)
+        yield
 
 
 @pytest.fixture(scope='session')

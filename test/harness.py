@@ -14,6 +14,7 @@ from mcap.reader import make_reader
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
 
 from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.messages.parsing import serialised_stamp
@@ -85,7 +86,7 @@ class Robots:
         folder.mkdir(exist_ok=True)
         self.loop = LOOPS[drive]
         self._folder = folder
-        self.processes, self.recorders = {}, {}
+        self.processes, self.recorders, self._clients = {}, {}, {}
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         self._executor = make_executor()
         self._bags = contextlib.ExitStack()
@@ -185,6 +186,15 @@ class Robots:
         ]))).results
         assert len(results) == len(values)
         return results
+
+    def trigger(self, service):
+        """Call a service without arguments once; returns whether it succeeded, and what it answers."""
+        if service not in self._clients:
+            self._clients[service] = self.recorder.create_client(Trigger, service)
+        self.spin_until(self._clients[service].service_is_ready)
+        answer = self._clients[service].call_async(Trigger.Request())
+        self.spin_until(answer.done)
+        return answer.result().success, answer.result().message
 
     def _closed_bag(self, namespace):
         """Close the bags once no message of a loop topic has come for half a second."""

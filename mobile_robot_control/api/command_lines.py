@@ -8,6 +8,7 @@ from os import PathLike
 from typing import Any
 
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.texts import printable
 
 File = str | PathLike[str]
 Parse = Callable[[Sequence[str]], argparse.Namespace]
@@ -42,8 +43,17 @@ def as_yaml(value: object) -> str:
     return "'" + str(value).replace("'", "''") + "'"
 
 
+def several(values: Any) -> list[Any]:
+    """Return the values of an option that takes several; a text, a path or a number is one."""
+    values = _plain(values)
+    return [values] if isinstance(values, str | PathLike | int | float) else list(values)
+
+
 def overrides(parameters: Mapping[str, object] | None) -> list[str]:
     """Return parameters by ``NODE.PARAMETER`` as the texts that the option ``-p`` takes."""
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise ParameterError([f'parameters = {printable(repr(parameters))}: write them by NODE.PARAMETER, such as '
+                              "{'plant.max_wheel_torque': 3.0}; parameter files come before them, by position"])
     return [f'{name}:={as_yaml(value)}' for name, value in (parameters or {}).items()]
 
 
@@ -61,13 +71,22 @@ def _words(value: object) -> str:
     return ','.join(map(_words, value)) if isinstance(value, list | tuple) else str(value)
 
 
+def _pair(option: str, key: object, value: Any) -> Sequence[object]:
+    """Return low and high; raise ParameterError where these are not two."""
+    value = _plain(value)
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ParameterError([f'{option}[{key!r}] = {printable(repr(value))}: write a pair (low, high), '
+                              'such as (0.0, 5.0)'])
+    return value
+
+
 def _option(name: str, value: Any) -> Iterator[str]:
     """Yield the words of an option; none where its value is None, False or empty."""
     flag, value = f'--{name.replace("_", "-")}', _plain(value)
     if value is True:
         yield flag
     elif isinstance(value, Mapping):
-        yield from (f'{flag}={key}={low}:{high}' for key, (low, high) in value.items())
+        yield from (f'{flag}={key}={":".join(map(_words, _pair(name, key, pair)))}' for key, pair in value.items())
     elif isinstance(value, list | tuple):
         if any(isinstance(_plain(element), list | tuple) for element in value):
             yield from (f'{flag}={_words(element)}' for element in value)

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 
 from mobile_robot_control.api.command_lines import File
-from mobile_robot_control.api.runs import Run, SampleRows
+from mobile_robot_control.api.runs import Run
+from mobile_robot_control.api.sample_rows import SampleRows
 from mobile_robot_control.cli.report import load_run, name_of
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.joining import joined

@@ -1,21 +1,19 @@
 """A run as arrays on one time base, whether it was simulated or read."""
 
-from array import array
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
-
-import numpy as np
 
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.parameters.values import nearest
 from mobile_robot_control.reporting.lines import Floats
 from mobile_robot_control.reporting.series import Series
-from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.texts import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from mobile_robot_control.api.command_lines import File
 
 _POSE, _VELOCITY, _WHEELS = ('x', 'y', 'heading'), ('linear', 'angular'), ('right', 'left')
 _ERROR = ('longitudinal', 'lateral', 'heading')
@@ -25,7 +23,6 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     'measured_error': _ERROR,
 }
 """The columns of each array of a `Run`, in their order."""
-_WIDTH = 1 + sum(map(len, COLUMNS.values()))
 
 
 class Run(NamedTuple):
@@ -129,6 +126,31 @@ class Run(NamedTuple):
             for name, columns in COLUMNS.items() for n, column in enumerate(columns)
         }}
 
+    def save(self, file: 'File') -> None:
+        """
+        Write the table of the command `simulate`, which `load` and `report` take.
+
+        Numbers are written to the last bit. The parameters and the metrics go beside it, in FILE.parameters.yaml and
+        FILE.metrics.json. Files that are there are replaced.
+
+        Parameters
+        ----------
+        file : path
+            Ends in .csv.
+
+        Raises
+        ------
+        ParameterError
+            If it has another ending.
+        OSError
+            If it cannot be written.
+
+        """
+        # imported late: commands read runs, too
+        from mobile_robot_control.api.saving import save_run  # noqa: PLC0415
+
+        save_run(self, file)
+
     def to_dataframe(self) -> Any:
         """
         Return all arrays as a table of pandas: time [s] is its index, `columns` are its columns.
@@ -155,33 +177,6 @@ def as_dataframe(columns: dict[str, Any]) -> Any:
                                   "'pip install pandas', or take columns(), which has the same arrays",
                                   name='pandas') from error
     return pandas.DataFrame(columns)
-
-
-class SampleRows:
-    """The numbers of the samples that pass, for the arrays of a run."""
-
-    def __init__(self) -> None:
-        self._numbers = array('d')
-
-    def taking(self, samples: Iterable[Sample]) -> Iterator[Sample]:
-        """Yield samples, and keep their numbers."""
-        for sample in samples:
-            tick, truth = sample.tick, sample.truth or sample.tick
-            self._numbers.extend((
-                sample.time, *truth.pose, *truth.velocity, *tick.reference.pose, *tick.reference.velocity,
-                *truth.error, *sample.command, *sample.wheels, *sample.applied, *tick.pose, *tick.error,
-            ))
-            yield sample
-
-    def arrays(self) -> dict[str, Floats]:
-        """Return the arrays of a `Run` by name."""
-        rows = np.frombuffer(self._numbers, dtype=np.float64).reshape(-1, _WIDTH)
-        found: dict[str, Floats] = {'time': rows[:, 0]}
-        first = 1
-        for name, columns in COLUMNS.items():
-            found[name] = rows[:, first:first + len(columns)]
-            first += len(columns)
-        return found
 
 
 def unknown_figure(name: str, known: Iterable[str]) -> ParameterError:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mobile_robot_control import __version__
-from mobile_robot_control.api.command_lines import File, parsed_without_files, shared_arguments
+from mobile_robot_control.api.command_lines import File, parsed_without_files, several, shared_arguments
 from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.search_run import search_goal, search_settings, with_gains
 from mobile_robot_control.cli.tune import parse_tune, searched_configuration
@@ -40,6 +40,12 @@ class Tuned(NamedTuple):
     parameters: dict[str, object]
     history: tuple[Generation, ...]
     configuration: Configuration
+
+    def __repr__(self) -> str:
+        gains = ', '.join(f'{name.partition(".")[2].removeprefix(f"{self.controller}.")} = {value}'
+                          for name, value in self.parameters.items() if not name.endswith('.controller_type'))
+        return (f'<Tuned {self.controller}: objective {self.objective:.4g} after {len(self.history)} generations, '
+                f'{gains}>')
 
     def save(self, file: File) -> None:
         """Write a parameter file that every node and command takes; it replaces one that is there."""
@@ -102,7 +108,7 @@ def tune(
         If no individual could be scored.
     """
     given = {'generations': generations, 'population': population, 'algorithm': algorithm, 'bounds': bounds,
-             'keep': list(keep), 'workers': workers, **options}
+             'keep': several(keep), 'workers': workers, **options}
     chosen = parsed_without_files(
         parse_tune, [controller, f'--seed={seed}', *shared_arguments(files, robot, parameters)], given)
     configured = searched_configuration(chosen)

@@ -4,7 +4,8 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping
 
 from mobile_robot_control.api.command_lines import File, option_arguments, parsed, shared_arguments
-from mobile_robot_control.api.runs import Run, SampleRows
+from mobile_robot_control.api.runs import Run
+from mobile_robot_control.api.sample_rows import SampleRows
 from mobile_robot_control.cli.options import configuration
 from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.run_length import ONE_RUN, check_run_length

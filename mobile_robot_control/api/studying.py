@@ -6,15 +6,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_robot_control.api.command_lines import File, overrides, parsed_without_files, shared_arguments
+from mobile_robot_control.api.command_lines import (
+    File,
+    overrides,
+    parsed_without_files,
+    several,
+    shared_arguments,
+)
 from mobile_robot_control.api.runs import as_dataframe
 from mobile_robot_control.cli.options import configuration
 from mobile_robot_control.cli.progress import tqdm
 from mobile_robot_control.cli.study import parse_study, study_controllers
 from mobile_robot_control.cli.study_run import check_study, run_study, study_columns, study_rows, study_values
 from mobile_robot_control.cli.worker_options import runner
+from mobile_robot_control.texts import printable
 
-Compared = Mapping[str, File | Mapping[str, object]] | Sequence[File]
+Compared = Mapping[str, File | Mapping[str, object]] | Sequence[File] | File
 
 
 class Study(NamedTuple):
@@ -33,15 +40,33 @@ class Study(NamedTuple):
     values: dict[str, Any]
     runs: dict[str, NDArray[Any]]
 
+    def __repr__(self) -> str:
+        lines = [f'  {printable(name)}: {_in_words(found)}' for name, found in self.controllers.items()]
+        return '\n'.join([f'<Study: seed {self.values["seed"]}, success is {self.values["success"]}', *lines]) + '>'
+
     @property
     def controllers(self) -> dict[str, dict[str, Any]]:
-        """Success rate, its interval and the metrics, by controller."""
+        """Success rate, its interval, the metrics and where it fails (`failures`), by controller."""
         found: dict[str, dict[str, Any]] = self.values['controllers']
+        return found
+
+    @property
+    def comparisons(self) -> list[dict[str, Any]]:
+        """Paired differences in the same scenarios, one entry for each pair of controllers; [] for one."""
+        found: list[dict[str, Any]] = self.values['comparisons']
         return found
 
     def to_dataframe(self) -> Any:
         """Return `runs` as a table of pandas; raise ModuleNotFoundError where that is not installed."""
         return as_dataframe(dict(self.runs))
+
+
+def _in_words(found: Mapping[str, Any]) -> str:
+    """Return what a controller achieved, in a line."""
+    low, high = (f'{100.0 * end:.4g}' for end in found['success_interval'])
+    median = found['metrics']['rms_position_error']['median']
+    error = '' if median is None else f', median RMS position error {median:.4g} m'
+    return f'{found["successes"]} of {found["runs"]} runs succeeded (95 % interval {low} to {high} %){error}'
 
 
 def study(
@@ -91,8 +116,8 @@ def study(
         Naming every violation, with the remedy.
     """
     by_name = compare if isinstance(compare, Mapping) else {}
-    given = {'laps': laps, 'curves': list(curves), 'scales': list(scales), 'workers': workers,
-             'compare': [] if by_name else [str(file) for file in compare], **options}
+    given = {'laps': laps, 'curves': several(curves), 'scales': several(scales), 'workers': workers,
+             'compare': [] if by_name else [str(file) for file in several(compare)], **options}
     chosen = parsed_without_files(
         parse_study, [f'--runs={runs}', f'--seed={seed}', *shared_arguments(files, robot, parameters)], given)
     controllers = {

@@ -9,21 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.experiment_folders import WRITTEN, experiment_folders
+from mobile_robot_control.cli.experiment_performance import perform, progress_bar
 from mobile_robot_control.cli.namespace_option import add_namespace_option
-from mobile_robot_control.cli.node_processes import START
 from mobile_robot_control.cli.options import configuration, distinct, make_main, positive
-from mobile_robot_control.cli.progress import tqdm
-from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.ros.deadline import exit_after
 from mobile_robot_control.ros.environment import check_environment
-from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.texts import printable
 
 if TYPE_CHECKING:
-    from mobile_robot_control.cli.experiment_runner import ExperimentResult
+    from mobile_robot_control.cli.experiment_result import ExperimentResult
+    from mobile_robot_control.cli.experiment_runner import Drive
 
 _LEAVING = 5
 """[s] that the command has to leave DDS."""
@@ -34,24 +32,25 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     stop = Stop()
     made = make_parser('experiment', __doc__)
     made.set_defaults(stop=stop)
-    made.add_argument('--duration', type=positive, required=True, metavar='S', help='simulated time [s]')
+    made.add_argument('--duration', type=positive, metavar='S', help='simulated time [s]; needed without --replay')
     made.add_argument('--output', required=True, metavar='DIR', help='folder for bag, metrics and pictures')
     made.add_argument('--overwrite', action='store_true', help='replace an experiment that DIR already holds')
     made.add_argument('--composed', action='store_true', help='all four nodes in one process')
     made.add_argument('--compare', nargs='+', metavar='FILE', default=[],
                       help='several parameter files, one run after the other on the same curve from the same start, '
                       'and one report over all')
+    made.add_argument('--replay', metavar='BAG', help='experiment in lockstep, or its bag: the run is done again with '
+                      'all that changed it, and must be the same to the last bit')
     made.add_argument('--no-report', action='store_false', dest='with_report', help='write the metrics alone')
     add_namespace_option(made, 'in which the nodes run')
     made.add_argument('--patience', type=positive, default=20.0, metavar='S',
                       help='wall time without progress after which a run is given up')
-    return made.parse_args(arguments)
-
-
-def _progress_bar(seconds: float) -> tqdm:
-    """Make a bar over the simulated time of all runs [s]."""
-    return tqdm(total=seconds, desc='simulated', bar_format='{l_bar}{bar}| {n:.1f}/{total:.1f} s '
-                '[{elapsed}<{remaining}]')
+    options = made.parse_args(arguments)
+    if options.duration is None and options.replay is None:
+        made.error('the following arguments are required: --duration')
+    if options.replay is not None and options.compare:
+        made.error('argument --replay: not allowed with argument --compare')
+    return options
 
 
 def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) -> Configuration:
@@ -62,41 +61,49 @@ def _configured(options: argparse.Namespace, extra_files: Sequence[str] = ()) ->
     return parameters
 
 
-def _perform(
-    options: argparse.Namespace, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path]
-) -> tuple['ExperimentResult', dict[str, Any]]:
-    """Run, record and evaluate one configuration; the reason names all that went wrong."""
-    with Watchdog(max(options.patience, START)) as watchdog:
-        # imported late: bad usage is reported at once, and an import that hangs is noticed
-        try:
-            from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
-            from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
-        except LOAD_ERRORS as error:
-            raise ParameterError([load_fault(error)]) from error
-
-        result = run_experiment(parameters, output, options.namespace, composed=options.composed,
-                                patience=options.patience, stop=options.stop, bar=bar, watchdog=watchdog)
-    unused.remove(output)
-    evaluated = evaluate(output, options.namespace, result.outcome, quiet=bool(options.compare),
-                         with_report=options.with_report)
-    reasons = [*filter(None, [result.reason]), *evaluated.unwritten]
-    return result._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics
-
-
 def _run(options: argparse.Namespace) -> int:
     output = Path(options.output)
     if options.compare:
         return _compare(options, output)
+    if options.replay is not None:
+        return _replay(options, output)
     parameters = _configured(options)
     check_environment(output / 'log')
     with (experiment_folders({output: parameters}, options.overwrite, options.robot) as unused,
-          _progress_bar(options.duration) as bar):
-        result, metrics = _perform(options, parameters, output, bar, unused)
+          progress_bar(options.duration) as bar):
+        result, metrics = perform(options, parameters, output, bar, unused)
+    return _tell(result, metrics, output)
+
+
+def _tell(result: 'ExperimentResult', metrics: dict[str, Any], output: Path) -> int:
+    """Print how an experiment ended; return the exit code."""
     print(json.dumps(metrics, indent=2))
     if result.reason or result.outcome == 'interrupted':
         print(f'experiment: {result.reason or "interrupted"}', file=sys.stderr)
     print(f'bag, metrics and report: {printable(str(output.resolve()))}')
     return 0 if result.outcome == 'completed' and not result.reason else 1
+
+
+def _replay(options: argparse.Namespace, output: Path) -> int:
+    """Do a recorded run again, and compare."""
+    # imported late: most runs replay nothing
+    from mobile_robot_control.cli.replay_plan import compare_replay, plan_replay  # noqa: PLC0415
+
+    replay = plan_replay(options)
+
+    def drive() -> 'Drive':
+        from mobile_robot_control.cli.replay_run import ReplayRun  # noqa: PLC0415 (imports rclpy)
+
+        return ReplayRun(replay)
+
+    parameters = replay.configuration
+    check_environment(output / 'log')
+    with (experiment_folders({output: parameters}, options.overwrite) as unused,
+          progress_bar(parameters.plant.duration * len(replay.runs)) as bar):
+        result, metrics = perform(options, parameters, output, bar, unused, drive)
+    if result.outcome != 'interrupted' and not result.reason:
+        result = result._replace(reason=compare_replay(replay, output, options.namespace))
+    return _tell(result, metrics, output)
 
 
 def _alike(chosen: Configuration, first: Configuration) -> Configuration:
@@ -131,10 +138,10 @@ def _compare(options: argparse.Namespace, output: Path) -> int:
     done: list[tuple[str, Path]] = []
     folders = {output / name: parameters for name, parameters in chosen.items()}
     with (experiment_folders(folders, options.overwrite, options.robot) as unused,
-          _progress_bar(options.duration * len(chosen)) as bar):
+          progress_bar(options.duration * len(chosen)) as bar):
         for name, parameters in chosen.items():
             bar.set_description(name)
-            result, _ = _perform(options, parameters, output / name, bar, unused)
+            result, _ = perform(options, parameters, output / name, bar, unused)
             done.append((name, output / name))
             if result.reason:
                 reasons.append(f'{name}: {result.outcome}: {result.reason}')

@@ -3,14 +3,16 @@
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Protocol
 
 import rclpy
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from mobile_robot_control.cli.experiment_result import ExperimentResult, RunFailedError
 from mobile_robot_control.cli.fastdds_profiles import use_fastdds_profiles
 from mobile_robot_control.cli.node_processes import START, NodeProcess, stop_processes
-from mobile_robot_control.cli.progress import tqdm
+from mobile_robot_control.cli.progress import RunProgress, tqdm
 from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration, loop_of
@@ -25,21 +27,14 @@ _SETTLE = 1.0
 """[s] of wall time in which other publishers are looked for, before a run and again and again in it."""
 
 
-class ExperimentResult(NamedTuple):
-    """
-    How an experiment ended.
+class Drive(Protocol):
+    """What drives the nodes of a run that is paused at its start: a replay."""
 
-    Attributes
-    ----------
-    outcome : str
-        'completed', 'diverged', 'law_failed', 'interrupted' or 'node_died'.
-    reason : str
-        What went wrong, naming the node or the file; '' where nothing did.
+    def attach(self, namespace: str) -> Node:
+        """Return the node that it does it with."""
 
-    """
-
-    outcome: str
-    reason: str
+    def follow(self, runner: 'ExperimentRunner') -> None:
+        """Do it, as far as the run goes; raise RunFailedError where it cannot."""
 
 
 def _refuse_other_publishers(topics: list[str]) -> None:
@@ -48,7 +43,7 @@ def _refuse_other_publishers(topics: list[str]) -> None:
                               'stop the other robot, or choose another --namespace or ROS_DOMAIN_ID'])
 
 
-class _ExperimentRunner:
+class ExperimentRunner:
     """The processes of one experiment and its progress."""
 
     def __init__(
@@ -56,15 +51,18 @@ class _ExperimentRunner:
         turn: Callable[[], None], bag: BagWriter, bar: tqdm,
     ) -> None:
         self.processes: list[NodeProcess] = []
-        self._output, self._namespace, self._patience = output, namespace, patience
-        self._stop, self._recorder, self._turn, self._bag, self._bar = stop, recorder, turn, bag, bar
+        self.recorder, self.patience = recorder, patience
+        self._output, self._namespace = output, namespace
+        self._stop, self._turn, self._bag, self._bar = stop, turn, bag, bar
         shared, self.loop = parameters.plant.shared, loop_of(parameters.plant)
         self.lockstep = shared.lockstep
         self._period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
         self._position_period = period_nanoseconds(shared.position_rate)
+        self._progress = RunProgress(bar, self._end / 1e9)
 
     def start(self, *names: str) -> None:
+        """Start nodes in one process, paused."""
         arguments = ['--ros-args', '--params-file', str(self._output / 'parameters.yaml'), '-p', 'paused:=true']
         if self._namespace != '/':
             arguments += ['-r', f'__ns:={self._namespace}']
@@ -74,67 +72,63 @@ class _ExperimentRunner:
         """Spin until a condition holds; False when time is up or the run is over."""
         deadline = time.monotonic() + seconds
         while not condition():
-            if time.monotonic() > deadline or self._is_over():
+            if time.monotonic() > deadline or self.is_over():
                 return False
             self._turn()
         return True
 
     def resume(self) -> None:
         """Ask the paused plant to go on, until it has accepted."""
-        deadline = time.monotonic() + self._patience
-        while not self.spin_until(self._recorder.resume(self._period if self.lockstep else 0).done, 1.0):
-            if time.monotonic() > deadline or self._is_over():
+        deadline = time.monotonic() + self.patience
+        while not self.spin_until(self.recorder.resume(self._period if self.lockstep else 0).done, 1.0):
+            if time.monotonic() > deadline or self.is_over():
                 return
 
     def drain(self) -> None:
         """Record what has arrived and is not recorded yet."""
         ended = time.time_ns()
         # another robot on the same topics never falls silent
-        while time.time_ns() - max(ended, self._recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
+        while time.time_ns() - max(ended, self.recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
             self._turn()
 
-    def _is_over(self) -> bool:
+    def is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
-        return (self._stop.requested or bool(self._bag.failure or self._recorder.law_failure)
+        return (self._stop.requested or bool(self._bag.failure or self.recorder.law_failure)
                 or any(process.exit_code() is not None for process in self.processes))
 
-    def watch(self) -> None:
-        """Spin and move the progress bar until the run is over, or nothing moves any more."""
-        newest, moved, end = -1, time.monotonic(), self._end / 1e9
-        start = 0 if self.lockstep else self._recorder.newest.get('joint_states', 0)
-        shown = looked = 0.0
+    def is_at(self, stamp: int) -> bool:
+        """Return whether the newest message on every loop topic has a stamp [ns]."""
+        return all(self.recorder.newest.get(topic) == stamp for topic in self.loop.topics)
 
-        def show(least: float) -> None:
-            nonlocal shown
-            done = max(0.0, min((newest - start) / 1e9, end))
-            if done - shown >= least:
-                self._bar.update(done - shown)
-                shown = done
-
-        while not self._is_over():
+    def watch(self, done: Callable[[], bool] = lambda: False) -> None:
+        """Spin and move the progress bar until a condition holds, the run is over, or nothing moves any more."""
+        newest, moved, looked = -1, time.monotonic(), 0.0
+        start = 0 if self.lockstep else self.recorder.newest.get('joint_states', 0)
+        while not self.is_over() and not done():
             self._turn()
             if time.monotonic() > looked + _SETTLE:
                 looked = time.monotonic()
-                _refuse_other_publishers(self._recorder.topics_of_others(ours=1))
+                _refuse_other_publishers(self.recorder.topics_of_others(ours=1))
             now = self._reached()
             if now != newest:
                 newest, moved = now, time.monotonic()
-                show(least=0.05)
-            elif time.monotonic() - moved > self._patience:
+                self._progress.show((newest - start) / 1e9, least=0.05)
+            elif time.monotonic() - moved > self.patience:
                 break
-        show(least=0.0)
+        self._progress.show((newest - start) / 1e9)
         self._bar.refresh()
 
     def _reached(self) -> int:
         """Return the stamp up to which the run has moved: on the wall clock, of the slowest topic."""
-        newest = self._recorder.newest
+        newest = self.recorder.newest
         return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in self.loop.topics)
 
     def result(self) -> ExperimentResult:
+        """Return how the run ended."""
         if self._stop.requested or self._bag.failure:
             return ExperimentResult('interrupted', '')
-        if self._recorder.law_failure:
-            return ExperimentResult('law_failed', self._recorder.law_failure)
+        if self.recorder.law_failure:
+            return ExperimentResult('law_failed', self.recorder.law_failure)
         for process in self.processes:
             if process.exit_code() == 0 and 'plant' in process.name:
                 return ExperimentResult('completed', '')
@@ -143,13 +137,13 @@ class _ExperimentRunner:
         dead = [process for process in self.processes if process.exit_code() is not None]
         if dead:
             return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
-        silent = silent_node(self._recorder.newest, self.lockstep, self._position_period, self.loop)
-        return ExperimentResult('node_died', f'{silent} gave no answer for {self._patience} s and was given up')
+        silent = silent_node(self.recorder.newest, self.lockstep, self._position_period, self.loop)
+        return ExperimentResult('node_died', f'{silent} gave no answer for {self.patience} s and was given up')
 
 
 def run_experiment(
     parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop, bar: tqdm,
-    watchdog: Watchdog,
+    watchdog: Watchdog, drive: Drive | None = None,
 ) -> ExperimentResult:
     """
     Run an experiment and record it into a folder, which takes the bag and the nodes' logs and has `parameters.yaml`.
@@ -172,10 +166,12 @@ def run_experiment(
                 executor.spin_once(timeout_sec=0.05)
                 watchdog.note_progress()
 
-            runner = _ExperimentRunner(parameters, output, namespace, patience, stop, recorder, turn, bag, bar)
+            runner = ExperimentRunner(parameters, output, namespace, patience, stop, recorder, turn, bag, bar)
             runner.spin_until(recorder.topics_of_others, _SETTLE)
             _refuse_other_publishers(recorder.topics_of_others())
             begun = True
+            if drive is not None:
+                executor.add_node(drive.attach(namespace))
             try:
                 for names in [runner.loop.nodes] if composed else [(name,) for name in runner.loop.nodes]:
                     runner.start(*names)
@@ -183,9 +179,13 @@ def run_experiment(
                 # the paused plant repeats its first messages until they and every answer to them have been recorded
                 ready = recorder.has_every_node if runner.lockstep else recorder.all_discovered
                 if runner.spin_until(ready, max(patience, START)):
+                    if drive is not None:
+                        drive.follow(runner)
                     runner.resume()
                     runner.watch()
                 result = runner.result()
+            except RunFailedError as error:
+                result = ExperimentResult('interrupted', str(error))
             finally:
                 stop_processes(runner.processes)
                 runner.drain()

@@ -11,4 +11,28 @@ except ValueError as error:
     print(f'not used: {", ".join(f"{name}={value!a}" for name, value in odd.items())} ({error})', file=sys.stderr)
     from tqdm import tqdm
 
-__all__ = ['tqdm']
+__all__ = ['RunProgress', 'tqdm']
+
+
+class RunProgress:
+    """
+    Moves a bar over the simulated time of a run.
+
+    Parameters
+    ----------
+    bar : tqdm
+        Over this run and others [s].
+    end : float
+        Length of the run [s].
+
+    """
+
+    def __init__(self, bar: tqdm, end: float) -> None:
+        self._bar, self._end, self._shown = bar, end, 0.0
+
+    def show(self, reached: float, least: float = 0.0) -> None:
+        """Show how far the run is [s], where it has moved by so much at least."""
+        done = max(0.0, min(reached, self._end))
+        if done - self._shown >= least:
+            self._bar.update(done - self._shown)
+            self._shown = done

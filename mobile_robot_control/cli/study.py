@@ -27,6 +27,7 @@ from mobile_robot_control.cli.study_run import (
     check_study,
     run_study,
     study_columns,
+    study_lines,
     study_rows,
     study_values,
 )
@@ -36,10 +37,10 @@ from mobile_robot_control.model.actuators import LONGEST_DELAY
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
+from mobile_robot_control.reporting.starts_map import Start, Starts, draw_starts_map
 from mobile_robot_control.reporting.study_page import StudiedRuns, write_study_page
 from mobile_robot_control.texts import printable
-from mobile_robot_control.tuning.promises import promise_lines
+from mobile_robot_control.tuning.splits import best_split
 
 
 def parse_study(arguments: Sequence[str] | None, writes: bool = True) -> argparse.Namespace:
@@ -98,10 +99,11 @@ def _table(results: dict[str, StudiedController]) -> str:
 def _map(results: dict[str, StudiedController], file: Path) -> str:
     """Draw the map of starts; return its SVG."""
     return draw_starts_map({
-        f'{name.replace("_", " ")}: {100.0 * sum(run.success for run in judged) / len(judged):.2f} %': [
-            Start(scenario.start, run.success)
-            for scenario, run in zip(scenarios, judged, strict=False) if scenario.start is not None
-        ] for name, (scenarios, judged, _, _) in results.items()
+        f'{name.replace("_", " ")}: {100.0 * sum(run.success for run in judged) / len(judged):.2f} %': Starts(
+            [Start(scenario.start, run.success, run.outcome)
+             for scenario, run in zip(scenarios, judged, strict=False) if scenario.start is not None],
+            best_split(scenarios, judged),
+        ) for name, (scenarios, judged, _, _) in results.items()
     }, file)
 
 
@@ -120,19 +122,16 @@ def _run(options: argparse.Namespace) -> int:
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
-    found = study_values(options, results, interrupt.requested)
-    write_atomically(folder / 'study.json', json.dumps(found, indent=2) + '\n')
+    values = study_values(options, results, interrupt.requested)
+    write_atomically(folder / 'study.json', json.dumps(values, indent=2) + '\n')
     write_atomically(folder / 'runs.csv', _table(results))
     svg = _map(results, folder / 'starts.png')
     write_study_page(folder / 'study.html', {
         name: StudiedRuns(one.scenarios, one.judged, one.promise,
                           # after Ctrl-C nothing more is driven
                           {} if interrupt.requested else replayed_runs(one, options.laps))
-        for name, one in results.items()}, found['success'], svg, interrupt.requested)
-    for name, numbers in found['controllers'].items():
-        low, high = (100.0 * bound for bound in numbers['success_interval'])
-        print(f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
-              f'(95 % interval {low:.2f} to {high:.2f} %)', *promise_lines(results[name].promise), sep='\n')
+        for name, one in results.items()}, values['success'], svg, interrupt.requested)
+    print(*study_lines(results), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1

@@ -10,20 +10,24 @@ from mobile_robot_control.cli.worker_options import TrialRunner
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.simulation.metrics import TRUE
+from mobile_robot_control.texts import as_lines
+from mobile_robot_control.tuning.comparison import best_of, comparison_texts, comparison_values
+from mobile_robot_control.tuning.failures import failure_texts, failure_values
 from mobile_robot_control.tuning.monte_carlo import (
     WITHIN,
     Judged,
     ScenarioDistribution,
     draw_scenarios,
     judge,
+    success_text,
     summarise_runs,
 )
-from mobile_robot_control.tuning.promises import Promise, promise, promise_values
+from mobile_robot_control.tuning.promises import Promise, promise, promise_lines, promise_values
 from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_trial
 
 _BATCH = 100
 _SCENARIO = ('controller', 'curve', 'scale', 'start_x', 'start_y', 'start_yaw', 'mass_factor', 'friction_factor',
-             'noise_seed', 'delay', 'success')
+             'noise_seed', 'delay', 'success', 'outcome')
 
 
 class StudiedController(NamedTuple):
@@ -98,7 +102,8 @@ def run_study(
     for name, parameters in controllers.items():
         scenarios = study_scenarios(options, parameters)
         late = options.laps * 0.75
-        trials = [scenario_trial(parameters, scenario, options.laps, late) for scenario in scenarios]
+        drawn = (scenario_trial(parameters, scenario, options.laps, late) for scenario in scenarios)
+        trials = [one._replace(form=one.form._replace(indices=True)) for one in drawn]
         judged: list[Judged] = []
         for first in range(0, len(trials), _BATCH):
             if stopped():
@@ -119,9 +124,27 @@ def study_values(
         'outcome': 'interrupted' if interrupted else 'completed', 'seed': options.seed, 'laps': options.laps,
         'curves': options.curves, 'scales': options.scales, 'within': options.within, 'variation': options.variation,
         'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupted, 'error': TRUE,
-        'controllers': {name: summarise_runs(studied.judged) | promise_values(studied.promise)
+        'controllers': {name: summarise_runs(studied.judged)
+                        | {'failures': failure_values(studied.scenarios, studied.judged)}
+                        | promise_values(studied.promise)
                         for name, studied in results.items()},
+        'best': best_of(_judged(results)),
+        'comparisons': comparison_values(_judged(results)),
     }
+
+
+def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]:
+    """Return the judged runs by controller."""
+    return {name: studied.judged for name, studied in results.items()}
+
+
+def study_lines(results: Mapping[str, StudiedController]) -> Iterator[str]:
+    """Yield what the command prints: success, failures and what holds of each controller, and the comparison."""
+    for name, studied in results.items():
+        yield success_text(name, summarise_runs(studied.judged))
+        yield from as_lines(failure_texts(studied.scenarios, studied.judged))
+        yield from promise_lines(studied.promise)
+    yield from as_lines(comparison_texts(_judged(results)))
 
 
 def study_columns(results: Mapping[str, StudiedController]) -> Sequence[str]:
@@ -135,7 +158,7 @@ def study_rows(results: Mapping[str, StudiedController]) -> Iterator[list[Any]]:
         for scenario, run in zip(studied.scenarios, studied.judged, strict=False):
             assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
             yield [controller, scenario.curve, scenario.scale, *scenario.start, scenario.mass, scenario.friction,
-                   scenario.noise.seed, scenario.delay, int(run.success), *run.metrics.values()]
+                   scenario.noise.seed, scenario.delay, int(run.success), run.outcome, *run.metrics.values()]
 
 
 def as_cell(value: Any) -> Any:

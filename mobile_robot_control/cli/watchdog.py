@@ -30,15 +30,18 @@ class Watchdog:
         Wall time without a call of `note_progress` after which this process and its nodes are killed.
     grace : float
         Wall time that this process has to end, or to note progress, after SIGINT or SIGTERM [s].
+    name : str
+        Of the command, before its error text.
 
     """
 
-    def __init__(self, seconds: float, grace: float = _GRACE) -> None:
-        self._seconds, self._grace = seconds, grace
+    def __init__(self, seconds: float, grace: float = _GRACE, name: str = 'experiment') -> None:
+        self._seconds, self._grace, self._name = seconds, grace, name
 
     def __enter__(self) -> 'Watchdog':
         self._process = subprocess.Popen(  # noqa: S603 (our own module)
-            [sys.executable, '-I', '-S', __file__, *map(str, (os.getpid(), self._seconds, self._grace))],
+            [sys.executable, '-I', '-S', __file__, *map(str, (os.getpid(), self._seconds, self._grace)),
+             self._name],
             stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True)
         assert self._process.stdin is not None  # noqa: S101 (for mypy: it is a pipe)
         self._pipe = self._process.stdin.fileno()
@@ -91,7 +94,7 @@ def _state(pid: int) -> str:
         return ''
 
 
-def _watch(watched: int, seconds: float, grace: float) -> None:
+def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
     """Watch a process: kill it where it hangs, and its nodes with it or after it."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
@@ -126,10 +129,10 @@ def _watch(watched: int, seconds: float, grace: float) -> None:
                 deadline = min(deadline, time.monotonic() + grace)
         # a message that has come in part
         rest = text[text.rfind(b'node'):] if re.search(rb'node \d*$', text) else b''
-    print('\nexperiment: ROS 2 has not answered for too long; this process and its nodes are killed: the machine or '
+    print(f'\n{name}: ROS 2 has not answered for too long; this process and its nodes are killed: the machine or '
           'its limits (ulimit) may leave too little room', file=sys.stderr)
     _kill([watched, *nodes])
 
 
 if __name__ == '__main__':
-    _watch(int(sys.argv[1]), *map(float, sys.argv[2:4]))
+    _watch(int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), sys.argv[4])

@@ -25,6 +25,8 @@ from mobile_robot_control.messages.types import (
     TwistWithCovariance,
     Vector,
     Vector3Stamped,
+    Wrench,
+    WrenchStamped,
 )
 
 ENCAPSULATION = b'\x00\x01\x00\x00'
@@ -124,6 +126,12 @@ def _twist_stamped(order: _Order, data: bytes) -> TwistStamped:
     return TwistStamped(header, _twist(*order.six.unpack_from(data, aligned(at, 8))))
 
 
+def _wrench_stamped(order: _Order, data: bytes) -> WrenchStamped:
+    header, at = _header(order, data)
+    fx, fy, fz, tx, ty, tz = order.six.unpack_from(data, aligned(at, 8))
+    return WrenchStamped(header, Wrench(Vector(fx, fy, fz), Vector(tx, ty, tz)))
+
+
 def _vector_stamped(order: _Order, data: bytes) -> Vector3Stamped:
     header, at = _header(order, data)
     return Vector3Stamped(header, Vector(*order.three.unpack_from(data, aligned(at, 8))))
@@ -154,6 +162,7 @@ _READ: dict[str, Callable[[_Order, bytes], Any]] = {
     'geometry_msgs/msg/Twist': _plain_twist,
     'geometry_msgs/msg/TwistStamped': _twist_stamped,
     'geometry_msgs/msg/Vector3Stamped': _vector_stamped,
+    'geometry_msgs/msg/WrenchStamped': _wrench_stamped,
     'diagnostic_msgs/msg/DiagnosticArray': _diagnostic_array,
 }
 
@@ -165,7 +174,7 @@ def deserialise(kind: str, data: bytes) -> Any:
     Parameters
     ----------
     kind : str
-        One of the loop's types, 'geometry_msgs/msg/Twist' or 'diagnostic_msgs/msg/DiagnosticArray'.
+        One of the loop's types, Twist or WrenchStamped of geometry_msgs, or 'diagnostic_msgs/msg/DiagnosticArray'.
     data : bytes
         From anywhere.
 

@@ -85,7 +85,7 @@ def serialised_stamp(message: bytes) -> int:
     return int(seconds) * NANOSECONDS + int(rest)
 
 
-def _check(name: str, *values: float) -> None:
+def check_numbers(name: str, *values: float) -> None:
     """Raise RefusedMessageError where a value is not finite or beyond LARGEST."""
     for value in values:
         # written so that NaN does not pass
@@ -95,7 +95,7 @@ def _check(name: str, *values: float) -> None:
             raise RefusedMessageError(f'{name} not finite', f'{value}')
 
 
-def _check_frame(field: str, found: str, expected: str) -> None:
+def check_frame(field: str, found: str, expected: str) -> None:
     """Raise RefusedMessageError where a frame is not the expected one."""
     if expected not in ('', found):
         raise RefusedMessageError(
@@ -110,11 +110,11 @@ def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple
     The pose must be in `frame` and the twist in `child_frame`; '' takes any. Raises RefusedMessageError if a number is
     not finite or beyond LARGEST, the quaternion is not of unit length, or a frame is wrong.
     """
-    _check_frame('frame_id', message.header.frame_id, frame)
-    _check_frame('child_frame_id', message.child_frame_id, child_frame)
+    check_frame('frame_id', message.header.frame_id, frame)
+    check_frame('child_frame_id', message.child_frame_id, child_frame)
     position, q, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
     x, y, z, w = q.x, q.y, q.z, q.w
-    _check('odometry', position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
+    check_numbers('odometry', position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
     length = x * x + y * y + z * z + w * w
     if abs(length - 1.0) > 0.01:
         raise RefusedMessageError('quaternion not of unit length', f'its length is {math.sqrt(length):g}')
@@ -130,7 +130,7 @@ def read_twist(message: Any, frame: str = '') -> BodyVelocity:
     is not finite or beyond LARGEST, or the frame is wrong.
     """
     if message.header.frame_id:
-        _check_frame('frame_id', message.header.frame_id, frame)
+        check_frame('frame_id', message.header.frame_id, frame)
     return read_plain_twist(message.twist)
 
 
@@ -141,7 +141,7 @@ def read_plain_twist(message: Any) -> BodyVelocity:
     Raises RefusedMessageError if a number is not finite or beyond LARGEST.
     """
     velocity = BodyVelocity(message.linear.x, message.angular.z)
-    _check('command', *velocity)
+    check_numbers('command', *velocity)
     return velocity
 
 
@@ -152,7 +152,7 @@ def read_error(message: Any) -> TrackingError:
     Raises RefusedMessageError if a number is not finite or beyond LARGEST.
     """
     error = TrackingError(message.vector.x, message.vector.y, message.vector.z)
-    _check('tracking error', *error)
+    check_numbers('tracking error', *error)
     return error
 
 
@@ -169,7 +169,7 @@ def _by_name(message: Any, values: Sequence[float], what: str) -> tuple[float, f
         except ValueError:
             raise RefusedMessageError('a wheel is not named',
                                       f'{WHEEL_JOINTS} are not all among {list(names[:9])}') from None
-    _check(what, right, left)
+    check_numbers(what, right, left)
     return float(right), float(left)
 
 

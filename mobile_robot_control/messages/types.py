@@ -78,6 +78,20 @@ class Odometry(NamedTuple):
     twist: TwistWithCovariance
 
 
+class Wrench(NamedTuple):
+    """geometry_msgs/Wrench."""
+
+    force: Vector
+    torque: Vector
+
+
+class WrenchStamped(NamedTuple):
+    """geometry_msgs/WrenchStamped."""
+
+    header: Header
+    wrench: Wrench
+
+
 class Vector3Stamped(NamedTuple):
     """geometry_msgs/Vector3Stamped."""
 

@@ -7,14 +7,14 @@ A node makes a writer for each of its messages once, and publishes the bytes tha
 import math
 from collections.abc import Callable, Sequence
 
-from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.messages.template import Template
-from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, Push, TrackingError, WheelTorque, WheelVelocity
 
 
 def planar_quaternion(heading: float) -> tuple[float, float]:
@@ -90,6 +90,22 @@ def error_writer(frame: str) -> Callable[[int, TrackingError], bytes]:
 
     template = Template(message, put, 3)
     return lambda stamp, error: template.fill(stamp, *error)
+
+
+def wrench_writer(frame: str) -> Callable[[int, Push], bytes]:
+    """
+    Make a function that writes geometry_msgs/WrenchStamped for `disturbance`.
+
+    It takes a stamp [ns] and a push in the robot's frame [N], [N m].
+    """
+    message = WrenchStamped()
+    message.header.frame_id = frame
+
+    def put(force: float, torque: float) -> None:
+        message.wrench.force.x, message.wrench.torque.z = force, torque
+
+    template = Template(message, put, 2)
+    return lambda stamp, wrench: template.fill(stamp, *wrench)
 
 
 def torque_writer() -> Callable[[int, WheelTorque], bytes]:

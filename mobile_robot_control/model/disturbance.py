@@ -1,11 +1,12 @@
-"""Torques on the wheels that no controller asked for."""
+"""What moves the robot and no controller asked for: torques on its wheels, pushes at its body."""
 
 import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.robot import Robot, half_separation
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.quantities import WheelTorque
+from mobile_robot_control.quantities import Push, WheelTorque
 
 
 class Disturbance(NamedTuple):
@@ -55,3 +56,46 @@ def disturbed(torque: WheelTorque, disturbance: Disturbance, k: int, dt: float) 
         right += impulse_right / dt
         left += impulse_left / dt
     return WheelTorque(torque.right + right, torque.left + left)
+
+
+def wheel_torques_of(wrench: Push, robot: Robot) -> WheelTorque:
+    """
+    Return the torques on the wheels that do the same work as a push at point A [N m].
+
+    Parameters
+    ----------
+    wrench : Push
+        Force and torque in the robot's frame [N], [N m].
+    robot : Robot
+        Physical constants.
+
+    Notes
+    -----
+    With Eq. (5)-(7) of the chapter, v = r/2 (ω_R + ω_L) and ω = r/(2R) (ω_R - ω_L), the power F v + T ω is
+    τ_R ω_R + τ_L ω_L of these torques for every motion.
+
+    """
+    half_radius = 0.5 * robot.wheel_radius
+    turning = wrench.torque / half_separation(robot)
+    return WheelTorque(half_radius * (wrench.force + turning), half_radius * (wrench.force - turning))
+
+
+def with_push(disturbance: Disturbance, wrench: Push, k: int, dt: float, robot: Robot) -> Disturbance:
+    """
+    Return the disturbance of one step, in which a push acts beside the one that is there.
+
+    Parameters
+    ----------
+    disturbance : Disturbance
+        Impulse and step.
+    wrench : Push
+        The push, held over the step [N], [N m].
+    k : int
+        Step of the velocity loop that begins.
+    dt : float
+        Its period [s].
+    robot : Robot
+        Physical constants.
+
+    """
+    return Disturbance(step=disturbed(wheel_torques_of(wrench, robot), disturbance, k, dt))

@@ -28,15 +28,15 @@ class PlantParameters(NamedTuple):
     shared: Annotated[Shared, INLINE] = Shared()
     initial_pose: Annotated[
         tuple[float, ...],
-        Field('m, m, rad', "where the robot starts: x, y, yaw; the commands start it at the cart's start if not given",
-              length=3)
+        Field('m, m, rad', "where the robot starts: x, y, yaw; the commands start it at the cart's start if not given; "
+              'a change acts at the next reset', length=3, live=True)
     ] = (1.0, 0.0, 0.5 * math.pi)
     duration: Annotated[
         float, Field('s', 'length of the run; 0 for no end', minimum=0.0)
     ] = 0.0
     real_time_factor: Annotated[
         float, Field('', 'simulated time per wall time in lockstep, 0 for as fast as possible: larger runs faster',
-                     minimum=0.0)
+                     minimum=0.0, live=True)
     ] = 1.0
     paused: Annotated[
         bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock joint_states alone',

@@ -12,21 +12,36 @@ from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, Referen
 from mobile_robot_control.reference.curve import CurveFunction
 from mobile_robot_control.reference.curves import CURVES
 
+_NEXT_RUN = '; a change acts from the next run on'
+
 
 class Placement(NamedTuple):
     """Size, lap time, start and place of the curve."""
 
-    scale: Annotated[float, Field('m', "the curve's size a: larger drives a longer lap, and faster", above=0.0)] = 1.0
-    period: Annotated[float, Field('s', 'time for one lap: larger drives more slowly', above=0.0)] = 16.0
-    phase: Annotated[float, Field('', 'where the cart starts, as a fraction of a lap: larger starts farther on')] = 0.0
-    center: Annotated[tuple[float, ...], Field('m', "where the curve's origin lies, x and y", length=2)] = (0.0, 0.0)
-    rotation: Annotated[float, Field('rad', 'of the curve about its origin, counter-clockwise')] = 0.0
+    scale: Annotated[
+        float, Field('m', f"the curve's size a: larger drives a longer lap, and faster{_NEXT_RUN}", above=0.0,
+                     live=True)
+    ] = 1.0
+    period: Annotated[
+        float, Field('s', 'time for one lap: larger drives more slowly; a change acts at once, where the cart is',
+                     above=0.0, live=True)
+    ] = 16.0
+    phase: Annotated[
+        float, Field('', f'where the cart starts, as a fraction of a lap: larger starts farther on{_NEXT_RUN}',
+                     live=True)
+    ] = 0.0
+    center: Annotated[
+        tuple[float, ...], Field('m', f"where the curve's origin lies, x and y{_NEXT_RUN}", length=2, live=True)
+    ] = (0.0, 0.0)
+    rotation: Annotated[
+        float, Field('rad', f'of the curve about its origin, counter-clockwise{_NEXT_RUN}', live=True)
+    ] = 0.0
 
 
 class CurveParameters(NamedTuple):
     """Which curve the reference cart drives, and its placement."""
 
-    curve: Annotated[str, Field('', 'the curve', choices=CURVES)] = 'trifolium'
+    curve: Annotated[str, Field('', f'the curve{_NEXT_RUN}', choices=CURVES, live=True)] = 'trifolium'
     placement: Annotated[Placement, INLINE] = Placement()
 
 
@@ -73,6 +88,23 @@ def reference_at(curve: CurveFunction, time: float, placement: Placement) -> Ref
             (point.dx * point.ddy - point.dy * point.ddx) / speed_squared * rate,
         ),
     )
+
+
+def with_period(placement: Placement, period: float, time: float) -> Placement:
+    """
+    Return a placement with another lap time, its phase such that the cart goes on where it is.
+
+    Parameters
+    ----------
+    placement : Placement
+        Up to now.
+    period : float
+        Lap time from now on [s].
+    time : float
+        Now, since the run's start [s].
+
+    """
+    return placement._replace(period=period, phase=placement.phase + time / placement.period - time / period)
 
 
 _POINTS = 64

@@ -9,6 +9,7 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.readable import Unit, described_change, quantities, quantity, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.simulation.indices import BAND
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE
 
 
@@ -62,6 +63,15 @@ ROWS = (
     *(Row(f'peak power, {wheel}', 'W', _metric('peak_wheel_power', wheel)) for wheel in _WHEELS),
     Row('energy', 'J', _metric('energy')),
     Row('objective, Eq. (29)', '', _metric('objective'), ('error', 'energy')),
+    *(Row(f'position error, {label}', unit, _metric(name), ('error',)) for name, label, unit in (
+        ('iae', '∫ d dt (IAE)', 'm s'), ('ise', '∫ d² dt (ISE)', 'm² s'), ('itae', '∫ t d dt (ITAE)', 'm s²'),
+        ('itse', '∫ t d² dt (ITSE)', 'm² s²'))),
+    Row('cross-track error, RMS', 'm', _metric('rms_cross_track_error'), ('error',)),
+    Row('cross-track error, largest', 'm', _metric('max_cross_track_error'), ('error',)),
+    Row(f'settling time, to {BAND:g} m', 's', _metric('settling_time'), ('error',)),
+    Row(f'share of time within {BAND:g} m', '', _metric('share_within_band'), ('error',), max),
+    Row('variation of the torque', 'N m', _metric('torque_variation')),
+    Row('variation of the command', 'm/s', _metric('command_variation')),
 )
 """Metrics of which one value is better than another."""
 _FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _metric('initial_wheel_torque', wheel)) for wheel in _WHEELS)

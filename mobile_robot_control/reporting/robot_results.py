@@ -2,9 +2,6 @@
 
 import hashlib
 import json
-import re
-import shlex
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -14,8 +11,10 @@ from typing import Any
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.robot_files import shipped_robots
+from mobile_robot_control.reporting.command_output import output_of
+from mobile_robot_control.reporting.page_part import PagePart, table_row
 
-_MARKS = re.compile('<!-- results: generated.*?-->.*<!-- end of results -->', re.DOTALL)
+PART = PagePart('results')
 _NO_SLIP = ('-p', 'plant.odometry.slip:=0.0')
 _STUDY = '--runs 300 --seed 1'
 VARIED = {
@@ -41,17 +40,6 @@ def lap_command(robot: str, file: Path) -> str:
 def study_command(robot: str) -> str:
     """Return the shell command that studies a robot, without its place to write to."""
     return ' '.join(filter(None, (f'study --robot {robot} {_STUDY}', VARIED.get(robot, ''))))
-
-
-def output_of(command: str, *more: str) -> str:
-    """Run a command of this package; return what it prints."""
-    name, *options = shlex.split(command)
-    done = subprocess.run(  # noqa: S603 (commands of this module)
-        [sys.executable, '-m', f'mobile_robot_control.cli.{name}', *options, *more],
-        capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(f'{command}: exit code {done.returncode}: {done.stderr}')
-    return done.stdout
 
 
 def _lap(robot: str, file: Path, *more: str) -> dict[str, Any]:
@@ -116,7 +104,7 @@ def _lines(robots: Mapping[str, Path]) -> Iterator[str]:
     """Yield the lines of the tables: what is measured, and the commands that measure it."""
     rows = [result_cells(robot, _lap(robot, file), _lap(robot, file, *_NO_SLIP), _studied(robot))
             for robot, file in robots.items()]
-    yield from (f'| {" | ".join(_HEAD)} |', f'|{"---|" * len(_HEAD)}', *(f'| {" | ".join(cells)} |' for cells in rows))
+    yield from (table_row(_HEAD), f'|{"---|" * len(_HEAD)}', *map(table_row, rows))
     yield from ('', '| robot | commands |', '|---|---|')
     for robot, file in robots.items():
         yield f'| {robot} | `{lap_command(robot, file)}` and `{study_command(robot)} --output DIR` |'
@@ -124,23 +112,8 @@ def _lines(robots: Mapping[str, Path]) -> Iterator[str]:
 
 def results_markdown(robots: Mapping[str, Path]) -> str:
     """Measure the robots; return Markdown tables between marks, with the fingerprint of their files."""
-    return '\n'.join([f'<!-- results: generated from {results_fingerprint(robots)} -->', '', *_lines(robots), '',
-                      '<!-- end of results -->'])
-
-
-def found_results(text: str) -> str:
-    """Return the tables of a Markdown text with their marks; '' where there are none."""
-    match = _MARKS.search(text)
-    return match.group() if match else ''
-
-
-def insert_results(text: str, made: str) -> str:
-    """Return a Markdown text that has both marks, with the tables of `results_markdown` in place of its own."""
-    return _MARKS.sub(lambda _: made, text)
+    return PART.marked(results_fingerprint(robots), _lines(robots))
 
 
 if __name__ == '__main__':
-    measured = results_markdown(shipped_robots())
-    for argument in sys.argv[1:]:
-        path = Path(argument)
-        path.write_text(insert_results(path.read_text(encoding='utf-8'), measured), encoding='utf-8')
+    PART.write(sys.argv[1:], results_markdown(shipped_robots()))

@@ -22,6 +22,7 @@ from mobile_robot_control.reporting.run_files import (
     recorded_outcome,
 )
 from mobile_robot_control.reporting.series import Series
+from mobile_robot_control.simulation.index_meter import IndexMeter
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE, RunMeter, summary
 from mobile_robot_control.simulation.rollout import is_complete
 from mobile_robot_control.texts import printable
@@ -118,7 +119,7 @@ def _measured(
     if parameters:
         shared = parameters.plant.shared
         slow, fast = 1.0 / shared.position_rate, 1.0 / shared.velocity_rate
-    meter = RunMeter(fast, slow, TRUE if exact else MEASURED)
+    meter = RunMeter(fast, slow, TRUE if exact else MEASURED, IndexMeter(slow, parameters))
     for sample in joined(signals):
         meter.add(sample)
     if meter.last is None:

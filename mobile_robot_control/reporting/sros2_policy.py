@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 from mobile_robot_control.parameters.addressing import namespace_fault
 from mobile_robot_control.parameters.nodes import NODES
-from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, OTHER_TOPICS, SHARED_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, OTHER_INPUTS, OTHER_TOPICS, SHARED_TOPICS
 
 _VERSION = '0.2.0'  # of the schema: https://github.com/ros2/sros2/blob/0.13.0/sros2/sros2/policy/schemas/policy.xsd
 _ENCLAVES = '/mobile_robot_control'
-_RECORDER = 'recorder'
+_RECORDER, _REPLAYER = 'recorder', 'replayer'
 _SERVICES = ('describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description',
              'list_parameters', 'set_parameters', 'set_parameters_atomically')
 """What every node of ROS 2 serves; get_type_description from jazzy on."""
-_OWN_SERVICES = {'position_controller': ('stop', 'release')}
+_OWN_SERVICES = {'plant': ('reset', 'step'), 'position_controller': ('stop', 'release')}
 """What a node serves besides."""
 _HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <!-- Generated from the table of topics: python -m mobile_robot_control.reporting.sros2_policy FILE [NAMESPACE] -->
@@ -32,7 +32,7 @@ class _Permissions(NamedTuple):
 
 def policy(namespace: str = '/') -> str:
     """
-    Return the policy of a robot's nodes and of the recorder of `experiment` as XML.
+    Return the policy of a robot's nodes and of those of `experiment` as XML.
 
     Each node has an enclave of its own. The enclave `experiment` holds them all, for processes that share one.
 
@@ -44,10 +44,10 @@ def policy(namespace: str = '/') -> str:
     """
     room = f'{_ENCLAVES}{namespace.rstrip("/")}'
     permissions = {node: _of_node(node) for node in NODES}
-    recorder = _of_recorder()
+    experiment = {_RECORDER: _of_recorder(), _REPLAYER: _of_replayer()}
     enclaves = [
         *(_enclave(f'{room}/{node}', namespace, {node: allowed}) for node, allowed in permissions.items()),
-        _enclave(f'{room}/experiment', namespace, permissions | {_RECORDER: recorder}),
+        _enclave(f'{room}/experiment', namespace, permissions | experiment),
     ]
     lines = [f'<policy version="{_VERSION}">', '  <enclaves>', *(line for one in enclaves for line in one),
              '  </enclaves>', '</policy>']
@@ -60,14 +60,21 @@ def _of_node(node: str) -> _Permissions:
     others = [topic for topic, publishers in OTHER_TOPICS.items() if node in publishers]
     inputs = dict.fromkeys(topic for graph in LOOPS.values() for topic in graph.inputs_of(node))
     # /clock by rclpy itself, where use_sim_time is true
+    inputs |= dict.fromkeys(topic for topic, nodes in OTHER_INPUTS.items() if node in nodes)
     return _Permissions([*loop, *others], [*inputs, '/clock'],
                         reply=[*_SERVICES, *_OWN_SERVICES.get(node, ())])
 
 
 def _of_recorder() -> _Permissions:
     """Return what the recorder may do: it records all topics, and holds and resumes the plant."""
-    recorded = dict.fromkeys([*LOOP_TOPICS, *OTHER_TOPICS, *SHARED_TOPICS])
+    recorded = dict.fromkeys([*LOOP_TOPICS, *OTHER_TOPICS, *OTHER_INPUTS, *SHARED_TOPICS])
     return _Permissions(['/parameter_events'], recorded, ['plant/set_parameters'])
+
+
+def _of_replayer() -> _Permissions:
+    """Return what the node of `experiment --replay` may do: it sets parameters, resets and pushes the plant."""
+    return _Permissions(['/parameter_events', *OTHER_INPUTS], [], [
+        *(f'{node}/set_parameters_atomically' for node in NODES), 'plant/reset'])
 
 
 def _enclave(path: str, namespace: str, nodes: dict[str, _Permissions]) -> Iterator[str]:

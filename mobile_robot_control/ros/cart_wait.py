@@ -51,6 +51,21 @@ class CartWait:
         self._cart: WaitingCart | None = None
         self._pose = self._at = reference_at(0.0).pose
 
+    @property
+    def time(self) -> float:
+        """Time along the curve [s]."""
+        return 0.0 if self._cart is None else self._cart.time
+
+    def begin_anew(self) -> None:
+        """Bring the cart to the start of another curve, where it waits for the robot."""
+        self._at = self._reference_at(0.0).pose
+        if self._cart is not None:
+            self._cart = begin_waiting(time.monotonic(), self._pose)
+            self._log_wait(self._cart)
+
+    def _log_wait(self, cart: WaitingCart) -> None:
+        self._node.get_logger().warning(f'the cart waits: {self._words(cart)}')
+
     def note(self, pose: Pose) -> None:
         """Take in the robot's pose; the first one brings the cart to its start."""
         self._pose = pose
@@ -65,7 +80,7 @@ class CartWait:
             before = after_a_pause(before, now)
         self._cart = move_cart(before, now, self._monitor.age('odom'), self._pose, self._at, self._wait_distance)
         if self._cart.why and not before.why:
-            self._node.get_logger().warning(f'the cart waits: {self._words(self._cart)}')
+            self._log_wait(self._cart)
         elif before.why and not self._cart.why:
             self._node.get_logger().info('the cart drives')
         reference = slowed(self._reference_at(self._cart.time), self._cart.rate)

@@ -160,7 +160,7 @@ class InputValidator:
         It is not refused: a node that was started again may answer otherwise, and the run must go on.
         """
         taken = self._taken.setdefault(topic, {})
-        if decision in (StampDecision.START, StampDecision.JOIN):
+        if stamp == 0 or decision is StampDecision.JOIN:
             taken.clear()
         first = taken.setdefault(stamp, message)
         if len(taken) > _KEPT:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -25,8 +25,9 @@ from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.publisher_watch import PublisherWatch
 from mobile_robot_control.ros.qos import SENSORS, SUBSCRIBED, publish_on, subscribe_to
+from mobile_robot_control.ros.run_events import RunEvents
 from mobile_robot_control.ros.stamp_policy import StampDecision
-from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_TOPICS, LoopGraph
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_INPUTS, OTHER_TOPICS, LoopGraph
 
 
 class _NodeParameters(Protocol):
@@ -70,14 +71,16 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._loop = self._loop_graph()
         self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout)
         self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
-        self._watch = PublisherWatch(self, self._loop.topics_of(name))
+        self._watch = PublisherWatch(self, [*self._loop.topics_of(name), *(
+            topic for topic, nodes in OTHER_INPUTS.items() if name in nodes)])
+        self._events = RunEvents(self)
 
     def _start(self, rate: float, tick: Callable[[], None], pace: OverrunCounter | None = None) -> None:
         """Begin to serve parameters, to publish diagnostics and, on the wall clock, to tick at a rate [Hz]."""
         if pace is None and not self._shared.lockstep:
             pace = FixedRateTimer(self, rate, tick)
         self._diagnostics = Diagnostics(self, self._validator, self._monitor, self._watch, pace, self._condition)
-        CheckedParameterService(self, type(self._values), self._change)
+        CheckedParameterService(self, type(self._values), self._apply, self._refusals)
         self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
 
     def _subscribe(self, topic: str, take: Callable[[bytes], None]) -> None:
@@ -94,7 +97,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     def _check_topics(self) -> None:
         """Raise ParameterError where remapping gives two topics one name."""
         names: dict[str, list[str]] = {}
-        for topic in (*LOOP_TOPICS, *OTHER_TOPICS):
+        for topic in (*LOOP_TOPICS, *OTHER_TOPICS, *OTHER_INPUTS):
             names.setdefault(self.resolve_topic_name(topic), []).append(topic)
         violations = [f"{' and '.join(topics)} would be the same topic, '{name}'; change the remapping (-r) of one"
                          for name, topics in names.items() if len(topics) > 1]
@@ -107,6 +110,7 @@ class LoopNode(Node, Generic[NodeGroup]):
             self.get_logger().info(f'joined a run under way at t = {stamp / 1e9:g} s')
         else:
             self.get_logger().info('a new run begins' if self._in_run else 'a run begins')
+            self._events.begin_run(self._in_run)
         self._in_run = True
 
     def _awaited(self) -> list[str]:
@@ -133,7 +137,20 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Return what the last diagnostics say."""
         return Condition(DiagnosticStatus.OK, 'ended')
 
-    def _change(self, values: NodeGroup) -> None:
+    def _refusals(self, _values: NodeGroup) -> Iterable[str]:
+        """Return why parameters cannot be taken now."""
+        return ()
+
+    def _waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
+        """Return whether parameters that were set act from the next run on, and not from the next step."""
+        return False
+
+    def _apply(self, values: NodeGroup, changed: Mapping[str, Any]) -> None:
+        waits = self._waits_for_a_run(changed)
+        self._events.note(changed, waits)
+        self._change(values, waits)
+
+    def _change(self, values: NodeGroup, _waits: bool) -> None:
         """Take the parameters after a live change."""
         self._values = values
 
@@ -143,6 +160,7 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def close(self) -> None:
         """Publish what must be published last, and wait until it has arrived."""
+        self._events.flush()
         self._diagnostics.end(self._last_condition())
         reached = self._reached() if self._in_run else None
         self.get_logger().info('ended' if reached is None else f'ended at t = {reached / 1e9:g} s')

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 
 from rclpy.node import Node
+from rclpy.timer import Timer
 
 from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy
 from mobile_robot_control.ros.timers import create_steady_timer
@@ -42,17 +43,31 @@ class LockstepPacer:
         self, node: Node, policy: AnswerStampPolicy, real_time_factor: float, publish: Callable[[], None],
         repeat: Callable[[float], None],
     ) -> None:
-        self._policy, self._publish, self._repeat = policy, publish, repeat
-        self._wall_period = policy.period / 1e9 / real_time_factor if real_time_factor > 0.0 else 0.0
+        self._node, self._policy, self._publish, self._repeat = node, policy, publish, repeat
         self._due = self._asked = time.monotonic()
+        self._factor, self._wall_period = 0.0, 0.0
+        self._timer: Timer | None = None
         self.overruns = 0
         create_steady_timer(REPEAT_AFTER, self._repeat_unanswered, node)
+        self.change(real_time_factor)
+
+    def change(self, real_time_factor: float) -> None:
+        """Pace by another factor from now on."""
+        if real_time_factor == self._factor:
+            return
+        self._factor, self._due = real_time_factor, time.monotonic()
+        self._wall_period = self._policy.period / 1e9 / real_time_factor if real_time_factor > 0.0 else 0.0
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+            self._timer = None
         if self._wall_period > 0.0:
-            create_steady_timer(max(self._wall_period, 5e-4), self._ask_when_due, node)
+            self._timer = create_steady_timer(max(self._wall_period, 5e-4), self._ask_when_due, self._node)
+        elif not self._policy.asking:
+            self._ask_when_due()
 
     def ask(self, present: int) -> None:
         """Publish the question of a simulated time [ns] now, or as soon as the wall clock allows."""
-        self._policy.present, self._policy.asking = present, False
+        self._policy.wait_to_ask(present)
         self._due += self._wall_period
         self._ask_when_due()
 

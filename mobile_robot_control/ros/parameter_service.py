@@ -37,15 +37,18 @@ class CheckedParameterService(ParameterService):
     group : type
         The declared NamedTuple.
     apply : callable
-        Takes the new values of the group after each change.
+        Takes the new values of the group after each change, and those that were set by name, changed or not.
+    refusals : callable
+        Yields why the node, as it is now, cannot take values of the group.
 
     """
 
     def __init__(
-        self, node: Node, group: type, apply: Callable[[Any], None] = lambda _: None
+        self, node: Node, group: type, apply: Callable[[Any, dict[str, Any]], None] = lambda *_: None,
+        refusals: Callable[[Any], Iterable[str]] = lambda _: (),
     ) -> None:
         super().__init__(node)
-        self._group, self._declared, self._apply = group, declarations(group), apply
+        self._group, self._declared, self._apply, self._refusals = group, declarations(group), apply, refusals
 
     def _set_parameters_callback(self, request: Any, response: Any) -> Any:
         asked = request.parameters
@@ -74,7 +77,9 @@ class CheckedParameterService(ParameterService):
         if not result.successful:
             result.reason = f'{", ".join(one.name for one in asked)}: {result.reason}'
         elif any(one.name in self._declared for one in asked):
-            self._apply(build(self._group, self._current()))
+            current = self._current()
+            self._apply(build(self._group, current),
+                        {one.name: current[one.name] for one in asked if one.name in current})
         return result
 
     def _converted(self, message: Any) -> Parameter[Any]:
@@ -131,10 +136,10 @@ class CheckedParameterService(ParameterService):
         changed = {message.name: self._value(message) for message in asked
                    if message.name in self._declared and message.name not in formal}
         try:
-            build(self._group, self._current() | changed)
+            built: Any = build(self._group, self._current() | changed)
         except ParameterError as error:
             return [*formal.values(), *repeated, *self._named(error.violations, changed)]
-        return [*formal.values(), *repeated]
+        return [*formal.values(), *repeated, *self._refusals(built)]
 
     @staticmethod
     def _named(violations: Iterable[str], changed: Iterable[str]) -> Iterator[str]:

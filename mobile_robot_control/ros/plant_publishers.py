@@ -95,4 +95,5 @@ class PlantPublishers:
 
     def flush(self) -> None:
         """Wait, not long, until every subscriber has what was published."""
-        flush(self._odom, self._joint_states)
+        every = (self._odom, self._joint_states, self._ground_truth, self._clock)
+        flush(*(publisher for publisher in every if publisher is not None))

@@ -52,11 +52,11 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._tracking_error = self._publish_on('tracking_error')
         self._subscribe('odom', self._on_odom)
         self._subscribe('reference', self._on_reference)
-        self._tracking = False
+        self._tracking, self._stopped = False, ''
         self._start(shared.position_rate, self._tick)
 
-    def _change(self, values: PositionControllerParameters) -> None:
-        super()._change(values)
+    def _change(self, values: PositionControllerParameters, waits: bool) -> None:
+        super()._change(values, waits)
         self._law.change(values.control)
 
     def _on_odom(self, message: bytes) -> None:
@@ -117,6 +117,9 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._tracking = False
             self._diagnostics.note_stop(*silent)
             self._publish_command(stamp, _ZERO)
+        if self._drive.stop.reason != self._stopped:
+            self._stopped = self._drive.stop.reason
+            self._events.publish(stamp, {'stop': self._stopped} if self._stopped else {'release': True})
 
     def _check_start(self, decision: StampDecision) -> None:
         """Log where a run starts far from the cart."""
@@ -148,6 +151,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
         # publish before updating diagnostics: other nodes wait for the answer
         self._publish(stamp)
         self._diagnostics.note_step()
+        if self._events.pending:
+            self._events.publish_pending(stamp)
 
     def _tell_failure(self) -> None:
         self._diagnostics.publish_now()

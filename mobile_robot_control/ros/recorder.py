@@ -21,11 +21,13 @@ from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.texts import shortened
-from mobile_robot_control.topics import SHARED_TOPICS, LoopGraph
+from mobile_robot_control.topics import EVENTS, SHARED_TOPICS, LoopGraph
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
 """Steps that a lockstep run may be ahead of what is recorded."""
+NO_LIMIT = 1 << 62
+"""[ns]"""
 _DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 Sink = Callable[[str, str, int, bytes, bool], None]
 
@@ -53,6 +55,8 @@ class Recorder(Node):
         What the position controller said of a law that has failed; '' before.
     received : int
         Wall time [ns] at which the last message of a loop topic was taken in.
+    limit : int
+        Stamp [ns] at which a lockstep run is to hold, however far it is recorded.
 
     """
 
@@ -65,12 +69,14 @@ class Recorder(Node):
         self.law_failure = ''
         self._controller = f'{self.get_namespace().rstrip("/")}/position_controller'.lstrip('/')
         self.received = 0
+        self.limit = NO_LIMIT
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
         self._graph = loop
         self._loop = {self.resolve_topic_name(name): topic for name, topic in loop.topics.items()}
         for resolved, topic in self._loop.items():
             self._record(resolved, topic.kind, latched=False)
+        self._record(self.resolve_topic_name(EVENTS), _DIAGNOSTICS, latched=True)
         self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
         self._record('/diagnostics', _DIAGNOSTICS, latched=False)
         create_steady_timer(0.25, self._discover, self)
@@ -80,11 +86,7 @@ class Recorder(Node):
         return [topic for topic in self._loop if self.count_publishers(topic) > ours]
 
     def all_discovered(self) -> bool:
-        """
-        Return whether every node has found its subscribers, this recorder among them, by its own diagnostics.
-
-        On the wall clock, where a paused plant is not answered, nothing more will be missed from then on.
-        """
+        """Return whether, on the wall clock, every node has found its subscribers, by its own diagnostics."""
         return all(self._subscribers.get(resolved, 0) > len(topic.subscribers)
                    for resolved, topic in self._loop.items())
 
@@ -93,7 +95,7 @@ class Recorder(Node):
         return set(self.newest) == set(self._graph.topics)
 
     def has_every_node(self) -> bool:
-        """Return whether, besides, the diagnostics of all nodes are discovered, which may say that a law fails."""
+        """Return whether, besides, the diagnostics of all nodes are discovered, which may report a failed law."""
         return self.has_every_topic() and self.count_publishers('/diagnostics') >= len(self._graph.nodes)
 
     def resume(self, period: int = 0) -> Future[Any]:
@@ -115,9 +117,17 @@ class Recorder(Node):
         self._ahead = AHEAD * period
         return self._set_on_plant(paused=False)
 
+    def pause(self) -> Future[Any]:
+        """Ask the plant to pause."""
+        return self._set_on_plant(paused=True)
+
+    def _farthest(self) -> int:
+        """Return the stamp [ns] up to which the plant may go on."""
+        return min(self._complete_until() + self._ahead, self.limit)
+
     def _set_on_plant(self, **values: float) -> Future[Any]:
         if self._ahead:
-            self._allowed = self._complete_until() + self._ahead
+            self._allowed = self._farthest()
             values['hold_at'] = self._allowed / 1e9
         answer: Future[Any] = self._plant.call_async(SetParameters.Request(
             parameters=[Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
@@ -172,7 +182,9 @@ class Recorder(Node):
                 self.received = now
                 with suppress(RefusedMessageError):
                     self.newest[of_loop.name] = serialised_stamp(message)
-                if self._ahead and self._complete_until() > self._allowed - self._ahead // 2:
+                # later in the run, or a reset has begun a new one
+                if (self._ahead and not self._ahead // 2 <= self._allowed - self._complete_until() <= self._ahead
+                        and self._farthest() != self._allowed):
                     self._set_on_plant()
             elif topic == '/diagnostics':
                 self._note_diagnostics(message)

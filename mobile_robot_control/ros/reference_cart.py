@@ -1,7 +1,9 @@
 """The node `reference_cart`: moves the virtual robot that the real one follows."""
 
 import time
+from collections.abc import Iterable, Mapping
 from functools import partial
+from typing import Any
 
 from nav_msgs.msg import Path
 
@@ -9,8 +11,7 @@ from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
 from mobile_robot_control.parameters.nodes import ReferenceCartParameters
 from mobile_robot_control.quantities import Reference
-from mobile_robot_control.reference.cart import reference_at
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.ros.cart_course import PERIOD, CartCourse
 from mobile_robot_control.ros.cart_wait import CartWait
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.input_validation import make_reader
@@ -18,7 +19,8 @@ from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.qos import LATCHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 
-_PATH_POINTS = 400
+_JUMP = ('the cart would jump: on the wall clock its curve can change where wait is true, so that it waits at the new '
+         'start; or start the node again')
 
 
 class ReferenceCart(LoopNode[ReferenceCartParameters]):
@@ -26,24 +28,63 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def __init__(self) -> None:
         super().__init__('reference_cart', ReferenceCartParameters)
-        shared, curve = self._shared, self._values.curve
-        self._curve, self._placement = CURVES[curve.curve], curve.placement
+        shared = self._shared
+        self._course = CartCourse(self._values.curve)
         self._policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
         self._read = make_reader(
             'odom', partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id))
         self._write = writing.odometry_writer(shared.odom_frame_id, shared.reference_frame_id)
         self._reference = self._publish_on('reference')
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
-        self._path.publish(writing.path_message(shared.odom_frame_id, [
-            self._reference_at(self._placement.period * n / _PATH_POINTS).pose
-            for n in range(_PATH_POINTS + 1)
-        ]))
+        self._publish_path()
+        self._answer: Reference | None = None
         self._subscribe('odom', self._on_odom)
         self._began: float | None = None
         waiting = self._values.waiting
         self._wait = None if shared.lockstep or not waiting.wait else CartWait(
-            self, self._monitor, waiting.wait_distance, 1.0 / shared.position_rate, self._reference_at)
+            self, self._monitor, waiting.wait_distance, 1.0 / shared.position_rate, self._course.reference)
         self._start(shared.position_rate, self._tick)
+
+    def _publish_path(self) -> None:
+        self._path.publish(writing.path_message(self._shared.odom_frame_id, self._course.lap()))
+
+    def _waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
+        return self._shared.lockstep and set(changed) != {PERIOD}
+
+    def _refusals(self, values: ReferenceCartParameters) -> Iterable[str]:
+        jumps = values.curve.placement._replace(period=0.0) != self._values.curve.placement._replace(period=0.0)
+        if (jumps or values.curve.curve != self._values.curve.curve) and not (
+                self._shared.lockstep or self._wait is not None or self._began is None):
+            yield _JUMP
+
+    def _change(self, values: ReferenceCartParameters, waits: bool) -> None:
+        before = self._values
+        super()._change(values, waits)
+        if waits:
+            return
+        only_period = before.curve.placement._replace(period=values.curve.placement.period)
+        if values.curve == before.curve._replace(placement=only_period):
+            self._course.change_period(values, self._time())
+        else:
+            self._begin_course()
+
+    def _begin_course(self) -> None:
+        """Begin on the curve of the parameters; a cart that waits, at its start."""
+        if self._course.is_new(self._values.curve):
+            self._course.begin(self._values.curve)
+            self._publish_path()
+            if self._wait is not None:
+                self._wait.begin_anew()
+        else:
+            self._course.begin(self._values.curve)
+
+    def _time(self) -> float:
+        """Return the time along the curve [s]."""
+        if self._shared.lockstep:
+            return (self._policy.accepted or 0) / 1e9
+        if self._wait is not None:
+            return self._wait.time
+        return 0.0 if self._began is None else time.monotonic() - self._began
 
     def _on_odom(self, message: bytes) -> None:
         valid = self._validator.validate('odom', message, self._read, self._policy)
@@ -56,12 +97,19 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             if self._wait is not None:
                 self._wait.note(valid.value[0])
             return
+        if valid.decision is StampDecision.AGAIN and self._answer is not None:
+            self._publish(valid.stamp, self._answer)
+            return
         if valid.decision in (StampDecision.START, StampDecision.JOIN):
             self._note_run(valid.decision, valid.stamp)
+        if valid.decision is StampDecision.START:
+            self._begin_course()
         self._policy.accept(valid.stamp)
-        self._publish(valid.stamp, self._reference_at(valid.stamp / 1e9))
-        if valid.decision is not StampDecision.AGAIN:
-            self._diagnostics.note_step()
+        self._answer = self._course.reference(valid.stamp / 1e9)
+        self._publish(valid.stamp, self._answer)
+        self._diagnostics.note_step()
+        if self._events.pending:
+            self._events.publish_pending(valid.stamp)
 
     def _reached(self) -> int | None:
         return self._policy.accepted
@@ -69,16 +117,15 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def _tick(self) -> None:
         """On the wall clock, the curve's time starts at the first odometry, and stands while the cart waits."""
         if self._began is not None:
-            self._publish(self._clock_stamp(), self._reference_at(time.monotonic() - self._began)
+            stamp = self._clock_stamp()
+            self._publish(stamp, self._course.reference(time.monotonic() - self._began)
                           if self._wait is None else self._wait.reference())
             self._diagnostics.note_step()
+            if self._events.pending:
+                self._events.publish_pending(stamp)
 
     def _condition(self) -> Condition | None:
         return self._wait.condition() if self._wait is not None else None
-
-    def _reference_at(self, time: float) -> Reference:
-        """Return the reference at a time along the curve [s]."""
-        return reference_at(self._curve, time, self._placement)
 
     def _publish(self, stamp: int, reference: Reference) -> None:
         self._reference.publish(self._write(stamp, reference.pose, reference.velocity))

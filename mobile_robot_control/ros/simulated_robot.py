@@ -4,6 +4,7 @@ from typing import Any
 
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.encoders import WheelAngles
 from mobile_robot_control.model.noise import pose_variances, twist_variances
@@ -20,7 +21,7 @@ from mobile_robot_control.model.plant_form import (
 from mobile_robot_control.model.sensor_covariance import sensed_pose_variances, sensed_twist_variances
 from mobile_robot_control.model.sensors import shown_sample
 from mobile_robot_control.parameters.nodes import PlantParameters
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorque, WheelVelocity
 from mobile_robot_control.stamps import period_nanoseconds
 
 
@@ -56,25 +57,48 @@ class SimulatedRobot:
         self._form = form = plant_form(model)
         grid = Grid(period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate))
         self.takes_velocity = form.takes_velocity
-        self.k = 0
-        self.state = dynamics.at_rest(Pose(*values.initial_pose))
-        self.applied = None if form.takes_velocity else WheelTorque(0.0, 0.0)
-        self._model = model
+        self._model, self._grid = model, grid
         self._step, self._sensing = drive_step(form), sensing(form)
         self._discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
-        self._constants, self._drive = drive_constants(model, self._discrete, grid), drive_at_rest(model, grid)
+        self._constants = drive_constants(model, self._discrete, grid)
         self._sensor_values = sensor_values(model, shared.robot, grid)
+        self.begin(values.initial_pose)
+
+    def begin(self, initial_pose: tuple[float, ...]) -> None:
+        """Begin a run at rest at a pose [m], [m], [rad]."""
+        self.k = 0
+        self.state = dynamics.at_rest(Pose(*initial_pose))
+        self.applied = None if self.takes_velocity else WheelTorque(0.0, 0.0)
+        self._drive = drive_at_rest(self._model, self._grid)
         self._sensors = sensors_at_rest(self.state, self._sensor_values)
 
-    def step(self, asked: BodyVelocity | WheelTorque) -> bool:
-        """Move by one velocity period; return whether the robot gave less than was asked for [N m], [m/s], [rad/s]."""
+    @property
+    def diverged(self) -> bool:
+        """Whether the motion is beyond what can be simulated."""
+        return bool(dynamics.diverged(self.state))
+
+    @property
+    def where(self) -> str:
+        """Pose and velocity in words."""
+        return f'{self.state.pose}, {self.state.velocity}'
+
+    def step(self, asked: BodyVelocity | WheelTorque, push: Push | None = None) -> bool:
+        """
+        Move by one velocity period; return whether the robot gave less than was asked for [N m], [m/s], [rad/s].
+
+        A push acts over this period beside what disturbs the robot anyway; not at a base, which has no forces.
+        """
         if isinstance(asked, BodyVelocity):
             self.state, self._drive = self._step(self.state, self._drive, asked, self.k, self._constants)
             less = any(exceeds((one,), limit) for one, limit in zip(asked, self._model.base.max_speed, strict=True))
         else:
+            imperfect = self._model.imperfections
+            if push is not None:
+                imperfect = imperfect._replace(disturbance=with_push(
+                    imperfect.disturbance, push, self.k, self._discrete.dt, self._discrete.robot))
             self.state, self._drive, acting, self.applied = self._step(
-                self.state, self._drive, asked, self.k, self._discrete, self._model.imperfections,
-                self._model.max_wheel_torque, self._constants)
+                self.state, self._drive, asked, self.k, self._discrete, imperfect, self._model.max_wheel_torque,
+                self._constants)
             less = exceeds(acting, self._model.max_wheel_torque) or exceeds(acting, self._model.motor.stall_torque)
         self.k += 1
         self._sensors = self._sensing.advance(*self._shown)

@@ -104,10 +104,17 @@ class AnswerStampPolicy:
     def __init__(self, period: int) -> None:
         self.period = period
         self.present, self.asking = 0, False
+        self._ended = 0
+
+    def wait_to_ask(self, present: int) -> None:
+        """Go on to a simulated time [ns], which is not asked yet; an earlier one than the present begins a new run."""
+        # answers to the last question of the run that ended may still be on their way
+        self._ended = self.present if present < self.present else 0
+        self.present, self.asking = present, False
 
     def decide(self, stamp: int) -> StampDecision:
         """Return STEP for the answer to the present question, AGAIN for an earlier one, which may be repeated."""
-        if stamp < 0 or stamp > self.present or stamp % self.period:
+        if stamp < 0 or stamp > max(self.present, self._ended) or stamp % self.period:
             return StampDecision.REFUSED
         return StampDecision.STEP if self.asking and stamp == self.present else StampDecision.AGAIN
 

@@ -1,7 +1,5 @@
 """The node `velocity_controller`: from a body velocity command and the wheels' velocities to wheel torques."""
 
-
-
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.messages import writing
@@ -44,7 +42,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._commands.subscribe(self, shared.stamped_cmd_vel, self._subscribe)
         self._start(shared.velocity_rate, self._tick)
 
-    def _change(self, values: VelocityControllerParameters) -> None:
+    def _change(self, values: VelocityControllerParameters, _waits: bool) -> None:
         self._changed = values  # used from a position tick on
 
     def _on_joint_states(self, message: bytes) -> None:
@@ -81,6 +79,8 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         if stamp == self._command[0]:
             self._values = self._changed  # live changes, at position ticks as in the position controller
         self._step(stamp, wheels, self._command[1])
+        if self._events.pending and self._values is self._changed:
+            self._events.publish_pending(stamp)
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs; a silent command means zero, silent wheels no torque."""
@@ -94,6 +94,8 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         fresh = self._command is not None and (timeout == 0.0 or self._monitor.age('cmd_vel') <= timeout)
         if self._monitor.age('joint_states') <= _OLDEST_WHEELS:
             self._step(stamp, self._wheels[1], self._command[1] if fresh and self._command else BodyVelocity(0.0, 0.0))
+            if self._events.pending:
+                self._events.publish_pending(stamp)
             if not fresh:
                 self._diagnostics.note_stop('cmd_vel')
         else:

@@ -14,8 +14,10 @@ from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference
 from mobile_robot_control.simulation import trial
-from mobile_robot_control.simulation.cart_motion import CartMotion, cart_motion, references
+from mobile_robot_control.simulation.cart_motion import CartMotion, cart_motion, given_motion, references
 from mobile_robot_control.simulation.compiler_messages import reason_of
+from mobile_robot_control.simulation.indices import MeasuredMotion
+from mobile_robot_control.simulation.path_table import converted
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.trial import Outcome, Trial
 
@@ -90,7 +92,7 @@ def compiles(one: Trial) -> bool:
         return False
     try:
         compiled_rollout(step, one.form)(
-            one.state, one.loop, _array(cart_motion(one._replace(steps=0))), 0, one.ratio, 0)
+            one.state, one.loop, _arrays(cart_motion(one._replace(steps=0)), one.form.indices), 0, one.ratio, 0)
     except Exception as error:  # numba raises errors of its own, and others where it fails itself
         _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
@@ -100,9 +102,10 @@ def compiles(one: Trial) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _array(motion: CartMotion) -> Any:
-    """Return the references of a motion as an array, shape (ticks, 5)."""
-    return np.array([(*reference.pose, *reference.velocity) for reference in references(motion)]).reshape(-1, 5)
+def _arrays(motion: CartMotion, with_path: bool) -> Any:
+    """Return the references of a motion as an array, shape (ticks, 5), with the points of its path if asked for."""
+    rows = np.array([(*reference.pose, *reference.velocity) for reference in references(motion)]).reshape(-1, 5)
+    return MeasuredMotion(rows, converted(given_motion(motion, True).path, np.array)) if with_path else rows
 
 
 def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
@@ -110,17 +113,17 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
     outcomes = []
     for one in trials:
-        roll, references_of = chosen[one.law, one.form]
-        outcomes.append(trial.roll_trial(one, roll, references_of(cart_motion(one))))
+        roll, given_of = chosen[one.law, one.form]
+        outcomes.append(trial.roll_trial(one, roll, given_of(cart_motion(one), one.form.indices)))
     return outcomes
 
 
-def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[[CartMotion], Any]]:
-    """Return the rollout of the law of a trial, and what makes the references that it takes."""
+def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
+    """Return the rollout of the law of a trial, and what makes what it is given of a motion."""
     step: Callable[..., Any] = LAWS[one.law].step
     if compiles(one) if compile_it is None else compile_it:
-        return compiled_rollout(step, one.form), _array
-    return plain_rollout(step, one.form), references
+        return compiled_rollout(step, one.form), _arrays
+    return plain_rollout(step, one.form), given_motion
 
 
 def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, Form], Trial]:

@@ -1,11 +1,13 @@
 """The references of a trial: the same for thousands of them."""
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mobile_robot_control.quantities import Reference
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.indices import MeasuredMotion
+from mobile_robot_control.simulation.path_table import GrowingPath
 from mobile_robot_control.simulation.trial import Trial
 from mobile_robot_control.stamps import period_nanoseconds
 
@@ -43,3 +45,12 @@ def references(motion: CartMotion) -> tuple[Reference, ...]:
     """Return the reference at every position tick; cached, since thousands of trials share it."""
     curve = CURVES[motion.curve]
     return tuple(reference_at(curve, n * motion.period / 1e9, motion.placement) for n in range(motion.ticks))
+
+
+@lru_cache(maxsize=32)
+def given_motion(motion: CartMotion, with_path: bool) -> Any:
+    """Return what a plain rollout is given of a motion: the references at its ticks, with the path if asked for."""
+    if not with_path:
+        return references(motion)
+    path = GrowingPath(CURVES[motion.curve], motion.placement)
+    return MeasuredMotion(references(motion), path.between(0.0, motion.ticks * motion.period / 1e9))

@@ -5,9 +5,13 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.index_meter import IndexMeter
+from mobile_robot_control.simulation.indices import PerformanceIndices, index_values
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
 TRUE, MEASURED = 'true', 'measured'
+FAILED_OUTCOMES = ('diverged', 'law_failed', 'node_died')
+"""Of runs after which the robot is not known to stay where it is; their error has not settled."""
 
 
 class MeasuredRun(NamedTuple):
@@ -30,6 +34,8 @@ class MeasuredRun(NamedTuple):
         'true' or 'measured': of which pose the errors of the totals and the final one are, TRUE or MEASURED.
     measured_squared_position : float or None
         As of the totals, of the error that the controller saw [m² s]; None where it is the same.
+    indices : PerformanceIndices or None
+        Of the same error as the totals; None where they were not asked for.
     """
 
     outcome: str
@@ -39,6 +45,7 @@ class MeasuredRun(NamedTuple):
     totals: Totals
     error: str = TRUE
     measured_squared_position: float | None = None
+    indices: PerformanceIndices | None = None
 
 
 class RunMeter:
@@ -51,6 +58,8 @@ class RunMeter:
         Periods of the two loops [s].
     error : str
         TRUE where the error of a tick without a truth beside it is the true one, MEASURED where that is not known.
+    indices : IndexMeter or None
+        Measures the performance indices too; None where they are not asked for.
 
     Attributes
     ----------
@@ -63,12 +72,15 @@ class RunMeter:
 
     """
 
-    def __init__(self, velocity_dt: float, position_dt: float, error: str = TRUE) -> None:
+    def __init__(
+        self, velocity_dt: float, position_dt: float, error: str = TRUE, indices: IndexMeter | None = None
+    ) -> None:
         self.totals = Totals()
         self.initial_torque = WheelTorque(0.0, 0.0)
         self.last: Sample | None = None
         self._velocity_dt, self._position_dt, self._error = velocity_dt, position_dt, error
         self._measured: Totals | None = None
+        self._indices = indices
 
     def add(self, sample: Sample) -> None:
         """
@@ -84,16 +96,21 @@ class RunMeter:
                 self.initial_torque = sample.applied
             if known:
                 self.totals = add_torque(self.totals, sample.applied, last.wheels, self._velocity_dt)
+            if self._indices:
+                self._indices.add_step(last.command, sample.applied)
             if last.tick.time == last.time:
                 self._add_error(last)
         self.last = sample
 
     def _add_error(self, sample: Sample) -> None:
         """Count the position period that a sample begins."""
-        if sample.truth is None:
-            self.totals = add_error(self.totals, sample.tick.error, self._position_dt)
-        elif not math.isnan(sample.truth.error.longitudinal):
-            self.totals = add_error(self.totals, sample.truth.error, self._position_dt)
+        moved = sample.truth or sample.tick
+        if math.isnan(moved.error.longitudinal):
+            return
+        self.totals = add_error(self.totals, moved.error, self._position_dt)
+        if self._indices:
+            self._indices.add_tick(sample.tick, moved.pose, moved.error)
+        if sample.truth is not None:
             self._measured = add_error(self._measured or Totals(), sample.tick.error, self._position_dt)
 
     def run(self, outcome: str) -> MeasuredRun:
@@ -109,6 +126,7 @@ class RunMeter:
             outcome, self.last.time, self.last.tick.pose if truth is None else truth.pose, self.initial_torque,
             self.totals, self._error if truth is None else TRUE,
             None if self._measured is None else self._measured.squared_position,
+            self._indices.indices if self._indices else None,
         )
 
 
@@ -136,6 +154,8 @@ def summary(run: MeasuredRun) -> dict[str, Any]:
         **(torque if takes_torque else dict.fromkeys(torque)),
         'objective': objective(totals, False),
     }
+    if run.indices is not None:
+        values |= index_values(run.indices, totals, takes_torque, run.outcome not in FAILED_OUTCOMES)
     return {name: _finite(value) for name, value in values.items()}
 
 

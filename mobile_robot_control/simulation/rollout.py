@@ -1,20 +1,22 @@
 """The closed loop of all four nodes in one process, yielded sample by sample, and measured."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from mobile_robot_control.control.law import LawFailedError, is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.plant_form import (
-    sensing,
-)
+from mobile_robot_control.model.disturbance import with_push
+from mobile_robot_control.model.plant_form import sensing
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Truth, WheelTorque
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Push, Truth, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.closed_loop import Loop, Sample
+from mobile_robot_control.simulation.index_meter import IndexMeter
+from mobile_robot_control.simulation.indices import PerformanceIndices
 from mobile_robot_control.simulation.loop_start import shows_the_truth
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
@@ -28,7 +30,16 @@ def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tu
     return state, BodyVelocity(0.0, 0.0)
 
 
-def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
+def _pushed(loop: Loop, push: Push, k: int) -> Loop:
+    """Return the loop of one step in which a push acts."""
+    imperfect, plant = loop.imperfections, loop.plant
+    return loop._replace(imperfections=imperfect._replace(
+        disturbance=with_push(imperfect.disturbance, push, k, plant.dt, plant.robot)))
+
+
+def rollout(
+    configuration: Configuration, duration: float, pushes: Mapping[int, Push] = MappingProxyType({})
+) -> Iterator[Sample]:
     """
     Run the closed loop and yield what the topics carry.
 
@@ -38,6 +49,8 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
         Checked.
     duration : float
         [s]; the run has round(duration × velocity_rate) steps.
+    pushes : mapping of int to Push
+        Steps of the velocity loop in which the robot is pushed; a base that takes velocity commands has no forces.
 
     Yields
     ------
@@ -55,10 +68,12 @@ def rollout(configuration: Configuration, duration: float) -> Iterator[Sample]:
     51
 
     """
-    return trial_rollout(make_trial(configuration, duration), configuration)
+    return trial_rollout(make_trial(configuration, duration), configuration, pushes)
 
 
-def trial_rollout(trial: Trial, configuration: Configuration) -> Iterator[Sample]:
+def trial_rollout(
+    trial: Trial, configuration: Configuration, pushes: Mapping[int, Push] = MappingProxyType({})
+) -> Iterator[Sample]:
     """
     Run a trial of a configuration and yield what the topics would carry; see `rollout`.
 
@@ -68,6 +83,8 @@ def trial_rollout(trial: Trial, configuration: Configuration) -> Iterator[Sample
         Made of the configuration, in whatever scenario.
     configuration : Configuration
         Checked.
+    pushes : mapping of int to Push
+        As of `rollout`.
     """
     velocity_period = period_nanoseconds(configuration.plant.shared.velocity_rate)
     loop, state, form = trial.loop, trial.state, trial.form
@@ -93,7 +110,7 @@ def trial_rollout(trial: Trial, configuration: Configuration) -> Iterator[Sample
             truth = None if exact else Truth(state.plant.pose, state.plant.velocity, true)
             state = after
         before, over_last_step = state, applied
-        state, torque, applied = velocity_tick(state, k, loop)
+        state, torque, applied = velocity_tick(state, k, _pushed(loop, pushes[k], k) if k in pushes else loop)
         shown = before.sensors, before.plant, k, loop.sensors
         yield Sample(nanoseconds / 1e9, tick, before.command, *sensors.angles(*shown), sensors.wheels(*shown),
                      over_last_step, torque, truth)
@@ -125,14 +142,16 @@ def measure(
 
     """
     shared = configuration.plant.shared
-    meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
+    meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate,
+                     indices=IndexMeter(1.0 / shared.position_rate, configuration))
     try:
         for sample in rollout(configuration, duration) if samples is None else samples:
             meter.add(sample)
     except LawFailedError:
         if meter.last is None:  # at the very first step
             start = Pose(*configuration.plant.initial_pose)
-            return MeasuredRun('law_failed', 0.0, start, meter.initial_torque, meter.totals)
+            return MeasuredRun('law_failed', 0.0, start, meter.initial_torque, meter.totals,
+                               indices=PerformanceIndices())
         return meter.run('law_failed')
     complete = meter.last is not None and is_complete(meter.last, duration, shared.velocity_rate)
     return meter.run('completed' if complete else 'diverged')

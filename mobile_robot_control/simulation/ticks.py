@@ -33,11 +33,14 @@ class Form(NamedTuple):
         Whether the law sees odometry that is carried forward by its age.
     varies : bool
         Whether the variation of torque or command is summed, of a run that is only measured.
+    indices : bool
+        Whether the performance indices are summed, of such a run.
     """
 
     plant: PlantForm = IDEAL
     compensates: bool = False
     varies: bool = False
+    indices: bool = False
 
 
 IDEAL_FORM = Form()

@@ -12,6 +12,15 @@ from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState
+from mobile_robot_control.simulation.indices import (
+    PerformanceIndices,
+    add_step,
+    add_true_tick,
+    given_alone,
+    given_with_path,
+    no_step,
+    no_tick,
+)
 from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
@@ -72,6 +81,8 @@ class Outcome(NamedTuple):
         Whether it ended because the position law failed.
     variation : float
         Of torque [N m] or command [m/s], where the form sums it.
+    indices : PerformanceIndices or tuple
+        Of the true error; () where the form sums none.
     """
 
     steps: int
@@ -81,6 +92,7 @@ class Outcome(NamedTuple):
     late: Totals
     law_failed: bool
     variation: float = 0.0
+    indices: Any = ()
 
 
 def make_trial(configuration: Configuration, duration: float, late: float = 0.0) -> Trial:
@@ -112,49 +124,61 @@ def bind(
 ) -> Callable[..., Outcome]:
     """Make the rollout of both ticks, plain or compiled; `reference_of` returns the n-th reference given to it."""
     has_torque = not form.plant.takes_velocity
+    begun = PerformanceIndices() if form.indices else ()
+    index_tick, index_step, references_in = (
+        (add_true_tick, add_step, given_with_path) if form.indices else (no_tick, no_step, given_alone))
     vary = variation_step(form.varies, form.plant.takes_velocity)
 
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.plant.robot, loop.plant.dt
         totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
-        initial, pose = _NO_TORQUE, state.plant.pose
+        indices: Any = begun
+        initial, pose, references = _NO_TORQUE, state.plant.pose, references_in(given)
         for n in range(-(-steps // ratio)):
             first = n * ratio
             pose = state.plant.pose
-            state, _, error = position_tick(state, reference_of(given, n), first, first * dt, loop)
+            state, _, error = position_tick(state, reference_of(references, n), first, first * dt, loop)
             if not is_sound(state.command):
-                return Outcome(first, pose, initial, totals, late_totals, True, variation.total)
+                return Outcome(first, pose, initial, totals, late_totals, True, variation.total, indices)
             for k in range(first, min(first + ratio, steps)):
                 wheels = wheel_velocity(state.plant.velocity, robot)
                 state, _, applied = velocity_tick(state, k, loop)
                 # the period in which the motion diverges is not counted
                 if dynamics.diverged(state.plant):
-                    return Outcome(k, pose, initial, totals, late_totals, False, variation.total)
+                    return Outcome(k, pose, initial, totals, late_totals, False, variation.total, indices)
                 if k == 0:
                     initial = applied
                 variation = vary(variation, state.command, applied, robot)
+                indices = index_step(indices, state.command, applied, robot)
                 if has_torque:
                     totals = add_torque(totals, applied, wheels, dt)
                 if k == first:
                     totals = add_error(totals, error, loop.position_dt)
+                    indices = index_tick(indices, error, pose, n, given, loop.position_dt)
                     if k >= late:
                         late_totals = add_error(late_totals, error, loop.position_dt)
         if steps % ratio == 0:
             pose = state.plant.pose
-        return Outcome(steps, pose, initial, totals, late_totals, False, variation.total)
+        return Outcome(steps, pose, initial, totals, late_totals, False, variation.total, indices)
 
     return roll
+
+
+def outcome_name(trial: Trial, outcome: Outcome) -> str:
+    """Return how a trial ended, as `outcome` in metrics.json."""
+    return 'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged'
 
 
 def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
     """Return the measured run of an outcome, as that of every other run; what odometry shows is not measured."""
     return MeasuredRun(
-        'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged',
+        outcome_name(trial, outcome),
         outcome.steps * trial.loop.plant.dt,
         outcome.final_pose,
         outcome.initial_torque,
         outcome.totals,
         measured_squared_position=math.nan,
+        indices=outcome.indices or None,
     )
 
 

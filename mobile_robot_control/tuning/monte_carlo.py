@@ -2,21 +2,23 @@
 
 import math
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
+from mobile_robot_control.simulation.indices import INDICES, LARGER_IS_BETTER, index_values
 from mobile_robot_control.simulation.totals import Totals, objective
-from mobile_robot_control.simulation.trial import Outcome, Trial
+from mobile_robot_control.simulation.trial import Outcome, Trial, outcome_name
 from mobile_robot_control.tuning.scenarios import Scenario
 
 WITHIN = 0.10
 """[m]: a run succeeds if the robot stays nearer to the reference than this from the late step on."""
 
-_CONFIDENCE = 0.95
+CONFIDENCE = 0.95
+"""Of every interval of a study."""
 
 
 class Judged(NamedTuple):
@@ -28,11 +30,15 @@ class Judged(NamedTuple):
     success : bool
         Whether the run was complete and near the reference late in it.
     metrics : dict of str to float
-        SI units; infinite if the motion diverged, nan for the torque and energy of a base that takes no torque.
+        SI units; infinite if the motion diverged and for the settling time of an error that does not settle, nan for
+        the torque and energy of a base that takes no torque.
+    outcome : str
+        'completed', 'diverged' or 'law_failed'.
     """
 
     success: bool
     metrics: dict[str, float]
+    outcome: str = 'completed'
 
 
 def _rms(integral: float, time: float) -> float:
@@ -57,10 +63,14 @@ _METRICS: dict[str, Callable[[Outcome], float]] = {
 
 
 def judge(trial: Trial, outcome: Outcome) -> Judged:
-    """Return whether a trial succeeded, and its metrics."""
+    """Return whether a trial succeeded, and its metrics; with the performance indices if its form has them."""
     complete = outcome.steps == trial.steps
     found = {name: value(outcome) if complete else math.inf for name, value in _METRICS.items()}
-    return Judged(complete and outcome.late.max_position < WITHIN, found)
+    if trial.form.indices:
+        takes_torque = not trial.form.plant.takes_velocity
+        found |= index_values(outcome.indices, outcome.totals, takes_torque) if complete else dict.fromkeys(
+            INDICES, math.inf)
+    return Judged(complete and outcome.late.max_position < WITHIN, found, outcome_name(trial, outcome))
 
 
 def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
@@ -73,11 +83,18 @@ def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
     [0.9455, 0.9982]
 
     """
-    z = statistics.NormalDist().inv_cdf(0.5 + 0.5 * _CONFIDENCE)
+    z = statistics.NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
     rate, spread = successes / runs, z * z / runs
     centre = rate + 0.5 * spread
     half = math.sqrt(spread * (rate * (1.0 - rate) + 0.25 * spread))
     return max(0.0, (centre - half) / (1.0 + spread)), min(1.0, (centre + half) / (1.0 + spread))
+
+
+def success_text(name: str, summary: Mapping[str, Any]) -> str:
+    """Return the success of a controller, as `summarise_runs` has it, in words."""
+    low, high = (100.0 * bound for bound in summary['success_interval'])
+    return (f'{name}: {100.0 * summary["success_rate"]:.2f} % of {summary["runs"]} runs succeed '
+            f'(95 % interval {low:.2f} to {high:.2f} %)')
 
 
 def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
@@ -88,13 +105,14 @@ def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
         'successes': successes,
         'success_rate': successes / len(judged),
         'success_interval': list(wilson_interval(successes, len(judged))),
-        'metrics': {name: _quantiles([run.metrics[name] for run in judged]) for name in _METRICS},
+        'metrics': {name: _quantiles([run.metrics[name] for run in judged], name in LARGER_IS_BETTER)
+                    for name in judged[0].metrics},
     }
 
 
-def _quantiles(values: Sequence[float]) -> dict[str, float | None]:
-    """Return median, 95 % quantile and largest of some values; None for those that are infinite, or not known."""
-    ordered = sorted(values)
+def _quantiles(values: Sequence[float], larger_is_better: bool) -> dict[str, float | None]:
+    """Return median, 95 % quantile and worst of some values; None for those that are infinite, or not known."""
+    ordered = sorted(values, key=lambda value: -value if larger_is_better and value < math.inf else value)
 
     def at(fraction: float) -> float | None:
         value = ordered[math.ceil(fraction * len(ordered)) - 1]

@@ -1,11 +1,11 @@
 """What the numbers of a search or study hold for: what was modelled, and how much more the loops withstand."""
 
 import math
-import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.texts import as_lines
 from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins, loop_margins
 from mobile_robot_control.tuning.margins import LARGEST_GAIN, MOST_PERIODS, longest_delay
 from mobile_robot_control.tuning.modelled import DELAYING, Described, describe_model
@@ -18,7 +18,6 @@ THIN_PERIODS = 2.0
 THIN_DELAY = 0.05
 """[s]: a delay margin of the position loop below it is thin."""
 
-_WIDTH = 100
 _UNKNOWN = 'the error of a robot that has any of it is unknown'
 
 
@@ -150,7 +149,7 @@ def promise_lines(found: Promise) -> list[str]:
     if described.not_in_margins:
         texts.append(f'not in the margins: {"; ".join(described.not_in_margins)}')
     texts += [f'warning: {text}' for text in warnings_of(found)]
-    return [line for text in texts for line in textwrap.wrap(text, _WIDTH, subsequent_indent='  ')]
+    return as_lines(texts)
 
 
 def promise_values(found: Promise) -> dict[str, Any]:

@@ -29,14 +29,25 @@ STATISTICS = {
 }
 
 
+def start_ours(graph: Graph, probed: Path) -> None:
+    """Start our nodes with probes that write to a folder."""
+    for name, period in PERIODS.items():
+        graph.start(name, 'bench.probe', probed / f'{graph.domain}_{name}', 'mobile_robot_control.ros.executables',
+                    *_arguments(name, period))
+
+
+def _arguments(name: str, period: int) -> tuple[object, ...]:
+    """Give the arguments of one of our nodes that ticks with a period [ns]."""
+    velocity = period if period < 10_000_000 else period // 4
+    return (name, '--ros-args', '--params-file', CONFIG / 'wall_clock.yaml', '-p', f'velocity_rate:={1e9 / velocity!r}',
+            '-p', f'position_rate:={1e9 / (4 * velocity)!r}')
+
+
 def start(ours: Graph, bare: Graph, probed: Path | None = None) -> None:
     """Start both graphs, each node in a process of its own, with probes that write to a folder or without."""
     for name, period in PERIODS.items():
-        velocity = period if period < 10_000_000 else period // 4
         for graph, module, *arguments in (
-            (ours, 'mobile_robot_control.ros.executables', name, '--ros-args', '--params-file',
-             CONFIG / 'wall_clock.yaml', '-p', f'velocity_rate:={1e9 / velocity!r}',
-             '-p', f'position_rate:={1e9 / (4 * velocity)!r}'),
+            (ours, 'mobile_robot_control.ros.executables', *_arguments(name, period)),
             (bare, 'bench.bare_wall_clock', name, period),
         ):
             if probed is None:
@@ -50,7 +61,7 @@ def _lines(path: Path) -> list[str]:
     return path.read_text().split('\n')[:-1] if path.exists() else []
 
 
-def _read(folder: Path, graph: Graph, window: int) -> dict[tuple[str, str], list[float]]:
+def read_ages(folder: Path, graph: Graph, window: int) -> dict[tuple[str, str], list[float]]:
     """Read the ages that the probes noted in a window, by node and input."""
     deadline = time.monotonic() + 5.0
     found: dict[tuple[str, str], list[float]] = {}
@@ -91,7 +102,7 @@ def measure(windows: int = WINDOWS, seconds: float = SECONDS) -> Measured:
                 graph.signal(signal.SIGUSR1)
                 time.sleep(seconds)
                 graph.signal(signal.SIGUSR2)
-                for key, ages in _read(folder, graph, window).items():
+                for key, ages in read_ages(folder, graph, window).items():
                     measured.ages[key][number - 2].append(ages)
     return measured
 

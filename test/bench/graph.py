@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 CONFIG = Path(__file__).parents[2] / 'config'
@@ -61,6 +61,11 @@ class Graph:
         """Send a signal to all processes."""
         for process in self._processes.values():
             process.send_signal(number)
+
+    def signal_nodes(self, number: int, names: Iterable[str]) -> None:
+        """Send a signal to some processes."""
+        for name in names:
+            self._processes[name].send_signal(number)
 
     def suspend(self) -> None:
         """Suspend all by SIGSTOP."""

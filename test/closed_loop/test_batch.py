@@ -8,8 +8,9 @@ from measuring import configuration
 
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.cart_motion import cart_motion, references
+from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.simulation.metrics import RunMeter, summary
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.simulation.rollout import measure, rollout
 from mobile_robot_control.simulation.trial import make_trial, measured_run
 
 LAP = 16.0
@@ -37,7 +38,7 @@ def test_plain_and_compiled_form_agree_over_a_lap(law, delay, varies):
     pytest.importorskip('numba')
     for plant in ({'initial_pose': [0.9, 0.1, 1.0]}, ROUGH):
         trial = make_trial(configured(law, {**plant, 'delay.velocity_steps': delay}), LAP, late=12.0)
-        trial = trial._replace(form=trial.form._replace(varies=varies))
+        trial = trial._replace(form=trial.form._replace(varies=varies, indices=varies))
         (compiled,), (plain,) = batch.run_trials([trial], True), batch.run_trials([trial], False)
         assert compiled.steps == plain.steps == 8000
         assert (plain.variation > 0.0) == varies
@@ -60,6 +61,23 @@ def test_the_metrics_are_those_of_the_rollout_sample_by_sample(law, noise):
     # what odometry shows is not measured in trials
     assert summary(measured_run(trial, outcome)) == {
         **summary(meter.run('completed')), 'measured_rms_position_error': None}
+
+
+@pytest.mark.parametrize('plant', [
+    {'initial_pose': [0.9, 0.1, 1.0], 'noise.pose': [0.01, 0.02, 0.01], 'delay.velocity_steps': 2},
+    {'initial_pose': [0.9, 0.1, 1.0], 'drive': 'velocity', 'base.lag': [0.1, 0.1]},
+], ids=['motors', 'base'])
+def test_the_performance_indices_are_those_of_the_rollout_and_change_nothing_else(plant):
+    parameters = configuration(plant=plant)
+    trial = make_trial(parameters, 3.0)
+    with_indices = trial._replace(form=trial.form._replace(indices=True))
+    (without,), (outcome,) = (batch.run_trials([one], False) for one in (trial, with_indices))
+    # as text: a base has no torque, which is nan
+    assert repr(outcome._replace(indices=())) == repr(without)
+    found, expected = summary(measured_run(with_indices, outcome)), summary(measure(parameters, 3.0))
+    assert set(INDICES) <= set(expected)
+    assert {**found, 'measured_rms_position_error': expected['measured_rms_position_error']} == expected
+    assert not set(INDICES) & set(summary(measured_run(trial, without)))
 
 
 def test_a_diverging_trial_ends_at_the_step_of_the_rollout():

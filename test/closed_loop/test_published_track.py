@@ -6,7 +6,8 @@ import pytest
 
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import measure, rollout
 
 PERIOD, STEPS = 0.033, 910
 ZETA, G = 0.9, 85.0
@@ -38,9 +39,13 @@ def listing(heading_feedback):
 
 
 def measures(apart):
-    """Return RMS, integral of the absolute and of the squared error, by the rectangle rule."""
+    """Return RMS, IAE, ISE, ITAE and ITSE by the rectangle rule."""
     squared = sum(a * a for a in apart)
-    return math.sqrt(squared / len(apart)), PERIOD * sum(apart), PERIOD * squared
+    timed = [k * PERIOD * a for k, a in enumerate(apart)]
+    return {
+        'rms_position_error': math.sqrt(squared / len(apart)), 'iae': PERIOD * sum(apart), 'ise': PERIOD * squared,
+        'itae': PERIOD * sum(timed), 'itse': PERIOD * sum(t * a for t, a in zip(timed, apart, strict=True)),
+    }
 
 
 @pytest.mark.parametrize(('law', 'gain', 'heading_feedback', 'printed'), [
@@ -53,7 +58,10 @@ def test_the_published_track_has_the_errors_of_the_listing(law, gain, heading_fe
     run = configure(load([], [*TRACK, f'position_controller.controller_type:={law}',
                               f'position_controller.{law}.zeta:={ZETA}', f'position_controller.{law}.{gain}:={G}']))
     apart = [math.hypot(*sample.tick.error[:2]) for sample in rollout(run, STEPS * PERIOD)][:STEPS]
-    expected = listing(heading_feedback)
-    assert apart == pytest.approx(expected, abs=1e-9)
+    apart_in_the_listing = listing(heading_feedback)
+    assert apart == pytest.approx(apart_in_the_listing, abs=1e-9)
+    expected, metrics = measures(apart_in_the_listing), summary(measure(run, STEPS * PERIOD))
+    assert {name: metrics[name] for name in expected} == pytest.approx(expected, rel=1e-9)
     # the numbers of docs/base.md
-    assert measures(apart) == pytest.approx(printed, rel=5e-5)
+    assert [metrics[name] for name in ('rms_position_error', 'iae', 'ise')] == pytest.approx(printed, rel=5e-5)
+    assert metrics['torque_variation'] is None

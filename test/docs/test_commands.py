@@ -27,7 +27,8 @@ PAGES = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').r
                 *(ROOT / 'examples').rglob('*.md')])
 FENCE = re.compile(r'^```(\S*)\n(.*?)^```$', re.DOTALL | re.MULTILINE)
 COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study'}
-ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff', 'git', 'PYTHONPATH=.'}
+ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff', 'git', 'PYTHONPATH=.',
+             'dashboard'}
 """First words of what is not run."""
 SLOW = {'tune', 'study', *NODES, 'kill'}
 """What runs with the long tests alone."""

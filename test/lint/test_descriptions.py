@@ -6,8 +6,8 @@ from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.parameters.nodes import NODES
 
 ALL = {name: declared for group in NODES.values() for name, declared in declarations(group).items()}
-# pauses and positions in time: a larger value does nothing to the robot
-NOT_A_SIZE = {'hold_at'}
+# places, pauses and positions in time: a larger value does nothing to the robot
+NOT_A_SIZE = {'hold_at', 'initial_pose', 'center', 'rotation'}
 SIZES = [name for name, declared in ALL.items()
          if (declared.field.live or name.startswith('robot.')) and declared.kind in (float, tuple)
          and name not in NOT_A_SIZE]

@@ -14,15 +14,19 @@ from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
 from mobile_robot_control.reporting.robots_table import insert_robots
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
 from mobile_robot_control.simulation.totals import Totals
 from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.tuning.comparison import comparison_values
+from mobile_robot_control.tuning.failures import failure_values
 from mobile_robot_control.tuning.monte_carlo import Judged, summarise_runs
+from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.tuning.search import Generation
 
 DOCS = Path(__file__).parents[2] / 'docs'
 PAGES = {path.stem: path.read_text(encoding='utf-8') for path in (DOCS / 'nodes').glob('*.md')}
-COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study')
+COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study', 'dashboard')
 
 
 def _page(name):
@@ -111,10 +115,16 @@ def test_every_metric_is_defined():
     page = _code(_page('metrics'))
     torque = WheelTorque(0.0, 0.0)
     assert set(summary(MeasuredRun('completed', 0.0, Pose(0.0, 0.0, 0.0), torque, Totals()))) <= set(page)
+    assert set(INDICES) <= set(page)
     names = ('rms_position_error', 'max_position_error', 'late_max_position_error', 'rms_heading_error',
              'peak_wheel_torque', 'energy', 'objective')
-    study = summarise_runs([Judged(True, dict.fromkeys(names, 0.0))])
+    judged = [Judged(k > 5, dict.fromkeys(names, 0.0)) for k in range(40)]
+    study = summarise_runs(judged)
     assert {*study, *study['metrics'], *study['metrics']['energy'], *Generation._fields} <= set(page)
+    failures = failure_values([Scenario('circle', 1.0 + (k > 5)) for k in range(40)], judged)
+    assert {*failures, *failures['split'], *failures['ranges'], *failures['scenarios'][0]} <= set(page)
+    comparison, = comparison_values({'one': judged, 'other': judged})
+    assert set(comparison) <= set(page)
 
 
 def test_every_column_is_defined():

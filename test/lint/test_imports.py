@@ -44,7 +44,7 @@ LAYERS = {
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
                    'plugins'} | DOMAIN,
     'recording': {'quantities', 'angles', 'stamps', 'topics', 'files', 'texts', 'messages', 'control', 'simulation'},
-    'tuning': {'quantities', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
+    'tuning': {'quantities', 'angles', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
     'web': set(),
     'reporting': {'web', 'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
@@ -53,10 +53,14 @@ LAYERS = {
     'testing': {'conformance', 'control', 'reference', 'cli'},
     'cli': {'messages', 'plugins', 'simulation', 'tuning', 'recording', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
            | DOMAIN,
+    # the live page, on top of the commands whose processes it starts; the command stands above it
+    'dashboard': {'cli', 'web', 'messages', 'plugins', 'recording', 'simulation', 'reporting', 'ros'} | FOUNDATION | PARAMETERS
+                 | DOMAIN,
+    'cli.dashboard': {'cli', 'dashboard', 'ros'} | FOUNDATION | PARAMETERS,
     # the commands as functions, for notebooks: on top of everything, and imported by nothing
     'api': {'cli', 'simulation', 'recording', 'reporting', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
 }
-MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing'}
+MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing', 'dashboard', 'cli.dashboard'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
        'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros'}

@@ -1,14 +1,15 @@
-"""Every link in a Markdown file leads to a file and a heading that exist, and every page is reached from the index."""
+"""Every link in a page or a notebook leads to a file and a heading that exist; every page is reached from the index."""
 
 import re
 import subprocess
 from pathlib import Path
 
 import pytest
+from notebooks import text_of
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted({*ROOT.glob('*.md'), *(ROOT / 'docs').rglob('*.md'), *(ROOT / 'examples').rglob('*.md'),
-                *(ROOT / 'test').rglob('*.md')})
+                *(ROOT / 'test').rglob('*.md'), *(ROOT / 'examples').rglob('*.ipynb')})
 LINK = re.compile(r'\[(?:[^]\[]|\[[^]]*])*]\(([^)\s]+)\)')
 FENCE = re.compile(r'^```.*?^```', re.DOTALL | re.MULTILINE)
 
@@ -38,7 +39,7 @@ def faults(path, text):
 
 @pytest.mark.parametrize('path', FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_link_leads_to_a_file_and_a_heading(path):
-    assert not list(faults(path, path.read_text(encoding='utf-8')))
+    assert not list(faults(path, text_of(path, ('markdown',))))
 
 
 @pytest.mark.parametrize(('link', 'found'), [
@@ -79,14 +80,15 @@ def test_every_page_is_reached_from_the_index():
 
 def test_every_page_of_the_index_is_in_its_table_of_contents():
     text = (ROOT / 'docs' / 'index.md').read_text(encoding='utf-8')
-    assert {target.removesuffix('.md') for target in LINK.findall(FENCE.sub('', text))} == set(_contents(text))
+    pages = [target for target in LINK.findall(FENCE.sub('', text)) if target.endswith('.md')]
+    assert {target.removesuffix('.md') for target in pages} == set(_contents(text))
 
 
 def test_no_link_leads_out_of_git():
     listed = subprocess.run(['git', 'ls-files', '-co', '--exclude-standard'], cwd=ROOT, capture_output=True, text=True,
                             check=True).stdout.splitlines()
     for path in FILES:
-        for target in LINK.findall(FENCE.sub('', path.read_text(encoding='utf-8'))):
+        for target in LINK.findall(FENCE.sub('', text_of(path, ('markdown',)))):
             file = (path.parent / target.partition('#')[0]).resolve()
             if file.is_file() and not re.match(r'[a-z]+:', target):
                 assert str(file.relative_to(ROOT)) in listed, f'{path}: {target}'

@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
 ACTIVATE = '. .venv/bin/activate'
-COMMANDS = ('simulate ', 'experiment ', 'report ', 'tune ', 'study ', 'plant ', 'velocity_controller ')
+COMMANDS = ('simulate ', 'experiment ', 'report ', 'tune ', 'study ', 'dashboard ', 'plant ', 'velocity_controller ')
 
 
 def test_it_has_at_most_150_lines():

@@ -4,12 +4,13 @@ import re
 from pathlib import Path
 
 import pytest
+from notebooks import text_of
 
 ROOT = Path(__file__).parents[2]
 PLACES = ('README.md', 'CONTRIBUTING.md', 'CHANGELOG.rst', 'Makefile', 'docs', 'config', 'examples',
           'mobile_robot_control', 'test')
 """Files and folders that are checked."""
-ENDINGS = ('.md', '.rst', '.py', '.yaml', '.yml', '.cff', '.cfg')
+ENDINGS = ('.md', '.rst', '.py', '.yaml', '.yml', '.cff', '.cfg', '.ipynb')
 
 WORDS = {
     'somebody, nobody': r'(?:some|no|any|every)body|whoever|everyone|someone',
@@ -58,7 +59,7 @@ def _files():
 @pytest.mark.parametrize('path', list(_files()), ids=lambda path: str(path.relative_to(ROOT)))
 def test_words_are_plain_and_terms_have_one_spelling(path):
     if path != Path(__file__):
-        assert not list(faults(path.read_text(encoding='utf-8')))
+        assert not list(faults(text_of(path)))
 
 
 @pytest.mark.parametrize(('text', 'word'), [

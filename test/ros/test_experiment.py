@@ -22,6 +22,8 @@ def test_experiment_and_simulate_give_the_same_metrics(domain, tmp_path, capsys)
     assert set(metrics) == set(simulated)
     assert metrics.pop('outcome') == simulated.pop('outcome') == 'completed'
     assert metrics.pop('error') == simulated.pop('error') == 'true'
+    # this law is not within the band yet
+    assert metrics.pop('settling_time') is simulated.pop('settling_time') is None
     for name, value in simulated.items():
         assert metrics[name] == pytest.approx(value, rel=1e-9, abs=1e-9)
     assert (tmp_path / 'run' / 'figures' / 'path.png').read_bytes().startswith(b'\x89PNG')

@@ -1,11 +1,13 @@
 """Gains and controller type changed while the robot drives: applied whole and without a jump, or refused."""
 
 import itertools
+import math
 
 import pytest
 from harness import CONFIG
 
 from mobile_robot_control.control import velocity_pi
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.parameters.configuration import configure
@@ -33,6 +35,27 @@ def test_another_law_takes_over_without_a_jump(robot):
     # the fuzzy law follows at a distance, backstepping does not
     assert max(abs(sample.tick.error.longitudinal) for sample in ticks[-100:]) > 0.02
     assert max(abs(sample.tick.error.longitudinal) for sample in ticks[50:100]) < 0.02
+
+
+def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
+    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=5.5'], composed=True)
+    robot.resume()
+    laws = [*list(LAWS)[1:], 'backstepping']
+    for number, law in enumerate(laws, 1):
+        robot.spin_until(lambda number=number: robot.time() > 0.4 * number)
+        result, = robot.set('position_controller', controller_type=law)
+        assert result.successful, result.reason
+    robot.finish()
+    recording = robot.recording()
+    assert not recording.problems
+    ticks = [sample for sample in recording.samples if sample.tick.time == sample.time]
+    held = [after.time for before, after in itertools.pairwise(ticks[1:])
+            if after.command == pytest.approx(before.command, abs=1e-12)]
+    # the first command of each new law equals the last one of the law before
+    assert len(held) == len(laws) == 9
+    assert all(at >= 0.4 * number for number, at in enumerate(held, 1))
+    # with the gains of this file the fuzzy law follows at a distance
+    assert max(math.hypot(*sample.tick.error[:2]) for sample in ticks) < 0.25
 
 
 def test_new_velocity_gains_act_from_a_position_tick_on(robot):
@@ -70,7 +93,7 @@ def test_refused_parameters_change_nothing(robot):
         ('position_controller', {'backstepping__p': -1.0}, 'above 0.0'),
         ('velocity_controller', {'gains__k1': 500.0}, 'slowest stable rate'),
         ('velocity_controller', {'velocity_rate': 100.0}, 'read-only'),
-        ('plant', {'initial_pose': [0.0, 0.0, 0.0]}, 'read-only'),
+        ('plant', {'duration': 1.0}, 'read-only'),
     ):
         result, = robot.set(node, **values)
         assert not result.successful

@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 import pytest
+from geometry_msgs.msg import WrenchStamped
 from harness import CONFIG, Robots
 from policy_reading import allowed
 from rclpy.node import Node, NodeNameNonExistentError
@@ -57,12 +58,13 @@ def relative(namespace, rules):
 
 @pytest.fixture
 def robots(domain, quick_discovery, tmp_path, monkeypatch):
-    """A robot in each mode, all of its nodes running, beside a node that publishes on /tf_static."""
+    """A robot in each mode, all of its nodes running, beside one that publishes on /tf_static and pushes one robot."""
     (tmp_path / 'tf2_ros.py').write_text(TF2)
     monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
     made = Robots(tmp_path / 'run', tuple(MODES))
     others = Node('others')
     others.create_publisher(String, '/tf_static', 1)
+    others.create_publisher(WrenchStamped, '/lockstep/disturbance', 1)
     made.add(others)
     for namespace, arguments in MODES.items():
         made.start(namespace=namespace, arguments=arguments, composed=True)
@@ -83,7 +85,7 @@ def test_every_node_creates_what_the_policy_allows_and_nothing_else(robots):
 
     nodes = [*NODES, 'recorder']
     with contextlib.suppress(AssertionError):  # the comparison shows more
-        robots.spin_until(lambda: all(used(node) >= usable(node) for node in nodes), 15.0)
+        robots.spin_until(lambda: all(used(node) >= usable(node) for node in nodes), 60.0)
     for node in nodes:
         assert used(node) == usable(node), node
         for namespace, permitted in allowances.items():

@@ -7,7 +7,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from harness import CONFIG
 from nav_msgs.msg import Odometry
-from std_srvs.srv import Trigger
 
 from mobile_robot_control.ros.qos import SUBSCRIBED
 
@@ -52,15 +51,7 @@ class Seen:
 @pytest.fixture
 def call(robot):
     """Call a service of a node; returns whether it succeeded, and what it answers."""
-    clients = {}
-
-    def send(name):
-        if name not in clients:
-            clients[name] = robot.recorder.create_client(Trigger, name)
-            robot.spin_until(clients[name].service_is_ready)
-        response = robot.call(lambda: clients[name].call_async(Trigger.Request()))
-        return response.success, response.message
-    return send
+    return robot.trigger
 
 
 def test_a_robot_approaches_follows_is_stopped_and_released(robot, call):

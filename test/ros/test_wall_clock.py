@@ -84,7 +84,7 @@ def test_a_stalled_node_stops_the_robot_until_it_returns(robot):
         # timeouts are 0.5, 0.5 and 0.1 s; braking takes the rest
         robot.spin_until(stopped, 3.0)
         robot.processes[name].signal(signal.SIGCONT)
-        robot.spin_until(lambda: watch.speed > 0.1 and watch.command > 0.1 and watch.requested > 0.0, 5.0)
+        robot.spin_until(lambda: watch.speed > 0.1 and watch.command > 0.1 and watch.requested > 0.0)
         robot.listen(1.0)
     robot.spin_until(lambda: watch.errors[-1][1] < 0.05, 16.0)
 

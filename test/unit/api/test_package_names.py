@@ -35,3 +35,8 @@ def test_a_value_reads_back_the_same(value):
 ])
 def test_numpy_and_tuples_are_read_as_what_they_contain(value, read):
     assert repr(parse_yaml(as_yaml(value), 'test')) == repr(read)
+
+
+def test_the_names_of_laws_and_curves_are_listed():
+    assert {'backstepping', 'lqr'} <= set(mrc.LAWS)
+    assert {'trifolium', 'line'} <= set(mrc.CURVES)

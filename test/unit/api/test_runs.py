@@ -166,16 +166,67 @@ def test_a_figure_shows_itself_in_a_notebook(run):
 
 @pytest.mark.parametrize(('arguments', 'refusal'), [
     (('pth',), "figure = 'pth': there is no such figure; did you mean 'path'"),
-    (('path', *range(6)), '7 runs are more'),
+    (('path', *range(6)), '7 runs are more'), (('errors', 'path'), "'path': a figure is drawn of runs alone"),
 ])
 def test_what_cannot_be_drawn_is_refused(run, arguments, refusal):
     with pytest.raises(mrc.ParameterError, match=refusal):
         run.plot(*arguments)
 
 
+def test_a_figure_without_its_name_is_refused(run):
+    with pytest.raises(mrc.ParameterError, match='figure is a run; name the figure first'):
+        run.plot(run)
+
+
+def _files_beside(file):
+    return {ending: file.with_suffix(ending).read_bytes() for ending in ('.csv', '.parameters.yaml', '.metrics.json')}
+
+
+def test_a_saved_run_has_the_bytes_of_the_command(run, table, tmp_path):
+    run.save(tmp_path / 'saved.csv')
+    assert _files_beside(tmp_path / 'saved.csv') == _files_beside(table[0])
+
+
+@pytest.mark.parametrize('parameters', [
+    {'plant.noise.pose': [0.05, 0.05, 0.02]}, {'plant.drive': 'velocity', 'plant.base.lag': [0.1, 0.1]},
+])
+def test_a_saved_run_keeps_what_odometry_hides_and_what_is_not_known(tmp_path, parameters):
+    mrc.simulate(duration=0.2, parameters=parameters).save(tmp_path / 'saved.csv')
+    file = tmp_path / 'command.csv'
+    options = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
+    assert simulate.main(['--duration', '0.2', *options, '--output', str(file)]) == 0
+    assert _files_beside(tmp_path / 'saved.csv') == _files_beside(file)
+
+
+def test_a_run_without_parameters_replaces_those_of_another(run, tmp_path):
+    for one in (run, run._replace(parameters=None)):
+        one.save(tmp_path / 'saved.csv')
+    assert not (tmp_path / 'saved.parameters.yaml').exists()
+    assert mrc.load(tmp_path / 'saved.csv').parameters is None
+
+
+def test_a_run_is_saved_as_a_table_alone(run, tmp_path):
+    with pytest.raises(mrc.ParameterError, match=r'name a file that ends in \.csv'):
+        run.save(tmp_path / 'saved.mcap')
+    assert not list(tmp_path.iterdir())
+
+
+def test_parameters_without_names_are_refused():
+    with pytest.raises(mrc.ParameterError, match=r'parameters = .*: write them by NODE\.PARAMETER'):
+        mrc.simulate(duration=0.1, parameters=['config/fuzzy.yaml'])
+
+
 def test_a_run_prints_itself_in_a_line(run):
     assert repr(run).startswith('<Run fuzzy: 251 samples, to t = 0.5 s, completed, RMS position error 0.')
     assert '\n' not in repr(run._replace(name='a\nb'))
+
+
+def test_pandas_takes_a_run(run):
+    pandas = pytest.importorskip('pandas')
+    table = run.to_dataframe()
+    assert isinstance(table, pandas.DataFrame)
+    assert list(table.index) == list(run.time)
+    assert np.array_equal(table['cmd_vel.angular'], run.cmd_vel[:, 1])
 
 
 def test_a_dataframe_has_all_columns_over_time(run, monkeypatch):

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import mobile_robot_control as mrc
-from mobile_robot_control.cli import search_run, study, tune
+from mobile_robot_control.cli import search_run, study, study_run, tune
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.tuning.scenarios import Scenario
 
 # a loop so short that plain Python runs it in a few milliseconds
 SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.period': 0.5,
@@ -53,16 +55,54 @@ def test_what_was_found_is_simulated_and_saved(tmp_path):
     assert (tmp_path / 'gains.yaml').read_text().startswith('# backstepping gains found by mobile_robot_control ')
 
 
+def test_a_search_prints_its_gains_in_a_line():
+    found = _found()._replace(objective=1.25, parameters={
+        'position_controller.controller_type': 'backstepping', 'position_controller.backstepping.p': 0.5,
+        'velocity_controller.gains.k1': 0.25})
+    assert repr(found) == '<Tuned backstepping: objective 1.25 after 3 generations, p = 0.5, gains.k1 = 0.25>'
+
+
+def test_one_gain_to_keep_needs_no_list():
+    small = {'generations': 1, 'population': 5, 'workers': 1, 'parameters': SMALL, 'laps': 0.4}
+    alone, listed = (mrc.tune('backstepping', seed=1, keep=keep, **small) for keep in ('ti1', ['ti1']))
+    assert alone.parameters == listed.parameters
+
+
 def test_a_search_without_a_result_is_an_error():
     with pytest.raises(RuntimeError, match='no individual could be scored'):
         mrc.tune('backstepping', seed=1, generations=1, population=5, workers=1,
                  parameters=SMALL | {'plant.disturbance.step': [1e9, 1e9]})
 
 
+@pytest.mark.parametrize('law', LAWS)
+def test_every_law_is_searched(law):
+    found = mrc.tune(law, seed=3, parameters=SMALL, generations=2, population=6, workers=1, laps=0.4,
+                     bounds={} if law == 'fuzzy' else {'gains.k1': (0, 2), 'gains.k2': (0, 2)})
+    default, control = mrc.configure({}).position_controller.control, found.configuration.position_controller.control
+    assert control.controller_type == law
+    group, = {name.split('.')[1] for name in found.parameters if name.count('.') > 1 and 'gains' not in name}
+    assert group == ('backstepping' if law == 'hybrid_backstepping' else law)
+    assert getattr(control, group) != getattr(default, group)
+
+
+def test_every_law_is_studied_in_the_same_scenarios(monkeypatch):
+    # the margins of one stand for those of all, which take a second
+    promised = study_run.promise(mrc.configure({}), [Scenario('circle', 1.0)])
+    monkeypatch.setattr(study_run, 'promise', lambda *_: promised)
+    found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.4, workers=1, compare={
+        law: {'position_controller.controller_type': law} for law in LAWS})
+    assert list(found.controllers) == list(LAWS)
+    assert set(found.runs['outcome']) == {'completed'}
+    assert len(set(found.runs['rms_position_error'])) == 2 * len(LAWS) == 18
+    assert len(found.comparisons) == 36
+
+
 @pytest.mark.parametrize(('options', 'refusal'), [
     ({'generations': 0}, "argument --generations: '0' is not a whole number of at least 1"),
     ({'bounds': {'k9': (0, 1)}}, "no gene 'k9'"), ({'generation': 3}, 'unrecognized arguments: --generation=3'),
     ({'output': 'gains.yaml'}, 'output: nothing is written to files from Python'),
+    ({'bounds': {'k1': 5}}, r"bounds\['k1'\] = 5: write a pair \(low, high\)"),
+    ({'bounds': {'k1': '05'}}, r"bounds\['k1'\] = '05': write a pair"),
     ({'laps': 1e9}, 'would take too long'), ({'algorithm': 'luck'}, "argument --algorithm: invalid choice: 'luck'"),
 ])
 def test_what_the_command_refuses_is_refused(options, refusal):
@@ -95,6 +135,10 @@ def test_a_study_has_the_numbers_of_the_command(tmp_path):
     by_name = mrc.study(runs=5, seed=1, parameters=SMALL, workers=1, **OPTIONS, compare={
         'file': files[0], 'given': {'position_controller.backstepping.p': 0.5}})
     assert list(by_name.controllers) == ['file', 'given']
+    comparison, = by_name.comparisons
+    assert (comparison['first'], comparison['second'], comparison['runs']) == ('file', 'given', 5)
+    assert by_name.controllers['file']['failures']['count'] == 5 - by_name.controllers['file']['successes']
+    assert set(by_name.runs['outcome']) == {'completed'}
     assert list(by_name.controllers.values()) == list(found.controllers.values())
 
 
@@ -102,6 +146,27 @@ def test_without_a_comparison_the_configured_law_is_studied():
     found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1)
     assert list(found.controllers) == ['backstepping']
     assert found.controllers['backstepping']['runs'] == 2
+    assert found.comparisons == []
+
+
+def test_one_file_curve_and_scale_need_no_list(tmp_path):
+    file = _file(tmp_path, 0.5)
+    alone, listed = (mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1, **options) for options in (
+        {'compare': file, 'curves': 'circle', 'scales': 0.05},
+        {'compare': [file], 'curves': ['circle'], 'scales': [0.05]}))
+    assert alone.values == listed.values
+
+
+def test_a_study_prints_a_line_for_each_controller():
+    found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1, compare={'a\nb': {}})
+    one = found.controllers['a\nb']
+    one.update(successes=1, runs=2, success_interval=[0.09453120573423379, 0.9054687942657662])
+    one['metrics']['rms_position_error']['median'] = 0.0125
+    assert repr(found) == (
+        '<Study: seed 1, success is within 0.1 m over the last quarter\n'
+        '  a\\nb: 1 of 2 runs succeeded (95 % interval 9.453 to 90.55 %), median RMS position error 0.0125 m>')
+    one['metrics']['rms_position_error']['median'] = None
+    assert repr(found).endswith('90.55 %)>')
 
 
 @pytest.mark.parametrize(('options', 'refusal'), [

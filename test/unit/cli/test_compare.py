@@ -8,7 +8,7 @@ from bag_making import record
 from harness import CONFIG
 
 from mobile_robot_control.cli import experiment, experiment_runner, report
-from mobile_robot_control.cli.experiment_runner import ExperimentResult
+from mobile_robot_control.cli.experiment_result import ExperimentResult
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
@@ -21,7 +21,7 @@ def ran(monkeypatch):
     parameters_by_name = {}
     monkeypatch.delenv('ROS_DOMAIN_ID')
 
-    def run(parameters, output, namespace, composed, patience, stop, bar, watchdog):
+    def run(parameters, output, namespace, composed, patience, stop, bar, watchdog, drive):
         parameters_by_name[output.name] = parameters
         record(output / 'bag', rollout(parameters, parameters.plant.duration))
         stop.requested = output.name == 'stopped'

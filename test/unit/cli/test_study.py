@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import os
 import signal
 
@@ -9,6 +10,8 @@ import pytest
 
 from mobile_robot_control.cli import study, study_run
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.simulation.indices import INDICES
+from mobile_robot_control.tuning import monte_carlo
 
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
 SCALES = ['--scales', '0.05', '0.1', '--within', '0.5']
@@ -48,6 +51,10 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
         late = [float(row['late_max_position_error']) for row in rows if row['controller'] == name]
         assert sum(error < 0.1 for error in late) == successes
         assert numbers['metrics']['late_max_position_error']['worst'] == max(late)
+        # the indices stand behind the metrics that there were
+        assert list(rows[0])[-len(INDICES):] == list(INDICES) == list(numbers['metrics'])[-len(INDICES):]
+        shares = [float(row['share_within_band']) for row in rows if row['controller'] == name]
+        assert numbers['metrics']['share_within_band']['worst'] == min(shares)
     assert (tmp_path / 'out' / 'starts.png').stat().st_size > 10000
     page = (tmp_path / 'out' / 'study.html').read_text(encoding='utf-8')
     for name, numbers in found['controllers'].items():
@@ -55,11 +62,56 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert printed.count('of 120 runs succeed') == 2
     assert printed.count('\nnot modelled: ') == 2
+    assert found['best'] == 'firm'
+    comparison, = found['comparisons']
+    assert (comparison['first'], comparison['second'], comparison['runs']) == ('firm', 'slack', 120)
+    succeeded = [{k for k, row in enumerate(rows[start:start + 120]) if row['success'] == '1'} for start in (0, 120)]
+    both = succeeded[0] & succeeded[1]
+    assert comparison['both_succeed'] == len(both) == 120 - comparison['left_out']
+    assert comparison['only_first_succeeds'] == len(succeeded[0] - both) == 5
+    assert comparison['only_second_succeeds'] == len(succeeded[1] - both)
+    # 5 of 5 are 0.06 likely by chance
+    assert comparison['more_successful'] is None
+    difference, = (float(rows[k]['rms_position_error']) - float(rows[120 + k]['rms_position_error']) for k in both)
+    assert comparison['rms_difference'] == pytest.approx(difference)
+    # of one scenario there is none
+    assert comparison['rms_difference_interval'] is None
+    assert '\ncompared in the same scenarios, with intervals of 95 %:\nfirm and slack, RMS error: ' in printed
+    assert 'success: cannot be told apart: firm alone in 5, slack alone in 0 of 120' in printed.replace('\n  ', ' ')
     assert printed.count('\nposition loop: ') == 2
     for numbers in found['controllers'].values():
         assert {'velocity_loop', 'position_loop'} < set(numbers['margins'])
         assert 'latency of odometry' in numbers['not_modelled']
         assert any('not modelled' in text for text in numbers['warnings'])
+
+
+def test_the_failures_of_a_study_are_those_of_its_table(tmp_path, capsys):
+    assert run(tmp_path, '--runs', 60, '-p', 'position_controller.backstepping.f:=5.0') == 0
+    found, rows = read(tmp_path)
+    (numbers,) = found['controllers'].values()
+    failed = [(number, row) for number, row in enumerate(rows, 1) if row['success'] == '0']
+    failures = numbers['failures']
+    assert 3 < len(failed) == failures['count'] == len(failures['scenarios']) < 60
+    assert [one['run'] for one in failures['scenarios']] == [number for number, _ in failed]
+    for one, (_, row) in zip(failures['scenarios'], failed, strict=True):
+        assert one['start_distance'] == pytest.approx(math.hypot(float(row['start_x']), float(row['start_y'])))
+        assert one['start_heading_error'] == pytest.approx(abs(float(row['start_yaw'])))
+        for name, column in (('outcome', str), ('curve', str), ('scale', float), ('mass_factor', float),
+                             ('friction_factor', float), ('delay', int), ('noise_seed', int)):
+            assert one[name] == column(row[name])
+    assert f'\n{len(failed)} of 60 fail: too far from the reference over the last quarter\n' in capsys.readouterr().out
+
+
+def test_a_study_without_a_failure_names_none(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(monte_carlo, 'WITHIN', 100.0)
+    assert run(tmp_path, '--runs', 5) == 0
+    (numbers,) = read(tmp_path)[0]['controllers'].values()
+    assert (numbers['failures']['count'], numbers['failures']['scenarios']) == (0, [])
+    printed = capsys.readouterr().out
+    assert 'succeed (95 % interval' in printed
+    assert ' fail' not in printed
+    assert 'compared' not in printed
+    assert read(tmp_path)[0]['comparisons'] == []
 
 
 def test_each_controller_has_its_own_delay_in_the_table(tmp_path):
@@ -87,10 +139,12 @@ def test_the_same_seed_gives_the_same_study(tmp_path):
 
 def test_a_diverging_run_is_a_failure_and_has_null_metrics(tmp_path):
     assert run(tmp_path, '--runs', 3, '-p', 'plant.disturbance.step:=[1e9, 1e9]') == 0
-    found, _ = read(tmp_path)
+    found, rows = read(tmp_path)
     (numbers,) = found['controllers'].values()
     assert numbers['successes'] == 0
     assert numbers['metrics']['energy']['median'] is None
+    assert numbers['failures']['outcomes'] == {'diverged': 3}
+    assert {row['outcome'] for row in rows} == {'diverged'}
 
 
 def test_bad_usage_ends_with_exit_code_2(tmp_path, capsys):

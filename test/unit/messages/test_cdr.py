@@ -47,6 +47,9 @@ MESSAGES = {
     'geometry_msgs/msg/Vector3Stamped': st.builds(
         _make('geometry_msgs/msg/Vector3Stamped'), header=headers, vector=vectors),
     'geometry_msgs/msg/Twist': twists,
+    'geometry_msgs/msg/WrenchStamped': st.builds(
+        _make('geometry_msgs/msg/WrenchStamped'), header=headers,
+        wrench=st.builds(_make('geometry_msgs/msg/Wrench'), force=vectors, torque=vectors)),
     'diagnostic_msgs/msg/DiagnosticArray': st.builds(
         _make('diagnostic_msgs/msg/DiagnosticArray'), header=headers, status=st.lists(statuses, max_size=3)),
 }

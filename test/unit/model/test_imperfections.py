@@ -6,7 +6,7 @@ import statistics
 import pytest
 
 from mobile_robot_control.model.actuators import Delay, delayed, empty_line
-from mobile_robot_control.model.disturbance import Disturbance, disturbed
+from mobile_robot_control.model.disturbance import Disturbance, disturbed, wheel_torques_of, with_push
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.noise import (
     Noise,
@@ -18,7 +18,7 @@ from mobile_robot_control.model.noise import (
     twist_variances,
 )
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorque, WheelVelocity
 
 N = 20000
 HERE = Pose(1.0, -2.0, 3.1)
@@ -101,3 +101,22 @@ def test_an_impulse_lasts_one_period_and_a_step_for_good():
 def test_a_disturbance_between_two_samples_begins_at_the_later_one():
     pushed = [disturbed(WheelTorque(0.0, 0.0), Disturbance(0.2, step=(1.0, 1.0)), k, 0.125) for k in range(4)]
     assert [torque.right for torque in pushed] == [0.0, 0.0, 1.0, 1.0]
+
+
+def test_a_push_does_the_same_work_as_its_torques_on_the_wheels():
+    robot, wrench = Robot(wheel_radius=0.1, wheel_separation=0.4), Push(3.0, -0.5)
+    torque = wheel_torques_of(wrench, robot)
+    # 0.05 (3 ± 0.5 / 0.2)
+    assert torque == pytest.approx((0.025, 0.275))
+    for velocity in (BodyVelocity(1.0, 0.0), BodyVelocity(0.0, 1.0), BodyVelocity(-0.7, 2.0)):
+        wheels = wheel_velocity(velocity, robot)
+        assert torque.right * wheels.right + torque.left * wheels.left == pytest.approx(
+            3.0 * velocity.linear - 0.5 * velocity.angular)
+
+
+def test_a_push_acts_in_one_step_beside_impulse_and_step():
+    robot, lasting = Robot(wheel_radius=0.1, wheel_separation=0.4), Disturbance(0.25, (0.5, 0.0), (0.0, -3.0))
+    one = with_push(lasting, Push(3.0, -0.5), 2, 0.125, robot)
+    assert disturbed(WheelTorque(1.0, 2.0), one, 2, 0.125) == pytest.approx((5.025, -0.725))
+    before = with_push(lasting, Push(3.0, -0.5), 1, 0.125, robot)
+    assert disturbed(WheelTorque(1.0, 2.0), before, 1, 0.125) == pytest.approx((1.025, 2.275))

@@ -14,7 +14,7 @@ from mobile_robot_control.reporting.chart_page import chart_scripts
 from mobile_robot_control.reporting.first_screen import replay_scripts
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.run_files import UnreadableRunError
-from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
+from mobile_robot_control.reporting.starts_map import Start, Starts, draw_starts_map
 
 NAMES = ['$', '$x^$', '\\$^_{$', '_private', 'one\ntwo\x1b[2J', '\udcff\u2028\ufffe', '<&">--', 'x' * 3000]
 
@@ -159,5 +159,5 @@ def test_a_replay_that_cannot_be_made_hides_nothing_else(table, tmp_path, monkey
 
 @pytest.mark.parametrize('title', ['$\\frac$: 50 %_'])
 def test_any_name_of_a_controller_is_drawn_above_its_map(tmp_path, title):
-    draw_starts_map({title: [Start(Pose(0.0, 0.0, 0.0), success=True)]}, tmp_path / 'starts.png')
+    draw_starts_map({title: Starts([Start(Pose(0.0, 0.0, 0.0), success=True)])}, tmp_path / 'starts.png')
     ElementTree.parse(tmp_path / 'starts.svg')  # noqa: S314 (our own file)

@@ -7,10 +7,8 @@ import pytest
 from mobile_robot_control.parameters.robot_files import shipped_robots
 from mobile_robot_control.reporting import robot_results
 from mobile_robot_control.reporting.robot_results import (
-    found_results,
-    insert_results,
+    PART,
     lap_command,
-    output_of,
     result_cells,
     results_fingerprint,
     results_markdown,
@@ -21,7 +19,7 @@ PAGE = Path(__file__).parents[3] / 'docs' / 'robots.md'
 
 
 def test_the_tables_are_of_the_present_robots():
-    tables, robots = found_results(PAGE.read_text(encoding='utf-8')), shipped_robots()
+    tables, robots = PART.found(PAGE.read_text(encoding='utf-8')), shipped_robots()
     assert f'generated from {results_fingerprint(robots)} -->' in tables
     rows = [line.split('|')[1].strip() for line in tables.splitlines() if line.startswith('| ')]
     assert rows == ['robot', *robots] * 2
@@ -33,7 +31,7 @@ def test_the_tables_are_of_the_present_robots():
 @pytest.mark.soak
 @pytest.mark.timeout(1200)
 def test_the_tables_equal_the_measurement():
-    assert found_results(PAGE.read_text(encoding='utf-8')) == results_markdown(shipped_robots())
+    assert PART.found(PAGE.read_text(encoding='utf-8')) == results_markdown(shipped_robots())
 
 
 def test_another_file_or_another_study_changes_the_results_fingerprint(tmp_path, monkeypatch):
@@ -56,15 +54,3 @@ def test_a_row_has_lengths_in_centimetres_and_calls_what_is_absent_so():
         'more than 20, 251 ms']
     study['margins']['velocity_loop'] = {'gain': 3.999, 'delay': None}
     assert result_cells('one', lap, lap, study)[9] == '4.00, more than 20 periods'
-
-
-def test_the_tables_are_inserted_between_their_marks():
-    made = '<!-- results: generated from 1 -->\nNEW\n<!-- end of results -->'
-    assert insert_results('a\n<!-- results: generated -->\nOLD\n<!-- end of results -->\nb\n',
-                          made) == f'a\n{made}\nb\n'
-    assert found_results(f'a {made} b') == made
-
-
-def test_a_command_that_fails_is_named_with_what_it_said():
-    with pytest.raises(RuntimeError, match=r'simulate --robot nothing: exit code 2: .*there is no robot of this name'):
-        output_of('simulate --robot nothing', '--duration', '1')

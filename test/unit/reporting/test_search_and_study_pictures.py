@@ -9,11 +9,12 @@ from measuring import configuration
 from PIL import Image
 
 from mobile_robot_control.quantities import Pose, WheelTorque
-from mobile_robot_control.reporting import search_picture
+from mobile_robot_control.reporting import search_picture, starts_map
 from mobile_robot_control.reporting.search_picture import draw_search
-from mobile_robot_control.reporting.starts_map import Start, draw_starts_map
+from mobile_robot_control.reporting.starts_map import Start, Starts, draw_starts_map
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.tuning.search import Generation
+from mobile_robot_control.tuning.splits import Split
 
 HISTORY = [Generation(1, 8.0, 20.0, 3), Generation(2, 6.5, math.nan, 41), Generation(3, 4.2, 9.0, 0)]
 UNKNOWN = WheelTorque(math.nan, math.nan)
@@ -62,15 +63,40 @@ def test_a_search_of_one_generation_that_diverged_before_is_drawn(loops, tmp_pat
 
 @pytest.mark.parametrize('controllers', [1, 3])
 def test_starts_are_drawn_as_png_and_as_svg_that_turns_dark(tmp_path, controllers):
-    draw_starts_map({f'law {n}: 50.00 %': STARTS for n in range(controllers)}, tmp_path / 'starts.png')
+    draw_starts_map({f'law {n}: 50.00 %': Starts(STARTS) for n in range(controllers)}, tmp_path / 'starts.png')
     assert {path.name for path in tmp_path.iterdir()} == {'starts.png', 'starts.svg'}
     assert_wide(tmp_path / 'starts.png', 600 * controllers)
     assert_turns_dark(tmp_path / 'starts.svg')
 
 
 def test_a_study_without_a_failure_is_drawn(tmp_path):
-    draw_starts_map({'law: 100.00 %': STARTS[:1]}, tmp_path / 'starts.png')
+    draw_starts_map({'law: 100.00 %': Starts(STARTS[:1])}, tmp_path / 'starts.png')
     assert_turns_dark(tmp_path / 'starts.svg')
+
+
+def _map_of(monkeypatch, tmp_path, controllers):
+    drawn = []
+    monkeypatch.setattr(starts_map, 'save', lambda figure, _: drawn.append(figure))
+    draw_starts_map(controllers, tmp_path / 'starts.png')
+    figure, = drawn
+    return figure
+
+
+def test_the_map_shows_how_runs_ended_and_where_most_fail(tmp_path, monkeypatch):
+    starts = [*STARTS, Start(Pose(-0.5, 0.5, 0.0), False, 'diverged'), Start(Pose(0.5, 0.5, 0.0), False, 'law_failed')]
+    near = Split('start_distance', 'above', 0.83, (10, 57), (2, 243), 0.001)
+    heavy = Split('mass_factor', 'above', 1.1, (10, 57), (2, 243), 0.001)
+    figure = _map_of(monkeypatch, tmp_path, {'a: 0 %': Starts(STARTS, heavy), 'b: 0 %': Starts(starts, near)})
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        'success', 'failure: too far away', 'failure: diverged', 'failure of the law']
+    left, right = figure.axes
+    assert left.get_title() == 'a: 0 %\nmass factor above 1.1: 10 of 57 fail,\nelsewhere 2 of 243'
+    assert right.get_title() == 'b: 0 %\nstart distance above 0.83 m: 10 of 57 fail,\nelsewhere 2 of 243'
+    assert not left.patches
+    circle, = right.patches
+    assert circle.get_radius() == 0.83
+    shown = [tuple(points) for part in right.collections for points in part.get_offsets()]
+    assert sorted(shown) == sorted((start.offset.x, start.offset.y) for start in starts)
 
 
 def test_a_search_of_a_base_that_takes_no_torque_has_no_frame_for_it(loops, tmp_path, monkeypatch):

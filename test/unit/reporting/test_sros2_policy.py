@@ -38,7 +38,7 @@ def test_each_node_has_an_enclave_and_experiment_has_one_for_all():
     room = f'{ROOM}/robot1'
     assert set(enclaves) == {*(f'{room}/{node}' for node in NODES), f'{room}/experiment'}
     together = enclaves.pop(f'{room}/experiment')
-    assert set(together) == {*(f'/robot1/{node}' for node in NODES), '/robot1/recorder'}
+    assert set(together) == {*(f'/robot1/{node}' for node in NODES), '/robot1/recorder', '/robot1/replayer'}
     for path, nodes in enclaves.items():
         (name, rules), = nodes.items()
         assert (name, rules) == (f'/robot1/{path.rpartition("/")[2]}', together[name])
@@ -53,12 +53,13 @@ def test_a_loop_topic_is_published_by_its_publisher_alone_and_read_by_its_subscr
                        for node in loop.topics[topic.name].subscribers)}
 
 
-def test_nodes_serve_under_their_own_names_and_the_recorder_alone_calls():
+def test_nodes_serve_under_their_own_names_and_those_of_experiment_alone_call():
     rules = allowed(policy())[f'{ROOM}/experiment']
     for node, found in rules.items():
         assert all(name.startswith(f'{node}/') for verb, name in found if verb == 'reply')
     assert {(node, name) for node, found in rules.items() for verb, name in found if verb == 'request'} == {
-        ('/recorder', '/plant/set_parameters')}
+        ('/recorder', '/plant/set_parameters'), ('/replayer', '/plant/reset'),
+        *(('/replayer', f'/{node}/set_parameters_atomically') for node in NODES)}
 
 
 @pytest.mark.parametrize(('arguments', 'reason'), [

@@ -16,6 +16,7 @@ from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.panels import Named
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.series import collect
+from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.simulation.rollout import rollout
 
 DURATION = 0.5
@@ -23,7 +24,8 @@ NOISE = {'noise.pose': [0.01, 0.02, 0.01], 'noise.velocity': 0.05}
 NOISY = configuration(plant={**NOISE, 'duration': DURATION})
 AHEAD = configuration(plant={'duration': DURATION},
                       position_controller={'compensate_latency': True, 'odom_latency': 0.05})
-NAMES = ('rms_position_error', 'max_position_error', 'rms_heading_error', 'measured_rms_position_error', 'objective')
+NAMES = ('rms_position_error', 'max_position_error', 'rms_heading_error', 'measured_rms_position_error', 'objective',
+         *INDICES)
 
 
 @pytest.fixture(autouse=True)

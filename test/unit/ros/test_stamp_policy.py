@@ -86,6 +86,15 @@ def test_an_answer_before_the_question_counts_as_a_repeat():
     assert policy.decide(50) is StampDecision.AGAIN
 
 
+def test_answers_of_the_run_that_ended_count_as_repeats_until_the_new_one_moves():
+    policy = _asked(50)
+    policy.wait_to_ask(0)
+    assert policy.decide(50) is StampDecision.AGAIN
+    assert policy.decide(60) is StampDecision.REFUSED
+    policy.wait_to_ask(PERIOD)
+    assert policy.decide(50) is StampDecision.REFUSED
+
+
 @pytest.mark.parametrize(('age', 'decision', 'reason'), [
     (0.0, StampDecision.HOLD, ''), (0.4, StampDecision.HOLD, ''), (-0.4, StampDecision.HOLD, ''),
     (0.6, StampDecision.REFUSED, 'stamp too old'), (-0.6, StampDecision.REFUSED, 'stamp in the future'),

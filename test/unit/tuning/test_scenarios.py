@@ -12,6 +12,9 @@ from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, TrackingError
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.simulation.indices import INDICES
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import measure
 from mobile_robot_control.simulation.totals import Totals, add_error, objective
 from mobile_robot_control.simulation.trial import make_trial
 from mobile_robot_control.tuning.monte_carlo import (
@@ -188,6 +191,30 @@ def test_torque_and_energy_of_a_base_that_takes_no_torque_are_not_known():
 ])
 def test_the_confidence_interval_is_wilsons(successes, runs, low, high):
     assert wilson_interval(successes, runs) == pytest.approx((low, high), abs=5e-5)
+
+
+def test_trials_with_performance_indices_are_judged_by_them_too():
+    plain = make_trial(short_lap(), 1.0)
+    made = plain._replace(form=plain.form._replace(indices=True))
+    (outcome,), (without,) = run([made]), run([plain])
+    judged, known = judge(made, outcome).metrics, judge(plain, without).metrics
+    assert list(judged) == [*known, *INDICES]
+    assert {name: judged[name] for name in known} == known
+    expected = summary(measure(short_lap(), 1.0))
+    assert [judged[name] for name in INDICES] == [expected[name] for name in INDICES]
+    # one that is not complete has none, and neither has one whose law raised, which summed nothing
+    for broken in (outcome._replace(steps=3), outcome._replace(steps=0, indices=())):
+        assert list(judge(made, broken).metrics.items()) == [(name, math.inf) for name in judged]
+
+
+def test_the_worst_share_within_the_band_is_the_smallest_and_that_of_a_run_that_diverged():
+    shares = [*(0.01 * k for k in range(1, 100)), math.inf]
+    times = [math.inf, *(float(k) for k in range(1, 100))]
+    found = summarise_runs([Judged(True, {'share_within_band': share, 'settling_time': time})
+                            for share, time in zip(shares, times, strict=True)])['metrics']
+    assert found['share_within_band'] == {'median': 0.5, '95_percent': pytest.approx(0.05), 'worst': None}
+    # never settled is later than any time
+    assert found['settling_time'] == {'median': 50.0, '95_percent': 95.0, 'worst': None}
 
 
 def test_the_summary_contains_success_rate_and_quantiles():

@@ -1,0 +1,30 @@
+"""A run written as the table that `simulate` writes."""
+
+import json
+from pathlib import Path
+
+from mobile_robot_control.api.command_lines import File
+from mobile_robot_control.api.runs import Run
+from mobile_robot_control.cli.options import configuration_text, writable_file
+from mobile_robot_control.files import naming_errors, write_atomically
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.recording.csv_table import write_csv
+from mobile_robot_control.recording.joining import joined
+from mobile_robot_control.texts import printable
+
+
+def save_run(run: Run, file: File) -> None:
+    """Write a run, with its parameters and metrics beside it; see `Run.save`."""
+    if Path(file).suffix != '.csv':
+        raise ParameterError([f'{printable(str(file))}: a run is saved as a table; name a file that ends in .csv'])
+    path = writable_file(str(file))
+    with naming_errors(path), path.open('w', encoding='utf-8', newline='') as table:
+        for _ in write_csv(joined(run.series.signals), table, run.series.hides_truth):
+            pass
+    beside = path.with_suffix('.parameters.yaml')
+    if run.parameters is None:
+        # those of another run
+        beside.unlink(missing_ok=True)
+    else:
+        write_atomically(beside, configuration_text(run.parameters))
+    write_atomically(path.with_suffix('.metrics.json'), json.dumps(run.metrics, indent=2) + '\n')

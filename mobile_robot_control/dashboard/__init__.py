@@ -1,0 +1,1 @@
+"""The live page: watch and handle the robot in a browser."""

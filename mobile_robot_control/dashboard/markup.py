@@ -1,0 +1,68 @@
+"""The page's head and skeleton; what fills them comes over the socket and is set as text."""
+
+from mobile_robot_control.web.assets import asset
+
+_SCRIPTS = ('uplot/uPlot.iife.min.js', 'arrays.js', 'scene.js', 'live.js', 'live_stage.js', 'live_charts.js',
+            'live_parameters.js', 'live_surface.js', 'live_lessons.js', 'live_page.js')
+_STYLES = ('uplot/uPlot.min.css', 'colours.css', 'live.css')
+HEAD = ''.join([
+    *(f'<style>{asset(name)}</style>' for name in _STYLES),
+    *(f'<script>{asset(name)}</script>' for name in _SCRIPTS),
+])
+"""Styles and scripts, all within the page."""
+
+SKELETON = """
+<div id="live">
+ <header>
+  <h1>mobile_robot_control</h1>
+  <p id="run" class="soft" role="status">connecting</p>
+ </header>
+ <p id="notice" role="alert" hidden></p>
+ <div class="bar">
+  <button id="pause" title="Space">Pause</button>
+  <button id="step" title="one position tick, while the run is held">Step</button>
+  <button id="reset" title="R">Reset</button>
+  <button id="place" aria-pressed="false" title="press where the robot is to stand, pull where it is to look">
+   Place the start</button>
+  <label>speed <select id="speed"></select></label>
+  <label>law <select id="law"></select></label>
+  <button id="record">Record</button>
+  <span id="recorded" class="soft"></span>
+  <button id="save">Save parameters</button>
+  <span id="saved" class="soft"></span>
+ </div>
+ <div class="halves">
+  <section aria-label="the robot on the plane">
+   <canvas id="scene" tabindex="0"></canvas>
+   <div class="bar" id="kicks">
+    <span class="soft">kick</span>
+    <button data-kick="ArrowUp" title="arrow up: push ahead">↑</button>
+    <button data-kick="ArrowDown" title="arrow down: push back">↓</button>
+    <button data-kick="ArrowLeft" title="arrow left: turn left">↺</button>
+    <button data-kick="ArrowRight" title="arrow right: turn right">↻</button>
+    <span class="soft" id="hint"></span>
+   </div>
+  </section>
+  <section id="charts" aria-label="charts"></section>
+ </div>
+ <div class="halves">
+  <section>
+   <h2>Parameters</h2>
+   <p class="soft">A marked one differs from its default.</p>
+   <div id="curve"></div>
+   <div id="parameters"></div>
+  </section>
+  <section>
+   <h2>Nodes</h2>
+   <div id="nodes"></div>
+   <details id="changes"><summary>What changed the run</summary><ol class="soft"></ol></details>
+   <details id="topics"><summary>Topics</summary><div class="scroll"><table>
+    <thead><tr><th>topic, last message</th><th class="number">rate [Hz]</th></tr></thead>
+    <tbody></tbody></table></div></details>
+   <h2>Lessons</h2>
+   <div id="lessons"></div>
+  </section>
+ </div>
+</div>
+"""
+"""Where everything has its place; nothing in it comes from elsewhere."""

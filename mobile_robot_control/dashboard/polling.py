@@ -1,0 +1,99 @@
+"""Topics that are looked at 20 times a second, whatever their rate: the newest message of each, and how many came."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import time
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from mobile_robot_control.ros.qos import message_class
+
+_WINDOW = 2.0
+"""[s] of wall time over which a rate is measured."""
+_DRAINED = 64
+"""Messages that are taken at once at most."""
+
+
+class PolledTopic:
+    """
+    A best-effort subscription that no executor serves, so that messages in between wake nothing up.
+
+    Parameters
+    ----------
+    node : Node
+        Whose subscription it is; it must not be added to an executor.
+    name, kind : str
+        Topic and type.
+    depth : int
+        Messages kept from one look to the next.
+
+    Attributes
+    ----------
+    newest : bytes or None
+        Of the newest message.
+    total : int
+        Messages published since the first one that came, by their sequence numbers.
+    rate : float
+        Messages in a second of wall time.
+
+    """
+
+    def __init__(self, node: Node, name: str, kind: str, depth: int = 1) -> None:
+        self.kind, self.total, self.rate = kind, 0, 0.0
+        self.name = node.resolve_topic_name(name)
+        self._node = node
+        self._sequences: dict[bytes, int] = {}
+        self._begun, self._counted = time.monotonic(), 0
+        self._subscription: Any = node.create_subscription(
+            message_class(kind), name, self._unused, QoSProfile(
+                depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT), raw=True)
+        self.newest: bytes | None = None
+
+    @staticmethod
+    def _unused(_: bytes) -> None:
+        """Stand for the callback, which no executor calls."""
+
+    def take(self) -> list[bytes]:
+        """Return the messages that have come since the last look, the newest last."""
+        taken: list[bytes] = []
+        while len(taken) < _DRAINED:
+            # as rclpy's executors take it; there is no public way
+            with self._subscription.handle:
+                found = self._subscription.handle.take_message(self._subscription.msg_type, self._subscription.raw)
+            if found is None:
+                break
+            taken.append(found[0])
+            self._count(found[1])
+        if taken:
+            self.newest = taken[-1]
+        self._measure()
+        return taken
+
+    def _count(self, information: Any) -> None:
+        """Count a message and those before it that were replaced unseen."""
+        number, publisher = None, b''
+        if isinstance(information, dict):
+            number = information.get('publication_sequence_number')
+            publisher = bytes((information.get('publisher_gid') or {}).get('data') or b'')
+        before = self._sequences.get(publisher)
+        if number is None or before is None or number <= before:
+            self.total += 1
+        else:
+            self.total += number - before
+        if number is not None:
+            # publishers come and go; a graph has a few
+            if len(self._sequences) > 50:
+                self._sequences.clear()
+            self._sequences[publisher] = number
+
+    def _measure(self) -> None:
+        now = time.monotonic()
+        if now - self._begun >= _WINDOW:
+            self.rate = (self.total - self._counted) / (now - self._begun)
+            self._begun, self._counted = now, self.total
+
+    def close(self) -> None:
+        """End the subscription."""
+        self._node.destroy_subscription(self._subscription)

@@ -1,0 +1,52 @@
+"""Record the topics of a namespace until the standard input closes; then measure and draw the run."""
+
+import sys
+from pathlib import Path
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from mobile_robot_control.cli.evaluation import evaluate
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import loop_of
+from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.ros.deadline import exit_after
+from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.topics import LOOPS
+
+_LEAVING = 5
+"""[s] to leave DDS."""
+
+
+def record(folder: Path, namespace: str, stop: Stop) -> int:
+    """Record into a folder that has `parameters.yaml` until a stop is requested; return the exit code."""
+    try:
+        loop = loop_of(configure(load([folder / 'parameters.yaml'], namespace=namespace)).plant)
+    except ParameterError as error:
+        # nodes that run with what this process does not know, such as a law of their own, are recorded all the same
+        print(f'{folder / "parameters.yaml"}: {error}')
+        loop = LOOPS['torque']
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    with BagWriter(folder / 'bag') as bag:
+        recorder = Recorder(namespace, bag.write, bag.knows, loop)
+        executor = make_executor()
+        executor.add_node(recorder)
+        while not stop.requested and not bag.failure:
+            executor.spin_once(timeout_sec=0.05)
+    evaluated = evaluate(folder, namespace, 'completed', quiet=True)
+    for line in filter(None, (bag.failure, *evaluated.unwritten)):
+        print(line)
+    return 1 if bag.failure or evaluated.unwritten else 0
+
+
+if __name__ == '__main__':
+    stopping = Stop()
+    stopping.follow_parent()
+    code = record(Path(sys.argv[1]), sys.argv[2], stopping)
+    with exit_after(_LEAVING, code):
+        rclpy.try_shutdown()
+    sys.exit(code)

@@ -1,0 +1,95 @@
+"""Calls of services that never wait: each becomes a future that has an answer, or words, within a time."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import time
+from concurrent.futures import Future
+from typing import Any
+
+from rclpy.node import Node
+
+_PATIENCE = 3.0
+"""[s] of wall time for an answer."""
+
+
+class NoAnswerError(RuntimeError):
+    """Raised where a service is not there or does not answer; the text says which and what to do."""
+
+
+class ServiceCalls:
+    """
+    Calls services of a node's graph; all methods but the futures belong to one thread.
+
+    Parameters
+    ----------
+    node : Node
+        Spun by an executor, which completes the calls.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._clients: dict[str, Any] = {}
+        self._pending: list[tuple[float, str, Any, Any, Future[Any]]] = []
+
+    def call(self, kind: Any, name: str, request: Any, patience: float = _PATIENCE) -> Future[Any]:
+        """
+        Call a service once it is there.
+
+        Parameters
+        ----------
+        kind : type
+            Of the service, such as SetParameters.
+        name : str
+            Of the service.
+        request : object
+            Of that type.
+        patience : float
+            Wall time for discovery and answer [s].
+
+        Returns
+        -------
+        concurrent.futures.Future
+            With the response, or NoAnswerError.
+
+        """
+        done: Future[Any] = Future()
+        if name not in self._clients:
+            self._clients[name] = self._node.create_client(kind, name)
+        self._pending.append((time.monotonic() + patience, name, request, None, done))
+        self.look()
+        return done
+
+    def look(self) -> None:
+        """Send what waits for discovery, and give up what has waited too long."""
+        now, left = time.monotonic(), []
+        for deadline, name, request, before, done in self._pending:
+            client, sent = self._clients[name], before
+            if sent is None and client.service_is_ready():
+                sent = client.call_async(request)
+                sent.add_done_callback(lambda answer, done=done: _hand_over(answer, done))
+            if done.done():
+                continue
+            if now > deadline:
+                if sent is not None:
+                    client.remove_pending_request(sent)
+                what = 'gave no answer' if sent is not None else 'is not there'
+                done.set_exception(NoAnswerError(f'the service {name} {what}; look at the state of its node'))
+                continue
+            left.append((deadline, name, request, sent, done))
+        self._pending = left
+
+    def forget(self, prefix: str) -> None:
+        """Drop the clients of a node that has gone, by the beginning of their names."""
+        waiting = {name for _, name, *_ in self._pending}
+        for name in [name for name in self._clients if name.startswith(prefix) and name not in waiting]:
+            self._node.destroy_client(self._clients.pop(name))
+
+
+def _hand_over(answer: Any, done: Future[Any]) -> None:
+    if done.done():
+        return
+    if answer.exception() is not None:
+        done.set_exception(NoAnswerError(f'the call failed: {answer.exception()}'))
+    else:
+        done.set_result(answer.result())

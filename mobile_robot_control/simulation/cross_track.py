@@ -1,0 +1,136 @@
+"""The distance from a robot to the path of the reference cart, near the place where the cart is."""
+
+import math
+
+from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.simulation.path_table import QUARTER, PathTable
+
+_ITERATIONS = 40
+_ROOT = 1e-10
+"""Of a step: a nearest point that is known so well has a distance that is exact to rounding."""
+
+
+@jitable
+def _from_robot(table: PathTable, i: int, u: float, x: float, y: float) -> tuple[float, float, float, float]:
+    """Return the vector from (x, y) to the path at a share u of the step after its i-th point, and its derivative."""
+    ax, ay = table.x[i] - x, table.y[i] - y
+    px, py = table.x[i + 1] - table.x[i], table.y[i + 1] - table.y[i]
+    # cubic Hermite: H = a + u m₀ + u² (3p - 2m₀ - m₁) + u³ (m₀ + m₁ - 2p)
+    bx, by = 3.0 * px - 2.0 * table.dx[i] - table.dx[i + 1], 3.0 * py - 2.0 * table.dy[i] - table.dy[i + 1]
+    cx, cy = table.dx[i] + table.dx[i + 1] - 2.0 * px, table.dy[i] + table.dy[i + 1] - 2.0 * py
+    return (
+        ax + u * (table.dx[i] + u * (bx + u * cx)),
+        ay + u * (table.dy[i] + u * (by + u * cy)),
+        table.dx[i] + u * (2.0 * bx + 3.0 * u * cx),
+        table.dy[i] + u * (2.0 * by + 3.0 * u * cy),
+    )
+
+
+@jitable
+def distance_to_place(table: PathTable, x: float, y: float, place: float) -> float:
+    """Return the distance of a position to the point of the path at a place in steps of the table [m]."""
+    n = math.floor(place)
+    hx, hy, _, _ = _from_robot(table, n - table.first, place - n, x, y)
+    return math.sqrt(hx * hx + hy * hy)
+
+
+@jitable_apart
+def _nearest_within_step(
+    table: PathTable, i: int, begin: float, end: float, x: float, y: float
+) -> tuple[float, float]:
+    """Return the least distance of (x, y) from the path within a part of a step [m], and the share of the step."""
+    hx, hy, tx, ty = _from_robot(table, i, begin, x, y)
+    rise, u, least = hx * tx + hy * ty, begin, hx * hx + hy * hy
+    hx, hy, tx, ty = _from_robot(table, i, end, x, y)
+    if hx * hx + hy * hy < least:
+        u, least = end, hx * hx + hy * hy
+    if rise < 0.0 and hx * tx + hy * ty > 0.0:
+        # false position with halving: half the squared distance has the derivative H · H', which rises from below 0
+        low, high, below, above = begin, end, rise, hx * tx + hy * ty
+        for n in range(_ITERATIONS):
+            u = 0.5 * (low + high) if n % 3 == 2 else low - below * (high - low) / (above - below)
+            hx, hy, tx, ty = _from_robot(table, i, u, x, y)
+            rise = hx * tx + hy * ty
+            if rise < 0.0:
+                low, below = u, rise
+            else:
+                high, above = u, rise
+            if high - low < _ROOT or abs(rise) < _ROOT * (above - below):
+                break
+        least = hx * hx + hy * hy
+    return math.sqrt(least), u
+
+
+@jitable_apart
+def nearest_on_path(
+    table: PathTable, x: float, y: float, begin: float, end: float, bound: float
+) -> tuple[float, float]:
+    """
+    Find the point of a part of the path that is nearest to a position.
+
+    Parameters
+    ----------
+    table : PathTable
+        Of the path; it has the points before `begin` and after `end`.
+    x, y : float
+        Position [m].
+    begin, end : float
+        Where the part begins and ends, in steps of the table.
+    bound : float
+        What is not nearer than this is not looked for [m].
+
+    Returns
+    -------
+    tuple of float
+        The distance [m], and the place in steps of the table; the bound and nan where nothing is nearer.
+
+    Notes
+    -----
+    No point of the part is left out: from a point that is D away the path cannot come nearer than B within
+    (D - B) / speed steps, which are skipped; every other step is searched.
+    """
+    nearest, place = bound, math.nan
+    n = math.floor(begin)
+    while n <= end:
+        i = n - table.first
+        ax, ay = table.x[i] - x, table.y[i] - y
+        away = math.sqrt(ax * ax + ay * ay)
+        skipped = (away - nearest) / table.speed
+        if skipped >= 1.0:
+            n += int(min(skipped, 4.0 * QUARTER))
+            continue
+        # within a whole step there is a nearest point where the distance falls at its begin and rises at its end
+        if n < begin or n + 1 > end or (
+            ax * table.dx[i] + ay * table.dy[i] < 0.0
+            < (table.x[i + 1] - x) * table.dx[i + 1] + (table.y[i + 1] - y) * table.dy[i + 1]
+        ):
+            away, u = _nearest_within_step(table, i, max(0.0, begin - n), min(1.0, end - n), x, y)
+        else:
+            u = 0.0
+        if away < nearest:
+            nearest, place = away, n + u
+        n += 1
+    return nearest, place
+
+
+@jitable
+def cross_track(table: PathTable, x: float, y: float, time: float, bound: float) -> float:
+    """
+    Return the distance of a position to the path within a quarter lap before and after where the cart is [m].
+
+    The other branch where a path crosses itself is farther along it, and does not count. Of an open path the part
+    before its start does not count either.
+
+    Parameters
+    ----------
+    table : PathTable
+        Of the path, as far as a quarter lap after the cart.
+    x, y : float
+        Position [m].
+    time : float
+        Of the cart along the curve [s].
+    bound : float
+        Distance of the position to the cart, which the result does not exceed [m].
+    """
+    at = time / table.step
+    return nearest_on_path(table, x, y, max(at - QUARTER, float(table.first)), at + QUARTER, bound)[0]

@@ -1,0 +1,106 @@
+"""Measures the performance indices of a run from its samples, simulated or recorded."""
+
+import math
+
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
+from mobile_robot_control.reference.cart import CurveParameters
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.closed_loop import PositionTick
+from mobile_robot_control.simulation.cross_track import cross_track, distance_to_place, nearest_on_path
+from mobile_robot_control.simulation.indices import PerformanceIndices, add_tick, position_error
+from mobile_robot_control.simulation.path_table import GrowingPath
+from mobile_robot_control.simulation.variation import Variation, varied_command, varied_torque
+
+_ON_PATH = 0.01
+"""Of a step of the table: a reference that is farther from the path is not on it."""
+_AHEAD = 1.0 / 16.0
+"""Of a lap: how much farther than its clock a cart that has waited is looked for."""
+_NO_ROBOT = Robot(wheel_separation=math.nan)
+
+
+class CartOnPath:
+    """
+    Finds the cart of a run on its path.
+
+    Parameters
+    ----------
+    curve : CurveParameters
+        What the cart drives, and its placement.
+
+    Notes
+    -----
+    The cart is where its clock places it. A recording may begin in the first lap, and a cart may wait: where the
+    reference is elsewhere, it is looked for from its last place on.
+    """
+
+    def __init__(self, curve: CurveParameters) -> None:
+        self._period = curve.placement.period
+        self._path = GrowingPath(CURVES[curve.curve], curve.placement)
+        self._clock = self._lag = math.nan
+
+    def cross_track(self, tick: PositionTick, pose: Pose, apart: float) -> float:
+        """Return the cross-track error of a pose at a tick [m]; nan where the reference is not on the path."""
+        time = self._time_along(tick)
+        if math.isnan(time):
+            return math.nan
+        return cross_track(self._path.between(time, time), pose.x, pose.y, time, apart)
+
+    def _time_along(self, tick: PositionTick) -> float:
+        """Return the time along the curve at which the cart is, not before that of the last tick; nan if it is not."""
+        begun, reference = not math.isnan(self._clock), tick.reference.pose
+        time = tick.time - self._lag if begun else tick.time
+        table = self._path.between(time, time)
+        if not distance_to_place(table, reference.x, reference.y, time / table.step) < _ON_PATH * table.speed:
+            earliest = self._clock - self._lag if begun else 0.0
+            ahead = time - earliest + _AHEAD * self._period if begun else self._period
+            time = self._found(reference, earliest, earliest + min(ahead, self._period))
+        if not math.isnan(time):
+            self._clock, self._lag = tick.time, tick.time - time
+        return time
+
+    def _found(self, reference: Pose, earliest: float, latest: float) -> float:
+        """Return the time along the curve, between two, at which the cart is at a reference; nan if it is not."""
+        table = self._path.between(earliest, latest)
+        begin, bound = max(earliest / table.step, float(table.first)), _ON_PATH * table.speed
+        return table.step * nearest_on_path(table, reference.x, reference.y, begin, latest / table.step, bound)[1]
+
+
+class IndexMeter:
+    """
+    Measures the performance indices of samples as they pass.
+
+    Parameters
+    ----------
+    position_dt : float
+        Period of the position loop [s].
+    parameters : Configuration or None
+        Of the run; without them neither path nor robot are known, and what needs them is nan.
+    """
+
+    def __init__(self, position_dt: float, parameters: Configuration | None) -> None:
+        self._indices = PerformanceIndices()
+        self._position_dt = position_dt
+        self._robot = parameters.plant.shared.robot if parameters else _NO_ROBOT
+        self._cart = CartOnPath(parameters.reference_cart.curve) if parameters else None
+        self._torque = self._command = Variation()
+
+    @property
+    def indices(self) -> PerformanceIndices:
+        """Over the periods that have ended."""
+        return self._indices._replace(torque=self._torque, command=self._command)
+
+    def add_tick(self, tick: PositionTick, pose: Pose, error: TrackingError) -> None:
+        """Count the position period that a tick begins, with the pose and the error that are measured."""
+        apart = position_error(error)
+        across = self._cart.cross_track(tick, pose, apart) if self._cart else math.nan
+        self._indices = add_tick(self._indices, apart, across, tick.time, self._position_dt)
+
+    def add_step(self, command: BodyVelocity, applied: WheelTorque) -> None:
+        """Count a velocity period; torques that are nan are not known, and count as unchanged."""
+        if not math.isnan(applied.right):
+            self._torque = varied_torque(self._torque, command, applied, self._robot)
+        # between position ticks a command is held, and does not vary
+        if command != self._command.command:
+            self._command = varied_command(self._command, command, applied, self._robot)

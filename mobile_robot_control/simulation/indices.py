@@ -1,0 +1,180 @@
+"""Performance indices of a run: integrals of the position error, settling, cross-track error and total variation."""
+
+import math
+from typing import Any, NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
+from mobile_robot_control.simulation.cross_track import cross_track
+from mobile_robot_control.simulation.path_table import PathTable
+from mobile_robot_control.simulation.totals import Totals
+from mobile_robot_control.simulation.variation import Variation, varied_command, varied_torque
+
+BAND = 0.02
+"""[m]: an error that stays within has settled."""
+
+INDICES = ('iae', 'ise', 'itae', 'itse', 'rms_cross_track_error', 'max_cross_track_error', 'settling_time',
+           'share_within_band', 'torque_variation', 'command_variation')
+"""The names of the performance indices in files, in their order."""
+LARGER_IS_BETTER = ('share_within_band',)
+
+
+class PerformanceIndices(NamedTuple):
+    """
+    The performance indices of a run so far, with d = √(e1² + e2²); ∫ d² dt is among the totals.
+
+    Attributes
+    ----------
+    ticks, inside : float
+        How many position ticks were counted, and at how many of them d was within BAND.
+    absolute : float
+        ∫ d dt [m s].
+    timed_absolute, timed_squared : float
+        ∫ t d dt [m s²] and ∫ t d² dt [m² s²].
+    settled : float
+        Time since which d has been within BAND [s]; infinite if it is not.
+    squared_cross_track, max_cross_track : float
+        ∫ c² dt [m² s] of the cross-track error c, and the largest |c| [m]; nan of a path that is not known.
+    torque, command : Variation
+        Of the torques applied [N m], and of the speeds of the wheels' rims that the command asks for [m/s].
+    """
+
+    ticks: float = 0.0
+    inside: float = 0.0
+    absolute: float = 0.0
+    timed_absolute: float = 0.0
+    timed_squared: float = 0.0
+    settled: float = math.inf
+    squared_cross_track: float = 0.0
+    max_cross_track: float = 0.0
+    torque: Variation = Variation()
+    command: Variation = Variation()
+
+
+class MeasuredMotion(NamedTuple):
+    """The motion of the cart that a trial with performance indices is given: references at its ticks, and the path."""
+
+    references: Any
+    path: PathTable
+
+
+@jitable
+def position_error(error: TrackingError) -> float:
+    """Return the position error √(e1² + e2²) [m]."""
+    return math.sqrt(error.longitudinal * error.longitudinal + error.lateral * error.lateral)
+
+
+@jitable
+def add_tick(indices: PerformanceIndices, apart: float, across: float, time: float, dt: float) -> PerformanceIndices:
+    """
+    Add one position period, by the rectangle rule.
+
+    Parameters
+    ----------
+    indices : PerformanceIndices
+        So far.
+    apart, across : float
+        Position error and cross-track error at the period's start [m].
+    time : float
+        Of the period's start [s].
+    dt : float
+        Position period [s].
+    """
+    inside = apart <= BAND
+    return PerformanceIndices(
+        indices.ticks + 1.0,
+        indices.inside + (1.0 if inside else 0.0),
+        indices.absolute + apart * dt,
+        indices.timed_absolute + time * apart * dt,
+        indices.timed_squared + time * apart * apart * dt,
+        min(indices.settled, time) if inside else math.inf,
+        indices.squared_cross_track + across * across * dt,
+        max(indices.max_cross_track, across),
+        indices.torque, indices.command,
+    )
+
+
+@jitable
+def given_alone(given: Any) -> Any:
+    """Return the references that a trial without performance indices is given."""
+    return given
+
+
+@jitable
+def given_with_path(given: MeasuredMotion) -> Any:
+    """Return the references that a trial with performance indices is given."""
+    return given.references
+
+
+@jitable
+def no_tick(
+    indices: tuple[()], _error: TrackingError, _pose: Pose, _n: int, _given: Any, _dt: float
+) -> tuple[()]:
+    """Return no indices: the form of runs whose indices are not asked for."""
+    return indices
+
+
+@jitable
+def no_step(indices: tuple[()], _command: BodyVelocity, _torque: WheelTorque, _robot: Robot) -> tuple[()]:
+    """Return no indices, as `no_tick` does."""
+    return indices
+
+
+@jitable
+def add_true_tick(
+    indices: PerformanceIndices, error: TrackingError, pose: Pose, n: int, given: MeasuredMotion, dt: float
+) -> PerformanceIndices:
+    """Add the n-th position period of a cart whose path is given, with the true error and pose at its start."""
+    # on the grid of whole nanoseconds, as the time of samples
+    time = n * round(1e9 * dt) / 1e9
+    apart = position_error(error)
+    return add_tick(indices, apart, cross_track(given.path, pose.x, pose.y, time, apart), time, dt)
+
+
+@jitable
+def add_step(
+    indices: PerformanceIndices, command: BodyVelocity, torque: WheelTorque, robot: Robot
+) -> PerformanceIndices:
+    """Add the change of torque and command in one velocity period to their variations."""
+    return PerformanceIndices(
+        indices.ticks, indices.inside, indices.absolute, indices.timed_absolute, indices.timed_squared,
+        indices.settled, indices.squared_cross_track, indices.max_cross_track,
+        varied_torque(indices.torque, command, torque, robot),
+        varied_command(indices.command, command, torque, robot),
+    )
+
+
+def index_values(
+    indices: PerformanceIndices, totals: Totals, takes_torque: bool, settles: bool = True
+) -> dict[str, float]:
+    """
+    Return the performance indices by name, in SI units; what is not known is not finite.
+
+    Parameters
+    ----------
+    indices : PerformanceIndices
+        Of a whole run.
+    totals : Totals
+        Of the same run and error.
+    takes_torque : bool
+        Whether there is a torque.
+    settles : bool
+        Whether the run ended in such a way that its error may have settled.
+    """
+    known = 1.0 if totals.time > 0.0 else math.nan
+    # the largest of numbers does not tell that one of them is nan
+    on_path = known * (math.nan if math.isnan(indices.squared_cross_track) else 1.0)
+    values = (
+        known * indices.absolute,
+        known * totals.squared_position,
+        known * indices.timed_absolute,
+        known * indices.timed_squared,
+        on_path * math.sqrt(indices.squared_cross_track / (known * totals.time)),
+        on_path * indices.max_cross_track,
+        known * (indices.settled if settles else math.inf),
+        indices.inside / (known * indices.ticks),
+        indices.torque.total if takes_torque else math.nan,
+        indices.command.total,
+    )
+    return dict(zip(INDICES, values, strict=True))

@@ -1,0 +1,168 @@
+// The live parameters of every node, made from what the nodes say of them: unit, bounds, description, default.
+window.mrc = window.mrc || {};
+(function (mrc) {
+  'use strict';
+
+  // What has a control of its own.
+  const ELSEWHERE = new Set(['controller_type', 'curve', 'scale', 'period', 'real_time_factor', 'paused', 'initial_pose']);
+
+  const make = (tag, kind, text) => {
+    const made = document.createElement(tag);
+    if (kind) made.className = kind;
+    if (text !== undefined) made.textContent = text;
+    return made;
+  };
+  mrc.make = make;
+
+  // Return a value as a text field has it.
+  const written = (value) => Array.isArray(value) ? value.map((one) => Number(Number(one).toPrecision(7))).join(', ')
+    : typeof value === 'number' ? String(Number(value.toPrecision(7))) : String(value);
+  const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
+
+  // Return the value that a text stands for; a text that is none goes to the node as it is, which refuses it in words.
+  function parsed(entry, text) {
+    const number = (part) => part.trim() === '' || Number.isNaN(Number(part)) ? text : Number(part);
+    if (entry.kind === 'array') {
+      const parts = text.replace(/[[\]]/g, '').split(',').map(number);
+      return parts.some((part) => typeof part === 'string') ? text : parts;
+    }
+    return entry.kind === 'float' || entry.kind === 'int' ? number(text) : text;
+  }
+
+  // Make the control of a parameter; `send(value)` returns a promise of {good, text}.
+  mrc.makeParameter = function (entry, send) {
+    const row = make('div', 'parameter'), name = make('div', 'name'), words = make('div', 'words');
+    words.setAttribute('role', 'alert');
+    row.dataset.parameter = entry.name;
+    name.append(make('b', '', entry.name), make('span', 'unit', entry.unit ? ` [${entry.unit}]` : ''));
+    name.append(make('span', 'text', entry.text + (entry.allowed ? ` (${entry.allowed})` : '')));
+    const back = make('button', 'back', '↩');
+    let value = null, wanted = null, busy = false, slider = null, field;
+    if (entry.kind === 'bool') {
+      field = make('input');
+      field.type = 'checkbox';
+    } else if (entry.choices.length) {
+      field = make('select', 'wide');
+      entry.choices.forEach((choice) => field.append(new Option(choice, choice)));
+    } else {
+      field = make('input', entry.slider.length ? '' : 'wide');
+      field.type = 'text';
+      field.inputMode = entry.slider.length ? 'decimal' : 'text';
+      if (entry.slider.length) {
+        slider = make('input');
+        slider.type = 'range';
+        [slider.min, slider.max] = entry.slider;
+        slider.step = (entry.slider[1] - entry.slider[0]) / 500;
+        slider.setAttribute('aria-label', entry.name);
+      }
+    }
+    field.setAttribute('aria-label', entry.name);
+    if (entry.kind === 'bool') field.style.justifySelf = 'start';
+    row.append(name, ...(slider ? [slider] : []), field, back, words);
+    if (entry.kind === 'bool') field.style.gridColumn = '1/3';
+
+    // Show the value that the node has.
+    function show(given) {
+      value = given;
+      if (entry.kind === 'bool') field.checked = value === true;
+      else if (document.activeElement !== field) field.value = value === null ? '' : written(value);
+      if (slider && document.activeElement !== slider) slider.value = value;
+      const differs = entry.default !== null && value !== null && !same(value, entry.default);
+      row.classList.toggle('changed', differs);
+      back.hidden = !differs;
+      back.title = `back to ${entry.default === null ? '' : written(entry.default)}`;
+    }
+
+    // Send what is wanted, one at a time: the newest of a drag wins.
+    async function change(given) {
+      wanted = {value: given};
+      if (busy) return;
+      busy = true;
+      while (wanted) {
+        const asked = wanted.value;
+        wanted = null;
+        const {good, text} = await send(asked);
+        words.textContent = good ? '' : text;
+        if (good) show(asked);
+        else if (!wanted) { field.blur(); if (slider) slider.blur(); show(value); }
+      }
+      busy = false;
+    }
+
+    if (entry.kind === 'bool') field.addEventListener('change', () => change(field.checked));
+    else if (entry.choices.length) field.addEventListener('change', () => change(field.value));
+    else field.addEventListener('change', () => { change(parsed(entry, field.value)); });
+    if (slider) {
+      slider.addEventListener('input', () => { field.value = slider.value; change(Number(slider.value)); });
+      slider.addEventListener('change', () => slider.blur());
+    }
+    field.addEventListener('keydown', (event) => { if (event.key === 'Enter') field.blur(); });
+    back.addEventListener('click', () => change(entry.default));
+    return {row, show: (given) => { if (!busy) show(given); }, disable(off) {
+      [field, slider, back].forEach((one) => { if (one) one.disabled = off; });
+    }};
+  };
+
+  // Fill a container with the parameters of all nodes, by node and group.
+  mrc.makeParameters = function (container) {
+    const shown = new Map(), built = new Map();
+
+    // Make the section of a node anew; others stay as they are.
+    function build({role, name, entries}) {
+      const section = make('div');
+      section.dataset.role = role;
+      const live = entries.filter((entry) => entry.live && !ELSEWHERE.has(entry.name));
+      if (live.length) section.append(make('h3', '', role));
+      if (live.length && !name.endsWith(`/${role}`)) section.append(make('p', 'soft', name));
+      const groups = new Map();
+      for (const entry of live) {
+        const group = entry.name.includes('.') ? entry.name.split('.')[0] : 'general';
+        groups.set(group, [...(groups.get(group) || []), entry]);
+      }
+      for (const [group, members] of groups) {
+        const details = make('details');
+        details.dataset.group = `${role}/${group}`;
+        details.append(make('summary', '', group));
+        for (const entry of members) {
+          const control = mrc.makeParameter(entry, (value) => mrc.live.set(role, {[entry.name]: value}));
+          shown.set(`${role}.${entry.name}`, control);
+          details.append(control.row);
+        }
+        section.append(details);
+      }
+      const before = container.querySelector(`[data-role="${role}"]`);
+      if (before) before.remove();
+      container.append(section);
+    }
+
+    let law = null;
+    mrc.live.on('parameters', ({nodes}) => {
+      let anew = false;
+      for (const node of nodes) {
+        const structure = JSON.stringify([node.name, node.entries]);
+        if (structure === built.get(node.role)) continue;
+        build(node);
+        built.set(node.role, structure);
+        anew = true;
+        if (node.role === 'position_controller') law = null;
+      }
+      // in the order of the nodes, whichever answered first
+      if (anew) nodes.forEach(({role}) => container.append(container.querySelector(`[data-role="${role}"]`)));
+      for (const {role, values} of nodes) {
+        for (const [name, value] of Object.entries(values)) {
+          const control = shown.get(`${role}.${name}`);
+          if (control) control.show(value);
+        }
+        // the gains of the law that runs stand open
+        const running = values.controller_type;
+        if (role === 'position_controller' && running !== undefined && running !== law) {
+          container.querySelectorAll('details').forEach((one) => {
+            if (one.dataset.group === `position_controller/${running}`) one.open = true;
+            else if (one.dataset.group === `position_controller/${law}`) one.open = false;
+          });
+          law = running;
+        }
+      }
+    });
+  };
+}(window.mrc));

@@ -1,0 +1,96 @@
+// The robot on the plane, live: the scene of scene.js, fed with rows; a start pose is dragged on it.
+window.mrc = window.mrc || {};
+(function (mrc) {
+  'use strict';
+
+  const KEPT = 1200;  // rows of the trail: a minute
+
+  // Return the stage on a canvas; `placed(pose)` is called with a pose [x, y, heading] that was dragged.
+  mrc.makeStage = function (canvas, placed) {
+    const trail = {x: [], y: [], error: [], from: 0, to: -1};
+    let scene = null, read = null, run = null, newest = null, limit = 0, path = null, start = null, asked = false;
+    let geometry = {wheelSeparation: 0.35, wheelRadius: 0.035}, fitted = 0;
+
+    function make() {
+      scene = mrc.makeScene(canvas, {
+        robots: [{name: 'robot', colour: '--robot-1', shape: 'circle', ...geometry}], path, errorScale: 0.05});
+      draw();
+    }
+
+    function draw() {
+      asked = false;
+      if (!scene || !newest) return;
+      const value = (name) => read[name](newest);
+      const pose = start || [value('x'), value('y'), value('heading')];
+      const torque = [value('right_applied'), value('left_applied')];
+      scene.draw({
+        robots: [{pose, wheels: [value('right_angle'), value('left_angle')],
+                  torque: torque.every(Number.isFinite) ? torque : null, limit: limit || largest, trail}],
+        cart: [value('ref_x'), value('ref_y'), value('ref_heading')]});
+    }
+
+    let largest = 0.1;  // [N m]: of the bars, where there is no limit
+
+    function ask() { if (!asked) { asked = true; requestAnimationFrame(draw); } }
+
+    function add(row) {
+      if (row[0] !== run) {
+        run = row[0];
+        trail.x.length = trail.y.length = trail.error.length = 0;
+      }
+      newest = row;
+      for (const name of ['right_applied', 'left_applied']) {
+        if (Number.isFinite(read[name](row))) largest = Math.max(largest, Math.abs(read[name](row)));
+      }
+      const [x, y] = [read.x(row), read.y(row)];
+      if (!Number.isFinite(x + y)) return;
+      trail.x.push(x); trail.y.push(y); trail.error.push(Math.hypot(read.e1(row), read.e2(row)));
+      if (trail.x.length > KEPT) { trail.x.shift(); trail.y.shift(); trail.error.shift(); }
+      trail.to = trail.x.length - 1;
+    }
+
+    mrc.live.on('columns', (columns) => {
+      read = Object.fromEntries(columns.map((name) => [name, mrc.live.column(name)]));
+    });
+    mrc.live.on('rows', (rows) => {
+      rows.forEach(add);
+      if (!scene) make();
+      const now = performance.now();
+      if (now - fitted > 500 || rows.length > 20) { fitted = now; scene.fit(trail.x, trail.y); }
+      ask();
+    });
+    mrc.live.on('parameters', (parameters) => {
+      const values = Object.assign({}, ...parameters.nodes.map((node) => node.values));
+      const found = {wheelSeparation: values['robot.wheel_separation'], wheelRadius: values['robot.wheel_radius']};
+      const changed = JSON.stringify([found, parameters.path]) !== JSON.stringify([geometry, path]);
+      if (found.wheelSeparation > 0 && changed) { geometry = found; path = parameters.path; if (newest) make(); }
+      const limits = parameters.nodes.map((node) => node.values.max_wheel_torque).filter((value) => value > 0);
+      limit = limits.length ? Math.min(...limits) : 0;
+    });
+
+    // Drag a start pose: press where the robot is to stand, pull where it is to look.
+    canvas.addEventListener('pointerdown', (event) => {
+      if (!canvas.classList.contains('placing') || !scene) return;
+      canvas.setPointerCapture(event.pointerId);
+      const box = canvas.getBoundingClientRect();
+      const [x, y] = scene.toWorld(event.clientX - box.left, event.clientY - box.top);
+      start = [x, y, newest ? read.heading(newest) : 0];
+      ask();
+    });
+    canvas.addEventListener('pointermove', (event) => {
+      if (!start) return;
+      const box = canvas.getBoundingClientRect();
+      const [x, y] = scene.toWorld(event.clientX - box.left, event.clientY - box.top);
+      if (Math.hypot(x - start[0], y - start[1]) > 0.02) start[2] = Math.atan2(y - start[1], x - start[0]);
+      ask();
+    });
+    canvas.addEventListener('pointerup', () => {
+      if (!start) return;
+      placed(start);
+      start = null;
+      ask();
+    });
+    canvas.addEventListener('pointercancel', () => { start = null; ask(); });
+    return {redraw: ask, newest: () => newest, path: () => path, toScreen: (x, y) => scene.toScreen(x, y)};
+  };
+}(window.mrc));

@@ -1,0 +1,148 @@
+"""The tutorial notebook: it runs, its stored outputs are those of a fresh run, each exercise has an answer."""
+
+import copy
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import pytest
+from notebooks import disagreements
+
+FOLDER = Path(__file__).parents[2] / 'examples' / 'tutorial'
+NOTEBOOK = FOLDER / 'trajectory_tracking.ipynb'
+STORED = json.loads(NOTEBOOK.read_text(encoding='utf-8'))
+CELLS = {cell['id']: cell for cell in STORED['cells']}
+ORDER = list(CELLS)
+SECTIONS, EXERCISES = range(1, 9), range(1, 9)
+
+
+def _source(name):
+    return ''.join(CELLS[name]['source'])
+
+
+@pytest.fixture
+def execute():
+    """The module that executes the notebook."""
+    for needed in ('nbclient', 'ipykernel', 'pandas', 'numba'):
+        pytest.importorskip(needed)
+    spec = importlib.util.spec_from_file_location('execute', FOLDER / 'execute.py')
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.timeout(300)
+def test_the_notebook_runs_and_shows_what_is_stored(execute):
+    import nbformat
+
+    stored = nbformat.read(NOTEBOOK, as_version=4)
+    assert not list(disagreements(stored, execute.executed(stored)))
+
+
+def _small(source):
+    cell = {'cell_type': 'code', 'id': 'one', 'metadata': {}, 'source': source, 'outputs': [], 'execution_count': None}
+    return {'cells': [cell], 'metadata': STORED['metadata'], 'nbformat': 4, 'nbformat_minor': 5}
+
+
+def test_a_cell_that_fails_is_named_and_nothing_is_written(execute, tmp_path, capsys):
+    file = tmp_path / 'failing.ipynb'
+    file.write_text(json.dumps(_small('assert "one" == "other"')))
+    before = file.read_bytes()
+    assert execute.main(file) == 1
+    assert file.read_bytes() == before
+    assert 'failing.ipynb: ' in capsys.readouterr().err
+
+
+def test_outputs_are_written_without_a_trace_of_the_machine(execute, tmp_path, monkeypatch):
+    # a kernel of the user, and settings that would change outputs
+    kernel = tmp_path / 'kernels' / 'python3'
+    kernel.mkdir(parents=True)
+    (kernel / 'kernel.json').write_text('{"argv": ["/nowhere"], "display_name": "odd", "language": "python"}')
+    monkeypatch.setenv('JUPYTER_PATH', str(tmp_path))
+    monkeypatch.setenv('MOBILE_ROBOT_CONTROL_LAWS', 'nowhere.py')
+    file = tmp_path / 'small.ipynb'
+    file.write_text(json.dumps(_small('import os\n"MOBILE_ROBOT_CONTROL_LAWS" in os.environ')))
+    assert execute.main(file) == 0
+    made = json.loads(file.read_text())
+    assert made['metadata'] == STORED['metadata']
+    cell, = made['cells']
+    assert cell['metadata'] == {}
+    assert cell['outputs'][0]['data'] == {'text/plain': ['False']}
+
+
+def _changed(source, *change):
+    made = copy.deepcopy(STORED)
+    cell = next(cell for cell in made['cells'] if cell['id'] == source)
+    for output in cell['outputs']:
+        for kind, lines in output.get('data', {}).items():
+            output['data'][kind] = ''.join(lines).replace(*change)
+    return made
+
+
+def _joined(notebook):
+    """The notebook as it is read: texts in place of lists of lines."""
+    made = copy.deepcopy(notebook)
+    for cell in made['cells']:
+        for output in cell.get('outputs', ()):
+            output['text'] = ''.join(output.get('text', ''))
+            output['data'] = {kind: ''.join(lines) for kind, lines in output.get('data', {}).items()}
+    return made
+
+
+@pytest.mark.parametrize(('change', 'found'), [
+    (('0.009667', '0.009668'), None), (('0.009667', '0.0100'), 'first-run: 0.009667 is now 0.0100'),
+    (('completed', 'diverged'), 'first-run: '), (('8001', '9001'), 'first-run: 8001 is now 9001'),
+])
+def test_another_number_or_word_is_a_disagreement_and_rounding_is_none(change, found):
+    differences = list(disagreements(_joined(STORED), _joined(_changed('first-run', *change))))
+    assert [one[:len(found)] for one in differences] == [found] if found else not differences
+
+
+def test_a_picture_that_is_lost_is_a_disagreement():
+    lost = _joined(STORED)
+    cell = next(cell for cell in lost['cells'] if cell['id'] == 'first-picture')
+    cell['outputs'].clear()
+    assert list(disagreements(_joined(STORED), lost)) == [
+        'first-picture: image/png is now nothing', 'first-picture: text/plain is now nothing']
+
+
+@pytest.mark.parametrize('number', SECTIONS)
+def test_a_section_begins_with_a_question_checks_its_claims_and_ends_with_what_was_seen(number):
+    begin, claims, seen = f'section-{number}', f'claims-{number}', f'seen-{number}'
+    assert _source(begin).startswith(f'## {number}. ')
+    assert _source(begin).partition('\n')[0].endswith('?')
+    assert 'assert ' in _source(claims)
+    assert _source(seen).startswith('**Seen.** ')
+    assert ORDER.index(begin) < ORDER.index(claims) < ORDER.index(seen)
+    assert ORDER[ORDER.index(seen) + 1] in (f'section-{number + 1}', 'exercises')
+
+
+def test_every_exercise_has_an_answer_with_a_text_and_a_cell_that_ran():
+    tasks = [name for name in CELLS if re.fullmatch(r'exercise-\d+', name)]
+    assert tasks == [f'exercise-{number}' for number in EXERCISES]
+    for number, task in zip(EXERCISES, tasks, strict=True):
+        assert _source(task).startswith(f'**Exercise {number}.** ')
+        assert ORDER.index(task) < ORDER.index('answers') < ORDER.index(f'answer-{number}')
+        assert _source(f'answer-{number}').startswith(f'**Answer {number}.** ')
+        code = CELLS[ORDER[ORDER.index(f'answer-{number}') + 1]]
+        assert code['id'] == f'answer-{number}-code'
+        assert code['outputs']
+
+
+def test_it_is_stored_as_executed_from_top_to_bottom_with_pictures_and_without_warnings():
+    code = [cell for cell in STORED['cells'] if cell['cell_type'] == 'code']
+    assert [cell['execution_count'] for cell in code] == list(range(1, len(code) + 1))
+    outputs = [output for cell in code for output in cell['outputs']]
+    assert {output.get('name', 'stdout') for output in outputs} == {'stdout'}
+    assert sum('image/png' in output.get('data', {}) for output in outputs) >= 12
+
+
+def test_it_is_small_and_has_no_place_of_a_machine():
+    text = NOTEBOOK.read_text(encoding='utf-8')
+    assert len(text) < 1_500_000
+    assert not re.search(r'"[^"]{0,200}(?:/tmp/|/home/|/root/|/usr/|/work/|Users)', text)
+    assert STORED['metadata'] == {
+        'kernelspec': {'display_name': 'Python 3', 'language': 'python', 'name': 'python3'},
+        'language_info': {'name': 'python'}}
+    assert not any(cell['metadata'] for cell in STORED['cells'])

@@ -1,0 +1,115 @@
+"""The command `dashboard` in a process of its own, and its page in a browser."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from processes import wait_until
+
+
+class LivePage:
+    """
+    A dashboard that has been started.
+
+    Parameters
+    ----------
+    folder : Path
+        Its output.
+    arguments : sequence of str
+        Of the command.
+    environment : dict of str to str
+        Variables of a ROS domain.
+
+    """
+
+    def __init__(self, folder, *arguments, environment=()):
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--port', '0', '--output', str(folder),
+             *arguments], stdout=subprocess.PIPE, text=True, env=os.environ | dict(environment))
+        line = self.process.stdout.readline()
+        assert line.startswith('dashboard: http://'), (line, self.process.wait(20))
+        self.address = line.split()[1]
+
+    @property
+    def port(self):
+        """Of the page."""
+        return int(self.address.split(':')[2].split('/')[0])
+
+    def nodes(self):
+        """Return the process numbers of the nodes that it has started."""
+        children = Path(f'/proc/{self.process.pid}/task/{self.process.pid}/children').read_text().split()
+        return [int(child) for child in children
+                if b'ros.executables' in Path(f'/proc/{child}/cmdline').read_bytes()]
+
+    def stop(self):
+        """End it as Ctrl-C does; return its exit code."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(30)
+
+    def close(self):
+        """End it, whatever its state."""
+        if self.process.poll() is None:
+            self.stop()
+        self.process.stdout.close()
+
+
+class OpenPage:
+    """The page in a browser of selenium, as a user finds it."""
+
+    def __init__(self, browser, address):
+        self.browser, self.driver = browser, browser.driver
+        self.driver.get(address)
+        self.wait(lambda: self.text('run').startswith('t = ') and self.text('nodes').count('running') == 4
+                  and self.driver.execute_script('return document.getElementById("law").options.length'))
+
+    def wait(self, condition, seconds=20.0):
+        """Wait until a condition holds in the page."""
+        wait_until(condition, seconds, 0.05)
+
+    def find(self, selector):
+        """Return the only element of a CSS selector."""
+        found, = self.driver.find_elements('css selector', selector)
+        return found
+
+    def text(self, name):
+        """Return the text of the element of a name."""
+        return self.driver.execute_script(f'return (document.getElementById("{name}") || {{}}).textContent || ""')
+
+    def number(self, column):
+        """Return the newest number of a column."""
+        return self.driver.execute_script(
+            f'const row = mrc.stage && mrc.stage.newest(); return row ? mrc.live.column("{column}")(row) : null')
+
+    def parameter(self, name, node='position_controller'):
+        """Return the element of a parameter, its group opened."""
+        row = self.find(f'details[data-group^="{node}/"] [data-parameter="{name}"]')
+        self.driver.execute_script('arguments[0].closest("details").open = true; '
+                                   'arguments[0].scrollIntoView({block: "center"})', row)
+        return row
+
+    def words(self, name):
+        """Return the words of the refusal under a parameter."""
+        return self.parameter(name).find_element('css selector', '.words').text
+
+    def keys(self, text):
+        """Type keys that are for no field."""
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        self.driver.execute_script('if (document.activeElement) document.activeElement.blur()')
+        ActionChains(self.driver).send_keys(text).perform()
+
+    def type_into(self, field, text):
+        """Replace what a field holds, as a user does."""
+        from selenium.webdriver.common.keys import Keys
+
+        field.send_keys(Keys.CONTROL, 'a')
+        field.send_keys(Keys.NULL, text, Keys.ENTER)
+
+    def choose(self, name, value):
+        """Choose a value of a list."""
+        from selenium.webdriver.support.select import Select
+
+        Select(self.find(f'#{name}')).select_by_value(value)

@@ -1,0 +1,289 @@
+"""The live page in a browser: what is changed there changes in the nodes, and what is refused is shown in words."""
+
+from pathlib import Path
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from domains import own_domain
+from live_page import LivePage, OpenPage
+from processes import wait_until
+from rcl_interfaces.srv import GetParameters
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.select import Select
+
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.plugins import load_plugins
+
+pytestmark = pytest.mark.dds
+P = 'backstepping.p'
+PLUGINS = Path(__file__).parents[1] / 'plugins'
+
+
+class Asker:
+    """A node that reads the parameters of others."""
+
+    def __init__(self, domain):
+        self._context = Context()
+        rclpy.init(args=[], context=self._context, domain_id=domain)
+        self._node = rclpy.create_node('asker', context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._clients = {}
+        self._diagnostics = self._node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+
+    def value(self, node, name):
+        """Return a value of a node, or None where it does not answer."""
+        client = self._clients.setdefault(node, self._node.create_client(GetParameters, f'{node}/get_parameters'))
+        if not client.service_is_ready():
+            return None
+        answer = client.call_async(GetParameters.Request(names=[name]))
+        self._executor.spin_until_future_complete(answer, 2.0)
+        return rclpy.parameter.parameter_value_to_python(answer.result().values[0]) if answer.done() else None
+
+    def report(self, text):
+        """Publish what pretends to be the plant's diagnostics."""
+        self._diagnostics.publish(DiagnosticArray(status=[DiagnosticStatus(name='plant', message=text)]))
+
+    def close(self):
+        self._executor.shutdown()
+        rclpy.shutdown(context=self._context)
+
+
+@pytest.fixture(scope='module')
+def live(tmp_path_factory):
+    """One dashboard for all tests of this module."""
+    with own_domain() as variables, pytest.MonkeyPatch.context() as patch:
+        for name, value in variables.items():
+            patch.setenv(name, value)
+        started = LivePage(tmp_path_factory.mktemp('dashboard'), '--law', str(PLUGINS / 'kanayama.py'), '--curve',
+                           str(PLUGINS / 'ellipse.py'), environment=variables)
+        started.asker = Asker(int(variables['ROS_DOMAIN_ID']))
+        yield started
+        started.asker.close()
+        started.close()
+
+
+@pytest.fixture
+def page(browser, live):
+    """Its page, opened anew at the width of a desktop."""
+    browser.call('Emulation.setDeviceMetricsOverride', width=1280, height=900, deviceScaleFactor=1, mobile=False)
+    browser.media('', 'light')
+    browser.errors(), browser.requests()
+    opened = OpenPage(browser, live.address)
+    yield opened
+    assert not browser.errors()
+    assert all(address.startswith((live.address, 'blob:', 'chrome:')) for address in browser.requests())
+    browser.driver.get('about:blank')
+
+
+def test_a_slider_that_is_dragged_changes_the_parameter_and_the_arrow_takes_it_back(page, live):
+    row = page.parameter(P)
+    default = live.asker.value('/position_controller', P)
+    slider = row.find_element('css selector', 'input[type=range]')
+    ActionChains(page.driver).drag_and_drop_by_offset(slider, 60, 0).perform()
+    page.wait(lambda: live.asker.value('/position_controller', P) > default + 0.1)
+    page.wait(lambda: 'changed' in row.get_attribute('class'))
+    row.find_element('css selector', '.back').click()
+    page.wait(lambda: live.asker.value('/position_controller', P) == default)
+    page.wait(lambda: 'changed' not in row.get_attribute('class'))
+
+
+def test_a_refused_value_shows_the_words_of_the_node_and_the_control_goes_back(page, live):
+    field = page.parameter(P).find_element('css selector', 'input[type=text]')
+    before = field.get_attribute('value')
+    for text in ('-1', 'nonsense <b>bold</b>'):
+        page.type_into(field, text)
+        page.wait(lambda text=text: text in page.words(P))
+        page.wait(lambda: field.get_attribute('value') == before)
+    assert 'must be above 0.0' in page.words(P) or 'write a number' in page.words(P)
+    assert not page.driver.find_elements('css selector', '#parameters b b')
+
+
+def test_another_law_runs_and_the_lyapunov_function_is_shown_where_there_is_one(page, live):
+    page.choose('law', 'my_kanayama')
+    page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'my_kanayama')
+    assert 'longitudinal gain' in page.parameter('my_kanayama.p').text
+    page.wait(lambda: 'Lyapunov' not in page.find('#charts').text)
+    page.choose('law', 'backstepping')
+    page.wait(lambda: 'Lyapunov' in page.find('#charts').text)
+    page.wait(lambda: page.find('details[data-group="position_controller/backstepping"]').get_attribute('open'))
+
+
+def test_another_curve_begins_a_new_run_at_its_start(page):
+    run = page.number('run')
+    page.driver.execute_script('document.querySelector("#curve details").open = true')
+    for curve, right in (('ellipse', [1.0, 0.5]), ('trifolium', [1.0, 0.88])):
+        Select(page.find('#curve [data-parameter="curve"] select')).select_by_value(curve)
+        page.wait(lambda run=run: page.number('run') > run)
+        run = page.number('run')
+        page.wait(lambda right=right: page.driver.execute_script(
+            'return [Math.max(...mrc.stage.path().x), Math.max(...mrc.stage.path().y)]') == pytest.approx(right, abs=0.02))
+        page.wait(lambda: abs(page.number('e1')) + abs(page.number('e2')) < 0.1)
+
+
+def test_space_holds_the_run_a_step_is_one_position_tick_and_space_lets_it_go_on(page, live):
+    page.keys(' ')
+    page.wait(lambda: 'paused' in page.text('nodes'))
+    page.wait(lambda: page.find('#step').is_enabled())
+    held = page.number('time')
+    page.find('#step').click()
+    page.wait(lambda: page.number('time') > held)
+    assert page.number('time') == pytest.approx(held + 0.01, abs=1e-4)
+    page.keys(' ')
+    page.wait(lambda: page.number('time') > held + 0.1)
+
+
+def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
+    page.wait(lambda: page.number('time') > 1.0)
+    page.keys('r')
+    page.wait(lambda: page.number('time') < 1.0)
+    page.find('#place').click()
+    x, y = page.driver.execute_script('return mrc.stage.toScreen(0.5, 0.8)')
+    canvas = page.find('#scene')
+    size = canvas.size
+    (ActionChains(page.driver).move_to_element_with_offset(canvas, x - size['width'] / 2, y - size['height'] / 2)
+     .click_and_hold().move_by_offset(60, 0).release().perform())
+    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(0.5, abs=0.05))
+    assert list(live.asker.value('/plant', 'initial_pose')[1:]) == pytest.approx([0.8, 0.0], abs=0.05)
+
+
+def test_an_arrow_key_pushes_the_robot(page):
+    page.keys(' ')
+    page.wait(lambda: page.find('#step').is_enabled())
+    canvas = page.find('#scene')
+    for key, column, least in ((Keys.ARROW_LEFT, 'angular', 0.5), (Keys.ARROW_UP, 'linear', 0.1)):
+        held, pushes = page.number(column), page.text('changes').count('disturbance')
+        canvas.click()
+        canvas.send_keys(key)
+
+        def is_pushed(pushes=pushes):
+            # the push acts on the next step
+            page.find('#step').click()
+            return page.text('changes').count('disturbance') > pushes
+
+        page.wait(is_pushed)
+        page.wait(lambda held=held, column=column, least=least: page.number(column) > held + least)
+    page.keys(' ')
+
+
+def test_the_speed_is_changed_and_measured(page, live):
+    page.choose('speed', '2')
+    page.wait(lambda: page.number('speed') > 1.5)
+    page.choose('speed', '1')
+    page.wait(lambda: page.number('speed') < 1.2)
+
+
+def test_what_one_browser_changes_another_one_shows(page, live):
+    first = page.driver.current_window_handle
+    page.driver.switch_to.new_window('window')
+    other = OpenPage(page.browser, live.address)
+    field = other.parameter('backstepping.g').find_element('css selector', 'input[type=text]')
+    other.type_into(field, '9.5')
+    other.wait(lambda: live.asker.value('/position_controller', 'backstepping.g') == 9.5)
+    page.driver.close()
+    page.driver.switch_to.window(first)
+    shown = page.parameter('backstepping.g').find_element('css selector', 'input[type=text]')
+    page.wait(lambda: shown.get_attribute('value') == '9.5')
+
+
+def test_the_run_goes_on_while_the_page_is_closed(page, live):
+    begun = page.number('time')
+    page.driver.get('about:blank')
+    wait_until(lambda: live.process.poll() is None and len(live.nodes()) == 4)
+    again = OpenPage(page.browser, live.address)
+    assert again.number('time') > begun
+
+
+def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_node(page, live, registered):
+    page.find('#record').click()
+    page.wait(lambda: page.find('#record').text == 'Stop recording')
+    page.wait(lambda: any((live.folder / 'recordings').glob('*/bag/*.mcap')), 60.0)
+    recorded, = (live.folder / 'recordings').glob('*/bag/*.mcap')
+    page.wait(lambda: recorded.stat().st_size > 50_000, 60.0)
+    page.find('#save').click()
+    page.wait(lambda: page.text('saved').startswith('parameters_'))
+    load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])
+    assert load([live.folder / 'saved' / page.text('saved')]).keys() == set(NODES)
+    page.find('#record').click()
+    page.wait(lambda: page.driver.find_elements('css selector', '#recorded a'), 60.0)
+    page.driver.get(page.find('#recorded a').get_attribute('href'))
+    assert 'RMS' in page.find('body').text
+
+
+def test_texts_of_the_graph_are_shown_as_text(page, live):
+    text = '<img src=x onerror="document.title=1"><b>bold</b>'
+
+    def is_shown():
+        live.asker.report(text)
+        return text in page.text('nodes')
+
+    page.wait(is_shown)
+    assert not page.driver.find_elements('css selector', '#nodes img, #nodes b b')
+
+
+@pytest.mark.parametrize(('width', 'scheme'), [(360, 'light'), (360, 'dark'), (1280, 'dark')])
+def test_nothing_overflows_and_nothing_is_logged(page, live, width, scheme):
+    page.browser.call('Emulation.setDeviceMetricsOverride', width=width, height=700, deviceScaleFactor=1,
+                      mobile=width < 600)
+    page.browser.media('', scheme)
+    for details in page.driver.find_elements('css selector', '#live details'):
+        page.driver.execute_script('arguments[0].open = true', details)
+    page.wait(lambda: 'geometry_msgs' in page.text('topics'))
+    over = page.driver.execute_script(
+        'return [...document.querySelectorAll("#live *")].filter((one) => !one.closest(".scroll") && '
+        '!one.closest(".u-wrap") && one.getBoundingClientRect().right > arguments[0] + 1).map((one) => one.outerHTML)', width)
+    assert not over
+    assert page.driver.execute_script('return document.documentElement.scrollWidth') <= width
+    ground = page.driver.execute_script('return getComputedStyle(document.getElementById("live")).backgroundColor')
+    assert ground == ('rgb(255, 255, 255)' if scheme == 'light' else 'rgb(21, 24, 28)')
+
+
+def _lesson(page, title):
+    """Return a lesson, opened."""
+    lesson, = [found for found in page.driver.find_elements('css selector', '#lessons details')
+               if title in found.find_element('css selector', 'summary').text]
+    page.driver.execute_script('arguments[0].open = true; arguments[0].scrollIntoView()', lesson)
+    return lesson
+
+
+def _move(page, lesson, number, value):
+    """Set a control of a lesson."""
+    page.driver.execute_script(
+        'const field = arguments[0].querySelectorAll(".controls input, .controls select")[arguments[1]];'
+        'field.value = arguments[2]; field.dispatchEvent(new Event("change"))', lesson, number, value)
+
+
+def _check(page, lesson, answer=''):
+    """Answer, and return what is said of it."""
+    if answer:
+        page.driver.execute_script('arguments[0].querySelector(".bar input").value = arguments[1]', lesson, answer)
+    page.driver.execute_script('arguments[0].querySelector(".bar button").click()', lesson)
+    return lesson.find_element('css selector', '.verdict').text
+
+
+def test_the_lesson_of_the_errors_is_checked_by_measuring(page):
+    lesson = _lesson(page, 'e1, e2 and e3')
+    _move(page, lesson, 0, '-0.2')
+    page.wait(lambda: abs(page.number('e1') - 0.2) < 0.01)
+    _move(page, lesson, 1, '-0.1')
+    page.wait(lambda: abs(page.number('e2') - 0.1) < 0.01)
+    assert _check(page, lesson).startswith('It is e1 = 0.2')
+    _move(page, lesson, 1, '0.1')
+    page.wait(lambda: abs(page.number('e2') + 0.1) < 0.01)
+    assert _check(page, lesson).startswith('Right')
+    page.keys(' ')
+
+
+def test_the_lesson_of_the_gains_shows_the_words_of_the_node(page, live):
+    lesson = _lesson(page, '1577 Hz')
+    before = live.asker.value('/velocity_controller', 'gains.k1')
+    _move(page, lesson, 0, '1')
+    page.wait(lambda: '157' in lesson.find_element('css selector', '.verdict').text)
+    assert live.asker.value('/velocity_controller', 'gains.k1') == before
+    assert not _check(page, lesson, '90').startswith('Right')
+    assert _check(page, lesson, '32').startswith('Right')

@@ -1,0 +1,126 @@
+"""How the command `dashboard` begins and ends: ports, tokens, strangers, and `kill -9`."""
+
+import http.client
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from live_page import LivePage
+from processes import wait_until
+
+from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.topics import LOOPS
+
+SOCKET = '/_nicegui_ws/socket.io/?EIO=4&transport='
+
+
+def _status(address, path='/', **headers):
+    """Return the status of an answer."""
+    host = address.split('/')[2]
+    connection = http.client.HTTPConnection(host, timeout=20)
+    try:
+        connection.request('GET', path, headers={name.replace('_', '-'): value for name, value in headers.items()})
+        return connection.getresponse().status
+    finally:
+        connection.close()
+
+
+def _upgrade(address, origin):
+    """Return the status of the answer to a request for a websocket."""
+    return _status(address, f'{SOCKET}websocket', Connection='Upgrade', Upgrade='websocket', Origin=origin,
+                   Sec_WebSocket_Version='13', Sec_WebSocket_Key='dGhlIHNhbXBsZSBub25jZQ==')
+
+
+def _run(tmp_path, *arguments, **variables):
+    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--output', tmp_path,
+                           *arguments],
+                          capture_output=True, text=True, timeout=60, env=os.environ | variables, check=False)
+
+
+def _is_running(pid):
+    try:
+        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] != 'Z'
+    except OSError:
+        return False
+
+
+def test_a_port_that_is_taken_is_one_line(domain, tmp_path):
+    with socket.create_server(('127.0.0.1', 0)) as taken:
+        done = _run(tmp_path, '--port', str(taken.getsockname()[1]))
+    assert done.returncode == 2
+    line, = done.stderr.splitlines()
+    assert 'Address already in use' in line
+    assert '--port' in line
+
+
+def test_a_missing_extra_is_one_line_with_the_remedy(domain, tmp_path):
+    (tmp_path / 'nicegui.py').write_text("raise ModuleNotFoundError('no', name='nicegui')\n")
+    done = _run(tmp_path, PYTHONPATH=f'{tmp_path}{os.pathsep}{os.environ.get("PYTHONPATH", "")}')
+    assert done.returncode == 2
+    line, = done.stderr.splitlines()
+    assert 'nicegui' in line
+    assert 'mobile_robot_control[dashboard]' in line
+
+
+def test_kill_9_ends_the_nodes_that_it_started(domain, tmp_path):
+    page = LivePage(tmp_path)
+    nodes = page.nodes()
+    assert len(nodes) == 4
+    page.process.kill()
+    wait_until(lambda: not any(map(_is_running, nodes)), 30.0, 0.05)
+    page.close()
+
+
+def test_attached_to_nodes_it_leaves_them_alone_and_strangers_open_nothing(domain, tmp_path):
+    nodes = NodeProcess(LOOPS['torque'].nodes, [], tmp_path / 'nodes.log')
+    try:
+        # the second address of this machine is one that needs a token
+        page = LivePage(tmp_path / 'page', '--attach', '--host', '127.0.0.2')
+        address = page.address.partition('?')[0]
+        assert not page.nodes()
+        assert _status(address) == 403
+        query = '/?' + page.address.partition('?')[2]
+        assert _status(address, query) == 303
+        cookie = f'mobile_robot_control_token={query.partition("=")[2]}'
+        assert _status(address, Cookie=cookie) == 200
+        assert _status(address, Cookie=cookie, Origin='http://evil.example') == 403
+        assert _status(address, Cookie=cookie, Host='evil.example') == 403
+        page.process.kill()
+        page.process.wait(20)
+        page.close()
+
+        page = LivePage(tmp_path / 'again', '--attach')
+        own, foreign = page.address.rstrip('/'), 'http://evil.example'
+        assert [_status(page.address, f'{SOCKET}polling', Origin=origin) for origin in (own, foreign)] == [200, 403]
+        assert [_upgrade(page.address, origin) for origin in (own, foreign)] == [101, 403]
+        assert page.stop() == 0
+        page.close()
+        assert nodes.exit_code() is None
+    finally:
+        stop_processes([nodes])
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_page_and_nodes(domain, tmp_path, number):
+    page = LivePage(tmp_path)
+    nodes = page.nodes()
+    page.process.send_signal(number)
+    assert page.process.wait(30) == 0
+    assert not any(map(_is_running, nodes))
+    page.close()
+
+
+def test_other_publishers_are_named_and_nothing_is_started(domain, quick_discovery, tmp_path):
+    nodes = NodeProcess(LOOPS['torque'].nodes, [], tmp_path / 'nodes.log')
+    try:
+        wait_until(lambda: 'a run begins' in (tmp_path / 'nodes.log').read_text(), 30.0, 0.05)
+        done = _run(tmp_path / 'page', '--port', '0')
+        assert done.returncode == 2
+        assert '--attach' in done.stderr
+        assert '/odom' in done.stderr
+    finally:
+        stop_processes([nodes])

@@ -1,0 +1,147 @@
+"""A reset begins a new run that equals a fresh one to the last bit; a held run is stepped by hand."""
+
+import pytest
+from harness import CONFIG, PERIOD, Robots
+from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import GetParameters
+
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.files import load
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.simulation.rollout import rollout
+
+HYBRID = CONFIG / 'hybrid_backstepping.yaml'
+IMPERFECT = ['plant.noise.pose:=[0.01, 0.02, 0.005]', 'plant.delay.velocity_steps:=2',
+             'plant.initial_pose:=[0.8, 0.1, 0.0]']
+QUICK = ['--params-file', str(HYBRID), '-p', 'real_time_factor:=0.0', '-p', 'paused:=true']
+"""As fast as it goes, and paused at first."""
+
+
+def _arguments(overrides):
+    return [word for override in overrides for word in ('-p', override.removeprefix('plant.'))]
+
+
+def _time_is(robot, time, *topics):
+    """Spin until every node, or those that publish these topics, has answered a time [s]."""
+    newest = robot.recorder.newest
+    robot.spin_until(lambda: {newest[topic] for topic in topics or newest} == {round(time * 1e9)})
+
+
+@pytest.mark.usefixtures('lossless')
+def test_a_run_after_a_reset_equals_a_fresh_one_to_the_last_bit(robot):
+    robot.start(arguments=[*QUICK, '-p', 'duration:=0.6', *_arguments(IMPERFECT)], composed=True)
+    robot.spin_until(robot.recorder.has_every_topic)
+    # at stamp 0 a reset waits: the run goes on to the first position tick, and holds at the start of the new one
+    success, message = robot.trigger('plant/reset')
+    assert (success, message) == (True, 'a new run from [0.8, 0.1, 0.0] begins after t = 0.01 s')
+    robot.spin_until(lambda: robot.log().count('a new run begins') == 4)
+    _time_is(robot, 0.0)
+    # twice at the same stamp, in the middle of what backstepping and PI law remember
+    for _ in range(2):
+        for result in robot.set('plant', hold_at=0.4, paused=False):
+            assert result.successful, result.reason
+        _time_is(robot, 0.4)
+        assert robot.trigger('plant/reset')[0]
+    robot.set('plant', hold_at=0.0)
+    robot.finish()
+    assert robot.log().count('a new run begins') == 3 * len(NODES)
+    assert 'refused' not in robot.log()
+    # four runs, and every stamp has one message of each topic, repeated
+    found = robot.messages()
+    assert len(found['wheel_torques']) == 301
+    assert len(found['cmd_vel']) == 61
+    assert all(len(messages) == 1 for stamps in found.values() for messages in stamps.values())
+
+
+@pytest.mark.usefixtures('lossless')
+def test_a_new_initial_pose_acts_at_the_next_reset(robot):
+    robot.start(arguments=[*QUICK, '-p', 'duration:=0.3', '-p', 'hold_at:=0.104'], composed=True)
+    robot.spin_until(robot.recorder.has_every_topic)
+    robot.set('plant', paused=False)
+    robot.spin_until(lambda: robot.time() == 0.104)
+    assert robot.log().count('a run begins') == 4
+    result, = robot.set('plant', initial_pose=[0.5, -0.5, 1.0])
+    assert result.successful, result.reason
+    # between position ticks the run goes on to the next one
+    assert robot.trigger('plant/reset') == (True, 'a new run from [0.5, -0.5, 1.0] begins after t = 0.11 s')
+    # it holds again where it did
+    _time_is(robot, 0.104, 'joint_states', 'wheel_torques')
+    robot.set('plant', hold_at=0.0)
+    robot.finish()
+    recording = robot.recording()
+    assert recording.problems == ('1 earlier runs left out; the last one is taken',)
+    chosen = configure(load([HYBRID], ['plant.initial_pose:=[0.5, -0.5, 1.0]']))
+    simulated = list(rollout(chosen, 0.3))
+    assert len(recording.samples) == len(simulated)
+    for ours, theirs in zip(recording.samples, simulated, strict=True):
+        assert ours.torque == pytest.approx(theirs.torque, rel=1e-9, abs=1e-9)
+        assert ours.tick.pose == pytest.approx(theirs.tick.pose, rel=1e-9, abs=1e-9)
+
+
+def test_a_held_run_is_stepped_by_position_ticks_and_a_running_one_is_not(robot):
+    robot.start(arguments=QUICK, composed=True)
+    robot.spin_until(robot.recorder.has_every_topic)
+    for tick in (1, 2):
+        assert robot.trigger('plant/step') == (True, f'time goes on to t = {0.01 * tick:g} s')
+        _time_is(robot, 0.01 * tick)
+    robot.set('plant', paused=False, hold_at=0.104)
+    robot.spin_until(lambda: robot.time() == 0.104)
+    assert robot.trigger('plant/step') == (True, 'time goes on to t = 0.11 s')
+    _time_is(robot, 0.11)
+    robot.set('plant', hold_at=0.0)
+    success, message = robot.trigger('plant/step')
+    assert not success
+    assert 'set the parameter paused to true first' in message
+
+
+def test_after_a_reset_the_plant_is_held_no_farther_ahead_of_what_is_recorded(robot):
+    robot.start(arguments=QUICK, composed=True)
+    robot.resume()
+    robot.spin_until(lambda: robot.time() > 1.5)
+    robot.set('plant', paused=True)
+    assert robot.trigger('plant/reset')[0]
+    _time_is(robot, 0.0)
+    client = robot.recorder.create_client(GetParameters, 'plant/get_parameters')
+    robot.spin_until(client.service_is_ready)
+
+    def held_at():
+        return robot.call(lambda: client.call_async(GetParameters.Request(names=['hold_at']))).values[0].double_value
+
+    robot.spin_until(lambda: held_at() == 500 * PERIOD / 1e9)
+
+
+def test_a_base_that_takes_velocities_is_reset_and_stepped_as_well(domain, quick_discovery, tmp_path):
+    robot = Robots(tmp_path, drive='velocity')
+    try:
+        robot.start(arguments=[*QUICK[2:], '-p', 'drive:=velocity', '-p', 'duration:=0.2'], composed=True)
+        robot.spin_until(robot.recorder.has_every_topic)
+        assert robot.trigger('plant/step')[0]
+        robot.spin_until(lambda: robot.recorder.newest['cmd_vel'] == 10_000_000)
+        assert robot.trigger('plant/reset') == (True, 'a new run from [1.0, 0.0, 1.5708] begins after t = 0.01 s')
+        _time_is(robot, 0.0)
+        robot.set('plant', paused=False)
+        robot.finish()
+        assert robot.log().count('a new run begins') == 3
+        found = robot.messages()
+        assert len(found['cmd_vel']) == 21
+        assert all(len(messages) == 1 for stamps in found.values() for messages in stamps.values())
+    finally:
+        robot.close()
+
+
+def test_on_the_wall_clock_a_reset_moves_the_robot_alone(robot):
+    robot.start(arguments=['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p',
+                           'reference_cart:wait:=true'], composed=True)
+    robot.spin_until(robot.recorder.has_every_topic)
+    success, message = robot.trigger('plant/step')
+    assert not success
+    assert 'in lockstep' in message
+    poses = []
+    robot.recorder.create_subscription(Odometry, 'odom', lambda message: poses.append(message.pose.pose.position), 10)
+    result, = robot.set('plant', initial_pose=[-2.0, 3.0, 0.0])
+    assert result.successful, result.reason
+    robot.spin_until(lambda: poses)
+    assert poses[-1].x > 0.0
+    assert robot.trigger('plant/reset') == (
+        True, 'the robot stands at [-2.0, 3.0, 0.0]; on the wall clock the other nodes go on as they are')
+    robot.spin_until(lambda: abs(poses[-1].x + 2.0) < 0.3 and abs(poses[-1].y - 3.0) < 0.3)

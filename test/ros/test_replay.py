@@ -1,0 +1,102 @@
+"""A run that was changed while it drove is done again from its bag, to the last bit; a killed node ends a replay."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+from harness import run_command
+from mcap.reader import make_reader
+from processes import processes_of
+
+from mobile_robot_control.messages.parsing import serialised_stamp
+from mobile_robot_control.ros.run_events import KEPT
+from mobile_robot_control.topics import LOOP_TOPICS
+
+SLOW = 1e-3
+"""Of real time: the run stands nearly still until a test raises it."""
+
+
+def start(output, *arguments):
+    return subprocess.Popen(
+        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), '--composed',
+         '--no-report', '-p', f'plant.real_time_factor:={SLOW}', *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def courses(output):
+    """Return the messages of each loop topic in a bag, repeats removed, and the number of events."""
+    found, events = {topic: [] for topic in LOOP_TOPICS}, 0
+    with (output / 'bag' / 'bag.mcap').open('rb') as file:
+        for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
+            course = found.get(channel.topic[1:])
+            if course is not None and not (course and course[-1] == message.data):
+                course.append(message.data)
+            events += channel.topic == '/events'
+    return found, events
+
+
+def _set(robot, node, **values):
+    for result in robot.set(node, **values):
+        assert result.successful, result.reason
+
+
+def _changed_run(robot, output):
+    """Run an experiment with live changes, pushes and a reset."""
+    run = start(output, '--duration', 1.2, '-p', 'plant.noise.velocity:=0.01')
+    events = []
+    robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: events.extend(
+        status.values[0].key for status in message.status), KEPT)
+    publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
+    robot.spin_until(robot.recorder.has_every_topic)
+    robot.spin_until(lambda: robot.time() > 0.0)
+    _set(robot, 'plant', real_time_factor=0.2)
+    _set(robot, 'velocity_controller', gains__k1=0.25)
+    _set(robot, 'position_controller', controller_type='fuzzy', limits__linear_velocity=0.5)
+    _set(robot, 'reference_cart', period=14.0)
+    begun = robot.time()
+    robot.spin_until(lambda: robot.time() > begun + 0.05)
+    _set(robot, 'plant', initial_pose=[0.9, 0.1, 1.5])
+    _set(robot, 'reference_cart', curve='circle')
+    assert robot.trigger('plant/reset')[0]
+    _set(robot, 'position_controller', controller_type='hybrid_backstepping')
+    push = WrenchStamped()
+    push.wrench.force.x, push.wrench.torque.z = 30.0, -1.0
+    # until the plant has discovered the publisher, and has been pushed
+    robot.spin_until(lambda: publisher.publish(push) or 'disturbance' in events)
+    robot.recorder.destroy_publisher(publisher)
+    _set(robot, 'plant', real_time_factor=0.0)
+    _, error = run.communicate(timeout=60)
+    assert run.returncode == 0, error
+
+
+def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_replay(robot, tmp_path):
+    recorded, replayed, killed = tmp_path / 'recorded', tmp_path / 'replayed', tmp_path / 'killed'
+    _changed_run(robot, recorded)
+    done = run_command('experiment', '--replay', recorded, '--output', replayed, '--composed', '--no-report',
+                       '-p', 'plant.real_time_factor:=0.0')
+    assert done.returncode == 0, done.stderr
+    assert 'the replay equals the recorded run to the last bit' in done.stderr
+    (ours, events), (theirs, again) = courses(replayed), courses(recorded)
+    assert ours == theirs
+    assert events == again >= 8
+    # two runs, the second one whole
+    stamps = [serialised_stamp(message) for message in ours['joint_states']]
+    assert stamps.count(0) == 2
+    assert stamps[-601:] == [2_000_000 * k for k in range(601)]
+    assert json.loads((replayed / 'metrics.json').read_text())['duration'] == 1.2
+
+    run = start(killed, '--replay', recorded / 'bag')
+    seen = []
+    robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', lambda message: seen.extend(
+        status.message for status in message.status if status.name == 'plant'), 10)
+    robot.spin_until(lambda: 'running' in seen or 'paused' in seen)
+    pid, = processes_of(killed, 'plant')
+    os.kill(pid, signal.SIGKILL)
+    out, error = run.communicate(timeout=60)
+    assert run.returncode == 1
+    assert 'was killed by SIGKILL' in error
+    assert json.loads(out.partition('\nbag, metrics')[0])['outcome'] == 'node_died'

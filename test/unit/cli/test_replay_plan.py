@@ -1,0 +1,173 @@
+"""`experiment --replay`: what is planned from a bag, which bags are refused, and how runs are compared."""
+
+import argparse
+import json
+
+import pytest
+from bag_making import WALL, write
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.serialization import serialize_message
+
+from mobile_robot_control.cli import experiment
+from mobile_robot_control.cli.options import configuration_text
+from mobile_robot_control.cli.replay_plan import compare_replay, plan_replay
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.quantities import Push
+from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.recording.changes import Change
+from mobile_robot_control.simulation.rollout import rollout
+
+MS = 1_000_000
+TICK = 10 * MS
+
+
+def event(stamp, node, run=0, **values):
+    """Return an event as a node publishes it; two underscores stand for the dot in a key."""
+    array = DiagnosticArray(status=[DiagnosticStatus(name=node, values=[
+        KeyValue(key=key.replace('__', '.'), value=json.dumps(value)), KeyValue(key='run', value=str(run))])
+        for key, value in values.items()])
+    array.header.stamp = Time(sec=stamp // 10**9, nanosec=stamp % 10**9)
+    return bytes(serialize_message(array))
+
+
+@pytest.fixture
+def made(tmp_path):
+    """Make the folder of an experiment of 0.1 s with these events, whose nodes ran with these parameters."""
+    def make(*events, name='run', pushes=(), **plant):
+        configuration = configure({'plant': {'duration': 0.1, **plant}})
+        folder = tmp_path / name
+        folder.mkdir()
+        with BagWriter(folder / 'bag') as bag:
+            write(bag, rollout(configuration, 0.1, dict(pushes)))
+            for one in events:
+                bag.write('/events', 'diagnostic_msgs/msg/DiagnosticArray', WALL, one)
+        (folder / 'parameters.yaml').write_text(configuration_text(configuration))
+        return folder
+    return make
+
+
+def options(folder, **given):
+    return argparse.Namespace(**{
+        'replay': str(folder), 'output': str(folder.parent / 'again'), 'namespace': '/', 'duration': None,
+        'robot': None, 'params_files': [], 'overrides': [], **given})
+
+
+@pytest.fixture
+def refused(made, capsys):
+    """Replay a folder; returns the lines that refuse it."""
+    def replay(folder, *words):
+        assert experiment.main(['--replay', str(folder), '--output', str(folder.parent / 'again'), *words]) == 2
+        assert not (folder.parent / 'again').exists()
+        return capsys.readouterr().err
+    return replay
+
+
+def test_a_bag_without_events_is_one_run_without_holds(made):
+    folder = made(initial_pose=[0.5, 0.0, 1.0])
+    for named in (folder, folder / 'bag', folder / 'bag' / 'bag.mcap'):
+        plan = plan_replay(options(named, overrides=['plant.real_time_factor:=0.0'], duration=0.1))
+        assert plan.runs == [({}, None)]
+        assert plan.configuration.plant.initial_pose == (0.5, 0.0, 1.0)
+        assert plan.configuration.plant.real_time_factor == 0.0
+        assert plan.recorded.total == 2 * 51 + 4 * 11
+
+
+def test_a_run_holds_at_the_position_tick_before_each_change(made):
+    plan = plan_replay(options(made(
+        event(0, 'reference_cart', curve='circle'),
+        event(TICK, 'velocity_controller', gains__k1=0.25),
+        event(18 * MS, 'plant', disturbance=[1.0, 0.5]), event(20 * MS, 'plant', disturbance=[2.0, 0.5]),
+        event(3 * TICK, 'robot/position_controller', controller_type='fuzzy', fuzzy__a=0.5),
+        event(5 * TICK + 2 * MS, 'plant', reset=[1.0, 0.0, 0.0]),
+        event(0, 'plant', 1, initial_pose=[1.0, 0.0, 0.0]), event(0, 'position_controller', 1, ramsete__b=2.0),
+        event(0, 'plant', 1, disturbance=[3.0, 0.0]), event(TICK, 'reference_cart', 1, period=8.0))))
+    assert plan.configuration.reference_cart.curve.curve == 'circle'
+    first, second = plan.runs
+    assert first.reset_at == 5 * TICK
+    assert {hold: [change.values for change in changes] for hold, changes in first.holds.items()} == {
+        0: [{'gains.k1': 0.25}], TICK: [{'disturbance': [1.0, 0.5]}, {'disturbance': [2.0, 0.5]}],
+        2 * TICK: [{'controller_type': 'fuzzy', 'fuzzy.a': 0.5}],
+        # set before the new run begins, since its first step uses them
+        5 * TICK: [{'initial_pose': [1.0, 0.0, 0.0]}, {'ramsete.b': 2.0}]}
+    assert [*first.holds] == [0, TICK, 2 * TICK, 5 * TICK]
+    assert second == ({0: [Change(0, 'plant', 1, {'disturbance': [3.0, 0.0]}),
+                           Change(TICK, 'reference_cart', 1, {'period': 8.0})]}, None)
+
+
+@pytest.mark.parametrize(('events', 'reason'), [
+    ([event(TICK, 'gripper', force=1.0)], "of the node 'gripper', which does not exist; it is of another version"),
+    ([event(TICK, 'plant', wings=2)], "sets 'wings' of plant, which cannot be set; it is of another version"),
+    ([event(TICK, 'position_controller', reset=[0.0, 0.0, 0.0])], "sets 'reset' of position_controller"),
+    ([event(TICK, 'velocity_controller', velocity_rate=50.0)], "sets 'velocity_rate' of velocity_controller"),
+    ([event(TICK + 1, 'velocity_controller', gains__k1=0.25)], 'which is off the grid'),
+    ([event(TICK, 'velocity_controller', 1, gains__k1=0.25)], 'events are missing'),
+    ([event(TICK + 2 * MS, 'plant', 1, reset=[0.0, 0.0, 0.0])], 'events are missing'),
+    ([event(4 * MS, 'plant', reset=[0.0, 0.0, 0.0])], 'no position tick'),
+    ([event(TICK, 'plant', disturbance=[1.0])], 'is no push'),
+    ([event(0, 'velocity_controller', gains__k1=500.0)], 'slowest stable rate'),
+    ([b'\0\1\0\0' + bytes(8)], 'is no change of a run'),
+    ([bytes(serialize_message(DiagnosticArray(status=[DiagnosticStatus(name='plant')])))], 'is no change of a run'),
+])
+def test_events_of_another_version_or_run_are_refused(made, refused, events, reason):
+    assert reason in refused(made(*events))
+
+
+def test_bags_that_are_not_complete_or_of_another_configuration_are_refused(made, refused, tmp_path):
+    folder = made()
+    assert ('plant.duration = 0.2 is asked for, and the bag was recorded with 0.1; leave it out'
+            in refused(folder, '--duration', '0.2'))
+    assert ('velocity_controller.gains.k1 = 0.3 is asked for'
+            in refused(folder, '-p', 'velocity_controller.gains.k1:=0.3'))
+    parameters = (folder / 'parameters.yaml').read_text()
+    (folder / 'parameters.yaml').write_text(parameters.replace('velocity_rate: 500.0', 'velocity_rate: 1000.0'))
+    assert 'joint_states begins with the stamps 0 and 2000000 ns, and not with 0 and 1000000 ns' in refused(folder)
+    (folder / 'parameters.yaml').write_text(parameters.replace('lockstep: true', 'lockstep: false'))
+    assert 'it was recorded on the wall clock' in refused(folder)
+    (folder / 'parameters.yaml').write_text(parameters.replace('max_wheel_torque', 'max_wheel_torques'))
+    assert "unknown parameter 'max_wheel_torques'" in refused(folder)
+    (folder / 'parameters.yaml').unlink()
+    assert 'there is no parameters.yaml beside a bag; name the folder that `experiment` wrote' in refused(folder)
+    (folder / 'parameters.yaml').write_text(parameters)
+    assert 'in this --namespace' in refused(folder, '--namespace', '/robot1')
+    bag = folder / 'bag' / 'bag.mcap'
+    whole = bag.read_bytes()
+    bag.write_bytes(whole[:len(whole) // 2])
+    assert 'the recording was cut off: bag.mcap has no end' in refused(folder)
+    bag.unlink()
+    assert 'is not a bag' in refused(folder)
+    assert 'is no experiment' in refused(tmp_path / 'nowhere')
+
+
+def test_the_folder_of_the_bag_is_not_written_to(made, capsys):
+    folder = made()
+    for named in (folder, folder / 'bag'):
+        assert experiment.main(['--replay', str(named), '--output', str(folder), '--overwrite']) == 2
+        assert 'holds the bag that is to be replayed' in capsys.readouterr().err
+    assert (folder / 'bag' / 'bag.mcap').exists()
+
+
+@pytest.mark.parametrize('words', [['--output', 'x'], ['--replay', 'a', '--output', 'x', '--compare', 'b.yaml']])
+def test_usage_is_refused(words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        experiment.main(words)
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert 'the following arguments are required: --duration' in error or '--replay: not allowed' in error
+
+
+def test_the_first_difference_is_named(made, capsys):
+    plan = plan_replay(options(made()))
+    same = made(name='same')
+    assert compare_replay(plan, same, '/') == ''
+    assert 'equals the recorded run to the last bit: 146 messages' in capsys.readouterr().err
+    other = made(name='other', pushes={30: Push(1e-9, 0.0)}.items())
+    assert compare_replay(plan, other, '/') == (
+        'the replay is not the recorded run: joint_states differs at t = 0.062 s of run 0')
+    short = made(name='short', duration=0.1)
+    with BagWriter(short / 'cut') as bag:
+        write(bag, list(rollout(plan.configuration, 0.1))[:41])
+    (short / 'bag').rename(short / 'whole')
+    (short / 'cut').rename(short / 'bag')
+    assert compare_replay(plan, short, '/') == (
+        'the replay is not the recorded run: joint_states ends before t = 0.082 s of run 0')

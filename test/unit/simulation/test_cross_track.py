@@ -1,0 +1,187 @@
+"""The distance to the path near the cart: against circles, brute force and the other branch of a path."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError
+from mobile_robot_control.reference.cart import CurveParameters, Placement, reference_at
+from mobile_robot_control.reference.curve import Curve
+from mobile_robot_control.reference.curves import BUILT_IN, CURVES, circle
+from mobile_robot_control.simulation.closed_loop import PositionTick
+from mobile_robot_control.simulation.cross_track import cross_track, nearest_on_path
+from mobile_robot_control.simulation.index_meter import CartOnPath
+from mobile_robot_control.simulation.path_table import POINTS, QUARTER, GrowingPath
+
+PERIOD = 16.0
+PLACED = Placement(scale=0.7, period=PERIOD, phase=0.3, center=(1.1, -0.4), rotation=0.6)
+EXACT = 1e-8
+"""What docs/metrics.md promises, of the scale."""
+PATHS = {name: GrowingPath(CURVES[name], PLACED) for name in (curve.name for curve in BUILT_IN)}
+
+
+def across(path, x, y, time, bound=math.inf):
+    return cross_track(path.between(time, time), x, y, time, bound)
+
+
+def by_brute_force(curve, placement, x, y, time):
+    """Return the least distance to the quarter laps before and after, of 4000 points and searched around the best."""
+    def away(at):
+        pose = reference_at(curve, at, placement).pose
+        return math.hypot(pose.x - x, pose.y - y)
+
+    begin = time - placement.period / 4.0
+    begin = begin if curve.closed else max(0.0, begin)
+    step = (time + placement.period / 4.0 - begin) / 4000
+    best = min((begin + n * step for n in range(4001)), key=away)
+    low, high = max(begin, best - step), min(begin + 4000 * step, best + step)
+    for _ in range(60):
+        one, two = low + (high - low) / 3.0, high - (high - low) / 3.0
+        low, high = (low, two) if away(one) < away(two) else (one, high)
+    return min(away(best), away(low))
+
+
+@pytest.mark.parametrize('name', list(PATHS))
+@pytest.mark.parametrize(('time', 'ahead', 'aside'), [(0.0, 0.0, 0.03), (5.3, -0.2, 0.1), (21.7, 0.5, -0.6)])
+def test_it_is_the_distance_that_brute_force_finds(name, time, ahead, aside):
+    pose = reference_at(CURVES[name], time, PLACED).pose
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    x, y = pose.x + ahead * cos - aside * sin, pose.y + ahead * sin + aside * cos
+    found = across(PATHS[name], x, y, time)
+    assert found == pytest.approx(by_brute_force(CURVES[name], PLACED, x, y, time), abs=EXACT * PLACED.scale)
+    # the distance to the cart is a bound, with which less is searched, and the same is found
+    assert across(PATHS[name], x, y, time, math.hypot(ahead, aside)) == pytest.approx(found, rel=1e-12)
+
+
+@given(radius=st.floats(0.0, 3.0), angle=st.floats(-1.5, 1.5), time=st.floats(0.0, 40.0))
+def test_of_a_circle_it_is_the_difference_of_the_radii(radius, angle, time):
+    placed = Placement(scale=1.5, period=PERIOD)
+    at = 2.0 * math.pi * time / PERIOD + angle
+    found = across(GrowingPath(CURVES['circle'], placed), radius * math.cos(at), radius * math.sin(at), time)
+    assert found == pytest.approx(abs(radius - 1.5), abs=1.5 * EXACT)
+
+
+def test_beyond_a_quarter_lap_it_is_the_distance_to_the_end_of_the_quarter():
+    path = GrowingPath(CURVES['circle'], Placement(period=PERIOD))
+    # half a lap from the cart, both ends are a quarter of the circle away
+    assert across(path, 1.0, 0.0, 0.5 * PERIOD) == pytest.approx(math.sqrt(2.0), abs=EXACT)
+    # the way in which the quarter ends between two points of the table
+    time = 0.4131 * PERIOD
+    chord = 2.0 * math.sin(math.pi * (0.4131 - 0.25))
+    assert across(path, 1.0, 0.0, time) == pytest.approx(chord, abs=EXACT)
+
+
+def test_the_other_branch_of_a_path_that_crosses_itself_is_not_taken():
+    path = GrowingPath(CURVES['lissajous'], Placement(period=PERIOD))
+    # the cart is at the crossing, headed (1, 2); the robot stands on the branch headed (-1, 2)
+    other = reference_at(CURVES['lissajous'], 0.51 * PERIOD, Placement(period=PERIOD)).pose
+    table = path.between(0.0, PERIOD)
+    nearest, place = nearest_on_path(table, other.x, other.y, 0.0, float(POINTS), math.inf)
+    assert nearest < EXACT
+    assert place == pytest.approx(0.51 * POINTS, abs=1e-3)
+    # from there to the line along (1, 2) it is the sine of the angle between both branches
+    assert across(path, other.x, other.y, 0.0) == pytest.approx(0.8 * math.hypot(other.x, other.y), rel=0.01)
+
+
+def test_an_open_path_begins_at_its_start():
+    path = GrowingPath(CURVES['line'], Placement(scale=4.0, period=PERIOD))
+    assert across(path, -0.3, 0.4, 1.0) == pytest.approx(0.5, abs=EXACT)
+    assert across(path, 0.3, 0.4, 1.0) == pytest.approx(0.4, abs=EXACT)
+
+
+@given(x=st.floats(-2.0, 3.0), y=st.floats(-2.0, 2.0), begin=st.floats(-100.0, 300.0), length=st.floats(0.0, 400.0),
+       name=st.sampled_from(('trifolium', 'lissajous')))
+def test_what_is_skipped_has_nothing_that_is_nearer(x, y, begin, length, name):
+    table = PATHS[name].between(0.0, 2.0 * PERIOD)
+    fast = nearest_on_path(table, x, y, begin, begin + length, math.inf)
+    # of a cart without bounds on its speed no step is skipped
+    assert nearest_on_path(table._replace(speed=math.inf), x, y, begin, begin + length, math.inf) == fast
+
+
+@pytest.mark.parametrize('steps', [1, 7, 20, 43])
+def test_no_more_is_skipped_than_the_cart_drives(steps):
+    table = PATHS['line'].between(0.0, 0.0)
+    # straight ahead, between two points
+    x, y = (0.5 * (one[steps] + one[steps + 1]) for one in (table.x, table.y))
+    distance, place = nearest_on_path(table, x, y, 0.0, float(QUARTER), 1e-9)
+    assert distance < 1e-12
+    assert place == pytest.approx(steps + 0.5, abs=1e-6)
+
+
+def test_a_closed_path_has_its_end_before_its_start():
+    def from_zero(s):
+        assert s >= 0.0
+        return circle(s)
+
+    path = GrowingPath(Curve('from zero', from_zero), Placement(period=PERIOD))
+    assert across(path, 1.3 * math.cos(1.0), -1.3 * math.sin(1.0), 0.0) == pytest.approx(0.3, abs=EXACT)
+
+
+def test_nothing_is_found_beyond_the_bound():
+    table = PATHS['circle'].between(0.0, PERIOD)
+    distance, place = nearest_on_path(table, 9.0, 9.0, 0.0, float(QUARTER), 1.0)
+    assert distance == 1.0
+    assert math.isnan(place)
+
+
+def test_points_at_which_a_curve_fails_are_left_out():
+    def broken(s):
+        if 1.0 < s < 1.2:
+            raise ValueError
+        return circle(s)
+
+    path = GrowingPath(Curve('broken', broken), Placement(period=PERIOD))
+    # the nearest points that there are lie 0.1 rad away, or up to a step farther
+    found = across(path, 1.5 * math.cos(1.1), 1.5 * math.sin(1.1), 0.0)
+    assert math.hypot(1.5 - math.cos(0.1), math.sin(0.1)) <= found < math.hypot(1.5 - math.cos(0.113), math.sin(0.113))
+
+
+def test_of_a_cart_that_drives_for_long_few_points_are_kept():
+    path = GrowingPath(CURVES['line'], PLACED)
+    for n in range(150):
+        table = path.between(0.2 * n * PERIOD, 0.2 * n * PERIOD)
+    assert len(table.x) < 20 * POINTS
+    assert table.first > 0
+    # and of one whose clock is far on, none before it
+    assert len(GrowingPath(CURVES['circle'], PLACED).between(1e6, 1e6).x) < POINTS
+
+
+CURVE = CurveParameters('lissajous', Placement(period=PERIOD))
+
+
+def tick(clock, along, aside=0.0):
+    """Return a tick at a time of the clock whose cart is at a time along the curve; the robot is beside it."""
+    reference = reference_at(CURVES[CURVE.curve], along, CURVE.placement)
+    x, y, heading = reference.pose
+    pose = Pose(x - aside * math.sin(heading), y + aside * math.cos(heading), heading)
+    return PositionTick(clock, pose, BodyVelocity(0.0, 0.0), reference, TrackingError(0.0, aside, 0.0))
+
+
+def measured(ticks):
+    cart = CartOnPath(CURVE)
+    return [cart.cross_track(one, one.pose, abs(one.error.lateral)) for one in ticks]
+
+
+def test_a_cart_that_waits_is_found_where_its_reference_is():
+    # at 4.7 s it waits for two laps, drives on and comes to the crossing at 8 s of its own
+    waiting = [tick(0.1 * n, 4.7 if 47 < n < 367 else 0.1 * (n if n < 48 else n - 320), 0.001) for n in range(500)]
+    assert measured(waiting) == pytest.approx([0.001] * 500, abs=1e-6)
+
+
+def test_a_recording_may_begin_within_a_lap():
+    assert measured(tick(0.1 * n, 9.3 + 0.1 * n, 0.001) for n in range(200)) == pytest.approx([0.001] * 200, abs=1e-6)
+
+
+def test_a_reference_may_be_late_at_one_tick_and_not_at_the_next():
+    late = [tick(0.1 * n, 0.1 * n - (0.06 if n % 3 == 1 else 0.0), 0.001) for n in range(100)]
+    assert measured(late) == pytest.approx([0.001] * 100, abs=1e-6)
+
+
+def test_of_a_reference_that_is_not_on_the_path_nothing_is_known():
+    first, second, third = (tick(0.1 * n, 0.1 * n, 0.001) for n in range(3))
+    off = second._replace(reference=second.reference._replace(pose=Pose(0.5, 0.5, 0.0)))
+    found = measured([first, off, third])
+    assert math.isnan(found[1])
+    assert found[0] == found[2] == pytest.approx(0.001, abs=1e-6)

@@ -1,0 +1,161 @@
+"""Controllers in the same scenarios: known differences are found, equal ones cannot be told apart, intervals cover."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mobile_robot_control.tuning.comparison import (
+    best_of,
+    compare,
+    compare_all,
+    comparison_texts,
+    comparison_values,
+    mean_interval,
+)
+from mobile_robot_control.tuning.monte_carlo import Judged
+
+FAILED = Judged(False, {'rms_position_error': math.inf}, 'diverged')
+NAMES = ('one', 'other')
+
+
+def judged(*errors):
+    """Runs with these RMS errors; None is one that failed."""
+    return [FAILED if error is None else Judged(True, {'rms_position_error': float(error)}) for error in errors]
+
+
+def drawn(seed, runs=60, spread=0.05):
+    """The errors that the scenarios cause by themselves [m]."""
+    return np.random.default_rng(seed).lognormal(-3.0, 1.0, runs) + spread
+
+
+def texts(**controllers):
+    return list(comparison_texts(controllers))
+
+
+def test_a_known_difference_is_found_though_the_scenarios_differ_much_more():
+    errors = drawn(1)
+    noise = np.random.default_rng(2).normal(0.0, 0.002, errors.size)
+    found = compare(NAMES, (judged(*errors), judged(*(errors + 0.003 + noise))))
+    assert np.std(errors) > 0.03
+    assert found.interval[0] < -0.003 < found.interval[1] < 0.0
+    assert found.more_accurate == 'one'
+    assert found.more_successful == ''
+    line, success = texts(one=judged(*errors), other=judged(*(errors + 0.003 + noise)))[1:]
+    assert line.startswith('one and other, RMS error: that of one is smaller by 0.')
+    assert line.endswith(' in the 60 scenarios in which both succeed')
+    assert success == 'one and other, success: cannot be told apart: the same 60 of 60 succeed'
+
+
+def test_the_numbers_of_a_small_comparison():
+    found = compare(NAMES, (judged(0.10, 0.20, 0.30, None, 0.5), judged(0.11, 0.22, 0.33, 0.1, None)))
+    assert (found.runs, found.both, found.only_first, found.only_second, found.left_out) == (5, 3, 1, 1, 2)
+    assert found.difference == pytest.approx(-0.02)
+    # t of 2 degrees of freedom is 4.303, and the spread 0.01
+    assert found.interval == pytest.approx((-0.02 - 0.024841, -0.02 + 0.024841), abs=1e-6)
+    assert texts(one=judged(0.10, 0.20, 0.30, None, 0.5), other=judged(0.11, 0.22, 0.33, 0.1, None))[1:] == [
+        'one and other, RMS error: cannot be told apart: that of one minus that of other is -2 cm (-4.48 to 0.484) '
+        'in the 3 scenarios in which both succeed; 2 are left out, where one or both fail',
+        'one and other, success: cannot be told apart: one alone in 1, other alone in 1 of 5']
+
+
+def test_equal_controllers_cannot_be_told_apart():
+    runs = judged(*drawn(3))
+    found = compare(NAMES, (runs, runs))
+    assert found.difference == 0.0
+    assert found.interval == (0.0, 0.0)
+    assert (found.more_accurate, found.more_successful) == ('', '')
+    assert all('cannot be told apart' in line for line in texts(one=runs, other=runs)[1:])
+
+
+def test_a_difference_that_is_always_the_same_is_found():
+    found = compare(NAMES, (judged(0.5, 0.25, 1.0), judged(0.25, 0.0, 0.75)))
+    assert found.interval == (0.25, 0.25)
+    assert found.more_accurate == 'other'
+
+
+@pytest.mark.parametrize(('alone', 'winner'), [((5, 0), ''), ((6, 0), 'one'), ((0, 6), 'other'), ((9, 2), ''),
+                                               ((10, 2), 'one')])
+def test_success_is_told_apart_where_the_sign_test_says_so(alone, winner):
+    """All of 5 scenarios are 0.06 likely by chance, all of 6 are 0.03."""
+    ours = judged(*[0.1] * alone[0], *[None] * alone[1], *[0.1] * 50)
+    theirs = judged(*[None] * alone[0], *[0.1] * alone[1], *[0.1] * 50)
+    assert compare(NAMES, (ours, theirs)).more_successful == winner
+    line = texts(one=ours, other=theirs)[2]
+    assert line.partition(', success: ')[2].startswith(f'{winner} succeeds more often' if winner
+                                                       else 'cannot be told apart')
+
+
+@pytest.mark.parametrize(('ours', 'theirs', 'both'), [((None, 0.1), (0.1, None), 0), ((0.1, None), (0.2, 0.1), 1)])
+def test_fewer_than_two_shared_successes_are_not_compared(ours, theirs, both):
+    value, = comparison_values({'one': judged(*ours), 'other': judged(*theirs)})
+    assert value['rms_difference_interval'] is None
+    assert (value['rms_difference'] is None) == (both == 0)
+    assert value['more_accurate'] is None
+    assert texts(one=judged(*ours), other=judged(*theirs))[1] == (
+        f'one and other, RMS error: not compared: {both} of 2 scenarios in which both succeed, and two are needed')
+
+
+def test_what_is_left_out_is_counted():
+    assert texts(one=judged(0.1, 0.2, None), other=judged(0.1, 0.2, 0.1))[1].endswith(
+        'in the 2 scenarios in which both succeed; 1 is left out, where one or both fail')
+
+
+def test_an_interrupted_comparison_takes_the_scenarios_that_both_ran():
+    assert compare(NAMES, (judged(*drawn(1)), judged(*drawn(1)[:7]))).runs == 7
+
+
+def test_the_interval_covers_the_true_difference_in_95_of_100_studies():
+    rng, covered, true, studies = np.random.default_rng(4), 0, 0.004, 2000
+    for _ in range(studies):
+        # a skewed difference, as that of errors is
+        low, high = mean_interval((true + 0.01 * (rng.gamma(4.0, 1.0, 40) - 4.0)).tolist(), 0.95)
+        covered += low < true < high
+    # four standard deviations of the count, and what skewness takes
+    assert 0.925 < covered / studies < 0.97
+
+
+def test_controllers_that_are_alike_are_told_apart_in_some_5_of_100_studies():
+    rng, more_accurate, more_successful = np.random.default_rng(5), 0, 0
+    for _ in range(400):
+        ours, theirs = (judged(*[error if ok else None for error, ok in zip(
+            rng.lognormal(-3.0, 0.5, 30).tolist(), rng.random(30) < 0.8, strict=True)]) for _ in range(2))
+        found = compare(NAMES, (ours, theirs))
+        more_accurate += bool(found.more_accurate)
+        more_successful += bool(found.more_successful)
+    # the sign test is exact, and so cautious
+    assert more_successful <= 20
+    # 20 are expected, and four standard deviations are 17
+    assert 3 <= more_accurate <= 37
+
+
+def test_the_intervals_of_all_pairs_hold_together():
+    names = ['a', 'b', 'c', 'd']
+    made = compare_all({name: judged(*drawn(k)) for k, name in enumerate(names)})
+    assert [(one.first, one.second) for one in made] == [(x, y) for k, x in enumerate(names) for y in names[k + 1:]]
+    assert {round(one.confidence, 12) for one in made} == {round(1.0 - 0.05 / 6, 12)}
+
+
+def test_of_several_each_is_compared_with_the_best_one():
+    errors = drawn(1)
+    controllers = {'far': judged(*(errors + 0.02)), 'lost': judged(*[None] * 10, *errors[10:]), 'near': judged(*errors)}
+    assert best_of(controllers) == 'near'
+    head, *lines = comparison_texts(controllers)
+    assert head == ('compared in the same scenarios with near, the best; the intervals of all 3 pairs hold together '
+                    'with 95 % (each 98.33 %, Bonferroni):')
+    assert [line.partition(':')[0] for line in lines] == [
+        'far and near, RMS error', 'far and near, success', 'lost and near, RMS error', 'lost and near, success']
+    assert 'near succeeds more often: lost alone in 0, near alone in 10 of 60' in lines[-1]
+
+
+def test_the_best_is_not_the_one_that_an_interrupt_let_run_longer():
+    assert best_of({'long': judged(0.2, 0.2, 0.2), 'short': judged(0.1, 0.1)}) == 'short'
+
+
+def test_one_controller_is_compared_with_nothing():
+    assert texts(one=judged(0.1, 0.2)) == []
+    assert comparison_values({'one': judged(0.1, 0.2)}) == []
+
+
+def test_the_best_is_the_first_where_nothing_succeeds():
+    assert best_of({'one': judged(None, None), 'other': judged(None, None)}) == 'one'

@@ -1,0 +1,62 @@
+"""Tail probabilities and quantiles: those of SciPy, at the edges too, and of a million runs."""
+
+import math
+
+import pytest
+from scipy import special, stats
+
+from mobile_robot_control.tuning.tail_probabilities import (
+    beta_quantile,
+    binomial_interval,
+    incomplete_beta,
+    log_hypergeometric_tail,
+    student_quantile,
+)
+
+SIZES = [(0.5, 0.5), (2.0, 7.5), (0.5, 1e3), (300.0, 20.0), (5e5, 5e5), (1.0, 1e6)]
+
+
+@pytest.mark.parametrize(('a', 'b'), SIZES)
+@pytest.mark.parametrize('x', [0.0, 1e-9, 0.02, 0.4999, 0.5, 0.9, 0.999999, 1.0])
+def test_the_incomplete_beta_function_is_that_of_scipy(a, b, x):
+    assert incomplete_beta(a, b, x) == pytest.approx(special.betainc(a, b, x), rel=1e-7, abs=1e-12)
+
+
+@pytest.mark.parametrize(('a', 'b'), SIZES)
+@pytest.mark.parametrize('probability', [0.0007, 0.5, 0.975])
+def test_its_quantile_is_that_of_scipy(a, b, probability):
+    assert beta_quantile(a, b, probability) == pytest.approx(special.betaincinv(a, b, probability), rel=1e-6)
+
+
+@pytest.mark.parametrize('freedom', [1, 2, 19, 299, 10**6])
+@pytest.mark.parametrize('confidence', [0.95, 1.0 - 0.05 / 36])
+def test_the_quantile_of_student_is_that_of_scipy(freedom, confidence):
+    assert student_quantile(confidence, freedom) == pytest.approx(
+        stats.t.ppf(0.5 + 0.5 * confidence, freedom), rel=1e-6)
+
+
+@pytest.mark.parametrize(('successes', 'trials'), [(0, 1), (1, 1), (0, 7), (7, 7), (6, 7), (18, 20), (1000, 400_000)])
+def test_the_interval_of_a_rate_is_the_exact_one(successes, trials):
+    exact = stats.binomtest(successes, trials).proportion_ci(0.95, 'exact')
+    assert binomial_interval(successes, trials, 0.95) == pytest.approx((exact.low, exact.high), rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize('trials', range(1, 15))
+def test_the_interval_leaves_out_one_half_where_the_sign_test_rejects_it(trials):
+    for successes in range(trials + 1):
+        low, high = binomial_interval(successes, trials, 0.95)
+        assert (low > 0.5 or high < 0.5) == (stats.binomtest(successes, trials).pvalue < 0.05)
+
+
+@pytest.mark.parametrize(('found', 'drawn', 'marked', 'total'), [
+    (10, 57, 12, 300), (12, 12, 12, 300), (194, 196, 258, 300), (5, 5, 5, 5), (1, 1, 1, 2), (700, 5000, 1000, 10_000),
+])
+def test_the_tail_of_marked_ones_among_those_drawn_is_that_of_scipy(found, drawn, marked, total):
+    assert log_hypergeometric_tail(found, drawn, marked, total) == pytest.approx(
+        stats.hypergeom.logsf(found - 1, total, marked, drawn), rel=1e-6, abs=1e-9)
+
+
+def test_the_tail_of_a_million_runs_is_found_where_it_is_far_below_every_float():
+    chance = log_hypergeometric_tail(50_000, 100_000, 100_000, 1_000_000)
+    assert math.isfinite(chance)
+    assert chance < -10_000.0
