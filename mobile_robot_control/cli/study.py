@@ -127,7 +127,9 @@ def _run(options: argparse.Namespace) -> int:
     write_atomically(folder / 'runs.csv', _table(results))
     svg = _map(results, folder / 'starts.png')
     write_study_page(folder / 'study.html', {
-        name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, options.laps))
+        name: StudiedRuns(one.scenarios, one.judged, one.promise,
+                          # after Ctrl-C nothing more is driven
+                          {} if interrupt.requested else replayed_runs(one, options.laps))
         for name, one in results.items()}, values['success'], svg, interrupt.requested)
     print(*study_lines(results), sep='\n')
     if interrupt.requested:

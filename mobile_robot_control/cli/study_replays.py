@@ -13,14 +13,14 @@ from mobile_robot_control.tuning.scenarios import scenario_trial
 
 
 def replayed_runs(studied: StudiedController, laps: float) -> dict[int, RecordedRun]:
-    """Return some runs of a controller by their numbers: failures, and successes in the middle."""
+    """Return some runs of a controller by their index: failures, and successes in the middle."""
     found = {}
     for n in chosen_runs(studied.judged):
         trial = scenario_trial(studied.parameters, studied.scenarios[n], laps, 0.75 * laps)
         samples = list(_until_failure(trial_rollout(trial, studied.parameters)))
         if samples:
             kind = 'success' if studied.judged[n].success else 'failure'
-            found[n] = RecordedRun(f'run {n}, {kind}', collect(samples), (), {}, studied.parameters)
+            found[n] = RecordedRun(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
     return found
 
 

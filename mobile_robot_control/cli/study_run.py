@@ -19,6 +19,7 @@ from mobile_robot_control.tuning.monte_carlo import (
     ScenarioDistribution,
     draw_scenarios,
     judge,
+    success_text,
     summarise_runs,
 )
 from mobile_robot_control.tuning.promises import Promise, promise, promise_lines, promise_values
@@ -140,10 +141,7 @@ def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]
 def study_lines(results: Mapping[str, StudiedController]) -> Iterator[str]:
     """Yield what the command prints: success, failures and what holds of each controller, and the comparison."""
     for name, studied in results.items():
-        numbers = summarise_runs(studied.judged)
-        low, high = (100.0 * bound for bound in numbers['success_interval'])
-        yield (f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
-               f'(95 % interval {low:.2f} to {high:.2f} %)')
+        yield success_text(name, summarise_runs(studied.judged))
         yield from as_lines(failure_texts(studied.scenarios, studied.judged))
         yield from promise_lines(studied.promise)
     yield from as_lines(comparison_texts(_judged(results)))

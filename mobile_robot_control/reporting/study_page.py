@@ -17,13 +17,15 @@ from mobile_robot_control.reporting.promise_page import promise_parts
 from mobile_robot_control.reporting.readable import quantities
 from mobile_robot_control.reporting.replay_data import replay_data
 from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.tuning.monte_carlo import Judged, summarise_runs
+from mobile_robot_control.tuning.comparison import comparison_texts
+from mobile_robot_control.tuning.failures import failure_texts
+from mobile_robot_control.tuning.monte_carlo import Judged, success_text, summarise_runs
 from mobile_robot_control.tuning.promises import Promise
 from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.web.assets import asset
 from mobile_robot_control.web.packing import pack
 
-FAILURES, MEDIANS = 12, 3
+FAILURES, MEDIANS = 8, 3
 """Runs of each controller that can be replayed, at most."""
 _LARGEST = 3.0e38
 _POINTS, _POSES = 400, 1000
@@ -49,7 +51,7 @@ class StudiedRuns(NamedTuple):
     promise : Promise
         What holds of them.
     replays : mapping of int to RecordedRun
-        By the number of a run, from 0 on: those that can be replayed.
+        By the index of a run, from 0 on: those that can be replayed.
     """
 
     scenarios: Sequence[Scenario]
@@ -74,7 +76,7 @@ def _distribution(values: Sequence[float]) -> list[float]:
 
 
 def study_data(controllers: Mapping[str, StudiedRuns]) -> dict[str, Any]:
-    """Return what web/study.js shows, ready for JSON; numbers of runs are those of `runs.csv`, from 0 on."""
+    """Return what web/study.js shows, ready for JSON; replays are by the index of a run, from 0 on."""
     return {'controllers': [_of_controller(name, runs, LINES[n % len(LINES)][0])
                             for n, (name, runs) in enumerate(controllers.items())],
             'metrics': [{'name': name, 'label': label, 'unit': unit} for name, (label, unit) in _METRICS.items()]}
@@ -98,13 +100,6 @@ def _of_controller(name: str, runs: StudiedRuns, color: str) -> dict[str, Any]:
     }
 
 
-def study_sentence(name: str, numbers: Mapping[str, Any]) -> str:
-    """Return the success of a controller in a sentence."""
-    low, high = (100.0 * bound for bound in numbers['success_interval'])
-    return (f'{name}: {100.0 * numbers["success_rate"]:.2f} % of {numbers["runs"]} runs succeed '
-            f'(95 % interval {low:.2f} to {high:.2f} %)')
-
-
 def _table(numbers: Mapping[str, Any]) -> str:
     """Return the quantiles of a controller's metrics as HTML."""
     rows = []
@@ -116,20 +111,33 @@ def _table(numbers: Mapping[str, Any]) -> str:
     return page.html_table(['', 'median', '95 %', 'worst'], rows)
 
 
+def _paragraphs(texts: Sequence[str]) -> str:
+    """Return sentences as HTML."""
+    return ''.join(f'<p>{escape(text)}</p>' for text in texts)
+
+
 def _parts(controllers: Mapping[str, StudiedRuns], criterion: str, svg: str, interrupted: bool) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     numbers = {name: summarise_runs(runs.judged) for name, runs in controllers.items()}
-    answers = ''.join(f'<p class="answer">{escape(study_sentence(name, found))}.</p>'
-                      for name, found in numbers.items())
+    answers = ''.join(f'<p class="answer">{escape(success_text(name, found))}.</p>' for name, found in numbers.items())
     yield f'<section class="first"><h1>Study</h1>{answers}</section>'
     yield f'<p class="soft">Success: {escape(criterion)}.</p>'
     if interrupted:
         yield page.warning('What is missing', ['the study was interrupted; the page has the runs that were done'])
-    yield page.contents([('starts', 'Starts', ()), ('metrics', 'Metrics', ()), ('holds', 'What holds', ())])
+    compared = list(comparison_texts({name: runs.judged for name, runs in controllers.items()}))
+    failures = {name: list(failure_texts(runs.scenarios, runs.judged)) for name, runs in controllers.items()}
+    yield page.contents([('starts', 'Starts', ()), *([('failures', 'Failures', ())] if any(failures.values()) else []),
+                         *([('compared', 'Compared', ())] if compared else []), ('metrics', 'Metrics', ()),
+                         ('holds', 'What holds', ())])
     yield page.section('starts-section', 'Starts', page.picture(
         'Where the robot started', "Offset from the cart's start; lines show headings. A click on a ringed run, or its "
         'name, replays it.', page.source(svg.encode(), 'image/svg+xml'), name='starts'),
         '<div class="replay" id="replay" hidden></div>')
+    if any(failures.values()):
+        yield page.section('failures', 'Failures', *(
+            f'<h3>{escape(name)}</h3>{_paragraphs(texts)}' for name, texts in failures.items() if texts))
+    if compared:
+        yield page.section('compared', 'Compared', _paragraphs(compared))
     tables = [part for name, found in numbers.items() for part in (f'<h3>{escape(name)}</h3>', _table(found))]
     yield page.section('metrics', 'Metrics', *tables,
                        page.live('Distributions', 'The share of runs that have at most a value.', 'distributions'))

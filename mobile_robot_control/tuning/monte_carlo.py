@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,6 +88,13 @@ def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
     centre = rate + 0.5 * spread
     half = math.sqrt(spread * (rate * (1.0 - rate) + 0.25 * spread))
     return max(0.0, (centre - half) / (1.0 + spread)), min(1.0, (centre + half) / (1.0 + spread))
+
+
+def success_text(name: str, summary: Mapping[str, Any]) -> str:
+    """Return the success of a controller, as `summarise_runs` has it, in words."""
+    low, high = (100.0 * bound for bound in summary['success_interval'])
+    return (f'{name}: {100.0 * summary["success_rate"]:.2f} % of {summary["runs"]} runs succeed '
+            f'(95 % interval {low:.2f} to {high:.2f} %)')
 
 
 def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:

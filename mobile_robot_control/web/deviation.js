@@ -49,7 +49,8 @@ window.mrc = window.mrc || {};
       legend.append(entry.button);
     });
     head.append(mrc.element('h4', '', 'Path, the error enlarged'), label, legend);
-    box.append(head, canvas);
+    box.append(head, canvas, mrc.element('p', 'soft', 'Each robot is drawn beside the cart by its error times the '
+      + 'factor, for the time that the charts show; with 1 it is the path itself. Dots are where cart and robot are now.'));
     host.append(box);
     canvas.setAttribute('role', 'img');
     canvas.setAttribute('aria-label', 'Path of the cart, and beside it each run, the error times the factor');
@@ -111,7 +112,7 @@ window.mrc = window.mrc || {};
       pen.setTransform(ratio, 0, 0, ratio, 0, 0);
       pen.clearRect(0, 0, width, height);
       map = fit(width, height, chosen);
-      trace(pen, chosen[0], 0, {colour: data.reference, width: data.runs[0].width + 2, dash: []});
+      chosen.forEach((one) => trace(pen, one, 0, {colour: data.reference, width: data.runs[0].width + 2, dash: []}));
       const lit = chosen.filter(({part}) => !view.off.has(`run ${part.run}`));
       for (const one of lit) {
         const run = data.runs[one.part.run];

@@ -1,6 +1,7 @@
 // The page of a study: a map of starts with values under the pointer, replays of some runs, and distributions.
 //
-// `study-data` is what reporting/study_page.py packs. A run is named by its row among those of its controller, from 0.
+// `study-data` is what reporting/study_page.py packs. A run is shown by its number among those of its controller, from 1
+// on; in the data indices are from 0 on.
 (function (mrc) {
   'use strict';
 
@@ -32,7 +33,7 @@
       const value = one.columns[name][run];
       return `${label} ${Number.isFinite(value) ? mrc.withUnit(value, unit) : 'not known'}`;
     });
-    return `run ${run}: ${success[run] ? 'success' : 'failure'}; start ${mrc.number(x[run], 'm')}, `
+    return `run ${run + 1}: ${success[run] ? 'success' : 'failure'}; start ${mrc.number(x[run], 'm')}, `
       + `${mrc.number(y[run], 'm')}, ${mrc.number(heading[run], 'rad')}; ${values.slice(0, 3).join('; ')}`;
   }
 
@@ -114,7 +115,7 @@
       if (String(found) in one.replays) replay(one, String(found));
     });
     Object.keys(one.replays).forEach((run) => {
-      const button = mrc.element('button', '', `${success[run] ? 'median' : 'failure'} ${run}`);
+      const button = mrc.element('button', '', `${success[run] ? 'median' : 'failure'} ${Number(run) + 1}`);
       button.type = 'button';
       button.title = describe(one, Number(run));
       button.addEventListener('click', () => replay(one, run));

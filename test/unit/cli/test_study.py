@@ -56,6 +56,9 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
         shares = [float(row['share_within_band']) for row in rows if row['controller'] == name]
         assert numbers['metrics']['share_within_band']['worst'] == min(shares)
     assert (tmp_path / 'out' / 'starts.png').stat().st_size > 10000
+    page = (tmp_path / 'out' / 'study.html').read_text(encoding='utf-8')
+    for name, numbers in found['controllers'].items():
+        assert f'{name}: {100.0 * numbers["success_rate"]:.2f} % of 120 runs succeed' in page
     printed = capsys.readouterr().out
     assert printed.count('of 120 runs succeed') == 2
     assert printed.count('\nnot modelled: ') == 2

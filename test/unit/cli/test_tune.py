@@ -71,6 +71,7 @@ def test_result_file_history_and_picture_agree(tmp_path, capsys):
     (objective,) = [float(line.split()[2].rstrip(':')) for line in head if line.startswith('# objective ')]
     assert objective == pytest.approx(best, rel=1e-3)
     assert output.with_suffix('.png').stat().st_size > 10000
+    assert 'id="search-data"' in output.with_suffix('.html').read_text(encoding='utf-8')
     assert not list(output.parent.glob('*.journal'))
     printed = capsys.readouterr().out.splitlines()
     assert f'objective {objective:.6g} after 6 generations' in printed[0]

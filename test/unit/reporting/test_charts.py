@@ -109,8 +109,11 @@ def test_the_pointer_shows_values_with_units_at_its_time_in_all_charts(charts):
     assert [text.split()[1] for text in shown] == ['cm', 'cm']
     assert [float(text.split()[0]) for text in shown] == pytest.approx(expected, rel=1e-3)
     assert charts.evaluate('document.querySelector(".chart-bar .time").textContent').startswith('t = 2.0')
-    # the crosshair of a neighbour is at the same time
+    # the crosshair of a neighbour is at the same time; away from the charts they show the time of the page
     assert charts.evaluate('parseFloat(document.querySelector("#heading .u-cursor-x").style.transform.slice(10))') > 100
+    charts.call('Input.dispatchMouseEvent', type='mouseMoved', x=2, y=2)
+    wait_until(lambda: charts.evaluate('mrc.charts.hover') is None, 10.0, 0.02)
+    assert charts.evaluate('document.querySelector(".chart-bar .time").textContent') == 't = 0.00 s'
 
 
 def test_a_click_sets_the_clock_and_the_clock_moves_the_cursor_of_every_chart(charts):

@@ -97,7 +97,8 @@ def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written, width, 
     assert browser.evaluate('document.querySelectorAll(".starts canvas").length') == 2
     assert browser.evaluate('document.querySelectorAll("#distributions .uplot").length') == 7
     text = browser.evaluate('document.body.innerText')
-    for part in ('<b>law</b>: 87.50 % of 8 runs succeed', 'near the cart', 'was interrupted', 'Not modelled'):
+    for part in ('<b>law</b>: 87.50 % of 8 runs succeed', 'near the cart', 'was interrupted', 'Not modelled',
+                 '1 of 8 fails', 'run 3: curve', 'compared in the same'):
         assert part in text
     browser.media('print', 'light')
     assert browser.evaluate('''[...document.querySelectorAll("figure")].filter(one => one.getClientRects().length)
@@ -114,11 +115,11 @@ def test_the_pointer_names_a_run_and_a_click_replays_a_failure(browser, written)
       return [box.left + place(every[0].columns.x[2]), box.top + place(-every[0].columns.y[2])]; })()''')
     browser.call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
     note = 'document.querySelector(".starts p").textContent'
-    wait_until(lambda: 'run 2: failure' in browser.evaluate(note), 10.0, 0.02)
+    wait_until(lambda: 'run 3: failure' in browser.evaluate(note), 10.0, 0.02)
     for kind in ('mousePressed', 'mouseReleased'):
         browser.call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left', clickCount=1)
     wait_until(lambda: browser.evaluate('mrc.clock && mrc.clock.time > 0.05'), 20.0, 0.02)
-    assert browser.evaluate('document.querySelector("#replay h3").textContent') == '<b>law</b>, run 2, failure'
+    assert browser.evaluate('document.querySelector("#replay h3").textContent') == '<b>law</b>, run 3, failure'
     # and by its button another one, in place of the first
     browser.evaluate('document.querySelectorAll(".starts .legend button")[1].click()')
     assert browser.evaluate('document.querySelectorAll("#replay canvas").length') == 1
