@@ -36,8 +36,8 @@ class RunEvents:
         Runs that the node has begun after its first one.
     pending : list of dict
         Changes that act from the next step on, those of one call together.
-    at_start : list of dict
-        Changes that act from the next run on.
+    at_start : dict of str to object
+        Changes that act from the next run on, together.
 
     """
 
@@ -47,18 +47,24 @@ class RunEvents:
         self._published = False
         self.run = 0
         self.pending: list[Mapping[str, Any]] = []
-        self.at_start: list[Mapping[str, Any]] = []
+        self.at_start: dict[str, Any] = {}
 
     def note(self, changes: Mapping[str, Any], at_start: bool = False) -> None:
         """Note parameters that were set in one call, by name; those that change no number are left out."""
         kept = {name: value for name, value in changes.items() if name not in _PACE}
-        if kept:
-            (self.at_start if at_start else self.pending).append(kept)
+        if at_start:
+            self.at_start |= kept
+        elif kept:
+            self.pending.append(kept)
+            # what waits for the next run finds the newest value there
+            self.at_start |= {name: value for name, value in kept.items() if name in self.at_start}
 
     def begin_run(self, anew: bool) -> None:
         """Note that a run begins, another one or the first, with what was to wait for it."""
         self.run += anew
-        self.pending, self.at_start = [*self.pending, *self.at_start], []
+        if self.at_start:
+            self.pending.append(self.at_start)
+            self.at_start = {}
 
     def publish_pending(self, stamp: int) -> None:
         """Publish what acts from a stamp [ns] on."""

@@ -2,9 +2,11 @@
 
 import json
 import math
+import time
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
 from harness import CONFIG, PERIOD
 from nav_msgs.msg import Path
 
@@ -119,6 +121,16 @@ def test_on_the_wall_clock_a_cart_that_waits_begins_anew_and_another_does_not_ju
     assert robot.trigger('position_controller/release')[0]
     robot.spin_until(lambda: len(seen.of('position_controller')) == 2)
     assert [list(changes) for *_, changes in seen.of('position_controller')] == [['stop'], ['release']]
+    # a push acts in the next step of the plant, if its stamp is 0 or near enough to now
+    publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
+    push = WrenchStamped()
+    push.wrench.force.x = 2.0
+    robot.spin_until(lambda: publisher.publish(push) or seen.of('plant'))
+    _, stamp, changes = seen.of('plant')[0]
+    assert changes['disturbance'][0] % 2.0 == 0.0
+    assert abs(stamp - time.time_ns()) < 10 * 10**9
+    push.header.stamp.sec = 1
+    robot.spin_until(lambda: publisher.publish(push) or 'on disturbance: stamp too old' in robot.log())
 
 
 def test_on_the_wall_clock_a_cart_that_does_not_wait_keeps_its_curve(robot):

@@ -2,19 +2,22 @@
 
 import json
 import os
+import random
+import re
 import signal
 import subprocess
 import sys
 
+import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
-from harness import run_command
+from harness import Robots, experiment, run_command
 from mcap.reader import make_reader
 from processes import processes_of
 
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.ros.run_events import KEPT
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 SLOW = 1e-3
 """Of real time: the run stands nearly still until a test raises it."""
@@ -42,6 +45,14 @@ def courses(output):
 def _set(robot, node, **values):
     for result in robot.set(node, **values):
         assert result.successful, result.reason
+
+
+def replay(recorded, replayed, *arguments):
+    """Replay a run as fast as it goes; it must equal the recorded one."""
+    done = run_command('experiment', '--replay', recorded, '--output', replayed, '--no-report', *arguments,
+                       '-p', 'plant.real_time_factor:=0.0')
+    assert done.returncode == 0, done.stderr
+    assert 'the replay equals the recorded run to the last bit' in done.stderr
 
 
 def _changed_run(robot, output):
@@ -76,10 +87,7 @@ def _changed_run(robot, output):
 def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_replay(robot, tmp_path):
     recorded, replayed, killed = tmp_path / 'recorded', tmp_path / 'replayed', tmp_path / 'killed'
     _changed_run(robot, recorded)
-    done = run_command('experiment', '--replay', recorded, '--output', replayed, '--composed', '--no-report',
-                       '-p', 'plant.real_time_factor:=0.0')
-    assert done.returncode == 0, done.stderr
-    assert 'the replay equals the recorded run to the last bit' in done.stderr
+    replay(recorded, replayed, '--composed')
     (ours, events), (theirs, again) = courses(replayed), courses(recorded)
     assert ours == theirs
     assert events == again >= 8
@@ -100,3 +108,76 @@ def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_repl
     assert run.returncode == 1
     assert 'was killed by SIGKILL' in error
     assert json.loads(out.partition('\nbag, metrics')[0])['outcome'] == 'node_died'
+
+
+@pytest.mark.soak
+def test_a_bag_without_events_is_replayed_as_a_plain_run_and_one_of_other_gains_differs(domain, tmp_path):
+    recorded = tmp_path / 'recorded'
+    experiment(recorded, '--duration', 0.4)
+    replay(recorded, tmp_path / 'replayed', '--composed')
+    assert courses(tmp_path / 'replayed')[0] == courses(recorded)[0]
+    parameters = recorded / 'parameters.yaml'
+    parameters.write_text(re.sub(r'(gains\.k1|k1): [0-9.]+', r'\1: 0.25', parameters.read_text()))
+    done = run_command('experiment', '--replay', recorded, '--output', tmp_path / 'other', '--no-report', '--composed')
+    assert done.returncode == 1
+    assert 'the replay is not the recorded run: wheel_torques differs at t = 0 s of run 0' in done.stderr
+
+
+def _operations(robot, draw, publisher):
+    """Return what may happen to a run, each with numbers that are drawn when it does."""
+    laws = ['fuzzy', 'hybrid_backstepping', 'ramsete', 'backstepping', 'kanayama']
+
+    def push():
+        message = WrenchStamped()
+        message.wrench.force.x, message.wrench.torque.z = draw.uniform(-30.0, 30.0), draw.uniform(-3.0, 3.0)
+        publisher.publish(message)
+
+    common = [
+        lambda: _set(robot, 'position_controller', controller_type=draw.choice(laws)),
+        lambda: _set(robot, 'position_controller', limits__linear_velocity=draw.uniform(0.3, 1.0),
+                     limits__linear_acceleration=draw.uniform(1.0, 5.0)),
+        lambda: _set(robot, 'position_controller', compensate_latency=draw.random() < 0.5,
+                     odom_latency=draw.uniform(0.0, 0.05)),
+        lambda: _set(robot, 'reference_cart', period=draw.uniform(10.0, 20.0)),
+        lambda: _set(robot, 'reference_cart', curve=draw.choice(['circle', 'trifolium', 'lemniscate']),
+                     period=draw.uniform(10.0, 20.0), scale=draw.uniform(0.5, 1.0)),
+        lambda: _set(robot, 'plant', initial_pose=[draw.uniform(0.5, 1.0), 0.1, 1.5]),
+        lambda: robot.trigger('plant/reset'),
+        lambda: _set(robot, 'plant', paused=True),
+        lambda: robot.trigger('plant/step'),
+        lambda: _set(robot, 'plant', paused=False, real_time_factor=draw.uniform(0.02, 0.2)),
+        lambda: robot.listen(draw.uniform(0.05, 0.4)),
+    ]
+    return common if robot.loop is LOOPS['velocity'] else [
+        *common, push, push,
+        lambda: _set(robot, 'velocity_controller', gains__k1=draw.uniform(0.2, 0.3)),
+        lambda: _set(robot, 'velocity_controller', max_wheel_torque=draw.uniform(1.0, 3.0))]
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize('seed', range(8))
+def test_whatever_changes_a_run_is_replayed_to_the_last_bit(domain, quick_discovery, tmp_path, seed):
+    draw = random.Random(seed)  # noqa: S311 (no secret)
+    drive = ('torque', 'velocity')[seed % 2]
+    imperfect = {'torque': ['noise.velocity:=0.01', 'delay.velocity_steps:=1', 'friction.coulomb:=0.01'],
+                 'velocity': ['drive:=velocity', 'base.lag:=[0.1, 0.1]', 'odometry.rate:=40.0']}[drive]
+    robot = Robots(tmp_path / 'robot', drive=drive)
+    try:
+        publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
+        recorded = tmp_path / 'recorded'
+        run = start(recorded, '--duration', 0.7, *(word for one in imperfect for word in ('-p', f'plant.{one}')))
+        robot.spin_until(robot.recorder.has_every_topic)
+        _set(robot, 'plant', real_time_factor=0.1)
+        operations = _operations(robot, draw, publisher)
+        for _ in range(30):
+            draw.choice(operations)()
+        robot.recorder.destroy_publisher(publisher)
+        _set(robot, 'plant', paused=False, real_time_factor=0.0)
+        _, error = run.communicate(timeout=60)
+        assert run.returncode == 0, error
+    finally:
+        robot.close()
+    replay(recorded, tmp_path / 'replayed', *(['--composed'] if seed % 4 < 2 else []))
+    (ours, events), (theirs, again) = courses(tmp_path / 'replayed'), courses(recorded)
+    assert ours == theirs
+    assert events == again
