@@ -80,7 +80,7 @@ def _run(options: argparse.Namespace) -> int:
     from mobile_robot_control.dashboard.link import RobotLink  # noqa: PLC0415
     from mobile_robot_control.dashboard.recordings import Recordings  # noqa: PLC0415
     from mobile_robot_control.dashboard.server import PageServer, Served  # noqa: PLC0415
-    from mobile_robot_control.dashboard.snapshot import state_of  # noqa: PLC0415
+    from mobile_robot_control.dashboard.snapshot import shown_state  # noqa: PLC0415
     from mobile_robot_control.dashboard.started_nodes import StartedNodes  # noqa: PLC0415
 
     with contextlib.ExitStack() as opened:
@@ -101,7 +101,7 @@ def _run(options: argparse.Namespace) -> int:
         opened.callback(recordings.close)
         server = PageServer(
             Served(link, Actions(link, recordings, folder / 'saved'),
-                   lambda: state_of(link, nodes, recordings), folder),
+                   lambda: shown_state(link, nodes, recordings), folder),
             _names(options.host, port), token)
         address = f'http://{_shown(options.host)}:{port}/' + (f'?token={token}' if token else '')
         print(f'dashboard: {printable(address)} (Ctrl-C ends it)', flush=True)

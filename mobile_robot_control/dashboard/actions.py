@@ -114,6 +114,9 @@ class Actions:
         if not changed.good or set(wish['values']) <= _AT_ONCE:
             return changed
         values = (await self._present()).get('reference_cart', {}) | wish['values']
+        if values.get('curve') not in CURVES:
+            # one that only the cart has loaded
+            return await self._reset({})
         start = reference_at(CURVES[values['curve']], 0.0, Placement(*(values[name] for name in Placement._fields)))
         return await self._reset({'pose': list(start.pose)})
 

@@ -17,7 +17,7 @@ from mobile_robot_control.dashboard.access import AccessGate
 from mobile_robot_control.dashboard.actions import Actions
 from mobile_robot_control.dashboard.link import PERIOD, RobotLink
 from mobile_robot_control.dashboard.markup import HEAD, SKELETON
-from mobile_robot_control.dashboard.snapshot import parameters_of
+from mobile_robot_control.dashboard.snapshot import shown_parameters
 from mobile_robot_control.texts import describe_error
 from mobile_robot_control.web.packing import pack
 
@@ -181,7 +181,7 @@ class PageServer:
         """Return the parameters as JSON, made once for each version of them."""
         version = self._served.link.book.version
         if self._parameters[0] != version:
-            self._parameters = (version, await self._text(partial(parameters_of, self._served.link)))
+            self._parameters = (version, await self._text(partial(shown_parameters, self._served.link)))
         return self._parameters[1]
 
 

@@ -14,7 +14,7 @@ _POINTS = 300
 _PLACEMENT = ('scale', 'period', 'phase', 'center', 'rotation')
 
 
-def state_of(link: RobotLink, nodes: StartedNodes | None, recordings: Recordings) -> dict[str, Any]:
+def shown_state(link: RobotLink, nodes: StartedNodes | None, recordings: Recordings) -> dict[str, Any]:
     """Return the state of nodes and run; for the link's thread."""
     book = link.book
     names = [known.name for known in book.nodes.values()]
@@ -32,7 +32,7 @@ def state_of(link: RobotLink, nodes: StartedNodes | None, recordings: Recordings
     }
 
 
-def parameters_of(link: RobotLink) -> dict[str, Any]:
+def shown_parameters(link: RobotLink) -> dict[str, Any]:
     """Return the parameters of all nodes and what follows from them; for the link's thread."""
     book = link.book
     return {

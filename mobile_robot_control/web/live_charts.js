@@ -46,6 +46,7 @@ window.mrc = window.mrc || {};
       values: (_, ticks) => ticks.map((tick) => tick === null ? '' : Number(tick.toPrecision(4)).toString())});
     const plot = new uPlot({
       width: Math.max(200, container.clientWidth), height: 150, legend: {show: false}, cursor: {y: false},
+      padding: [8, spec.right ? 0 : 44, 0, 0],  // so that the times of all charts stand one below the other
       scales: {x: {time: false}, left: {}, right: {}},
       axes: [{stroke: () => colour('--soft'), size: 22, font: '12px system-ui', grid: {show: false}, ticks: {show: false}},
              axis('left', 3), ...(spec.right ? [axis('right', 1)] : [])],

@@ -56,7 +56,8 @@ window.mrc = window.mrc || {};
          + 'cart behind it: e1 is negative then.']},
     {title: "Why the chapter's gains explode below 1577 Hz", text: "The chapter's velocity gains were evolved in "
        + 'continuous time. A sampled loop holds each torque for a period: with so large a gain the next sample finds the '
-       + 'velocity beyond its target by more than it was short of it. The node computes this, and refuses.',
+       + 'velocity beyond its target by more than it was short of it. The node computes this, and refuses. The arrows '
+       + 'beside the parameters take the gains back.',
      controls: [
        {label: 'share of K1', range: [0.02, 1, 0.02, 0.02], act: (given) => { share.k1 = given; return giveShare(); }},
        {label: 'share of K2', range: [0.02, 1, 0.02, 0.02], act: (given) => { share.k2 = given; return giveShare(); }}],

@@ -96,7 +96,8 @@ def files_of(command):
     if words[:3] == ['ros2', 'param', 'set']:
         assert declarations(NODES[words[3].strip('/')])[words[4]].field.live, command
     if words[:2] == ['ros2', 'topic']:
-        assert words[3].strip('/') in {*LOOP_TOPICS, *OTHER_INPUTS, 'diagnostics', EVENTS}, command
+        topic = next((word for word in words[3:] if word.startswith('/')), '')
+        assert topic.strip('/') in {*LOOP_TOPICS, *OTHER_INPUTS, EVENTS, 'diagnostics'}, command
     found = [words[n + 1] for n, word in enumerate(words[:-1]) if word in ('--params-file', '--layout', '-d')]
     found += [word.removeprefix('params:=') for word in words if re.search(r'^params:=|\.(?:urdf|py)$', word)]
     return [file for file in found if file != 'FILE']
