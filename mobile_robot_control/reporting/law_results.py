@@ -147,9 +147,10 @@ def _lines(results: Mapping[str, Any]) -> Iterator[str]:
     """Yield the lines of the table, and the commands behind it."""
     yield from (table_row(_HEAD), f'|{"---|" * len(_HEAD)}')
     yield from (table_row(law_cells(law, results)) for law in results['laws'])
-    yield from ('', 'Each law is searched with', '', '```', *_wrapped(f'tune LAW {SEARCH} --output LAW.yaml'), '```',
-                '', 'and all are studied in the same scenarios with', '', '```',
-                *_wrapped(f'study {STUDY} --output DIR --compare LAW.yaml...'), '```')
+    yield from ('', 'Each law is searched as `kanayama` is here; add `--generations 2` to try it:', '', '```sh',
+                *_wrapped(f'tune kanayama {SEARCH} --output kanayama.yaml'), '```',
+                '', 'All are studied in the same scenarios, each by its file; add `--runs 20` to try it:', '', '```sh',
+                *_wrapped(f'study {STUDY} --output DIR --compare kanayama.yaml'), '```')
 
 
 def laws_markdown(results: Mapping[str, Any]) -> str:
