@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.recording.gaps import count_missing
 from mobile_robot_control.reporting.metrics_table import comparable_runs, peak_torque
-from mobile_robot_control.reporting.readable import in_degrees, readable
+from mobile_robot_control.reporting.readable import readable, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.simulation.metrics import MEASURED
 from mobile_robot_control.texts import shortened
@@ -21,16 +21,17 @@ _ENDS = {
 }
 """What became of a run that lasted so long, by its outcome."""
 
-_NUMBERS: dict[str, Callable[[dict[str, Any]], str] | None] = {
-    'RMS error': lambda metrics: readable(metrics.get('rms_position_error'), 'm'),
-    'largest error': lambda metrics: readable(metrics.get('max_position_error'), 'm'),
-    'RMS heading error': lambda metrics: in_degrees(metrics.get('rms_heading_error')),
-    'peak torque': lambda metrics: readable(peak_torque(metrics), 'N m'),
-    'energy': lambda metrics: readable(metrics.get('energy'), 'J'),
-    'duration': lambda metrics: readable(metrics.get('duration'), 's'),
-    'messages missing': None,
+_NUMBERS: dict[str, tuple[Callable[[dict[str, Any]], float | None], str]] = {
+    'RMS error': (lambda metrics: metrics.get('rms_position_error'), 'm'),
+    'largest error': (lambda metrics: metrics.get('max_position_error'), 'm'),
+    'RMS heading error': (lambda metrics: metrics.get('rms_heading_error'), 'rad'),
+    'peak torque': (peak_torque, 'N m'),
+    'energy': (lambda metrics: metrics.get('energy'), 'J'),
+    'duration': (lambda metrics: metrics.get('duration'), 's'),
 }
-"""How each number is read from the metrics of a run; the last one does not stand in them."""
+"""How each number is read from the metrics of a run, and its SI unit."""
+_MISSING = 'messages missing'
+"""The number that does not stand in the metrics."""
 
 
 class Number(NamedTuple):
@@ -46,15 +47,16 @@ def key_numbers(runs: Sequence[RecordedRun]) -> list[list[Number]]:
 
     A number that is not known of a run is a dash.
     """
-    columns = [[_number(label, run) for run in runs] for label in _NUMBERS]
+    columns = [_column(label, [value(run.metrics) for run in runs], unit) for label, (value, unit) in _NUMBERS.items()]
+    columns.append([Number(_MISSING, str(count_missing(run.series.signals))) for run in runs])
     ordered = sorted(columns, key=lambda column: all(number.text == '–' for number in column))[:5]
     return [list(row) for row in zip(*ordered, strict=True)]
 
 
-def _number(label: str, run: RecordedRun) -> Number:
-    """Return a number of a run."""
-    read = _NUMBERS[label]
-    return Number(label, str(count_missing(run.series.signals)) if read is None else read(run.metrics))
+def _column(label: str, values: Sequence[float | None], unit: str) -> list[Number]:
+    """Return a number of each run, all in one unit, so that they are compared at a glance."""
+    shown = readable_unit(values, unit)
+    return [Number(label, readable(value, unit, shown)) for value in values]
 
 
 def sentence(runs: Sequence[RecordedRun]) -> str:

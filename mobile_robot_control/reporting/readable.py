@@ -51,9 +51,11 @@ def readable_unit(values: Iterable[float | None], unit: str) -> Unit:
                 if factor == 1.0 or (min(sizes) < below and max(sizes) * factor < _MOST))
 
 
-def readable(value: float | None, unit: str) -> str:
+def readable(value: float | None, unit: str, shown: Unit | None = None) -> str:
     r"""
     Return a quantity with three digits and a prefix, on one line by no-break spaces; a dash where it is not known.
+
+    It is shown in a unit that is given, or in that of its own size.
 
     Examples
     --------
@@ -63,7 +65,7 @@ def readable(value: float | None, unit: str) -> str:
     """
     if value is None or not math.isfinite(value):
         return '–'
-    name, factor = readable_unit([value], unit)
+    name, factor = shown or readable_unit([value], unit)
     return _joined(three_digits(factor * value), name)
 
 
@@ -79,19 +81,6 @@ def three_digits(value: float) -> str:
     """
     rounded = float(f'{value:.3g}')
     return f'{rounded:.0f}' if 1000.0 <= abs(rounded) < 1e21 else f'{rounded:g}'
-
-
-def in_degrees(value: float | None) -> str:
-    """
-    Return an angle [rad] in degrees; a dash where it is not known.
-
-    Examples
-    --------
-    >>> in_degrees(0.0201)
-    '1.15°'
-
-    """
-    return readable(value, 'rad')
 
 
 def quantity(value: float | None, unit: str, shown: Unit | None = None) -> str:

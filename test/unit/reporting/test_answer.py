@@ -127,6 +127,11 @@ def test_five_numbers_have_readable_units():
         ('peak torque', '1.28 N m'), ('energy', '52 J')]
 
 
+def test_a_number_of_several_runs_has_one_unit():
+    found = key_numbers([_run(max_position_error=0.0285), _run(max_position_error=0.102)])
+    assert [row[1].text.replace('\xa0', ' ') for row in found] == ['28.5 mm', '102 mm']
+
+
 def test_numbers_that_no_run_has_make_room_for_others_and_all_runs_have_the_same():
     of_base = {'peak_wheel_torque': None, 'energy': None}
     labels = [number.label for number in key_numbers([_run(**of_base)])[0]]
