@@ -9,7 +9,7 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.readable import Unit, described_change, quantities, quantity, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.simulation.indices import BAND
+from mobile_robot_control.simulation.indices import BAND, LARGER_IS_BETTER
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE
 
 
@@ -55,6 +55,16 @@ def peak_torque(metrics: dict[str, Any]) -> float | None:
 
 
 _WHEELS = ('right', 'left')
+INDEX_LABELS = {
+    'iae': ('position error, ∫ d dt (IAE)', 'm s'), 'ise': ('position error, ∫ d² dt (ISE)', 'm² s'),
+    'itae': ('position error, ∫ t d dt (ITAE)', 'm s²'), 'itse': ('position error, ∫ t d² dt (ITSE)', 'm² s²'),
+    'rms_cross_track_error': ('cross-track error, RMS', 'm'),
+    'max_cross_track_error': ('cross-track error, largest', 'm'),
+    'settling_time': (f'settling time, to {BAND:g} m', 's'),
+    'share_within_band': (f'share of time within {BAND:g} m', ''),
+    'torque_variation': ('variation of the torque', 'N m'), 'command_variation': ('variation of the command', 'm/s'),
+}
+"""Label and SI unit of each performance index, by its name in files."""
 ROWS = (
     Row('position error, RMS', 'm', _metric('rms_position_error'), ('error',)),
     Row('position error, largest', 'm', _metric('max_position_error'), ('error',)),
@@ -63,15 +73,8 @@ ROWS = (
     *(Row(f'peak power, {wheel}', 'W', _metric('peak_wheel_power', wheel)) for wheel in _WHEELS),
     Row('energy', 'J', _metric('energy')),
     Row('objective, Eq. (29)', '', _metric('objective'), ('error', 'energy')),
-    *(Row(f'position error, {label}', unit, _metric(name), ('error',)) for name, label, unit in (
-        ('iae', '∫ d dt (IAE)', 'm s'), ('ise', '∫ d² dt (ISE)', 'm² s'), ('itae', '∫ t d dt (ITAE)', 'm s²'),
-        ('itse', '∫ t d² dt (ITSE)', 'm² s²'))),
-    Row('cross-track error, RMS', 'm', _metric('rms_cross_track_error'), ('error',)),
-    Row('cross-track error, largest', 'm', _metric('max_cross_track_error'), ('error',)),
-    Row(f'settling time, to {BAND:g} m', 's', _metric('settling_time'), ('error',)),
-    Row(f'share of time within {BAND:g} m', '', _metric('share_within_band'), ('error',), max),
-    Row('variation of the torque', 'N m', _metric('torque_variation')),
-    Row('variation of the command', 'm/s', _metric('command_variation')),
+    *(Row(label, unit, _metric(name), () if name.endswith('_variation') else ('error',),
+          max if name in LARGER_IS_BETTER else min) for name, (label, unit) in INDEX_LABELS.items()),
 )
 """Metrics of which one value is better than another."""
 _FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _metric('initial_wheel_torque', wheel)) for wheel in _WHEELS)

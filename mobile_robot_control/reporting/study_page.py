@@ -12,6 +12,7 @@ from mobile_robot_control.files import write_atomically
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.chart_page import UPLOT_SCRIPT, chart_styles
 from mobile_robot_control.reporting.first_screen import replay_scripts, replay_styles
+from mobile_robot_control.reporting.metrics_table import INDEX_LABELS
 from mobile_robot_control.reporting.palette import LINES, on_dark
 from mobile_robot_control.reporting.promise_page import promise_parts
 from mobile_robot_control.reporting.readable import quantities
@@ -34,7 +35,7 @@ _METRICS = {
     'rms_position_error': ('position error, RMS', 'm'), 'max_position_error': ('position error, largest', 'm'),
     'late_max_position_error': ('position error, largest in the last quarter', 'm'),
     'rms_heading_error': ('heading error, RMS', 'rad'), 'peak_wheel_torque': ('peak torque', 'N m'),
-    'energy': ('energy', 'J'), 'objective': ('objective, Eq. (29)', ''),
+    'energy': ('energy', 'J'), 'objective': ('objective, Eq. (29)', ''), **INDEX_LABELS,
 }
 
 
@@ -75,18 +76,24 @@ def _distribution(values: Sequence[float]) -> list[float]:
     return [float(value) for value in known[np.linspace(0, known.size - 1, min(known.size, _POINTS)).astype(int)]]
 
 
+def _shown(runs: StudiedRuns) -> list[str]:
+    """Return the names of the metrics that runs have."""
+    return [metric for metric in _METRICS if metric in runs.judged[0].metrics]
+
+
 def study_data(controllers: Mapping[str, StudiedRuns]) -> dict[str, Any]:
     """Return what web/study.js shows, ready for JSON; replays are by the index of a run, from 0 on."""
+    metrics = dict.fromkeys(metric for runs in controllers.values() for metric in _shown(runs))
     return {'controllers': [_of_controller(name, runs, LINES[n % len(LINES)][0])
                             for n, (name, runs) in enumerate(controllers.items())],
-            'metrics': [{'name': name, 'label': label, 'unit': unit} for name, (label, unit) in _METRICS.items()]}
+            'metrics': [dict(zip(('name', 'label', 'unit'), (name, *_METRICS[name]), strict=True)) for name in metrics]}
 
 
 def _of_controller(name: str, runs: StudiedRuns, color: str) -> dict[str, Any]:
     """Return what is shown of a controller."""
     done = list(zip(runs.scenarios, runs.judged, strict=False))
     starts = [scenario.start for scenario, _ in done if scenario.start is not None]
-    metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _METRICS}
+    metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _shown(runs)}
     return {
         'name': name, 'light': color, 'dark': on_dark(color), 'count': len(done),
         'columns': {**{axis: pack([getattr(start, axis) for start in starts]) for axis in ('x', 'y', 'heading')},
@@ -104,9 +111,9 @@ def _table(numbers: Mapping[str, Any]) -> str:
     """Return the quantiles of a controller's metrics as HTML."""
     rows = []
     for metric, (label, unit) in _METRICS.items():
-        found = numbers['metrics'][metric]
-        cells = quantities([found['median'], found['95_percent'], found['worst']], unit)
-        if set(cells) != {'–'}:
+        found = numbers['metrics'].get(metric)
+        cells = quantities([found['median'], found['95_percent'], found['worst']], unit) if found else []
+        if set(cells) - {'–'}:
             rows.append([escape(label), *cells])
     return page.html_table(['', 'median', '95 %', 'worst'], rows)
 
