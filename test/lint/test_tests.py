@@ -1,6 +1,7 @@
 """The tests use public names alone, and start nodes only in a ROS domain of their own."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -52,6 +53,11 @@ def test_a_private_name_is_refused(line):
 ])
 def test_public_names_and_those_of_the_test_itself_pass(line):
     assert not list(private_names(line))
+
+
+def test_rclpy_is_entered_as_every_supported_distribution_can():
+    """On Jazzy `rclpy.init` returns nothing that `with` could leave; what it leaves behind breaks other tests."""
+    assert not [path for path in TEST.rglob('*.py') if re.search(r'^ *with rclpy\.init', path.read_text(), re.MULTILINE)]
 
 
 def test_without_the_fixture_domain_no_node_starts():

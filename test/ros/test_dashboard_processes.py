@@ -94,12 +94,14 @@ def test_attached_to_nodes_it_leaves_them_alone_and_strangers_open_nothing(domai
         page.close()
 
         page = LivePage(tmp_path / 'again', '--attach')
-        with rclpy.init():
+        rclpy.init(args=[])
+        try:
             observer = rclpy.create_node('observer')
             wait_until(lambda: ('dashboard', '/') in observer.get_node_names_and_namespaces(), 20.0, 0.05)
             # without a browser the loop does not work for the page
             assert 'dashboard' not in {end.node_name for end in observer.get_subscriptions_info_by_topic('/odom')}
-            observer.destroy_node()
+        finally:
+            rclpy.shutdown()
         own, foreign = page.address.rstrip('/'), 'http://evil.example'
         assert [_status(page.address, f'{SOCKET}polling', Origin=origin) for origin in (own, foreign)] == [200, 403]
         assert [_upgrade(page.address, origin) for origin in (own, foreign)] == [101, 403]
