@@ -57,7 +57,8 @@ def test_public_names_and_those_of_the_test_itself_pass(line):
 
 def test_rclpy_is_entered_as_every_supported_distribution_can():
     """On Jazzy `rclpy.init` returns nothing that `with` could leave; what it leaves behind breaks other tests."""
-    assert not [path for path in TEST.rglob('*.py') if re.search(r'^ *with rclpy\.init', path.read_text(), re.MULTILINE)]
+    entered = re.compile(r'^ *with rclpy\.init', re.MULTILINE)
+    assert not [path for path in TEST.rglob('*.py') if entered.search(path.read_text(encoding='utf-8'))]
 
 
 def test_without_the_fixture_domain_no_node_starts():
