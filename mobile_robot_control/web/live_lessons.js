@@ -94,7 +94,7 @@ window.mrc = window.mrc || {};
      check: (given) => {
        if (value('position_controller', 'controller_type') !== 'fuzzy') return [false, 'Choose the fuzzy law first.'];
        const [e1, e2] = [last('e1', 5), last('e2', 5)];
-       if (e1.length < 60) return [false, 'Let it follow for five seconds.'];
+       if (!(now('time') - read('time')(rows[0]) > 5)) return [false, 'Let it follow for five seconds.'];
        const mean = e1.reduce((sum, one, n) => sum + Math.hypot(one, e2[n]), 0) / e1.length;
        return [near(given, mean, Math.max(0.3 * mean, 0.01)), `In the last five seconds it was ${shown(mean, 'm')}: as far `
          + 'as the surface needs to ask for the speed of the cart.'];
@@ -109,7 +109,9 @@ window.mrc = window.mrc || {};
      answer: 'number',
      check: (given) => {
        if (value('velocity_controller', 'max_wheel_torque') > 0) return [false, 'Take the limit away (0) first.'];
-       const asked = ['right_asked', 'left_asked'].flatMap((name) => last(name, value('reference_cart', 'period')));
+       const lap = value('reference_cart', 'period');
+       if (!(now('time') - read('time')(rows[0]) > 0.97 * lap)) return [false, 'Let it drive a lap.'];
+       const asked = ['right_asked', 'left_asked'].flatMap((name) => last(name, lap));
        const most = Math.max(...asked.filter(Number.isFinite).map(Math.abs));
        return [near(given, most, 0.15 * most), `In the last lap at most ${shown(most, 'N m')} were asked for.`];
      }},

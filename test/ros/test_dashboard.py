@@ -1,5 +1,6 @@
 """The live page in a browser: what is changed there changes in the nodes, and what is refused is shown in words."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,8 @@ from selenium.webdriver.support.select import Select
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.plugins import load_plugins
+from mobile_robot_control.recording.loop_messages import read_loop_messages
+from mobile_robot_control.topics import LOOP_TOPICS
 
 pytestmark = pytest.mark.dds
 P = 'backstepping.p'
@@ -205,6 +208,11 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     page.wait(lambda: page.find('#record').text == 'Stop recording')
     page.wait(lambda: any((live.folder / 'recordings').glob('*/bag/*.mcap')), 60.0)
     recorded, = (live.folder / 'recordings').glob('*/bag/*.mcap')
+    row = page.parameter(P)
+    ActionChains(page.driver).drag_and_drop_by_offset(
+        row.find_element('css selector', 'input[type=range]'), 40, 0).perform()
+    page.wait(lambda: 'changed' in row.get_attribute('class'))
+    dragged = live.asker.value('/position_controller', P)
     page.wait(lambda: recorded.stat().st_size > 50_000, 60.0)
     page.find('#save').click()
     page.wait(lambda: page.text('saved').startswith('parameters_'))
@@ -212,6 +220,10 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     assert load([live.folder / 'saved' / page.text('saved')]).keys() == set(NODES)
     page.find('#record').click()
     page.wait(lambda: page.driver.find_elements('css selector', '#recorded a'), 60.0)
+    changes = read_loop_messages(recorded.parent, '/', LOOP_TOPICS).changes
+    assert ('position_controller', {P: dragged}) in [(change.node, change.values) for change in changes]
+    page.parameter(P).find_element('css selector', '.back').click()
+    page.wait(lambda: live.asker.value('/position_controller', P) != dragged)
     page.driver.get(page.find('#recorded a').get_attribute('href'))
     assert 'RMS' in page.find('body').text
 
@@ -263,7 +275,8 @@ def _move(page, lesson, number, value):
 def _check(page, lesson, answer=''):
     """Answer, and return what is said of it."""
     if answer:
-        page.driver.execute_script('arguments[0].querySelector(".bar input").value = arguments[1]', lesson, answer)
+        page.driver.execute_script(
+            'arguments[0].querySelector(".bar input, .bar select").value = arguments[1]', lesson, answer)
     page.driver.execute_script('arguments[0].querySelector(".bar button").click()', lesson)
     return lesson.find_element('css selector', '.verdict').text
 
@@ -289,3 +302,58 @@ def test_the_lesson_of_the_gains_shows_the_words_of_the_node(page, live):
     assert live.asker.value('/velocity_controller', 'gains.k1') == before
     assert not _check(page, lesson, '90').startswith('Right')
     assert _check(page, lesson, '32').startswith('Right')
+
+
+def _driven(page, run, seconds):
+    """Wait until a later run than one has lasted some simulated seconds; return its number."""
+    page.wait(lambda: page.number('run') > run and page.number('time') > seconds)
+    return page.number('run')
+
+
+def test_the_lesson_of_the_hybrid_law_compares_measured_torques(page):
+    lesson = _lesson(page, 'started beside the path')
+    assert 'Start both' in _check(page, lesson, 'backstepping')
+    run = page.number('run')
+    _move(page, lesson, 1, '0.4')
+    run = _driven(page, run, 1.2)
+    _move(page, lesson, 0, 'hybrid_backstepping')
+    _driven(page, run, 1.2)
+    assert _check(page, lesson, 'backstepping').startswith('Right. Backstepping asked for ')
+    assert not _check(page, lesson, 'hybrid_backstepping').startswith('Right')
+    page.choose('law', 'backstepping')
+
+
+def test_the_lesson_of_the_fuzzy_surface_draws_it_and_measures_the_distance(page, live):
+    lesson = _lesson(page, 'The fuzzy surface')
+    _move(page, lesson, 1, 'backstepping')
+    page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'backstepping')
+    page.wait(lambda: 'Choose the fuzzy law' in _check(page, lesson, '0.04'))
+    _move(page, lesson, 1, 'fuzzy')
+    colours = ('const canvas = arguments[0].querySelector("canvas"), place = canvas.getContext("2d");'
+               'const all = place.getImageData(0, 0, canvas.width, canvas.height).data;'
+               'return new Set(Array.from(all, (_, n) => n % 4 ? 0 : all[n] + 256 * all[n + 1])).size')
+    page.wait(lambda: page.driver.execute_script(colours, lesson) > 10)
+    page.find('#reset').click()
+    page.wait(lambda: page.number('time') > 5.5 and _check(page, lesson, '9').startswith('In the last five'))
+    measured = re.search(r'it was ([\d.]+) m', _check(page, lesson, '9'))[1]
+    assert _check(page, lesson, measured).startswith('Right')
+    page.choose('law', 'backstepping')
+
+
+def test_the_lesson_of_saturation_measures_a_lap_without_limit(page, live):
+    lesson = _lesson(page, 'Saturation')
+    page.choose('law', 'backstepping')
+    _move(page, lesson, 0, '0.2')
+    page.wait(lambda: 'Take the limit away' in _check(page, lesson, '1'))
+    _move(page, lesson, 0, '0')
+    _move(page, lesson, 1, '8')
+    page.wait(lambda: live.asker.value('/reference_cart', 'period') == 8.0)
+    run = page.number('run')
+    page.find('#reset').click()
+    page.wait(lambda: page.number('run') > run)
+    page.wait(lambda: 'Let it drive a lap' in _check(page, lesson, '1'))
+    page.wait(lambda: _check(page, lesson, '99').startswith('In the last lap'))
+    measured = re.search(r'at most ([\d.]+) N m', _check(page, lesson, '99'))[1]
+    assert _check(page, lesson, measured).startswith('Right')
+    _move(page, lesson, 1, '16')
+    page.wait(lambda: live.asker.value('/reference_cart', 'period') == 16.0)
