@@ -40,13 +40,14 @@ class Asker:
         self._diagnostics = self._node.create_publisher(DiagnosticArray, '/diagnostics', 10)
 
     def value(self, node, name):
-        """Return a value of a node, or None where it does not answer."""
-        client = self._clients.setdefault(node, self._node.create_client(GetParameters, f'{node}/get_parameters'))
-        if not client.service_is_ready():
-            return None
+        """Return a value of a node."""
+        if node not in self._clients:
+            self._clients[node] = self._node.create_client(GetParameters, f'{node}/get_parameters')
+        client = self._clients[node]
+        assert client.wait_for_service(20.0), node
         answer = client.call_async(GetParameters.Request(names=[name]))
-        self._executor.spin_until_future_complete(answer, 2.0)
-        return rclpy.parameter.parameter_value_to_python(answer.result().values[0]) if answer.done() else None
+        self._executor.spin_until_future_complete(answer, 20.0)
+        return rclpy.parameter.parameter_value_to_python(answer.result().values[0])
 
     def report(self, text):
         """Publish what pretends to be the plant's diagnostics."""
