@@ -17,13 +17,11 @@ from mobile_robot_control.cli.node_processes import START
 from mobile_robot_control.cli.options import configuration, make_main, whole_number
 from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.deadline import exit_after
+from mobile_robot_control.ros.deadline import leave_dds
 from mobile_robot_control.ros.environment import check_environment
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.texts import printable
 
-_LEAVING = 5
-"""[s] that the command has to leave DDS."""
 _SETTLE = 2.0
 """[s] of wall time in which other publishers are looked for before nodes are started."""
 _LOCAL = '127.0.0.1'
@@ -140,13 +138,7 @@ _main = make_main('dashboard', _parse, _run)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code, also where to leave DDS hangs."""
-    code = int(_main(arguments))
-    if 'rclpy' in sys.modules:
-        import rclpy  # noqa: PLC0415 (imported by a run alone)
-
-        with exit_after(_LEAVING, code):
-            rclpy.try_shutdown()
-    return code
+    return leave_dds(int(_main(arguments)))
 
 
 if __name__ == '__main__':

@@ -14,7 +14,7 @@ from mobile_robot_control.cli.namespace_option import add_namespace_option
 from mobile_robot_control.cli.options import configuration, distinct, make_main, positive
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.ros.deadline import exit_after
+from mobile_robot_control.ros.deadline import leave_dds
 from mobile_robot_control.ros.environment import check_environment
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.texts import printable
@@ -22,9 +22,6 @@ from mobile_robot_control.texts import printable
 if TYPE_CHECKING:
     from mobile_robot_control.cli.experiment_result import ExperimentResult
     from mobile_robot_control.cli.experiment_runner import Drive
-
-_LEAVING = 5
-"""[s] that the command has to leave DDS."""
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -160,13 +157,7 @@ _main = make_main('experiment', _parse, _run)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code, also where to leave DDS hangs, as it may where many processes end."""
-    code = int(_main(arguments))
-    if 'rclpy' in sys.modules:
-        import rclpy  # noqa: PLC0415 (imported by a run alone)
-
-        with exit_after(_LEAVING, code):
-            rclpy.try_shutdown()
-    return code
+    return leave_dds(int(_main(arguments)))
 
 
 if __name__ == '__main__':

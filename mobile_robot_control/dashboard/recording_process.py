@@ -12,14 +12,11 @@ from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import loop_of
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.deadline import exit_after
+from mobile_robot_control.ros.deadline import leave_dds
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.topics import LOOPS
-
-_LEAVING = 5
-"""[s] to leave DDS."""
 
 
 def record(folder: Path, namespace: str, stop: Stop) -> int:
@@ -46,7 +43,4 @@ def record(folder: Path, namespace: str, stop: Stop) -> int:
 if __name__ == '__main__':
     stopping = Stop()
     stopping.follow_parent()
-    code = record(Path(sys.argv[1]), sys.argv[2], stopping)
-    with exit_after(_LEAVING, code):
-        rclpy.try_shutdown()
-    sys.exit(code)
+    sys.exit(leave_dds(record(Path(sys.argv[1]), sys.argv[2], stopping)))

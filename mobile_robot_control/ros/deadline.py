@@ -5,6 +5,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+LEAVING = 5
+"""[s] that a process has to leave DDS, where it may hang if many processes end."""
 _MONOTONIC, _IN_A_THREAD = 1, 2  # CLOCK_MONOTONIC, SIGEV_THREAD
 
 
@@ -44,3 +46,13 @@ def exit_after(seconds: int, code: int) -> Iterator[None]:
     library.timer_settime(timer, 0, ctypes.byref(_Times(after=seconds)), None)
     yield
     library.timer_delete(timer)
+
+
+def leave_dds(code: int) -> int:
+    """Shut rclpy down if it was imported; return an exit code, or end the process with it where that hangs."""
+    if 'rclpy' in sys.modules:
+        import rclpy  # noqa: PLC0415 (imported by a run alone)
+
+        with exit_after(LEAVING, code):
+            rclpy.try_shutdown()
+    return code

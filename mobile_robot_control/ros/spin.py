@@ -13,15 +13,13 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.deadline import exit_after
+from mobile_robot_control.ros.deadline import LEAVING, exit_after
 from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
 from mobile_robot_control.ros.ros_arguments import check_ros_arguments
 from mobile_robot_control.ros.stop import Stop
 
 RCLError = rclpy_implementation.RCLError
 """What rclpy raises where rcl refuses."""
-_LEAVING = 5
-"""[s] that the nodes of a process have to leave DDS."""
 _CLASSES = {
     'plant': 'Plant',
     'velocity_controller': 'VelocityController',
@@ -96,7 +94,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
         code = _spin(nodes, stop)
     finally:
         # where many processes end at once Fast DDS may deadlock: https://github.com/eProsima/Fast-DDS/issues/6502
-        with exit_after(_LEAVING, code):
+        with exit_after(LEAVING, code):
             for node in nodes:
                 node.destroy_node()
             rclpy.try_shutdown()
