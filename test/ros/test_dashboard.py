@@ -88,7 +88,9 @@ def test_a_slider_that_is_dragged_changes_the_parameter_and_the_arrow_takes_it_b
     default = live.asker.value('/position_controller', P)
     slider = row.find_element('css selector', 'input[type=range]')
     ActionChains(page.driver).drag_and_drop_by_offset(slider, 60, 0).perform()
-    page.wait(lambda: live.asker.value('/position_controller', P) > default + 0.1)
+    # every value of the drag has arrived
+    page.wait(lambda: abs(live.asker.value('/position_controller', P) - float(slider.get_attribute('value'))) < 1e-9)
+    assert live.asker.value('/position_controller', P) > default + 0.1
     page.wait(lambda: 'changed' in row.get_attribute('class'))
     row.find_element('css selector', '.back').click()
     page.wait(lambda: live.asker.value('/position_controller', P) == default)
