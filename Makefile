@@ -20,6 +20,9 @@ endif
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
+# the tests start some thousand processes; each would compile every module again
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: setup demo figures test test-dds soak bench fingerprint lint pages docs clean
 
 setup: $(READY)

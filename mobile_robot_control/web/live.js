@@ -4,6 +4,8 @@ window.mrc = window.mrc || {};
 (function (mrc) {
   'use strict';
 
+  // Wall time for an answer [ms]; the server gives up a node before that.
+  const PATIENCE = 20000;
   const listeners = {}, waiting = new Map(), early = [];
   let number = 0, ready = false;
 
@@ -18,6 +20,9 @@ window.mrc = window.mrc || {};
       const mine = number;
       return new Promise((resolve) => {
         waiting.set(mine, resolve);
+        // an answer that was lost with the connection never comes
+        setTimeout(() => live.answer([mine, false, 'the server of this page gave no answer; load the page again']),
+          PATIENCE);
         emitEvent('mrc', {...wish, number: mine});
       });
     },

@@ -42,6 +42,15 @@ window.mrc = window.mrc || {};
     return startAt(0, -beside.distance);
   }
 
+  // Keep the largest torque that was asked for in the first second of a run that was started beside the path.
+  function watch(row) {
+    const [run, time, right, left] = ['run', 'time', 'right_asked', 'left_asked'].map((name) => read(name)(row));
+    if (!watched || run === watched.run || time > 1) return;
+    const key = `${watched.law} ${watched.distance}`, asked = Math.max(Math.abs(right), Math.abs(left));
+    if (watched.begun !== run) { watched.begun = run; peaks[key] = 0; }
+    if (asked > peaks[key]) peaks[key] = asked;
+  }
+
   const LESSONS = [
     {title: 'What e1, e2 and e3 are', text: 'The tracking error is seen from the robot: e1 is how far the cart is ahead, '
        + 'e2 how far to the left, e3 how much its heading is turned counter-clockwise. The controls hold the run and '
@@ -172,7 +181,9 @@ window.mrc = window.mrc || {};
       if (field) { field.setAttribute('aria-label', 'your answer'); bar.append(field); }
       bar.append(check);
       check.addEventListener('click', async () => {
+        check.disabled = true;
         if (!numbers) await fetchNumbers();
+        check.disabled = false;
         const given = field ? field.value.trim().replace(',', '.') : '';
         if (lesson.answer === 'number' && (given === '' || Number.isNaN(Number(given)))) {
           verdict(false, 'Write a number.');
@@ -195,11 +206,7 @@ window.mrc = window.mrc || {};
       if (rows.length && read('run')(added[added.length - 1]) !== now('run')) rows = [];
       rows.push(...added);
       if (rows.length > 1200) rows = rows.slice(-800);
-      if (watched && now('run') !== watched.run && now('time') <= 1) {
-        const key = `${watched.law} ${watched.distance}`, asked = Math.max(Math.abs(now('right_asked')), Math.abs(now('left_asked')));
-        if (watched.begun !== now('run')) { watched.begun = now('run'); peaks[key] = 0; }
-        if (asked > peaks[key]) peaks[key] = asked;
-      }
+      added.forEach(watch);
       if (surface) surface.dot(Math.hypot(now('e1'), now('e2')), Math.atan2(now('e2'), now('e1')));
     });
   };

@@ -19,6 +19,7 @@ from selenium.webdriver.support.select import Select
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.plugins import load_plugins
+from mobile_robot_control.recording.loop_messages import read_loop_messages
 
 pytestmark = pytest.mark.dds
 P = 'backstepping.p'
@@ -83,14 +84,18 @@ def page(browser, live):
     browser.driver.get('about:blank')
 
 
+def _drag(page, live, row, right):
+    """Drag the slider of a parameter to the right; return the value that it has then, once the node has it."""
+    slider = row.find_element('css selector', 'input[type=range]')
+    ActionChains(page.driver).drag_and_drop_by_offset(slider, right, 0).perform()
+    page.wait(lambda: abs(live.asker.value('/position_controller', P) - float(slider.get_attribute('value'))) < 1e-9)
+    return live.asker.value('/position_controller', P)
+
+
 def test_a_slider_that_is_dragged_changes_the_parameter_and_the_arrow_takes_it_back(page, live):
     row = page.parameter(P)
     default = live.asker.value('/position_controller', P)
-    slider = row.find_element('css selector', 'input[type=range]')
-    ActionChains(page.driver).drag_and_drop_by_offset(slider, 60, 0).perform()
-    # every value of the drag has arrived
-    page.wait(lambda: abs(live.asker.value('/position_controller', P) - float(slider.get_attribute('value'))) < 1e-9)
-    assert live.asker.value('/position_controller', P) > default + 0.1
+    assert _drag(page, live, row, 60) > default + 0.1
     page.wait(lambda: 'changed' in row.get_attribute('class'))
     row.find_element('css selector', '.back').click()
     page.wait(lambda: live.asker.value('/position_controller', P) == default)
@@ -210,14 +215,26 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     page.wait(lambda: any((live.folder / 'recordings').glob('*/bag/*.mcap')), 60.0)
     recorded, = (live.folder / 'recordings').glob('*/bag/*.mcap')
     page.wait(lambda: recorded.stat().st_size > 50_000, 60.0)
+    dragged = _drag(page, live, page.parameter(P), 40)
+    page.wait(lambda: f'{P} = {dragged}' in page.text('changes'))
     page.find('#save').click()
     page.wait(lambda: page.text('saved').startswith('parameters_'))
     load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])
     assert load([live.folder / 'saved' / page.text('saved')]).keys() == set(NODES)
     page.find('#record').click()
     page.wait(lambda: page.driver.find_elements('css selector', '#recorded a'), 60.0)
+    changes = read_loop_messages(recorded.parent, '/', ()).changes
+    assert ('position_controller', {P: dragged}) in [(change.node, change.values) for change in changes]
+    page.parameter(P).find_element('css selector', '.back').click()
     page.driver.get(page.find('#recorded a').get_attribute('href'))
     assert 'RMS' in page.find('body').text
+
+
+def test_a_wish_whose_answer_is_lost_is_answered_in_words(page):
+    answer = page.driver.execute_async_script(
+        'const later = window.setTimeout; window.setTimeout = (act) => later(act, 0); window.emitEvent = () => {};'
+        'mrc.live.ask({do: "record"}).then(arguments[0])')
+    assert answer == {'good': False, 'text': 'the server of this page gave no answer; load the page again'}
 
 
 def test_texts_of_the_graph_are_shown_as_text(page, live):
@@ -269,7 +286,9 @@ def _check(page, lesson, answer=''):
     if answer:
         page.driver.execute_script(
             'arguments[0].querySelector(".bar input, .bar select").value = arguments[1]', lesson, answer)
-    page.driver.execute_script('arguments[0].querySelector(".bar button").click()', lesson)
+    button = lesson.find_element('css selector', '.bar button')
+    page.driver.execute_script('arguments[0].click()', button)
+    page.wait(button.is_enabled)
     return lesson.find_element('css selector', '.verdict').text
 
 
@@ -325,10 +344,12 @@ def test_the_lesson_of_the_fuzzy_surface_draws_it_and_measures_the_distance(page
                'const all = place.getImageData(0, 0, canvas.width, canvas.height).data;'
                'return new Set(Array.from(all, (_, n) => n % 4 ? 0 : all[n] + 256 * all[n + 1])).size')
     page.wait(lambda: page.driver.execute_script(colours, lesson) > 10)
+    page.choose('speed', '0')
     page.find('#reset').click()
     page.wait(lambda: page.number('time') > 5.5 and _check(page, lesson, '9').startswith('In the last five'))
     measured = re.search(r'it was ([\d.]+) m', _check(page, lesson, '9'))[1]
     assert _check(page, lesson, measured).startswith('Right')
+    page.choose('speed', '1')
     page.choose('law', 'backstepping')
 
 
@@ -338,6 +359,7 @@ def test_the_lesson_of_saturation_measures_a_lap_without_limit(page, live):
     _move(page, lesson, 0, '0.2')
     page.wait(lambda: 'Take the limit away' in _check(page, lesson, '1'))
     _move(page, lesson, 0, '0')
+    page.choose('speed', '0')
     _move(page, lesson, 1, '8')
     page.wait(lambda: live.asker.value('/reference_cart', 'period') == 8.0)
     run = page.number('run')
@@ -349,3 +371,4 @@ def test_the_lesson_of_saturation_measures_a_lap_without_limit(page, live):
     assert _check(page, lesson, measured).startswith('Right')
     _move(page, lesson, 1, '16')
     page.wait(lambda: live.asker.value('/reference_cart', 'period') == 16.0)
+    page.choose('speed', '1')

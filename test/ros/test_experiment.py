@@ -68,7 +68,7 @@ def test_a_recorder_that_stalls_misses_no_message(domain, tmp_path):
     assert len(recording.samples) == 6001
 
 
-@pytest.mark.parametrize('name', ['position_controller', 'plant'])
+@pytest.mark.parametrize('name', [pytest.param('position_controller', marks=pytest.mark.soak), 'plant'])
 def test_a_node_that_dies_is_named(domain, tmp_path, name):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 30)

@@ -131,8 +131,13 @@ CHOSEN = [
     Moment('experiment', 3.6, signal.SIGINT),
 ]
 
+# each has a like one above
+IN_SOAK = (CHOSEN[2], CHOSEN[6])
 
-@pytest.mark.parametrize('moment', CHOSEN, ids=[f'{moment.target} {moment.delay}' for moment in CHOSEN])
+
+@pytest.mark.parametrize('moment', [
+    pytest.param(moment, id=f'{moment.target} {moment.delay}', marks=[pytest.mark.soak] * (moment in IN_SOAK))
+    for moment in CHOSEN])
 def test_signals_at_chosen_moments_leave_nothing_behind(domain, tmp_path, moment):
     seen = _signal(tmp_path / 'run', moment)
     # by then the nodes run: their files were looked for in the right place
