@@ -65,7 +65,7 @@ class OpenPage:
         self.wait(lambda: self.text('run').startswith('t = ') and self.text('nodes').count('running') == 4
                   and self.driver.execute_script('return document.getElementById("law").options.length'))
 
-    def wait(self, condition, seconds=20.0):
+    def wait(self, condition, seconds=60.0):
         """Wait until a condition holds in the page."""
         wait_until(condition, seconds, 0.05)
 

@@ -212,9 +212,9 @@ def test_the_run_goes_on_while_the_page_is_closed(page, live):
 def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_node(page, live, registered):
     page.find('#record').click()
     page.wait(lambda: page.find('#record').text == 'Stop recording')
-    page.wait(lambda: any((live.folder / 'recordings').glob('*/bag/*.mcap')), 60.0)
+    page.wait(lambda: any((live.folder / 'recordings').glob('*/bag/*.mcap')))
     recorded, = (live.folder / 'recordings').glob('*/bag/*.mcap')
-    page.wait(lambda: recorded.stat().st_size > 50_000, 60.0)
+    page.wait(lambda: recorded.stat().st_size > 50_000)
     dragged = _drag(page, live, page.parameter(P), 40)
     page.wait(lambda: f'{P} = {dragged}' in page.text('changes'))
     page.find('#save').click()
@@ -222,7 +222,7 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])
     assert load([live.folder / 'saved' / page.text('saved')]).keys() == set(NODES)
     page.find('#record').click()
-    page.wait(lambda: page.driver.find_elements('css selector', '#recorded a'), 60.0)
+    page.wait(lambda: page.driver.find_elements('css selector', '#recorded a'))
     changes = read_loop_messages(recorded.parent, '/', ()).changes
     assert ('position_controller', {P: dragged}) in [(change.node, change.values) for change in changes]
     page.parameter(P).find_element('css selector', '.back').click()

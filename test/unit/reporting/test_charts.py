@@ -100,7 +100,7 @@ def test_every_panel_is_a_chart_without_an_error_or_a_request(charts, pair):
 
 def test_the_pointer_shows_values_with_units_at_its_time_in_all_charts(charts):
     drag(charts, 'distance', [0.5])
-    wait_until(lambda: charts.evaluate('mrc.charts.hover') is not None, 10.0, 0.02)
+    wait_until(lambda: charts.evaluate('mrc.charts.hover') is not None, 30.0, 0.02)
     assert charts.evaluate('mrc.charts.hover') == pytest.approx(0.5 * DURATION, abs=0.05)
     expected = charts.evaluate('''mrc.charts.data.charts.find(chart => chart.figure === "distance").lines.filter(
       line => line.kind === "value").map(line => { const [times, values] = [line.time, line.value].map(
@@ -112,7 +112,7 @@ def test_the_pointer_shows_values_with_units_at_its_time_in_all_charts(charts):
     # the crosshair of a neighbour is at the same time; away from the charts they show the time of the page
     assert charts.evaluate('parseFloat(document.querySelector("#heading .u-cursor-x").style.transform.slice(10))') > 100
     charts.call('Input.dispatchMouseEvent', type='mouseMoved', x=2, y=2)
-    wait_until(lambda: charts.evaluate('mrc.charts.hover') is None, 10.0, 0.02)
+    wait_until(lambda: charts.evaluate('mrc.charts.hover') is None, 30.0, 0.02)
     assert charts.evaluate('document.querySelector(".chart-bar .time").textContent') == 't = 0.00 s'
 
 
@@ -124,7 +124,7 @@ def test_a_click_sets_the_clock_and_the_clock_moves_the_cursor_of_every_chart(ch
     charts.evaluate('mrc.clock.set(3)')
     charts.evaluate('document.querySelector("#errors").scrollIntoView()')
     there = f'{places}.filter(place => Math.abs(place - 0.75) < 0.01).length'
-    wait_until(lambda: charts.evaluate(there) > 3, 10.0, 0.02)
+    wait_until(lambda: charts.evaluate(there) > 3, 30.0, 0.02)
 
 
 def test_playing_moves_the_cursor(charts):
@@ -139,7 +139,7 @@ def test_playing_moves_the_cursor(charts):
 
 def test_dragging_zooms_every_chart_and_a_double_click_shows_the_whole_run(charts):
     drag(charts, 'errors', [0.25, 0.4, 0.5])
-    wait_until(lambda: charts.evaluate('mrc.charts.zoomed'), 10.0, 0.02)
+    wait_until(lambda: charts.evaluate('mrc.charts.zoomed'), 30.0, 0.02)
     assert ranges(charts) == pytest.approx([0.25 * DURATION, 0.5 * DURATION], abs=0.05)
     # a drag is no click
     assert charts.evaluate('mrc.clock.time') == 0.0
@@ -152,7 +152,7 @@ def test_dragging_zooms_every_chart_and_a_double_click_shows_the_whole_run(chart
     charts.evaluate(f'{plus}.focus()')
     charts.call('Input.dispatchKeyEvent', type='keyDown', key='Enter', text='\r', windowsVirtualKeyCode=13)
     charts.call('Input.dispatchKeyEvent', type='keyUp', key='Enter', windowsVirtualKeyCode=13)
-    wait_until(lambda: charts.evaluate('mrc.charts.zoomed'), 10.0, 0.02)
+    wait_until(lambda: charts.evaluate('mrc.charts.zoomed'), 30.0, 0.02)
     assert not charts.evaluate(f'{whole}.disabled')
     charts.evaluate(f'{whole}.click()')
     assert ranges(charts) == [0.0, DURATION]
@@ -164,19 +164,19 @@ def test_a_run_is_switched_off_in_every_chart_by_its_name(charts):
     charts.call('Input.dispatchKeyEvent', type='keyDown', key=' ', text=' ', windowsVirtualKeyCode=32)
     charts.call('Input.dispatchKeyEvent', type='keyUp', key=' ', windowsVirtualKeyCode=32)
     for figure in ('distance', 'path', 'energy'):
-        wait_until(lambda figure=figure: BLUE not in charts.evaluate(of(INKED, figure)), 10.0, 0.05)
+        wait_until(lambda figure=figure: BLUE not in charts.evaluate(of(INKED, figure)), 30.0, 0.05)
         assert ORANGE in charts.evaluate(of(INKED, figure))
     assert charts.evaluate('document.querySelector(".chart-bar .switch").getAttribute("aria-pressed")') == 'false'
     charts.evaluate('document.querySelector(".chart-bar .switch").click()')
-    wait_until(lambda: BLUE in charts.evaluate(of(INKED, 'distance')), 10.0, 0.05)
+    wait_until(lambda: BLUE in charts.evaluate(of(INKED, 'distance')), 30.0, 0.05)
 
 
 def test_differences_show_the_other_runs_against_the_first(charts):
     charts.evaluate('document.querySelector("#distance").scrollIntoView()')
     charts.evaluate('[...document.querySelectorAll(".chart-bar button")].pop().click()')
-    wait_until(lambda: BLUE not in charts.evaluate(of(INKED, 'distance')), 10.0, 0.05)
+    wait_until(lambda: BLUE not in charts.evaluate(of(INKED, 'distance')), 30.0, 0.05)
     assert ORANGE in charts.evaluate(of(INKED, 'distance'))
-    wait_until(lambda: charts.evaluate(of(LEGEND, 'distance'))[0] == 'first', 10.0, 0.05)
+    wait_until(lambda: charts.evaluate(of(LEGEND, 'distance'))[0] == 'first', 30.0, 0.05)
 
 
 def test_the_slider_enlarges_the_error_and_its_default_shows_it(browser, single):
@@ -186,7 +186,7 @@ def test_the_slider_enlarges_the_error_and_its_default_shows_it(browser, single)
     canvas = 'document.querySelector(".deviation canvas").toDataURL()'
     before = browser.evaluate(canvas)
     browser.evaluate(f'(({slider}).value = 0, ({slider}).dispatchEvent(new Event("input")))')
-    wait_until(lambda: browser.evaluate(canvas) != before, 10.0, 0.02)
+    wait_until(lambda: browser.evaluate(canvas) != before, 30.0, 0.02)
     assert browser.evaluate('document.querySelector(".factor output").textContent') == '1'
 
 
@@ -210,7 +210,7 @@ def test_nothing_overflows_and_no_label_is_small(browser, pair, width, scheme):
 
 def test_charts_turn_dark_with_the_page(charts):
     charts.media('', 'dark')
-    wait_until(lambda: '86,180,233' in charts.evaluate(of(INKED, 'distance')), 10.0, 0.05)
+    wait_until(lambda: '86,180,233' in charts.evaluate(of(INKED, 'distance')), 30.0, 0.05)
 
 
 SHOWN = '''[[...document.querySelectorAll("figure img")].filter(one => one.getClientRects().length).length,

@@ -115,7 +115,7 @@ def test_the_pointer_names_a_run_and_a_click_replays_a_failure(browser, written)
       return [box.left + place(every[0].columns.x[2]), box.top + place(-every[0].columns.y[2])]; })()''')
     browser.call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
     note = 'document.querySelector(".starts p").textContent'
-    wait_until(lambda: 'run 3: failure' in browser.evaluate(note), 10.0, 0.02)
+    wait_until(lambda: 'run 3: failure' in browser.evaluate(note), 30.0, 0.02)
     for kind in ('mousePressed', 'mouseReleased'):
         browser.call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left', clickCount=1)
     wait_until(lambda: browser.evaluate('mrc.clock && mrc.clock.time > 0.05'), 20.0, 0.02)
