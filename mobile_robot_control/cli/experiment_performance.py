@@ -32,7 +32,7 @@ def perform(
         # imported late: bad usage is reported at once, and an import that hangs is noticed
         try:
             from mobile_robot_control.cli.evaluation import evaluate  # noqa: PLC0415
-            from mobile_robot_control.cli.experiment_runner import run_experiment  # noqa: PLC0415
+            from mobile_robot_control.cli.experiment_run import run_experiment  # noqa: PLC0415
         except LOAD_ERRORS as error:
             raise ParameterError([load_fault(error)]) from error
 

@@ -1,30 +1,27 @@
-"""The experiment runner: start the nodes of a run, record them, and watch them to the end."""
+"""The experiment runner: start the nodes of a run, and watch them to the end."""
 
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
-import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.cli.experiment_result import ExperimentResult, RunFailedError
-from mobile_robot_control.cli.fastdds_profiles import use_fastdds_profiles
-from mobile_robot_control.cli.node_processes import START, NodeProcess, stop_processes
+from mobile_robot_control.cli.experiment_result import ExperimentResult
+from mobile_robot_control.cli.node_processes import NodeProcess
 from mobile_robot_control.cli.progress import RunProgress, tqdm
-from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration, loop_of
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.recorder import Recorder
-from mobile_robot_control.ros.spin import RCLError, make_executor, one_line
+from mobile_robot_control.ros.recorder import AHEAD, Recorder
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.topics import silent_node
 
-_SETTLE = 1.0
+SETTLE = 1.0
 """[s] of wall time in which other publishers are looked for, before a run and again and again in it."""
+_STANDSTILL = 1.0
+"""[s] of wall time at most in which a run goes on after its law has failed."""
 
 
 class Drive(Protocol):
@@ -37,7 +34,8 @@ class Drive(Protocol):
         """Do it, as far as the run goes; raise RunFailedError where it cannot."""
 
 
-def _refuse_other_publishers(topics: list[str]) -> None:
+def refuse_other_publishers(topics: list[str]) -> None:
+    """Raise ParameterError where others publish on topics."""
     if topics:
         raise ParameterError([f'another node publishes on {", ".join(topics)}; '
                               'stop the other robot, or choose another --namespace or ROS_DOMAIN_ID'])
@@ -106,17 +104,26 @@ class ExperimentRunner:
         start = 0 if self.lockstep else self.recorder.newest.get('joint_states', 0)
         while not self.is_over() and not done():
             self._turn()
-            if time.monotonic() > looked + _SETTLE:
+            if time.monotonic() > looked + SETTLE:
                 looked = time.monotonic()
-                _refuse_other_publishers(self.recorder.topics_of_others(ours=1))
+                refuse_other_publishers(self.recorder.topics_of_others(ours=1))
             now = self._reached()
             if now != newest:
                 newest, moved = now, time.monotonic()
                 self._progress.show((newest - start) / 1e9, least=0.05)
             elif time.monotonic() - moved > self.patience:
                 break
-        self._progress.show((newest - start) / 1e9)
+        if self.recorder.law_failure:
+            self._see_standstill()
+        self._progress.show((self._reached() - start) / 1e9)
         self._bar.refresh()
+
+    def _see_standstill(self) -> None:
+        """Record the first command of a law that has failed, which the plant may still wait for."""
+        end, deadline = self._reached() + AHEAD * self._period + self._position_period, time.monotonic() + _STANDSTILL
+        while (self._reached() < end and time.monotonic() < deadline and not self._stop.requested
+               and all(process.exit_code() is None for process in self.processes)):
+            self._turn()
 
     def _reached(self) -> int:
         """Return the stamp up to which the run has moved: on the wall clock, of the slowest topic."""
@@ -139,62 +146,3 @@ class ExperimentRunner:
             return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
         silent = silent_node(self.recorder.newest, self.lockstep, self._position_period, self.loop)
         return ExperimentResult('node_died', f'{silent} gave no answer for {self.patience} s and was given up')
-
-
-def run_experiment(
-    parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop, bar: tqdm,
-    watchdog: Watchdog, drive: Drive | None = None,
-) -> ExperimentResult:
-    """
-    Run an experiment and record it into a folder, which takes the bag and the nodes' logs and has `parameters.yaml`.
-
-    The run is given up after `patience` seconds of wall time without progress; the bar is moved by its simulated time.
-    The bag is complete, or can be read up to its end. Raises ParameterError if another node publishes on the topics.
-    rclpy stays initialised: to leave DDS may hang, and the run is to be evaluated before.
-    """
-    use_fastdds_profiles(output / 'log')
-    begun = False
-    rclpy.try_shutdown()  # of a run before this one
-    try:
-        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        with BagWriter(output / 'bag') as bag:
-            recorder = Recorder(namespace, bag.write, bag.knows, loop_of(parameters.plant))
-            executor = make_executor()
-            executor.add_node(recorder)
-
-            def turn() -> None:
-                executor.spin_once(timeout_sec=0.05)
-                watchdog.note_progress()
-
-            runner = ExperimentRunner(parameters, output, namespace, patience, stop, recorder, turn, bag, bar)
-            runner.spin_until(recorder.topics_of_others, _SETTLE)
-            _refuse_other_publishers(recorder.topics_of_others())
-            begun = True
-            if drive is not None:
-                executor.add_node(drive.attach(namespace))
-            try:
-                for names in [runner.loop.nodes] if composed else [(name,) for name in runner.loop.nodes]:
-                    runner.start(*names)
-                    watchdog.note_node(runner.processes[-1].pid)
-                # the paused plant repeats its first messages until they and every answer to them have been recorded
-                ready = recorder.has_every_node if runner.lockstep else recorder.all_discovered
-                if runner.spin_until(ready, max(patience, START)):
-                    if drive is not None:
-                        drive.follow(runner)
-                    runner.resume()
-                    runner.watch()
-                result = runner.result()
-            except RunFailedError as error:
-                result = ExperimentResult('interrupted', str(error))
-            finally:
-                stop_processes(runner.processes)
-                runner.drain()
-        if result.outcome == 'completed' and recorder.law_failure:  # heard of at the very end
-            result = ExperimentResult('law_failed', recorder.law_failure)
-        return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
-    except (RuntimeError, MemoryError) as error:
-        if isinstance(error, RCLError) and not begun:
-            raise ParameterError([f'ROS 2 cannot start: {one_line(error)}; check the ROS_* environment variables']
-                                 ) from error
-        return ExperimentResult('node_died', f'ROS 2: {one_line(error)}; the machine or its limits (ulimit) may leave '
-                                'too little room')

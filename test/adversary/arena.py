@@ -173,7 +173,7 @@ def main():
     os.dup2(2, 1)
     for command in COMMANDS:
         main_of(command)
-    import mobile_robot_control.cli.experiment_runner
+    import mobile_robot_control.cli.experiment_run
     import mobile_robot_control.reporting.report_writing
     import mobile_robot_control.ros.spin  # noqa: F401 (imported once for all cases)
     if 'warm' in sys.argv:
