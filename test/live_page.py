@@ -67,7 +67,11 @@ class OpenPage:
 
     def wait(self, condition, seconds=60.0):
         """Wait until a condition holds in the page."""
-        wait_until(condition, seconds, 0.05)
+        try:
+            wait_until(condition, seconds, 0.05)
+        except AssertionError as error:
+            shown = [self.text(name) for name in ('run', 'nodes', 'notice', 'changes')]
+            raise AssertionError(f'{error}; the page shows {shown}') from None
 
     def find(self, selector):
         """Return the only element of a CSS selector."""

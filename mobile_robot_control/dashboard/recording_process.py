@@ -14,9 +14,12 @@ from mobile_robot_control.parameters.nodes import loop_of
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.deadline import leave_dds
 from mobile_robot_control.ros.recorder import Recorder
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.spin import catch_up, make_executor
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.topics import LOOPS
+
+_BEHIND = 10.0
+"""[s] of wall time at most in which messages are recorded that came before the end."""
 
 
 def record(folder: Path, namespace: str, stop: Stop) -> int:
@@ -34,6 +37,8 @@ def record(folder: Path, namespace: str, stop: Stop) -> int:
         executor.add_node(recorder)
         while not stop.requested and not bag.failure:
             executor.spin_once(timeout_sec=0.05)
+        # on a busy machine messages wait here that came before the end
+        catch_up(executor, _BEHIND)
     evaluated = evaluate(folder, namespace, 'completed', quiet=True)
     for line in filter(None, (bag.failure, *evaluated.unwritten)):
         print(line)

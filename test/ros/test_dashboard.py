@@ -224,7 +224,7 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     page.find('#record').click()
     page.wait(lambda: page.driver.find_elements('css selector', '#recorded a'))
     changes = read_loop_messages(recorded.parent, '/', ()).changes
-    assert ('position_controller', {P: dragged}) in [(change.node, change.values) for change in changes]
+    assert ('position_controller', {P: dragged}) in [(change.node, change.values) for change in changes], changes
     page.parameter(P).find_element('css selector', '.back').click()
     page.driver.get(page.find('#recorded a').get_attribute('href'))
     assert 'RMS' in page.find('body').text
@@ -345,7 +345,9 @@ def test_the_lesson_of_the_fuzzy_surface_draws_it_and_measures_the_distance(page
                'return new Set(Array.from(all, (_, n) => n % 4 ? 0 : all[n] + 256 * all[n + 1])).size')
     page.wait(lambda: page.driver.execute_script(colours, lesson) > 10)
     page.choose('speed', '0')
+    run = page.number('run')
     page.find('#reset').click()
+    page.wait(lambda: page.number('run') > run)
     page.wait(lambda: page.number('time') > 5.5 and _check(page, lesson, '9').startswith('In the last five'))
     measured = re.search(r'it was ([\d.]+) m', _check(page, lesson, '9'))[1]
     assert _check(page, lesson, measured).startswith('Right')
