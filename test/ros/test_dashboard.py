@@ -217,6 +217,8 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     page.wait(lambda: recorded.stat().st_size > 50_000)
     dragged = _drag(page, live, page.parameter(P), 40)
     page.wait(lambda: f'{P} = {dragged}' in page.text('changes'))
+    # what is recorded is written twice a second
+    page.wait(lambda: f'{P} = {dragged}'.encode() in recorded.read_bytes())
     page.find('#save').click()
     page.wait(lambda: page.text('saved').startswith('parameters_'))
     load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])
