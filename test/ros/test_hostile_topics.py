@@ -63,7 +63,7 @@ def test_a_topic_whose_package_is_not_installed_is_left_out_with_a_warning(robot
 
 
 @pytest.fixture
-def hostile(domain, tmp_path):
+def hostile(domain, quick_discovery, tmp_path):
     """Robots without a recorder, and a node beside them that publishes."""
     robots = Robots(tmp_path, ())
     node = rclpy.create_node('hostile')
@@ -89,7 +89,7 @@ def test_an_experiment_beside_hostile_diagnostics_ends_with_its_metrics(hostile,
     robots, node = hostile
     publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 100)
     run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', tmp_path / 'run',
-                            '--duration', '0.2', '--composed', '--no-report'], stderr=subprocess.PIPE, text=True)
+                            '--duration', '2', '--composed', '--no-report'], stderr=subprocess.PIPE, text=True)
     heard = 0
     while run.poll() is None:
         heard = max(heard, publisher.get_subscription_count())
