@@ -157,15 +157,19 @@ class Robots:
         end = time.monotonic() + seconds
         self.spin_until(lambda: time.monotonic() > end, seconds + 5.0)
 
-    def call(self, send):
-        """Call a service, and again every second, since a call before discovery is lost; returns the first response."""
+    def call(self, send, every=1.0):
+        """
+        Call a service, and again after some time [s] without a response; returns the first one.
+
+        A call before discovery is lost, and so is a response to a client that the node has not discovered yet.
+        """
         calls, due = [], time.monotonic()
 
         def answered():
             nonlocal due
             if time.monotonic() >= due:
                 calls.append(send())
-                due += 1.0
+                due += every
             return any(call.done() for call in calls)
 
         self.spin_until(answered)
@@ -188,13 +192,12 @@ class Robots:
         return results
 
     def trigger(self, service):
-        """Call a service without arguments once; returns whether it succeeded, and what it answers."""
+        """Call a service without arguments, once unless the answer is lost; returns success and message."""
         if service not in self._clients:
             self._clients[service] = self.recorder.create_client(Trigger, service)
         self.spin_until(self._clients[service].service_is_ready)
-        answer = self._clients[service].call_async(Trigger.Request())
-        self.spin_until(answer.done)
-        return answer.result().success, answer.result().message
+        answer = self.call(lambda: self._clients[service].call_async(Trigger.Request()), every=10.0)
+        return answer.success, answer.message
 
     def _closed_bag(self, namespace):
         """Close the bags once no message of a loop topic has come for half a second."""

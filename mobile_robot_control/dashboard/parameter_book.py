@@ -20,6 +20,10 @@ from mobile_robot_control.texts import shortened
 
 _MOST = 400
 """Parameters of a node that are shown at most; a driver may have thousands."""
+_OF_EVERY_NODE = ((SetParameters, 'set_parameters'),)
+_OF_PLANT = ((Trigger, 'reset'), (Trigger, 'step'))
+"""Services that a page may want at once."""
+
 
 class KnownNode:
     """
@@ -79,6 +83,8 @@ class ParameterBook:
             self.nodes[role] = KnownNode(role, *found)
             self.nodes = {one: self.nodes[one] for one in NODES if one in self.nodes}
             self._fetch(self.nodes[role])
+            for kind, service in (*_OF_EVERY_NODE, *(_OF_PLANT if role == 'plant' else ())):
+                self._calls.prepare(kind, f'{found[0]}/{service}')
 
     def _fetch(self, known: KnownNode) -> None:
         """Ask a node for names, then for descriptions and values."""

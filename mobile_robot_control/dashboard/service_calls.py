@@ -32,6 +32,11 @@ class ServiceCalls:
         self._clients: dict[str, Any] = {}
         self._pending: list[tuple[float, str, Any, Any, Future[Any]]] = []
 
+    def prepare(self, kind: Any, name: str) -> None:
+        """Let a service discover its client before the first call: a response to one that it does not know is lost."""
+        if name not in self._clients:
+            self._clients[name] = self._node.create_client(kind, name)
+
     def call(self, kind: Any, name: str, request: Any, patience: float = _PATIENCE) -> Future[Any]:
         """
         Call a service once it is there.
@@ -54,8 +59,7 @@ class ServiceCalls:
 
         """
         done: Future[Any] = Future()
-        if name not in self._clients:
-            self._clients[name] = self._node.create_client(kind, name)
+        self.prepare(kind, name)
         self._pending.append((time.monotonic() + patience, name, request, None, done))
         self.look()
         return done

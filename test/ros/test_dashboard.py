@@ -44,9 +44,12 @@ class Asker:
             self._clients[node] = self._node.create_client(GetParameters, f'{node}/get_parameters')
         client = self._clients[node]
         assert client.wait_for_service(20.0), node
-        answer = client.call_async(GetParameters.Request(names=[name]))
-        self._executor.spin_until_future_complete(answer, 20.0)
-        return rclpy.parameter.parameter_value_to_python(answer.result().values[0])
+        for _ in range(10):  # a response to a client that the node has not discovered yet is lost
+            answer = client.call_async(GetParameters.Request(names=[name]))
+            self._executor.spin_until_future_complete(answer, 3.0)
+            if answer.done():
+                return rclpy.parameter.parameter_value_to_python(answer.result().values[0])
+        raise AssertionError(f'{node} does not answer')
 
     def report(self, text):
         """Publish what pretends to be the plant's diagnostics."""
