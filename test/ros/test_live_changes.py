@@ -38,11 +38,14 @@ def test_another_law_takes_over_without_a_jump(robot):
 
 
 def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
-    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=5.5'], composed=True)
+    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=7.0'], composed=True)
     robot.resume()
     laws = [*list(LAWS)[1:], 'backstepping']
-    for number, law in enumerate(laws, 1):
-        robot.spin_until(lambda number=number: robot.time() > 0.4 * number)
+    changed = 0.0
+    for law in laws:
+        # the plant is at most half a second ahead of what is recorded: never two changes in one tick
+        robot.spin_until(lambda: robot.time() > changed + 0.6)  # noqa: B023
+        changed = robot.time()
         result, = robot.set('position_controller', controller_type=law)
         assert result.successful, result.reason
     robot.finish()
@@ -53,7 +56,7 @@ def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
             if after.command == pytest.approx(before.command, abs=1e-12)]
     # the first command of each new law equals the last one of the law before
     assert len(held) == len(laws) == 9
-    assert all(at >= 0.4 * number for number, at in enumerate(held, 1))
+    assert all(at >= 0.6 * number for number, at in enumerate(held, 1))
     # with the gains of this file the fuzzy law follows at a distance
     assert max(math.hypot(*sample.tick.error[:2]) for sample in ticks) < 0.25
 
