@@ -22,8 +22,8 @@ from mobile_robot_control.ros.environment import check_environment
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.texts import printable
 
-_SETTLE = 2.0
-"""[s] of wall time in which other publishers are looked for before nodes are started."""
+_SETTLE = 3.2
+"""[s] of wall time in which other publishers are looked for before nodes are started; DDS announces every 3 s."""
 _LOCAL = '127.0.0.1'
 
 

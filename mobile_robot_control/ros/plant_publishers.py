@@ -14,6 +14,9 @@ from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.simulated_robot import SimulatedRobot
 from mobile_robot_control.ros.transforms import make_broadcaster
 
+_LAST = 3.0
+"""[s] of wall time at most in which the last messages are to arrive; a recorder on a busy machine needs some of it."""
+
 
 def _sums(first: Sequence[float], second: Sequence[float]) -> list[float]:
     return [a + b for a, b in zip(first, second, strict=True)]
@@ -96,4 +99,4 @@ class PlantPublishers:
     def flush(self) -> None:
         """Wait, not long, until every subscriber has what was published."""
         every = (self._odom, self._joint_states, self._ground_truth, self._clock)
-        flush(*(publisher for publisher in every if publisher is not None))
+        flush(*(publisher for publisher in every if publisher is not None), seconds=_LAST)

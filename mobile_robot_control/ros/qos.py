@@ -52,8 +52,8 @@ def subscribe_to(
     return node.create_subscription(message_class(LOOP_TOPICS[topic].kind), topic, take, quality, raw=True, **options)
 
 
-def flush(*publishers: Publisher[Any]) -> None:
-    """Wait, a second at most, until every subscriber has what a node that is about to end has published."""
-    deadline = time.monotonic() + 1.0
+def flush(*publishers: Publisher[Any], seconds: float = 1.0) -> None:
+    """Wait, for some wall time at most, until every subscriber has what a node that is about to end has published."""
+    deadline = time.monotonic() + seconds
     for publisher in publishers:
         publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
