@@ -59,7 +59,9 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
 def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
     arguments = [*HYBRID, '-p', 'duration:=3.0', '-p', 'real_time_factor:=0.0']
     robot.start(*list(NODES)[1:], arguments=arguments)
-    robot.start('plant', arguments=[*arguments[:-1], 'real_time_factor:=1.0'])
+    robot.start('plant', arguments=[*arguments[:-1], 'real_time_factor:=1.0', '-p', 'paused:=true'])
+    # not before the recorder has found it
+    robot.resume()
     robot.spin_until(lambda: robot.time() > 1.0)
     robot.processes['plant'].kill()
     robot.listen(0.2)
