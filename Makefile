@@ -20,7 +20,7 @@ endif
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-# the tests start some thousand processes; each would compile every module again
+# where it is set, each of the thousand processes that the tests start compiles every module again
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: setup demo figures test test-dds soak bench fingerprint lint pages docs clean

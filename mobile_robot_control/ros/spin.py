@@ -45,7 +45,7 @@ def make_executor() -> Executor:
 
 def catch_up(executor: Executor, seconds: float) -> None:
     """Spin until all that has arrived up to now is handled, or for some wall time."""
-    # it stands behind what has arrived; SingleThreadedExecutor runs it first
+    # EventsExecutor runs a task after what has arrived; SingleThreadedExecutor runs it first, and does not catch up
     behind, deadline = executor.create_task(lambda: None), time.monotonic() + seconds
     while not behind.done() and time.monotonic() < deadline:
         executor.spin_once(timeout_sec=0.05)

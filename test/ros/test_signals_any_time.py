@@ -131,12 +131,12 @@ CHOSEN = [
     Moment('experiment', 3.6, signal.SIGINT),
 ]
 
-# each has a like one above
-IN_SOAK = (CHOSEN[2], CHOSEN[6])
+# each is close to another of the moments
+LONG_TESTS_ALONE = (CHOSEN[2], CHOSEN[6])
 
 
 @pytest.mark.parametrize('moment', [
-    pytest.param(moment, id=f'{moment.target} {moment.delay}', marks=[pytest.mark.soak] * (moment in IN_SOAK))
+    pytest.param(moment, id=f'{moment.target} {moment.delay}', marks=[pytest.mark.soak] * (moment in LONG_TESTS_ALONE))
     for moment in CHOSEN])
 def test_signals_at_chosen_moments_leave_nothing_behind(domain, tmp_path, moment):
     seen = _signal(tmp_path / 'run', moment)
