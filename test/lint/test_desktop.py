@@ -98,19 +98,6 @@ def test_the_urdf_is_valid(urdf):
     assert not list(tree_faults(robot))
 
 
-@pytest.mark.parametrize(('right', 'wrong'), [
-    ('type="fixed"', 'type="welded"'), ('<mass value="10.0"/>', '<mass kg="10.0"/>'),
-    ('<child link="wheel_left"/>', '<child link="wheel_right"/>'), ('size="0.26 0.31 0.06"', 'size="0.26 0.31"'),
-    ('<material name="tyre"/>', '<material name="gum"/>'), ('<axis xyz', '<axes xyz'),
-    ('radius="0.035"', 'radius="wide"'), ('radius="0.035"', 'radius="0.035 0.035"'), ('izz="1.0"', 'izz="nan"'),
-    ('<mass value="10.0"/>', '<mass value=""/>'), ('size="0.26 0.31 0.06"', 'size="0.26 0.31 low"'),
-])
-def test_a_broken_urdf_is_refused(urdf, right, wrong):
-    assert right in urdf
-    robot = parse(urdf.replace(right, wrong, 1))
-    assert list(schema_faults(robot)) + list(tree_faults(robot))
-
-
 def test_the_urdf_has_the_default_robot_parameters(urdf):
     robot, parameters = parse(urdf), Robot()
     joints = {joint.get('name'): joint for joint in robot.iter('joint')}

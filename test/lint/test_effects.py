@@ -26,8 +26,3 @@ def test_every_effect_has_parameters_that_exist():
 
 def test_every_parameter_of_an_imperfect_plant_is_an_effect():
     assert _without_effect(NAMES) == NO_EFFECT
-
-
-def test_a_parameter_that_is_absent_and_one_without_an_effect_are_found():
-    assert _absent(['plant.noise.*', 'plant.wings.*']) == ['plant.wings.*']
-    assert _without_effect({'plant.base.colour', 'plant.paused', 'plant.base.lag'}) == {'plant.base.colour'}

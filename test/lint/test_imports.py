@@ -110,18 +110,6 @@ def test_imports_run_one_way(path):
     assert not list(_wrong_imports(_layer_of(_name(path)), _imported(path), compiles))
 
 
-@pytest.mark.parametrize(('layer', 'name'), [
-    ('model', 'mobile_robot_control.control.fuzzy'), ('control', 'rclpy.node'), ('ros', 'numpy'),
-    ('simulation', 'numpy'), ('tuning', 'numba'), ('tuning', 'mobile_robot_control.cli.tune'),
-    ('ros', 'mobile_robot_control.simulation.metrics'), ('simulation', 'mobile_robot_control.cli.simulate'),
-    ('parameters', 'mobile_robot_control.parameters.nodes'), ('messages', 'geometry_msgs.msg.Twist'),
-    ('recording', 'mobile_robot_control.messages.writing'), ('cli', 'mobile_robot_control.api.runs'),
-    ('api', 'rclpy.node'),
-])
-def test_an_import_in_the_wrong_direction_is_refused(layer, name):
-    assert list(_wrong_imports(layer, [name])) == [name]
-
-
 @pytest.mark.parametrize(('module', 'absent'), [
     ('mobile_robot_control', ROS | HEAVY),
     ('mobile_robot_control.cli.simulate', ROS | HEAVY),
