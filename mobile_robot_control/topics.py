@@ -57,12 +57,16 @@ LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 EVENTS, DISTURBANCE = 'events', 'disturbance'
+STOPPED, STOP_MEMORY = 'stopped', 'stop_memory'
+"""On the wall clock: why the robot is stopped, from the position controller, and again from the cart."""
 RUN_KEY = 'run'
 """Key of a status on `events`: which run of the node that publishes it, from 0."""
 OTHER_TOPICS = {
     'reference_path': ('reference_cart',),
     EVENTS: _EVERY_NODE,
     'ground_truth': ('plant',),
+    STOPPED: ('position_controller',),
+    STOP_MEMORY: ('reference_cart',),
     '/clock': ('plant',),
     '/tf': ('plant',),
     '/diagnostics': _EVERY_NODE,
@@ -70,8 +74,8 @@ OTHER_TOPICS = {
     '/rosout': _EVERY_NODE,
 }
 """What the four nodes publish besides, each topic with the nodes that publish it."""
-OTHER_INPUTS = {DISTURBANCE: ('plant',)}
-"""What may be published by any node of the user's, each topic with the nodes that take it."""
+OTHER_INPUTS = {DISTURBANCE: ('plant',), STOPPED: ('reference_cart',), STOP_MEMORY: ('position_controller',)}
+"""What the nodes take besides, each topic with the nodes that take it; `disturbance` from a node of the user's."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """What all namespaces have in common, and every recorder records."""
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')

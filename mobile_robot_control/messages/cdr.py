@@ -137,6 +137,10 @@ def _vector_stamped(order: _Order, data: bytes) -> Vector3Stamped:
     return Vector3Stamped(header, Vector(*order.three.unpack_from(data, aligned(at, 8))))
 
 
+def _string(order: _Order, data: bytes) -> str:
+    return _text(order, data, START)[0]
+
+
 def _diagnostic_array(order: _Order, data: bytes) -> DiagnosticArray:
     header, at = _header(order, data)
     found = []
@@ -164,6 +168,7 @@ _READ: dict[str, Callable[[_Order, bytes], Any]] = {
     'geometry_msgs/msg/Vector3Stamped': _vector_stamped,
     'geometry_msgs/msg/WrenchStamped': _wrench_stamped,
     'diagnostic_msgs/msg/DiagnosticArray': _diagnostic_array,
+    'std_msgs/msg/String': _string,
 }
 
 
@@ -174,14 +179,15 @@ def deserialise(kind: str, data: bytes) -> Any:
     Parameters
     ----------
     kind : str
-        One of the loop's types, Twist or WrenchStamped of geometry_msgs, or 'diagnostic_msgs/msg/DiagnosticArray'.
+        One of the loop's types, Twist or WrenchStamped of geometry_msgs, 'diagnostic_msgs/msg/DiagnosticArray' or
+        'std_msgs/msg/String'.
     data : bytes
         From anywhere.
 
     Returns
     -------
     NamedTuple
-        With the message's fields, without stamp and covariances.
+        With the message's fields, without stamp and covariances; of a String its text.
 
     Raises
     ------

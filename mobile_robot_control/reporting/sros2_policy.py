@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from mobile_robot_control.parameters.addressing import namespace_fault
 from mobile_robot_control.parameters.nodes import NODES
-from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, OTHER_INPUTS, OTHER_TOPICS, SHARED_TOPICS
+from mobile_robot_control.topics import DISTURBANCE, LOOP_TOPICS, LOOPS, OTHER_INPUTS, OTHER_TOPICS, SHARED_TOPICS
 
 _VERSION = '0.2.0'  # of the schema: https://github.com/ros2/sros2/blob/0.13.0/sros2/sros2/policy/schemas/policy.xsd
 _ENCLAVES = '/mobile_robot_control'
@@ -73,7 +73,7 @@ def _of_recorder() -> _Permissions:
 
 def _of_replayer() -> _Permissions:
     """Return what the node of `experiment --replay` may do: it sets parameters, resets and pushes the plant."""
-    return _Permissions(['/parameter_events', *OTHER_INPUTS], [], [
+    return _Permissions(['/parameter_events', DISTURBANCE], [], [
         *(f'{node}/set_parameters_atomically' for node in NODES), 'plant/reset'])
 
 

@@ -97,7 +97,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     def _check_topics(self) -> None:
         """Raise ParameterError where remapping gives two topics one name."""
         names: dict[str, list[str]] = {}
-        for topic in (*LOOP_TOPICS, *OTHER_TOPICS, *OTHER_INPUTS):
+        for topic in {**LOOP_TOPICS, **OTHER_TOPICS, **OTHER_INPUTS}:
             names.setdefault(self.resolve_topic_name(topic), []).append(topic)
         violations = [f"{' and '.join(topics)} would be the same topic, '{name}'; change the remapping (-r) of one"
                          for name, topics in names.items() if len(topics) > 1]

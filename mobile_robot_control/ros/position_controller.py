@@ -41,7 +41,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._law = LawRunner(self, self._values.control, 1.0 / shared.position_rate, self._tell_failure)
         self._twist, self._age = OdomTwist(self), OdomAge(shared)
         self._conflict = OdomConflict(self, self._watch, self._values.input_timeout)
-        self._drive = WallClockDrive(self, shared.lockstep, self._law, self._act)
+        self._drive = WallClockDrive(self, shared.lockstep, self._law, self._validator, self._act)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._answer: tuple[BodyVelocity, TrackingError] | None = None
@@ -105,7 +105,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if self._drive.stop.reason or self._in_conflict():
             self._tracking = False
             self._publish_command(stamp, _ZERO)
-        elif self._odom is not None and self._reference is not None and not silent:
+        elif (self._odom is not None and self._reference is not None and not silent
+              and self._drive.stop.is_known()):
             if not self._in_run:
                 self._note_run(StampDecision.HOLD)
                 self._check_start(StampDecision.START)

@@ -18,6 +18,7 @@ from mobile_robot_control.ros.input_validation import make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.qos import LATCHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
+from mobile_robot_control.ros.stop_memory import remember_stops
 
 _JUMP = ('the cart would jump: on the wall clock its curve can change where wait is true, so that it waits at the new '
          'start; or start the node again')
@@ -34,6 +35,9 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._read = make_reader(
             'odom', partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id))
         self._write = writing.odometry_writer(shared.odom_frame_id, shared.reference_frame_id)
+        if not shared.lockstep:
+            # before `reference` is published: a position controller that finds `reference` has found this one, too
+            remember_stops(self, self._validator)
         self._reference = self._publish_on('reference')
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
         self._publish_path()

@@ -10,6 +10,9 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from mobile_robot_control.control.tracking_limit import allowed_distance
+from mobile_robot_control.ros.input_validation import InputValidator
+from mobile_robot_control.ros.stop_memory import StopLink
+from mobile_robot_control.topics import STOP_MEMORY, STOPPED
 
 STOP, RELEASE = '~/stop', '~/release'
 _BY_REQUEST = 'by a call of stop; call release to drive on'
@@ -27,6 +30,8 @@ class SafetyStop:
         The position controller.
     lockstep : bool
         Whether it runs in lockstep, where both services are refused.
+    validator : InputValidator
+        Of the node.
     act : callable
         Called after each change: applies it at once and returns the condition of the node in words.
 
@@ -37,10 +42,12 @@ class SafetyStop:
 
     """
 
-    def __init__(self, node: Node, lockstep: bool, act: Callable[[], str]) -> None:
+    def __init__(self, node: Node, lockstep: bool, validator: InputValidator, act: Callable[[], str]) -> None:
         self._node, self._lockstep, self._act = node, lockstep, act
         self.reason = ''
         self._closest = math.inf
+        self._link = None if lockstep else StopLink(node, validator, STOPPED, STOP_MEMORY, self._on_memory)
+        self._is_known = False
         node.create_service(Trigger, STOP, self._on_stop)
         node.create_service(Trigger, RELEASE, self._on_release)
 
@@ -64,6 +71,22 @@ class SafetyStop:
         self._change(f'{apart:.2f} m from the reference, and limits.tracking_error is {limit:g} m; bring the robot '
                      'back or raise the limit, then call release')
         return False
+
+    def is_known(self) -> bool:
+        """
+        Return whether a stop from before this node began would be known by now.
+
+        It is once a reference cart has published what it remembers, or where no cart of ours publishes the reference.
+        """
+        self._is_known = self._is_known or self._link is None or not self._link.has_other()
+        return self._is_known
+
+    def _on_memory(self, reason: str) -> None:
+        """Take over the stop that the cart remembers, unless this node has decided by itself since it began."""
+        if not self._is_known:
+            self._is_known = True
+            if reason:
+                self._change(reason)
 
     def _on_stop(self, _request: Any, response: Any) -> Any:
         return self._answer(response, self.reason or _BY_REQUEST)
@@ -89,4 +112,6 @@ class SafetyStop:
             self._node.get_logger().error(f'the robot is stopped: {reason}')
         elif self.reason and not reason:
             self._node.get_logger().info('the robot is released')
-        self.reason, self._closest = reason, math.inf
+        self.reason, self._closest, self._is_known = reason, math.inf, True
+        if self._link is not None:
+            self._link.publish(reason)

@@ -8,6 +8,7 @@ from mobile_robot_control.control.approach import stands_still
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.parameters.nodes import PositionControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
+from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.law_runner import LawRunner
 from mobile_robot_control.ros.safety_stop import SafetyStop
 
@@ -31,6 +32,8 @@ class WallClockDrive:
         Whether it runs in lockstep, where there is no stop.
     law : LawRunner
         Of the node.
+    validator : InputValidator
+        Of the node.
     act : callable
         As of SafetyStop.
 
@@ -41,8 +44,10 @@ class WallClockDrive:
 
     """
 
-    def __init__(self, node: Node, lockstep: bool, law: LawRunner, act: Callable[[], str]) -> None:
-        self.stop = SafetyStop(node, lockstep, act)
+    def __init__(
+        self, node: Node, lockstep: bool, law: LawRunner, validator: InputValidator, act: Callable[[], str]
+    ) -> None:
+        self.stop = SafetyStop(node, lockstep, validator, act)
         self._law = law
 
     def command(self, observation: Observation, values: PositionControllerParameters) -> BodyVelocity:

@@ -54,9 +54,10 @@ def call(robot):
     return robot.trigger
 
 
-def test_a_robot_approaches_follows_is_stopped_and_released(robot, call):
+def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(robot, call):
     seen = Seen(robot)
-    robot.start(arguments=ELSEWHERE, composed=True)
+    robot.start('plant', 'velocity_controller', arguments=ELSEWHERE, composed=True)
+    robot.start('position_controller', 'reference_cart', arguments=ELSEWHERE)
     robot.spin_until(lambda: seen.cart and seen.commands)
     robot.spin_until(lambda: seen.condition('reference_cart')[1].startswith('waiting: the robot is farther away than'))
     robot.spin_until(lambda: seen.cart[-1] > 0.0)
@@ -78,9 +79,24 @@ def test_a_robot_approaches_follows_is_stopped_and_released(robot, call):
     robot.spin_until(lambda: len(seen.commands) > stopped + 25)
     assert set(seen.commands[stopped:]) == {(0.0, 0.0)}
 
+    # the stop outlives each of the two nodes; after the release it is forgotten
+    for name in ('position_controller', 'reference_cart', 'position_controller'):
+        robot.processes[name].kill()
+        learnt = robot.log(name).count('the robot is stopped') + 1
+        robot.start(name, arguments=ELSEWHERE)
+        robot.spin_until(lambda: robot.log(name).count('the robot is stopped') == learnt)  # noqa: B023
+    robot.spin_until(lambda: seen.condition('position_controller') == (DiagnosticStatus.ERROR, message))
+    stopped_again = len(seen.commands)
+    robot.spin_until(lambda: len(seen.commands) > stopped_again + 25)
+    assert set(seen.commands[stopped:]) == {(0.0, 0.0)}
+
     success, message = call('position_controller/release')
     assert success, message
     assert message.startswith('released: running')
+    robot.spin_until(seen.drives)
+    robot.processes['position_controller'].kill()
+    robot.start('position_controller', arguments=ELSEWHERE)
+    robot.spin_until(lambda: seen.condition('position_controller')[1].startswith('running'))
     robot.spin_until(seen.drives)
     # a lap asks for 0.59 m/s at most
     assert max(abs(linear) for linear, _ in seen.commands[stopped:]) < 0.9
@@ -91,7 +107,7 @@ def test_a_robot_approaches_follows_is_stopped_and_released(robot, call):
                      seen.condition('position_controller')[1])
     assert seen.condition('position_controller')[0] == DiagnosticStatus.ERROR
     robot.spin_until(lambda: seen.commands[-1] == (0.0, 0.0))
-    assert robot.log().count('limits.tracking_error is 1e-06 m') == 1
+    assert robot.log('position_controller').count('limits.tracking_error is 1e-06 m') == 1
     result, = robot.set('position_controller', limits__tracking_error=0.0)
     assert result.successful, result.reason
     assert seen.commands[-1] == (0.0, 0.0)

@@ -2,24 +2,54 @@
 
 import math
 import types
+from collections import Counter
 
 import pytest
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from mobile_robot_control.control.tracking_limit import allowed_distance
+from mobile_robot_control.messages.serialising import serialise
+from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.safety_stop import SafetyStop
+from mobile_robot_control.ros.stop_memory import remember_stops
 
 
-class Controller:
-    """Stands for the node: has what is logged, and the services by name."""
+class Endpoints:
+    """Stands for a node: has what is published and who takes what, by topic, and what is logged."""
 
-    def __init__(self, lockstep=False):
-        self.logged, self.services, self.acts = [], {}, 0
-        self.again = ''
-        self.stop = SafetyStop(self, lockstep, self.act)
+    def __init__(self):
+        self.published, self.takes, self.logged, self.peers = {}, {}, [], 0
+        self.validator = InputValidator(self, types.SimpleNamespace(note_input=None), 1.0)
 
     def get_logger(self):
-        return types.SimpleNamespace(error=self.logged.append, info=self.logged.append)
+        return types.SimpleNamespace(error=self.logged.append, info=self.logged.append, warning=self.logged.append)
+
+    def create_publisher(self, kind, topic, _quality):
+        assert kind is String
+        sent = self.published[topic] = []
+        return types.SimpleNamespace(publish=lambda message: sent.append(message.data))
+
+    def create_subscription(self, kind, topic, take, _quality, raw):
+        assert (kind, raw) == (String, True)
+        self.takes[topic] = lambda reason: take(
+            reason if isinstance(reason, bytes) else bytes(serialise(String(data=reason))))
+
+    def resolve_topic_name(self, topic):
+        return topic
+
+    def count_publishers(self, _topic):
+        return self.peers
+
+
+class Controller(Endpoints):
+    """Stands for the position controller: has its services by name."""
+
+    def __init__(self, lockstep=False):
+        super().__init__()
+        self.services, self.acts = {}, 0
+        self.again = ''
+        self.stop = SafetyStop(self, lockstep, self.validator, self.act)
 
     def create_service(self, kind, name, answer):
         assert kind is Trigger
@@ -102,3 +132,55 @@ def test_in_lockstep_both_services_are_refused_with_what_to_do():
 @pytest.mark.parametrize(('closest', 'limit', 'allowed'), [(0.0, 0.5, 0.5), (1.5, 0.5, 2.0), (1.5, 0.0, math.inf)])
 def test_the_allowed_distance(closest, limit, allowed):
     assert allowed_distance(closest, limit) == allowed
+
+
+def test_a_controller_that_finds_a_cart_waits_for_its_memory_and_takes_over_the_stop():
+    node = Controller()
+    node.peers = 1
+    assert not node.stop.is_known()
+    node.takes['stop_memory']('by a call of stop; call release to drive on')
+    assert node.stop.is_known()
+    assert node.stop.reason == 'by a call of stop; call release to drive on'
+    # a cart that is started again learns it from here, and a later memory changes nothing
+    assert node.published['stopped'] == [node.stop.reason]
+    node.takes['stop_memory']('')
+    assert node.stop.reason
+    assert node.call('release')[0]
+    assert node.published['stopped'][1:] == ['']
+    node.takes['stop_memory']('of long ago')
+    assert not node.stop.reason
+
+
+def test_without_a_stop_or_without_a_cart_of_ours_a_controller_may_drive():
+    remembered, alone = Controller(), Controller()
+    remembered.peers = 1
+    remembered.takes['stop_memory']('')
+    assert remembered.stop.is_known()
+    assert alone.stop.is_known()
+    assert not remembered.logged + alone.logged
+    # what it does not know, a new cart must not forget
+    assert not remembered.published['stopped'] + alone.published['stopped']
+
+
+def test_a_call_before_the_memory_counts():
+    node = Controller()
+    node.peers = 1
+    assert node.call('release')[0]
+    node.takes['stop_memory']('of the process before')
+    assert not node.stop.reason
+
+
+def test_the_cart_publishes_what_it_was_told_and_at_first_that_there_is_no_stop():
+    cart = Endpoints()
+    remember_stops(cart, cart.validator)
+    cart.takes['stopped']('by a call of stop')
+    cart.takes['stopped']('')
+    assert cart.published['stop_memory'] == ['', 'by a call of stop', '']
+
+
+def test_a_memory_that_cannot_be_read_is_counted_and_the_robot_stands():
+    node = Controller()
+    node.peers = 1
+    node.takes['stop_memory'](b'\0\1\0\0\xff\0\0\0a')
+    assert node.validator.refused == Counter({'stop_memory: not readable': 1})
+    assert not node.stop.is_known()
