@@ -45,6 +45,26 @@ def table_writing_step(state, observation, table, dt):
     return state, command(observation, table[0])
 
 
+class Solver:
+    """Cannot be copied or pickled, as many solvers; with `remembers` its answer depends on the one before."""
+
+    def __init__(self, k, remembers=False):
+        self.k, self.remembers, self.before = k, remembers, 0.0
+        self.library, self.itself = math, self
+
+    def solve(self, error):
+        before = self.before
+        if self.remembers:
+            self.before = error
+        return self.k * (error + 0.1 * before)
+
+
+def solving_step(state, observation, solver, dt):
+    """Ask a solver that `prepare` has made."""
+    return state, command(observation, solver.k)._replace(
+        linear=observation.reference.velocity.linear + solver.solve(observation.error.longitudinal))
+
+
 def not_a_number_step(state, observation, gains, dt):
     return state, command(observation, gains.k if observation.error.longitudinal != 0.0 else math.nan)
 
@@ -181,11 +201,16 @@ def unprepared(gains, dt):
 
 PAIR = Law('pair', between_step, Pair, repair=ordered)
 
+SOLVING = Law('solving', solving_step, Gains, prepare=lambda gains, dt: Solver(gains.k))
+
 BROKEN = {
     # what is broken: the law, the checks that fail, and what the error names
     'impure by a counter': (Law('broken', counting_step, Gains), {'pure', 'restart'}, ('pure', 'later', 'e1 = ')),
     'writes its prepared table': (Law('broken', table_writing_step, Gains, prepare=table_of), {'inputs unchanged'},
                                   ('inputs unchanged', 'changes its prepared gains', 'e1 = ')),
+    'a solver that remembers': (
+        Law('broken', solving_step, Gains, prepare=lambda gains, dt: Solver(gains.k, remembers=True)),
+        {'pure', 'inputs unchanged', 'restart'}, ('pure', 'later', 'e1 = ')),
     'not a number at e1 = 0': (Law('broken', not_a_number_step, Gains),
                                {'finite', 'gains', 'run', 'switch', 'standing cart'},
                                ('finite', 'v = nan m/s', 'e1 = 0.0 m')),

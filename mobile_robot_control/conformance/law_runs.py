@@ -30,7 +30,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
 from mobile_robot_control.simulation.cart_motion import cart_motion, references
-from mobile_robot_control.simulation.trial import Trial, make_rollout, make_trial
+from mobile_robot_control.simulation.trial import Trial, make_rollout, make_trial, prepared_loop
 
 _DURATION = 1.0
 """[s] of each simulated run."""
@@ -63,7 +63,7 @@ def _failed_run(law: Law, trial: Trial, given: Sequence[Reference], what: str) -
     watched = _Watched(law)
     try:
         outcome = make_rollout(watched, operator.getitem)(
-            trial.state, trial.loop, given, trial.steps, trial.ratio, trial.late)
+            trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
         reason = 'the command is not finite' if outcome.law_failed else ''
     except Exception as error:  # a law can raise anything
         reason = f'{type(error).__name__}: {error}'

@@ -12,7 +12,7 @@ from mobile_robot_control.control.law import Law
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
 from mobile_robot_control.registry import Registry, Source, name_violations
-from mobile_robot_control.texts import describe_error
+from mobile_robot_control.texts import describe_error, shortened
 
 BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (
     'backstepping',
@@ -46,6 +46,10 @@ def law_violations(law: Any) -> Iterator[str]:
         inspect.signature(law.step).bind('state', 'observation', 'gains', 'dt')
     except (TypeError, ValueError):
         yield f"the step of '{law.name}' is no function step(state, observation, gains, dt)"
+    for field in ('start', 'joining'):
+        state = getattr(law, field)
+        if not hasattr(type(state), '_fields') and (field, state) != ('joining', None):
+            yield f"'{law.name}': its {field} is {shortened(repr(state))}; write an instance of a NamedTuple of floats"
     yield from (f"'{law.name}': {wrong}" for wrong in _gains_violations(law.gains))
 
 
@@ -153,19 +157,33 @@ def _prepared(prepare: Callable[[Any, float], Any], gains: Any, dt: float) -> An
     return prepare(gains, dt)
 
 
+def declared_gains(parameters: PositionControl) -> tuple[Law, Any]:
+    """
+    Return the law that checked parameters name, and its gains as declared: a group, or a tuple of several.
+
+    Raises ParameterError if the law takes the gains of a law that is not there.
+    """
+    law = LAWS[parameters.controller_type]
+    groups = tuple(getattr(parameters, name) for name in groups_of(law))
+    return law, groups if len(groups) > 1 else groups[0]
+
+
 def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
     """
     Return the law that checked parameters name, and what its step takes as gains at a period [s].
 
     Raises ParameterError if the law cannot prepare its gains, or takes those of a law that is not there.
     """
-    law = LAWS[parameters.controller_type]
-    groups = tuple(getattr(parameters, name) for name in groups_of(law))
-    gains = groups if len(groups) > 1 else groups[0]
+    law, gains = declared_gains(parameters)
+    return law, prepared_gains(law, gains, dt)
+
+
+def prepared_gains(law: Law, gains: Any, dt: float) -> Any:
+    """Return what a law's step takes for declared gains at a period [s]; raise ParameterError if `prepare` fails."""
     if law.prepare is None:
-        return law, gains
+        return gains
     try:
-        return law, _prepared(law.prepare, gains, dt)
+        return _prepared(law.prepare, gains, dt)
     except BaseException as error:  # a law can raise anything
         raise ParameterError([f"the law '{law.name}' cannot prepare its gains {gains}: {describe_error(error)}"
                               ]) from error

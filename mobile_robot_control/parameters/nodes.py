@@ -21,6 +21,9 @@ from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.topics import LOOPS, LoopGraph, with_truth
 
+_LONGEST_STEP = 3600.0
+"""Wall time that a step may take where simulated time is slowed down [s]."""
+
 
 class PlantParameters(NamedTuple):
     """Parameters of the node `plant`."""
@@ -163,6 +166,15 @@ def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
     if plant.duration > 0.0 and round(plant.duration * rate) < 1:
         yield (f'duration = {plant.duration} s is too short for a step at velocity_rate = {rate} Hz; '
                f'take at least {1.0 / rate:g} s, or 0 for no end')
+
+
+@rule
+def _a_step_ends(plant: PlantParameters) -> Iterator[str]:
+    factor, period = plant.real_time_factor, 1.0 / plant.shared.velocity_rate
+    # below some 1e-13 a step would last longer than a timer can wait
+    if factor > 0.0 and factor * _LONGEST_STEP < period:
+        yield (f'real_time_factor = {factor} is too small: a step would take {period / factor:.3g} s of wall time; '
+               f'write at least {period / _LONGEST_STEP:g}, or 0 for as fast as possible')
 
 
 @rule

@@ -2,6 +2,7 @@
 
 import operator
 import os
+import pickle
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -11,6 +12,7 @@ from typing import Any
 
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import APART, JITABLE
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference
 from mobile_robot_control.simulation import trial
@@ -19,7 +21,8 @@ from mobile_robot_control.simulation.compiler_messages import reason_of
 from mobile_robot_control.simulation.indices import MeasuredMotion
 from mobile_robot_control.simulation.path_table import converted
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
-from mobile_robot_control.simulation.trial import Outcome, Trial
+from mobile_robot_control.simulation.trial import Outcome, Trial, prepared_loop
+from mobile_robot_control.texts import describe_error
 
 try:
     import numba
@@ -90,9 +93,11 @@ def compiles(one: Trial) -> bool:
     step: Callable[..., Any] = LAWS[one.law].step
     if not COMPILES or step in _uncompilable:
         return False
+    if not _can_prepare(one):  # a fault of these gains, which the trial reports itself
+        return False
     try:
         compiled_rollout(step, one.form)(
-            one.state, one.loop, _arrays(cart_motion(one._replace(steps=0)), one.form.indices), 0, one.ratio, 0)
+            one.state, prepared_loop(one), _arrays(cart_motion(one._replace(steps=0)), one.form.indices), 0, one.ratio, 0)
     except Exception as error:  # numba raises errors of its own, and others where it fails itself
         _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
@@ -118,6 +123,26 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     return outcomes
 
 
+def pickled(trials: Sequence[Trial]) -> bytes:
+    """
+    Return trials for another process; raise ParameterError where they cannot go there.
+
+    It stands here and not in the thread that feeds a pool of processes: that one would wait for its result for ever.
+    """
+    try:
+        return pickle.dumps(list(trials))
+    except Exception as error:  # the state of a law can raise anything
+        raise ParameterError([
+            f"the gains or the state of the law '{trials[0].law}' cannot go to another process "
+            f'({describe_error(error)}); make them of numbers, let prepare make everything else, or add --workers 1'
+        ]) from error
+
+
+def run_pickled(trials: bytes) -> list[Outcome]:
+    """Run trials that another process of this package has pickled."""
+    return run_trials(pickle.loads(trials))  # noqa: S301 (from our own pool or client)
+
+
 def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
     """Return the rollout of the law of a trial, and what makes what it is given of a motion."""
     step: Callable[..., Any] = LAWS[one.law].step
@@ -127,8 +152,22 @@ def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outc
 
 
 def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, Form], Trial]:
-    """Return the first trial of each law and form."""
-    return {(one.law, one.form): one for one in reversed(trials)}
+    """Return the first trial of each law and form, if possible one whose gains can be prepared."""
+    first: dict[tuple[str, Form], Trial] = {}
+    for one in trials:
+        kind = one.law, one.form
+        if kind not in first or not _can_prepare(first[kind]):
+            first[kind] = one
+    return first
+
+
+def _can_prepare(one: Trial) -> bool:
+    """Return whether the law of a trial can prepare its gains."""
+    try:
+        prepared_loop(one)
+    except ParameterError:
+        return False
+    return True
 
 
 def cores() -> int:
@@ -169,7 +208,9 @@ class Pool:
         executor = self._process_pool() if plain else self._thread_pool()
         size = -(-len(trials) // (_CHUNKS_A_WORKER * self._workers))
         chunks = [trials[first:first + size] for first in range(0, len(trials), size)]
-        return [outcome for part in executor.map(run_trials, chunks) for outcome in part]
+        if not plain:
+            return [outcome for part in executor.map(run_trials, chunks) for outcome in part]
+        return [outcome for part in executor.map(run_pickled, [*map(pickled, chunks)]) for outcome in part]
 
     def _thread_pool(self) -> Executor:
         if self._threads is None:

@@ -20,7 +20,7 @@ from mobile_robot_control.simulation.indices import PerformanceIndices
 from mobile_robot_control.simulation.loop_start import shows_the_truth
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
-from mobile_robot_control.simulation.trial import Trial, make_trial
+from mobile_robot_control.simulation.trial import Trial, make_trial, prepared_loop
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
 
@@ -87,7 +87,7 @@ def trial_rollout(
         As of `rollout`.
     """
     velocity_period = period_nanoseconds(configuration.plant.shared.velocity_rate)
-    loop, state, form = trial.loop, trial.state, trial.form
+    loop, state, form = prepared_loop(trial), trial.state, trial.form
     position_tick = make_position_tick(LAWS[trial.law].step, form)
     velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
     curve = CURVES[trial.curve]

@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.law import LawStep, is_sound
+from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.nodes import Configuration
@@ -42,7 +43,7 @@ class Trial(NamedTuple):
     law, curve : str
         Of LAWS and CURVES.
     loop : Loop
-        What is constant.
+        What is constant; its gains as declared, since what `Law.prepare` returns need not go to another process.
     state : LoopState
         At t = 0.
     steps : int
@@ -99,16 +100,23 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
     """Make the trial of a checked configuration over a duration [s]; late totals count from a time [s]."""
     shared = configuration.plant.shared
     loop, state = start(configuration)
+    law, gains = declared_gains(configuration.position_controller.control)
     return Trial(
-        configuration.position_controller.control.controller_type,
+        law.name,
         configuration.reference_cart.curve.curve,
-        loop,
+        loop._replace(law_gains=gains),
         state,
         round(duration * shared.velocity_rate),
         period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
         round(late * shared.velocity_rate),
         form_of(configuration),
     )
+
+
+def prepared_loop(trial: Trial) -> Loop:
+    """Return what is constant in a trial's run, with prepared gains; raise ParameterError if `prepare` fails."""
+    loop = trial.loop
+    return loop._replace(law_gains=prepared_gains(LAWS[trial.law], loop.law_gains, loop.position_dt))
 
 
 def make_rollout(
@@ -185,7 +193,7 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
 def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcome:
     """Run one trial with a rollout of its law and its references; of a law that raises nothing is measured."""
     try:
-        return roll(trial.state, trial.loop, given, trial.steps, trial.ratio, trial.late)
+        return roll(trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
     except BaseException as error:  # a law can raise anything
         _report_failure(trial.law, describe_error(error))
         return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)

@@ -1,6 +1,5 @@
 """Trials on a Dask cluster, whose workers have this package installed."""
 
-import pickle
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -18,7 +17,7 @@ _POLL_PERIOD = 1.0
 def _run_with(sources: Sequence[PluginSource], trials: bytes) -> list[Outcome]:
     """Run pickled trials in a worker, which loads the law files and curve files of the caller before it unpickles."""
     load_sources(sources)
-    return batch.run_trials(pickle.loads(trials))  # noqa: S301 (from our own client)
+    return batch.run_pickled(trials)
 
 
 class Cluster:
@@ -54,7 +53,7 @@ class Cluster:
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Run trials; the outcomes are in the same order. Raises OSError where no worker came within the patience."""
         size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
-        chunks = [pickle.dumps(list(trials[first:first + size])) for first in range(0, len(trials), size)]
+        chunks = [batch.pickled(trials[first:first + size]) for first in range(0, len(trials), size)]
         # not pure: equal trials are run again, as on one machine; retries: a worker may die more than once
         futures = self._client.map(partial(_run_with, plugin_sources()), chunks, pure=False, retries=10)
         self._wait(futures)

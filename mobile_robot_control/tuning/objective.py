@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.laws import declared_gains
 from mobile_robot_control.control.velocity_stability import is_stable
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.simulation.totals import objective
@@ -73,7 +73,6 @@ class Objective:
 
     def __init__(self, configuration: Configuration, goal: Goal, run: RunTrials) -> None:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
-        self._position_dt = 1.0 / configuration.plant.shared.position_rate
         self._gains = search_gains.configured_gains(configuration)
         trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
         self._trials = [one._replace(form=one.form._replace(varies=goal.smooth > 0.0)) for one in trials]
@@ -91,7 +90,8 @@ class Objective:
         Return the scores of a generation, shape (individuals,).
 
         Points have the shape (individuals, genes) and lie in (0, 1]. A score is WORST if the gains break a rule of
-        their law, if the velocity loop is unstable at its rate, or if the motion diverges in a scenario.
+        their law or cannot be prepared, if the velocity loop is unstable at its rate, or if the motion diverges in a
+        scenario.
         """
         scores = np.full(len(points), WORST)
         tried = [(n, gains) for n, gains in enumerate(map(self.gains, points.tolist())) if self._can_run(gains)]
@@ -114,11 +114,10 @@ class Objective:
 
     def _with(self, gains: Gains) -> list[Trial]:
         """Return the trials of one controller, one a scenario."""
-        law, law_gains = select(gains.control, self._position_dt)
-        name = gains.control.controller_type
+        law, law_gains = declared_gains(gains.control)
         return [
             trial._replace(
-                law=name,
+                law=law.name,
                 loop=trial.loop._replace(velocity_gains=gains.velocity, law_gains=law_gains),
                 state=trial.state._replace(law=law.start),
             )

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Annotated, NamedTuple
 
 import pytest
-from broken_laws import BROKEN, MIXED, PAIR, SOUND
+from broken_laws import BROKEN, MIXED, PAIR, SOLVING, SOUND, Count
 
 from mobile_robot_control import Field
 from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, run_checks
@@ -35,7 +35,7 @@ def test_the_laws_of_the_package_pass_and_are_compiled_to_the_last_bit(law):
         {} if law.repair else {'repair': 'the law has no repair'})
 
 
-@pytest.mark.parametrize('law', [SOUND, MIXED, PAIR], ids=lambda law: law.name)
+@pytest.mark.parametrize('law', [SOUND, MIXED, PAIR, SOLVING], ids=lambda law: law.name)
 def test_a_sound_law_passes_and_gains_that_a_rule_refuses_are_not_tried(law):
     assert set(PLAIN) - {'repair'} <= set(checked_plain(law).passed)
 
@@ -57,6 +57,8 @@ def test_what_is_broken_is_named_with_an_input(what):
     (SOUND._replace(name='fuzzy'), "the law 'fuzzy' is defined in mobile_robot_control already"),
     (SOUND._replace(gains=dict), "'sound': its gains are no NamedTuple"),
     (SOUND._replace(step=None), "the step of 'sound' is no function"),
+    (SOUND._replace(start=5), "'sound': its start is 5; write an instance of a NamedTuple"),
+    (SOUND._replace(joining=Count), "'sound': its joining is <class 'broken_laws.Count'>; write an instance"),
     (SOUND._replace(groups=('sound', 'nothing')), "takes the gains of 'nothing', which is no law here"),
 ])
 def test_an_incomplete_record_is_refused_alone(record, text):

@@ -149,6 +149,15 @@ def test_absurd_rates_are_refused_rather_than_an_overflow(rate):
     assert refused(everywhere(velocity_rate=rate, position_rate=rate))
 
 
+@pytest.mark.parametrize('factor', [5e-324, 1e-13, 5e-7])
+def test_a_factor_that_stops_simulated_time_is_refused_with_the_smallest_useful_one(factor):
+    violation, = refused({'plant': {'real_time_factor': factor}})
+    assert violation.startswith(f'plant: real_time_factor = {factor} is too small: ')
+    smallest = float(violation.partition('at least ')[2].partition(',')[0])
+    for useful in (smallest * (1.0 + 1e-5), 0.0):
+        configure({'plant': {'real_time_factor': useful}})
+
+
 def test_period_nanoseconds_by_hand():
     assert [period_nanoseconds(rate) for rate in (1.0, 50.0, 500.0, 4000.0, 1e9)] == [10**9, 2 * 10**7, 2 * 10**6,
                                                                                      250000, 1]
@@ -156,7 +165,7 @@ def test_period_nanoseconds_by_hand():
 
 def test_unstable_gains_are_refused_with_the_slowest_rate():
     violation, = refused({'velocity_controller': EVOLVED})
-    assert violation.startswith('velocity_controller: gains.k1 = 128.444 N s/m')
+    assert violation.startswith('velocity_controller: gains.k1 = 128.444 N s')
     assert 'are unstable at velocity_rate = 500.0 Hz' in violation
     assert 'the slowest stable rate is 1577' in violation or 'the slowest stable rate is 1576' in violation
 

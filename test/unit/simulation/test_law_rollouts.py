@@ -7,6 +7,7 @@ import pytest
 
 from mobile_robot_control import BodyVelocity, Field, Law, Observation, jitable
 from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.batch import Pool, run_trials
@@ -16,6 +17,10 @@ from mobile_robot_control.simulation.trial import make_trial, measured_run
 
 class Gains(NamedTuple):
     gain: Annotated[float, Field('1/s', 'larger is faster', above=0.0, live=True, search=(0.0, 2.0))] = 1.0
+
+
+class Held(NamedTuple):
+    value: object
 
 
 @jitable
@@ -79,6 +84,60 @@ def test_a_law_that_does_not_compile_runs_plain_on_all_cores_and_says_why_once(r
     assert 'numba cannot compile it (' in told[0]
     # the other law's numbers are the same, whether compiled or not
     assert found == run_trials([one._replace(law='other') for one in trials], compile_them=False)
+
+
+def solver_of(gains, dt):
+    """Return what cannot be pickled, as a solver that is kept; raise for a gain of 0.3."""
+    if gains.gain == 0.3:
+        raise ArithmeticError('no solution')
+    return lambda error: gains.gain * error
+
+
+def solving(state, observation, solver, dt):
+    """Compute what `forward` does, with a solver."""
+    return state, BodyVelocity(solver(observation.error.longitudinal), 0.0)
+
+
+def drawn(*gains):
+    """Return trials as a search makes them, which does not check the gains that it draws."""
+    one = trial_of()
+    return [one._replace(loop=one.loop._replace(law_gains=Gains(gain))) for gain in gains]
+
+
+def test_what_prepare_returns_is_made_in_the_process_that_runs_the_law(registered, capfd):
+    registered(Law('mine', solving, Gains, prepare=solver_of))
+    registered(Law('other', forward, Gains))
+    trials = drawn(*(n / 10 for n in range(1, 21)))
+    pool = Pool(2)
+    try:
+        found = pool(trials)
+    finally:
+        pool.close()
+    failed, = (n for n, outcome in enumerate(found) if outcome.law_failed)
+    assert trials[failed].loop.law_gains == Gains(0.3)
+    sound = [n for n in range(len(trials)) if n != failed]
+    assert [found[n] for n in sound] == run_trials([trials[n]._replace(law='other') for n in sound], compile_them=False)
+
+
+def test_gains_that_cannot_be_prepared_do_not_decide_whether_a_law_compiles(registered):
+    def of_one(gains, dt):
+        if gains.gain < 0.15:
+            raise ArithmeticError('no solution')
+        return gains
+
+    registered(Law('mine', forward, Gains, prepare=of_one))
+    first, second = run_trials(drawn(0.1, 0.2))
+    assert first.law_failed
+    assert not second.law_failed
+    assert batch.compiles(*drawn(0.2))
+
+
+def test_a_state_that_cannot_go_to_another_process_is_refused_and_the_pool_ends(registered):
+    registered(Law('mine', with_set, Gains, start=Held(lambda: 0.0)))
+    pool = Pool(2)
+    with pytest.raises(ParameterError, match=r"the law 'mine' cannot go to another process \(.*; .*--workers 1"):
+        pool([trial_of(gain=0.1 * n) for n in range(1, 21)])
+    pool.close()
 
 
 def test_a_pool_follows_a_law_that_is_registered_again(registered, monkeypatch):
