@@ -126,12 +126,27 @@ def queue_length(base: Base, period: int, position_period: int) -> int:
     """Return how many commands a base keeps; both periods in ns, of the velocity and of the position grid."""
     longest = max(periods(time, period) for time in base.dead_time)
     taken = _taken(base, period, position_period)
+    return _kept(longest, taken)
+
+
+def _kept(longest: int, taken: Events) -> int:
+    """Return how many commands are kept over a dead time [velocity periods]."""
     return 1 + -(-longest * taken.number // taken.periods)
 
 
 def _taken(base: Base, period: int, position_period: int) -> Events:
-    """Return when a base takes commands."""
-    return events_at(base.command_rate, period) if base.command_rate > 0.0 else Events(1, position_period // period)
+    """
+    Return when a base takes commands.
+
+    A base that takes every one at once does so in each velocity period; where its dead time then held more than
+    LONGEST_QUEUE commands, on the finest grid that has every position tick, between which a loop in lockstep and a
+    rollout have no other command.
+    """
+    if base.command_rate > 0.0:
+        return events_at(base.command_rate, period)
+    longest, ratio = max(periods(time, period) for time in base.dead_time), position_period // period
+    grids = (Events(1, every) for every in range(1, ratio + 1) if ratio % every == 0)
+    return next((grid for grid in grids if _kept(longest, grid) <= LONGEST_QUEUE), Events(1, ratio))
 
 
 def discretise_base(base: Base, robot: Robot, period: int, position_period: int) -> DiscreteBase:

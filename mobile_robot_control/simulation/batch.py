@@ -96,8 +96,8 @@ def compiles(one: Trial) -> bool:
     if not _can_prepare(one):  # a fault of these gains, which the trial reports itself
         return False
     try:
-        compiled_rollout(step, one.form)(
-            one.state, prepared_loop(one), _arrays(cart_motion(one._replace(steps=0)), one.form.indices), 0, one.ratio, 0)
+        given = _arrays(cart_motion(one._replace(steps=0)), one.form.indices)
+        compiled_rollout(step, one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
     except Exception as error:  # numba raises errors of its own, and others where it fails itself
         _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "

@@ -1,11 +1,13 @@
 """Margins of the velocity loop and of the position loop along a lap of the curve."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import islice
 from typing import NamedTuple
 
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning.lap import FollowedTick, NotFollowedError, followed_lap, lap_loop
+from mobile_robot_control.tuning.lap_multiplier import lap_multiplier
 from mobile_robot_control.tuning.linearisation import linear_position_loop, linear_velocity_loop
 from mobile_robot_control.tuning.margins import UNKNOWN, Margins, longest_delay, margins_of
 from mobile_robot_control.tuning.modelled import drive_of, pattern_of, smooth_part
@@ -13,6 +15,8 @@ from mobile_robot_control.tuning.modelled import drive_of, pattern_of, smooth_pa
 _POINTS = 24
 """Of the lap, at which the position loop is looked at; fewer where a pattern of several periods costs more."""
 _LEAST_POINTS = 12
+CERTAIN = 2.0
+"""Gain margin at every point of a lap, 6 dB, with which the whole lap is stable without a further look."""
 _VELOCITY_EVERY = 6
 """The velocity loop hardly changes along the curve: every sixth of them is enough."""
 
@@ -47,12 +51,16 @@ class LoopMargins(NamedTuple):
         Delays in position periods.
     reason : str
         Why margins are not known; '' where they are.
+    multiplier : float
+        Factor by which an error of the position loop changes over a lap; nan where the points of the lap leave no doubt
+        that it is below 1, with a gain margin of at least `CERTAIN`, or where it is not known.
 
     """
 
     velocity: LapMargins | None
     position: LapMargins
     reason: str = ''
+    multiplier: float = math.nan
 
 
 def _worst(found: Sequence[tuple[float, Margins]]) -> LapMargins:
@@ -82,8 +90,9 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
     Notes
     -----
     The loop follows a curve, on which it is not constant. Each point is looked at as if the robot went on as it does
-    there, in coordinates that go along with the reference: what varies slower than the loop settles is covered, and a
-    stretch of instability too short to matter counts fully.
+    there, in coordinates that go along with the reference: what varies slower than the loop settles is covered. A
+    stretch of instability too short to matter counts fully in the margins; the multiplier of the lap decides whether
+    the loop is stable.
 
     """
     smooth, by_torque = smooth_part(configuration), drive_of(configuration) == 'torque'
@@ -96,8 +105,11 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
     chosen = sorted({n * ticks // points for n in range(points)})
     velocity: list[tuple[float, Margins]] = []
     position: list[tuple[float, Margins]] = []
+    followed: list[FollowedTick] = []
     try:
-        for window in _windows(followed_lap(smooth), chosen, pattern):
+        followed += islice(followed_lap(smooth), -(-ticks // pattern) * pattern + pattern)
+        for first in chosen:
+            window = followed[first:first + pattern]
             time = window[0].time % placement.period
             if by_torque and len(position) % _VELOCITY_EVERY == 0:
                 velocity.append((time, margins_of(linear_velocity_loop(lap, window[0]))))
@@ -105,21 +117,7 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
     except NotFollowedError as error:
         return LoopMargins(nothing if by_torque else None, nothing, str(error))
     found = LoopMargins(_worst(velocity) if by_torque else None, _worst(position))
+    if found.position.margins.gain < CERTAIN:
+        found = found._replace(multiplier=lap_multiplier(lap, followed[:-(-ticks // pattern) * pattern], pattern))
     known = all(not math.isnan(loop.margins.gain) for loop in found[:2] if loop is not None)
     return found if known else found._replace(reason='the loop has no derivative at a point of the lap')
-
-
-def _windows(
-    ticks: Iterator[FollowedTick], chosen: Sequence[int], length: int
-) -> Iterator[list[FollowedTick]]:
-    """Yield so many consecutive ticks from each of the chosen ones on."""
-    kept: list[FollowedTick] = []
-    begun = iter(chosen)
-    first = next(begun)
-    for n, tick in enumerate(ticks):
-        kept = [*kept, tick][-length:]
-        while n == first + length - 1:
-            yield kept
-            if (following := next(begun, None)) is None:
-                return
-            first = following

@@ -72,7 +72,7 @@ def with_numbers(value: Any, numbers: Iterator[float], frame: Pose) -> Any:
     return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
 
 
-def _slopes(function: Callable[[Array], Array], at: Array) -> Array:
+def slopes_of(function: Callable[[Array], Array], at: Array) -> Array:
     """Return the matrix of derivatives of a function, by central differences."""
     columns = []
     for n, number in enumerate(at):
@@ -82,15 +82,15 @@ def _slopes(function: Callable[[Array], Array], at: Array) -> Array:
     return np.array(columns).T
 
 
-def _reached(links: Flags, first: Any) -> Any:
+def reached(links: Flags, first: Any) -> Any:
     """Return which states are reached from the first ones over links, where links[i, j] leads from j to i."""
-    reached = first
+    found = first
     for _ in range(len(links)):
-        reached = reached | np.any(links[:, reached], axis=1)
-    return reached
+        found = found | np.any(links[:, found], axis=1)
+    return found
 
 
-class _Opened(NamedTuple):
+class Opened(NamedTuple):
     """A function (x, u) -> (x', y), where it is linearised, and the number of states in x."""
 
     period: Callable[[Array], Array]
@@ -98,29 +98,29 @@ class _Opened(NamedTuple):
     states: int
 
 
-def _linear(opened: Sequence[_Opened]) -> tuple[LinearLoop, ...]:
+def _linear(opened: Sequence[Opened]) -> tuple[LinearLoop, ...]:
     """
     Linearise consecutive periods, and keep the states that lie between input and output.
 
     What the input does not reach, or never shows in the output, such as the angles of the wheels, would only put poles
     on the unit circle. All numbers are nan where a function has no derivative, as at a law's switch.
     """
-    slopes = [_slopes(one.period, one.at) for one in opened]
+    slopes = [slopes_of(one.period, one.at) for one in opened]
     n = opened[0].states
     linked: Flags = np.any([part != 0.0 for part in slopes], axis=0)
     links = linked[:n, :n]
-    kept = _reached(links, np.any(linked[:n, n:], axis=1)) & _reached(links.T, np.any(linked[n:, :n], axis=0))
+    kept = reached(links, np.any(linked[:n, n:], axis=1)) & reached(links.T, np.any(linked[n:, :n], axis=0))
     return tuple(
         LinearLoop(
             part[:n, :n][np.ix_(kept, kept)],
             part[:n, n:][kept].reshape(kept.sum(), (part.shape[1] - n) // 2, 2).transpose(1, 0, 2),
             part[n:, :n][:, kept],
-        ) if _is_smooth(one, part, kept) else _NO_DERIVATIVE
+        ) if is_smooth(one, part, kept) else _NO_DERIVATIVE
         for one, part in zip(opened, slopes, strict=True)
     )
 
 
-def _is_smooth(opened: _Opened, slopes: Array, kept: Flags) -> bool:
+def is_smooth(opened: Opened, slopes: Array, kept: Flags) -> bool:
     """Return whether differences in a direction of its own, and half as long, give the same slope: no jump does."""
     direction = np.cos(np.arange(1.0, len(opened.at) + 1.0)) * (0.5 * _STEP) * np.maximum(1.0, abs(opened.at))
     direction[:opened.states][~kept] = 0.0
@@ -130,7 +130,7 @@ def _is_smooth(opened: _Opened, slopes: Array, kept: Flags) -> bool:
     return bool((abs(apart - slopes @ direction) < _AGREEMENT * scale)[seen].all())
 
 
-def _position_period(lap: LapLoop, tick: FollowedTick) -> _Opened:
+def _position_period(lap: LapLoop, tick: FollowedTick) -> Opened:
     """Return the period that begins with a position tick, opened at the command of each of its velocity ticks."""
     start, end = tick.reference.pose, tick.next_reference.pose
     at = np.array([*numbers_of(tick.state, start), *(lap.ratio * [*tick.command])])
@@ -146,7 +146,7 @@ def _position_period(lap: LapLoop, tick: FollowedTick) -> _Opened:
             state = lap.velocity_tick(state, tick.k + j, lap.loop)[0]
         return np.array([*numbers_of(state, end), *asked])
 
-    return _Opened(period, at, states)
+    return Opened(period, at, states)
 
 
 def linear_position_loop(lap: LapLoop, ticks: Sequence[FollowedTick]) -> tuple[LinearLoop, ...]:
@@ -190,4 +190,4 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
             state._replace(pi=VelocityPiState(0.5 * (right + left), 0.5 * (right - left))), tick.k, opened)[0]
         return np.array([*numbers_of(driven._replace(pi=closed.pi), frame), *asked])
 
-    return _linear([_Opened(period, at, states)])
+    return _linear([Opened(period, at, states)])

@@ -65,11 +65,22 @@ def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenari
     })
 
 
-def _shortfalls(name: str, found: LapMargins, period: float, least: float) -> Iterator[str]:
+def _shrink(multiplier: float) -> str:
+    return f'shrink to {multiplier:.2g} of themselves in a lap'
+
+
+def _shortfalls(
+    name: str, found: LapMargins, period: float, least: float, multiplier: float = math.nan
+) -> Iterator[str]:
     """Yield what is thin of a loop's margins; the delay margin must be at least so long [s]."""
     gain, lowest, delay = found.margins
+    if multiplier >= 1.0:
+        yield f'the {name} loop is not stable: an error grows to {multiplier:.3g} of itself in a lap; lower the gains'
+        return
     if gain <= 1.0:
-        yield f'the {name} loop is not stable at {_place(found.gain_time)}; lower the gains'
+        yield (f'the {name} loop is not stable at {_place(found.gain_time)}; lower the gains' if math.isnan(multiplier)
+               else f'errors of the {name} loop grow around {_place(found.gain_time)}, and {_shrink(multiplier)}: no '
+               'margin is known there')
         return
     if gain < THIN_GAIN:
         yield f'the {name} loop has a thin gain margin, {gain:.2f}, and {THIN_GAIN:g} is usual: lower the gains'
@@ -90,7 +101,7 @@ def warnings_of(found: Promise) -> list[str]:
         periods = THIN_PERIODS if found.lockstep else 2.0 * THIN_PERIODS
         made += _shortfalls('velocity', margins.velocity, found.velocity_period, periods * found.velocity_period)
     made += _shortfalls('position', margins.position, found.position_period,
-                        max(THIN_DELAY, THIN_PERIODS * found.position_period))
+                        max(THIN_DELAY, THIN_PERIODS * found.position_period), margins.multiplier)
     late = [effect.phrase for effect in DELAYING if effect.phrase not in found.described.modelled]
     if late:
         made.append(f'{_listed(late)} {"is" if len(late) == 1 else "are"} not modelled: on a robot that has any of it '
@@ -101,7 +112,7 @@ def warnings_of(found: Promise) -> list[str]:
 def _room(found: Promise) -> str:
     """Return for how much delay there is room, in words."""
     gain, _, delay = found.margins.position.margins
-    if not math.isfinite(delay) or gain <= 1.0:
+    if not math.isfinite(delay) or gain <= 1.0 or found.margins.multiplier >= 1.0:
         return ''
     return f', and there is room for {1e3 * delay * found.position_period:.0f} ms of delay before the loop is unstable'
 
@@ -124,17 +135,21 @@ def _gain_text(found: LapMargins) -> str:
     return f'gain margin {gain:.2f} at {_place(found.gain_time)}{lower}'
 
 
-def _loop_text(name: str, found: LapMargins, period: float, longest: int) -> str:
+def _loop_text(name: str, found: LapMargins, period: float, longest: int, multiplier: float = math.nan) -> str:
     """Return the margins of a loop in words; the delay margin was searched up to the longest [periods]."""
+    if multiplier >= 1.0:
+        return f'{name} loop: not stable, an error grows to {multiplier:.3g} of itself in a lap'
+    lap = '' if math.isnan(multiplier) else f'; errors {_shrink(multiplier)}'
     delay = found.margins.delay
     if math.isnan(delay):
         return f'{name} loop: margins unknown'
     if found.margins.gain <= 1.0:
-        return f'{name} loop: not stable at {_place(found.gain_time)}'
+        place = _place(found.gain_time)
+        return f'{name} loop: errors grow around {place}{lap}' if lap else f'{name} loop: not stable at {place}'
     periods = f'more than {longest}' if math.isinf(delay) else f'{delay:.1f}'
     at = '' if math.isinf(delay) else f' at {_place(found.delay_time)}'
     return (f'{name} loop: {_gain_text(found)}, delay margin {1e3 * min(delay, longest) * period:.4g} ms '
-            f'({periods} {name} periods){at}')
+            f'({periods} {name} periods){at}{lap}')
 
 
 def promise_lines(found: Promise) -> list[str]:
@@ -145,7 +160,8 @@ def promise_lines(found: Promise) -> list[str]:
              f'not modelled: {"; ".join(described.not_modelled)}: {_UNKNOWN}']
     if margins.velocity is not None:
         texts.append(_loop_text('velocity', margins.velocity, found.velocity_period, MOST_PERIODS))
-    texts.append(_loop_text('position', margins.position, found.position_period, longest_delay(found.position_period)))
+    texts.append(_loop_text('position', margins.position, found.position_period, longest_delay(found.position_period),
+                            margins.multiplier))
     if described.not_in_margins:
         texts.append(f'not in the margins: {"; ".join(described.not_in_margins)}')
     texts += [f'warning: {text}' for text in warnings_of(found)]
@@ -166,6 +182,7 @@ def promise_values(found: Promise) -> dict[str, Any]:
         'not_modelled': list(found.described.not_modelled),
         'margins': {'velocity_loop': of(found.margins.velocity, found.velocity_period),
                     'position_loop': of(found.margins.position, found.position_period),
+                    'lap_multiplier': _finite(found.margins.multiplier),
                     'not_in_margins': list(found.described.not_in_margins)},
         'warnings': warnings_of(found),
     }

@@ -97,6 +97,18 @@ def test_commands_are_taken_at_the_first_tick_after_each_period_of_the_base():
     assert speeds(states) == [0.0, 0.0, 0.2, 0.2, 0.4, 0.5, 0.5, 0.7]
 
 
+def test_without_a_rate_each_command_is_taken_at_once():
+    assert speeds(drive(Base(), [(k / 10, 0.0) for k in range(8)])) == [k / 10 for k in range(8)]
+
+
+def test_without_a_rate_a_long_dead_time_keeps_the_commands_of_the_finest_grid_that_it_can():
+    # 0.2 s hold 101 commands at 500 Hz, and 51 at every second tick of four in a position period
+    base = Base(dead_time=(0.2, 0.0))
+    assert queue_length(base, 2 * MS, 8 * MS) == 51
+    states = drive(base, [(1.0 + k // 4, 0.0) for k in range(200)], position_period=8 * MS)
+    assert speeds(states) == [0.0] * 100 + [1.0 + k // 4 for k in range(100)]
+
+
 def test_limits_of_speed_and_acceleration():
     states = drive(Base(max_speed=(0.4, 1.0), max_acceleration=(50.0, 0.0)), [(0.9, -3.0)] * 5 + [(-0.9, 0.0)] * 3)
     assert speeds(states) == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.4, 0.3, 0.2, 0.1])
@@ -119,7 +131,7 @@ def test_it_follows_the_newest_command_that_is_old_enough(dead_time, rate, ratio
     period = 2 * MS
     base = Base(dead_time=dead_time, command_rate=rate, lag=lag)
     commands = [(float(1 + k // ratio), float(-1 - k // ratio)) for k in range(150)]
-    every = max(period, round(1e9 / rate)) if rate else ratio * period
+    every = max(period, round(1e9 / rate)) if rate else period
 
     def followed(k, delay, n):
         taken = [tick for j in range(200) if (tick := -(-j * every // period)) <= k - delay]

@@ -1,7 +1,7 @@
 """Margins of both loops: against loops computed by hand, and against driving them with the gain and the delay."""
 
 import math
-from itertools import islice
+from itertools import islice, pairwise
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from mobile_robot_control.parameters.files import load
 from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.simulation.ticks import make_position_tick
 from mobile_robot_control.tuning.lap import followed_lap, lap_loop
 from mobile_robot_control.tuning.lap_margins import loop_margins
@@ -27,6 +28,8 @@ from mobile_robot_control.tuning.linearisation import (
 )
 from mobile_robot_control.tuning.margins import UNSTABLE, Margins, margins_of, spectral_radius_of
 from mobile_robot_control.tuning.modelled import pattern_of, smooth_part
+from mobile_robot_control.tuning.promises import promise, warnings_of
+from mobile_robot_control.tuning.scenarios import configured_scenario
 
 RATES = {'velocity_rate': 200.0, 'position_rate': 50.0}
 
@@ -229,6 +232,66 @@ def test_a_compensation_of_latency_is_part_of_the_position_loop():
     delays = [margins_of(linear_position_loop(lap_loop(one), [next(followed_lap(one))])).delay
               for one in (plain, leading)]
     assert delays[1] > delays[0] + 2.0
+
+
+KANAYAMA = {'kanayama.kx': 12.5}
+
+
+def straight(command_rate=0.0, dead_time=0.0):
+    """Return an ideal base on a line, with steps of 5 ms and a position loop of 10 Hz."""
+    rates = {'velocity_rate': 200.0, 'position_rate': 10.0}
+    return configured('kanayama.yaml', 'line', velocity_controller=rates, plant={
+        **rates, 'drive': 'velocity', 'base.command_rate': command_rate, 'base.dead_time': [dead_time] * 2},
+        position_controller={**rates, **KANAYAMA}, reference_cart=rates)
+
+
+def test_a_base_that_takes_every_command_at_once_has_the_delay_margin_of_an_integrator():
+    # e1' = e1 - 1.25 ((1 - d) e1 + d e1 of before) is stable while 1.25 d < 1: d = 0.8 of 0.1 s
+    assert loop_margins(straight()).position.margins.delay * 0.1 == pytest.approx(0.080, rel=5e-3)
+
+
+@pytest.mark.parametrize(('dead_time', 'stable'), [(0.075, True), (0.085, False)])
+def test_that_delay_margin_is_the_dead_time_with_which_the_motion_leaves_the_line(dead_time, stable):
+    samples = list(rollout(straight(dead_time=dead_time), 20.0))
+    before, after = (max(abs(one.tick.error.longitudinal) for one in samples if first <= one.time < first + 5.0)
+                     for first in (5.0, 15.0))
+    assert (after < before) == stable
+
+
+def test_a_rate_above_that_of_the_steps_is_none():
+    create3 = load([CONFIG / 'robots' / 'create3.yaml'])
+    margins = [loop_margins(configure({**create3, 'plant': {**create3['plant'], 'base.command_rate': rate}})).position
+               for rate in (0.0, 200.0)]
+    assert margins[0] == margins[1]
+
+
+def lagging(curve, period, lag=0.0, file='wall_clock.yaml'):
+    """Return a base on a curve with a period [s]."""
+    return configure(load([CONFIG / file], [f'reference_cart.curve:={curve}', f'reference_cart.period:={period}',
+                                            'plant.drive:=velocity', f'plant.base.lag:=[{lag}, {lag}]']))
+
+
+@pytest.mark.parametrize(('loop', 'multiplier'), [
+    (lagging('lissajous', 8.0, file='fuzzy.yaml'), 0.0503), (lagging('lemniscate', 5.0, 0.12), 0.635),
+    (lagging('lemniscate', 5.0, 0.14), 1.16)], ids=['fuzzy', 'lag of 0.12 s', 'lag of 0.14 s'])
+def test_the_multiplier_of_the_lap_decides_what_is_stable(loop, multiplier):
+    found = loop_margins(loop)
+    # each of them has a stretch on which errors grow
+    assert found.position.margins == UNSTABLE
+    assert found.multiplier == pytest.approx(multiplier, rel=5e-3)
+    told = ' '.join(warnings_of(promise(loop, [configured_scenario(loop)])))
+    assert ('the position loop is not stable' in told) == (multiplier > 1.0)
+
+
+def test_an_error_shrinks_by_the_multiplier_in_a_lap():
+    loop = lagging('lissajous', 8.0, file='fuzzy.yaml')
+    x, y, heading = loop.plant.initial_pose
+    aside = loop._replace(plant=loop.plant._replace(initial_pose=(x + 1e-4, y, heading)))
+    lap = round(8.0 * loop.plant.shared.velocity_rate)
+    laps = [[sample.tick.pose for sample in rollout(one, 24.0)][lap::lap] for one in (loop, aside)]
+    apart = [math.dist(a[:2], b[:2]) for a, b in zip(*laps, strict=True)]
+    for before, after in pairwise(apart):
+        assert after / before == pytest.approx(loop_margins(loop).multiplier, rel=0.1)
 
 
 def test_margins_are_the_worst_along_the_curve_with_their_places():
