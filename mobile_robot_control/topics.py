@@ -59,6 +59,8 @@ _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference
 EVENTS, DISTURBANCE = 'events', 'disturbance'
 STOPPED, STOP_MEMORY = 'stopped', 'stop_memory'
 """On the wall clock: why the robot is stopped, from the position controller, and again from the cart."""
+MOST_EVENTS = 1000
+"""Messages on `events` that a node keeps for later subscribers."""
 RUN_KEY = 'run'
 """Key of a status on `events`: which run of the node that publishes it, from 0."""
 OTHER_TOPICS = {

@@ -26,12 +26,18 @@ class LivePage:
 
     def __init__(self, folder, *arguments, environment=()):
         self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self._errors = (folder / 'stderr.txt').open('wb')
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--port', '0', '--output', str(folder),
-             *arguments], stdout=subprocess.PIPE, text=True, env=os.environ | dict(environment))
+             *arguments], stdout=subprocess.PIPE, stderr=self._errors, text=True, env=os.environ | dict(environment))
         line = self.process.stdout.readline()
         assert line.startswith('dashboard: http://'), (line, self.process.wait(20))
         self.address = line.split()[1]
+
+    def printed(self):
+        """Return what it has printed on its standard error."""
+        return (self.folder / 'stderr.txt').read_text(encoding='utf-8')
 
     @property
     def port(self):
@@ -54,6 +60,7 @@ class LivePage:
         if self.process.poll() is None:
             self.stop()
         self.process.stdout.close()
+        self._errors.close()
 
 
 class OpenPage:

@@ -50,5 +50,5 @@ def load(
     rows = SampleRows()
     for _ in rows.taking(joined(run.series.signals)):
         pass
-    return Run(name=run.name, **rows.arrays(), metrics=run.metrics, parameters=run.parameters, problems=run.problems,
-               series=run.series)
+    return Run(name=run.name, **rows.arrays(run.series), metrics=run.metrics, parameters=run.parameters,
+               problems=run.problems, series=run.series)

@@ -29,8 +29,9 @@ class Run(NamedTuple):
     """
     A run of the closed loop: arrays on one time base, metrics and parameters.
 
-    There is a row for each step of the velocity loop; what the position loop does in between is held, as on the topics.
-    What is not known, such as the torques of a base that takes velocity commands, is nan.
+    There is a row for each step of the velocity loop, with the values of its time. Between position ticks poses,
+    velocities and `tracking_error` are interpolated, poses by cubics; commands and what odometry showed are held, as on
+    the topics. What is not known, such as the torques of a base that takes velocity commands, is nan.
 
     Attributes
     ----------

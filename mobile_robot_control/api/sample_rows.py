@@ -5,8 +5,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from mobile_robot_control.api.between_ticks import at_row_times
 from mobile_robot_control.api.runs import COLUMNS
 from mobile_robot_control.reporting.lines import Floats
+from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.closed_loop import Sample
 
 _WIDTH = 1 + sum(map(len, COLUMNS.values()))
@@ -28,12 +30,12 @@ class SampleRows:
             ))
             yield sample
 
-    def arrays(self) -> dict[str, Floats]:
-        """Return the arrays of a `Run` by name."""
+    def arrays(self, series: Series) -> dict[str, Floats]:
+        """Return the arrays of a `Run` by name; its topics tell what lies between position ticks."""
         rows = np.frombuffer(self._numbers, dtype=np.float64).reshape(-1, _WIDTH)
         found: dict[str, Floats] = {'time': rows[:, 0]}
         first = 1
         for name, columns in COLUMNS.items():
             found[name] = rows[:, first:first + len(columns)]
             first += len(columns)
-        return found
+        return at_row_times(found, series)

@@ -84,5 +84,6 @@ def simulate(
     if why:
         warnings.warn(why, RuntimeWarning, stacklevel=2)
     ran_with = chosen._replace(plant=chosen.plant._replace(duration=options.duration))
-    return Run(name=law if name is None else name, **rows.arrays(), metrics=metrics, parameters=ran_with,
-               problems=tuple(filter(None, [why])), series=Series(collector.signals))
+    series = Series(collector.signals)
+    return Run(name=law if name is None else name, **rows.arrays(series), metrics=metrics, parameters=ran_with,
+               problems=tuple(filter(None, [why])), series=series)

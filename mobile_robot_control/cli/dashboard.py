@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import ipaddress
 import os
 import secrets
 import socket
@@ -37,21 +38,30 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     add_namespace_option(made, 'of the robot')
     made.add_argument('--port', type=whole_number(0, 65535), default=8080, metavar='N',
                       help='of the page; 0 takes any that is free')
-    made.add_argument('--host', default=_LOCAL, metavar='ADDRESS',
+    made.add_argument('--host', type=_address, default=_LOCAL, metavar='ADDRESS',
                       help='address that the page is served on; all but this machine need the token that is printed')
     made.add_argument('--output', default='runs/dashboard', metavar='DIR',
                       help="folder for the nodes' logs, recordings and saved parameters")
     return made.parse_args(arguments)
 
 
+def _address(text: str) -> str:
+    """Read an address; an empty one would be that of all."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError(f"'{text}' is no address; write 127.0.0.1 for this machine alone, or 0.0.0.0 "
+                                         'for all addresses')
+    return text
+
+
 def _listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens; raise ParameterError where another program has the port."""
     try:
         return socket.create_server((host, port), family=socket.AF_INET6 if ':' in host else socket.AF_INET)
-    except OSError as error:
-        reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
-        raise ParameterError([f'{host}:{port} cannot be served ({reason}); name another --port, or a --host that is an '
-                              'address of this machine']) from error
+    except (OSError, TypeError, ValueError) as error:  # a name may have no encoding as a host
+        number = getattr(error, 'errno', None)
+        reason = os.strerror(number) if number and number > 0 else printable(str(error))
+        raise ParameterError([f'{printable(host)}:{port} cannot be served ({reason}); name another --port, or a --host '
+                              'that is an address of this machine']) from error
 
 
 def _check_extra() -> None:
@@ -100,7 +110,7 @@ def _run(options: argparse.Namespace) -> int:
         server = PageServer(
             Served(link, Actions(link, recordings, folder / 'saved'),
                    lambda: shown_state(link, nodes, recordings), folder),
-            _names(options.host, port), token)
+            _names(options.host, *listening.getsockname()[:2]), token)
         address = f'http://{_shown(options.host)}:{port}/' + (f'?token={token}' if token else '')
         print(f'dashboard: {printable(address)} (Ctrl-C ends it)', flush=True)
         server.run(listening, lambda: options.stop.requested)
@@ -126,9 +136,9 @@ def _shown(host: str) -> str:
     return f'[{host}]' if ':' in host else host
 
 
-def _names(host: str, port: int) -> frozenset[str]:
+def _names(host: str, bound: str, port: int) -> frozenset[str]:
     """Return the values of the header Host that name this page; none where any address of the machine serves it."""
-    if host in ('0.0.0.0', '::'):  # noqa: S104 (compared, not bound)
+    if ipaddress.ip_address(bound.partition('%')[0]).is_unspecified:
         return frozenset()
     return frozenset(f'{_shown(name)}:{port}' for name in ({_LOCAL, 'localhost', '::1'} if _is_local(host) else {host}))
 

@@ -43,7 +43,7 @@ def evaluate(
     namespace : str
         In which the nodes ran.
     outcome : str
-        'completed', 'diverged', 'interrupted' or 'node_died'.
+        'completed', 'diverged', 'interrupted', 'node_died', or 'recorded' for a part of a run.
     quiet : bool
         Without progress bars.
     with_report : bool

@@ -2,7 +2,9 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,17 +13,21 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import declarations, flatten
 from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import NODES, Configuration, loop_of
-from mobile_robot_control.quantities import Push
+from mobile_robot_control.parameters.nodes import NODES, PACE, Configuration, loop_of
+from mobile_robot_control.parameters.values import check_value
+from mobile_robot_control.quantities import LARGEST, Push
 from mobile_robot_control.recording.changes import Change
 from mobile_robot_control.recording.loop_messages import LoopMessages, first_difference, read_loop_messages
 from mobile_robot_control.recording.mcap_stream import BagError
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import DISTURBANCE
+from mobile_robot_control.texts import shortened
+from mobile_robot_control.topics import DISTURBANCE, MOST_EVENTS
 
 RESET = 'reset'
 _FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
 """Parameters that change no number."""
+_TOLD = 20
+"""Faults of a bag that are told."""
 
 
 class PlannedRun(NamedTuple):
@@ -88,7 +94,7 @@ def plan_replay(options: argparse.Namespace) -> Replay:
         recorded = read_loop_messages(folder / 'bag', options.namespace, loop_of(configuration.plant).topics)
     except BagError as error:
         raise ParameterError([f'--replay {named}: {error}']) from error
-    faults = [f'--replay {named}: {fault}' for fault in _faults(configuration, recorded)]
+    faults = [f'--replay {named}: {fault}' for fault in islice(_faults(configuration, recorded), _TOLD)]
     if faults:
         raise ParameterError(faults)
     at_first, runs = _runs(configuration, recorded.changes)
@@ -129,24 +135,77 @@ def _faults(configuration: Configuration, recorded: LoopMessages) -> Iterator[st
         if run[0] != 0 or (len(course.stamps) > 1 and run[1] not in (0, period)):
             yield (f'{topic} begins with the stamps {run[0]} and {run[1]} ns, and not with 0 and {period} ns as at '
                    f'{rate} Hz; its parameters.yaml is of another run')
-    for change in recorded.changes:
-        if change.node not in NODES:
-            yield f"an event is of the node '{change.node}', which does not exist; it is of another version"
-            continue
-        period, tick = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
-        if RESET in change.values and ((change.stamp - period) % tick or change.stamp <= tick):
-            yield f'a reset is told to act before {change.stamp} ns, at no position tick; it is of another run'
-        if DISTURBANCE in change.values and len(change.values[DISTURBANCE]) != len(Push._fields):
-            yield f'an event tells {change.values[DISTURBANCE]}, which is no push; it is of another version'
-        if change.stamp % period:
-            yield f'an event of {change.node} is of {change.stamp} ns, which is off the grid; it is of another run'
-        live = {name for name, one in declarations(NODES[change.node]).items() if one.field.live}
-        special = {RESET, DISTURBANCE} if change.node == 'plant' else set()
-        yield from (f"an event sets '{key}' of {change.node}, which cannot be set; it is of another version"
-                    for key in change.values if key not in live | special)
+    ends = _ends(recorded.courses['joint_states'].stamps)
+    faults = [*_crowds(recorded.changes), *(
+        fault for change in recorded.changes for fault in _event_faults(change, configuration, ends))]
+    yield from faults or _rule_faults(configuration, recorded.changes)
     resets = [change.run for change in recorded.changes if RESET in change.values]
-    if resets != [*range(len(resets))] or any(change.run > len(resets) for change in recorded.changes):
+    if not faults and (resets != [*range(len(resets))] or any(change.run > len(resets) for change in recorded.changes)):
         yield 'its events are not those of one run after the other; a node was started again, or events are missing'
+
+
+def _ends(stamps: Iterable[int]) -> list[int]:
+    """Return the last stamp of each run [ns]."""
+    ends: list[int] = []
+    for stamp in stamps:
+        if not ends or stamp < ends[-1]:
+            ends.append(stamp)
+        ends[-1] = stamp
+    return ends
+
+
+def _place(change: Change) -> str:
+    return f"an event of the node '{change.node}' at {change.stamp} ns of run {change.run}"
+
+
+def _crowds(changes: Iterable[Change]) -> Iterator[str]:
+    """Yield the stamps at which a node tells more changes than it keeps for others."""
+    counts = Counter(_place(change) for change in changes)
+    yield from (f'{place} is one of {count}, and a node keeps {MOST_EVENTS}; it is of another publisher'
+                for place, count in counts.items() if count > MOST_EVENTS)
+
+
+def _event_faults(change: Change, configuration: Configuration, ends: Sequence[int]) -> Iterator[str]:
+    """Yield what is wrong with one event by itself, in runs that end at these stamps [ns]."""
+    shared = configuration.plant.shared
+    period, tick = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
+    if change.node not in NODES:
+        yield f'{_place(change)}: that node does not exist; it is of another version'
+        return
+    # a reset is told for the step that no longer comes
+    beyond = period if RESET in change.values else 0
+    if not (0 <= change.run < len(ends) and 0 <= change.stamp <= ends[change.run] + beyond):
+        yield f'{_place(change)} is outside of what was recorded'
+    elif change.stamp % period:
+        yield f'{_place(change)} is off the grid; it is of another run'
+    declared = declarations(NODES[change.node])
+    for key, value in change.values.items():
+        if change.node == 'plant' and key == DISTURBANCE:
+            if not (isinstance(value, list) and len(value) == len(Push._fields)
+                    and all(type(part) in (int, float) and abs(part) <= LARGEST for part in value)):
+                yield f'{_place(change)} tells {shortened(repr(value), 60)}, which is no push'
+        elif change.node == 'plant' and key == RESET:
+            if (change.stamp - period) % tick or change.stamp <= tick:
+                yield f'{_place(change)} is a reset at no position tick; it is of another run'
+            yield from (f'{_place(change)}: {fault}' for fault in check_value(declared['initial_pose'], value)[1])
+        elif key not in declared or key in PACE or not declared[key].field.live:
+            yield f"{_place(change)} sets '{shortened(key, 60)}', which cannot be set; it is of another version"
+        else:
+            yield from (f'{_place(change)}: {fault}' for fault in check_value(declared[key], value)[1])
+
+
+def _rule_faults(configuration: Configuration, changes: Iterable[Change]) -> Iterator[str]:
+    """Yield the changes after which a node would have refused its parameters."""
+    values = {node: flatten(part) for node, part in configuration._asdict().items()}
+    for change in changes:
+        changed = {key: value for key, value in change.values.items() if key not in (RESET, DISTURBANCE)}
+        if changed:
+            try:
+                configure({**values, change.node: values[change.node] | changed})
+            except ParameterError as error:
+                yield f'{_place(change)}: {"; ".join(error.violations)}'
+                return
+            values[change.node] |= changed
 
 
 def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Change], list[PlannedRun]]:

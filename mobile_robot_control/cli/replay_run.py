@@ -54,6 +54,7 @@ class ReplayRun:
         Raises RunFailedError where a node refuses a change.
         """
         self._runner = runner
+        applied = 0
         with suppress(_RunIsOverError):
             self._wait(self._replayer.is_ready, 'the services of the nodes were not discovered')
             for run in self._replay.runs:
@@ -61,10 +62,14 @@ class ReplayRun:
                     self._go_to(hold)
                     for change in changes:
                         self._apply(change)
+                        applied += 1
                 if run.reset_at is not None:
                     self._go_to(run.reset_at)
                     self._begin_anew()
         runner.recorder.limit = NO_LIMIT
+        left = len(self._replay.changes) - applied
+        if left and runner.is_over() and runner.result().outcome == 'completed':
+            raise RunFailedError(f'the run was over before {left} of its changes could be done again')
 
     def _go_to(self, stamp: int) -> None:
         """Let the run go on until it is held at a stamp [ns] and every node has answered it."""

@@ -13,10 +13,14 @@ _FARTHEST_SQUARED = 1e30
 
 
 class BacksteppingGains(NamedTuple):
-    """Gains of Eq. (25), where f and g are constants, as in the chapter's search."""
+    """
+    Gains of Eq. (25), where f and g are constants, as in the chapter's search.
+
+    The chapter gives no units (deviation 13). With another α than 1, p is in 1/m^(2α) and f in m^(2α)/s.
+    """
 
     p: Annotated[
-        float, Field('', 'weight of the position error, p: larger reacts more strongly to a gap ahead and aside',
+        float, Field('1/m²', 'weight of the position error, p: larger reacts more strongly to a gap ahead and aside',
                      above=0.0, live=True, search=(0.0, 5.0))
     ] = 1.646
     q: Annotated[
@@ -28,8 +32,8 @@ class BacksteppingGains(NamedTuple):
                      'gain and weakens the lateral feedback near the cart', minimum=1.0, maximum=5.0, live=True)
     ] = 1.0
     f: Annotated[
-        float, Field('1/s', 'gain f of the longitudinal feedback: larger closes the gap ahead sooner and asks for more '
-                     'torque', above=0.0, live=True, search=(0.0, 20.0))
+        float, Field('m²/s', 'gain f of the longitudinal feedback: larger closes the gap ahead sooner and asks for '
+                     'more torque', above=0.0, live=True, search=(0.0, 20.0))
     ] = 1.26767
     g: Annotated[
         float, Field('1/s', 'gain g of the heading feedback: larger corrects the heading sooner and asks for more '

@@ -75,13 +75,16 @@ def step(
     Notes
     -----
     The heading follows from the velocity: the robot may drive the path in reverse, if it starts so. The compensator is
-    integrated exactly under held errors, so that no k_d makes it swing.
+    integrated exactly under held errors, so that no k_d makes it swing. The speed is that of the period's end, and ω
+    divides by that of its start, as in the listing of [2]_.
 
     References
     ----------
     .. [1] G. Oriolo, A. De Luca and M. Vendittelli, "WMR control via dynamic feedback linearization: design,
        implementation, and experimental validation", IEEE Transactions on Control Systems Technology 10, 2002,
        pp. 835-852.
+    .. [2] G. Klancar, A. Zdesar, S. Blazic and I. Skrjanc, "Wheeled Mobile Robotics", Butterworth-Heinemann, 2017,
+       section 3.3.
 
     """
     e1, e2, e3 = observation.error
@@ -97,11 +100,10 @@ def step(
     across = v_r_rate * sin + v_r * omega_r * cos + kd * v_r * sin + kp * e2
     # the compensator is singular at ξ = 0: a unicycle that stands cannot accelerate sideways
     divisor = xi if abs(xi) >= xi_min else math.copysign(xi_min, xi)
-    # v = ξ, ω = (u_y cos θ - u_x sin θ) / ξ
-    command = BodyVelocity(xi, across / divisor)
     # dξ/dt = u_x cos θ + u_y sin θ, whose -k_d ξ decays exactly
     xi += along * (-math.expm1(-kd * dt) / kd)
-    return CompensatorState(1.0, xi, v_r), command
+    # v = ξ at the period's end, so that it answers this error and not the last one; ω = (u_y cos θ - u_x sin θ) / ξ
+    return CompensatorState(1.0, xi, v_r), BodyVelocity(xi, across / divisor)
 
 
 LAW = Law('dynamic_feedback_linearization', step, LinearizingGains, CompensatorState())

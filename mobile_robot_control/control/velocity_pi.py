@@ -13,7 +13,7 @@ class VelocityGains(NamedTuple):
     """Gains of Eq. (17)."""
 
     k1: Annotated[
-        float, Field('N s/m', 'gain K1 of the linear channel: larger reaches the commanded velocity sooner, with '
+        float, Field('N s', 'gain K1 of the linear channel: larger reaches the commanded velocity sooner, with '
                      'more torque, and needs a higher velocity_rate', above=0.0, live=True, search=(0.0, 20.0))
     ] = 0.168617
     ti1: Annotated[

@@ -153,7 +153,7 @@ def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool)
         return ''
     slowest = slowest_stable_rate(gains, robot, rate, delays)
     clock = 'in lockstep' if lockstep else 'with one and two samples of delay, as on the wall clock'
-    return (f'gains.k1 = {gains.k1} N s/m, gains.ti1 = {gains.ti1} s, gains.k2 = {gains.k2} N m s/rad, '
+    return (f'gains.k1 = {gains.k1} N s, gains.ti1 = {gains.ti1} s, gains.k2 = {gains.k2} N m s/rad, '
             f'gains.ti2 = {gains.ti2} s are unstable at velocity_rate = {rate} Hz: '
             f'spectral radius {radius:.4f} {clock}; '
             + (f'the slowest stable rate is {slowest:.1f} Hz: raise velocity_rate above it, or lower the gains'

@@ -58,7 +58,7 @@ class AccessGate:
         host = headers.get('host', '')
         if self._hosts and host not in self._hosts:
             return 'this page is served under another name'
-        if 'origin' in headers and headers['origin'] != f'http://{host}':
+        if _is_of_another_page(headers, host):
             return 'another page may not open this one'
         if self._token and not (self._has_cookie(headers) or self._asks_for_cookie(scope)):
             return 'open the address with the token that the command has printed'
@@ -76,6 +76,15 @@ class AccessGate:
             return False
         given = parse_qs(scope['query_string'].decode('latin-1')).get('token', [''])[0]
         return hmac.compare_digest(given.encode(), self._token.encode())
+
+
+def _is_of_another_page(headers: dict[str, str], host: str) -> bool:
+    """Return whether a page from elsewhere has made a request, by what browsers add; a link there may lead here."""
+    if 'origin' in headers and headers['origin'] != f'http://{host}':
+        return True
+    follows_link = (headers.get('sec-fetch-mode') == 'navigate' and headers.get('sec-fetch-dest') == 'document'
+                    and 'sec-purpose' not in headers)
+    return headers.get('sec-fetch-site', 'none') not in ('none', 'same-origin') and not follows_link
 
 
 def _with_headers(send: Send) -> Send:

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 from mobile_robot_control.dashboard.kicks import KICKS
 from mobile_robot_control.dashboard.lessons import chapter_numbers, surface_numbers
 from mobile_robot_control.dashboard.link import RobotLink
-from mobile_robot_control.dashboard.recordings import Recordings, save_parameters
+from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
+from mobile_robot_control.files import explain
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
@@ -63,11 +64,14 @@ class Actions:
     async def fulfil(self, wish: Any) -> Answer:
         """Fulfil a wish as JSON has it, whatever it holds; never raises."""
         try:
-            if not isinstance(wish, dict) or wish.get('do') not in self._wishes:
+            asked = wish.get('do') if isinstance(wish, dict) else None
+            if not isinstance(asked, str) or asked not in self._wishes:
                 raise RefusedWishError('the page asked for something that is not there; load it again')
-            return await self._wishes[wish['do']](wish)
-        except (NoAnswerError, RefusedWishError, OSError) as error:
+            return await self._wishes[asked](wish)
+        except (NoAnswerError, RefusedWishError, BusyError) as error:
             return Answer(False, shortened(str(error)))
+        except OSError as error:
+            return Answer(False, shortened(explain(error)))
         except ParameterError as error:
             return Answer(False, shortened('; '.join(error.violations), 1000))
         except Exception as error:  # whatever a page sends must not end the server

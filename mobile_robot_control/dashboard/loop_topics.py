@@ -9,6 +9,8 @@ from mobile_robot_control.dashboard.sampling import Sampler
 from mobile_robot_control.topics import LOOP_TOPICS
 
 _COMMAND, _PLAIN = 'cmd_vel', 'geometry_msgs/msg/Twist'
+_DEPTHS = {'position_rate': 8, 'velocity_rate': 32}
+"""Messages kept between two looks, among which those of one stamp are found while a run goes on."""
 
 
 class LoopTopics:
@@ -41,7 +43,8 @@ class LoopTopics:
         """Subscribe, and begin a new row; what is subscribed to already stays."""
         if not self.polled:
             self.sampler = Sampler()
-            self.polled = {name: PolledTopic(self._node, name, topic.kind) for name, topic in LOOP_TOPICS.items()}
+            self.polled = {name: PolledTopic(self._node, name, topic.kind, _DEPTHS[topic.rate])
+                           for name, topic in LOOP_TOPICS.items()}
 
     def unsubscribe(self) -> None:
         """End all subscriptions."""
@@ -50,11 +53,10 @@ class LoopTopics:
         self.polled = {}
 
     def look(self) -> None:
-        """Take the newest message of each."""
+        """Take the newest messages of each, and fill the row from those of one stamp."""
         for name, topic in self.polled.items():
-            taken = topic.take()
-            if taken:
-                self.sampler.take(name, topic.kind, taken[-1])
+            self.sampler.take(name, topic.kind, topic.take())
+        self.sampler.fill()
 
     def follow_type(self) -> None:
         """Subscribe to commands of the type that they are published with: bases may take plain ones alone."""
@@ -64,7 +66,7 @@ class LoopTopics:
         kinds = {offer.topic_type for offer in self._node.get_publishers_info_by_topic(command.name)}
         if kinds and command.kind not in kinds and kinds <= {LOOP_TOPICS[_COMMAND].kind, _PLAIN}:
             command.close()
-            self.polled[_COMMAND] = PolledTopic(self._node, _COMMAND, kinds.pop())
+            self.polled[_COMMAND] = PolledTopic(self._node, _COMMAND, kinds.pop(), _DEPTHS['position_rate'])
 
     def published(self) -> list[str]:
         """List the topics, by absolute name, that have a publisher."""

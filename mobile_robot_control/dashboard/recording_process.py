@@ -7,6 +7,7 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.cli.evaluation import evaluate
+from mobile_robot_control.files import explain
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
@@ -16,7 +17,7 @@ from mobile_robot_control.ros.deadline import leave_dds
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import catch_up, make_executor
 from mobile_robot_control.ros.stop import Stop
-from mobile_robot_control.topics import LOOPS
+from mobile_robot_control.topics import LOOPS, LoopGraph
 
 _BEHIND = 10.0
 """[s] of wall time at most in which messages are recorded that came before the end."""
@@ -30,8 +31,21 @@ def record(folder: Path, namespace: str, stop: Stop) -> int:
         # nodes that run with what this process does not know, such as a law of their own, are recorded all the same
         print(f'{folder / "parameters.yaml"}: {error}')
         loop = LOOPS['torque']
+    try:
+        failure = _record_bag(folder / 'bag', namespace, stop, loop)
+    except OSError as error:
+        failure = explain(error)
+    evaluated = evaluate(folder, namespace, 'recorded', quiet=True)
+    # the page shows the last line
+    for line in filter(None, (*evaluated.unwritten, failure)):
+        print(line)
+    return 1 if failure or evaluated.unwritten else 0
+
+
+def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
+    """Record a bag until a stop is requested; return why it could not be written to its end, '' where it was."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    with BagWriter(folder / 'bag') as bag:
+    with BagWriter(path) as bag:
         recorder = Recorder(namespace, bag.write, bag.knows, loop)
         executor = make_executor()
         executor.add_node(recorder)
@@ -39,10 +53,7 @@ def record(folder: Path, namespace: str, stop: Stop) -> int:
             executor.spin_once(timeout_sec=0.05)
         # on a busy machine messages wait here that came before the end
         catch_up(executor, _BEHIND)
-    evaluated = evaluate(folder, namespace, 'completed', quiet=True)
-    for line in filter(None, (bag.failure, *evaluated.unwritten)):
-        print(line)
-    return 1 if bag.failure or evaluated.unwritten else 0
+    return bag.failure
 
 
 if __name__ == '__main__':

@@ -1,9 +1,13 @@
 """Recordings that the page asks for: each by a process of its own, which writes bag, metrics and report."""
 
+import itertools
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +18,14 @@ from mobile_robot_control.texts import shortened
 
 _STATE = ('paused', 'hold_at')
 """What is the state of a run rather than a parameter of the next one."""
+_SHOWN = 5
+"""Recordings that the page shows."""
+_LINES = 20
+"""Of what a recording has printed that are kept."""
+
+
+class BusyError(RuntimeError):
+    """A recording, or its report, is under way."""
 
 
 def parameter_text(present: Mapping[str, Mapping[str, Any]]) -> str:
@@ -23,20 +35,83 @@ def parameter_text(present: Mapping[str, Mapping[str, Any]]) -> str:
                                 for node, values in present.items()})
 
 
+def _claim(folder: Path, name: str, make: Callable[[Path], Any]) -> Path:
+    """Make the first path of a folder that is not there, of a name with a number; others may claim one at once."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for number in itertools.count(1):
+        path = folder / name.format(number)
+        with suppress(FileExistsError):
+            make(path)
+            return path
+    raise AssertionError('numbers do not end')
+
+
 def save_parameters(folder: Path, present: Mapping[str, Mapping[str, Any]]) -> Path:
     """Write the present values as a new parameter file of a folder; return its path."""
-    folder.mkdir(parents=True, exist_ok=True)
-    number = 1 + sum(1 for _ in folder.glob('parameters_*.yaml'))
-    while (folder / f'parameters_{number}.yaml').exists():
-        number += 1
-    file = folder / f'parameters_{number}.yaml'
-    write_atomically(file, parameter_text(present))
+    file = _claim(folder, 'parameters_{}.yaml', lambda path: path.touch(exist_ok=False))
+    try:
+        write_atomically(file, parameter_text(present))
+    except OSError:
+        file.unlink(missing_ok=True)
+        raise
     return file
+
+
+class _Recording:
+    """A recording into a folder, by a process of its own."""
+
+    def __init__(self, folder: Path, namespace: str) -> None:
+        self.folder, self._stopping = folder, False
+        self._process = subprocess.Popen(  # noqa: S603 (our own module)
+            [sys.executable, '-m', 'mobile_robot_control.dashboard.recording_process', str(folder), namespace],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+            env=os.environ | plugin_environment())
+        # kept here: on a full disk there is no log that could tell so
+        self._printed: deque[bytes] = deque(maxlen=_LINES)
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        if self._process.stdout is not None:
+            with self._process.stdout as printed:
+                self._printed.extend(printed)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it records, or writes its report."""
+        return self._process.poll() is None
+
+    def state(self) -> dict[str, str]:
+        """Return 'recording', 'writing', 'done' or 'failed', with the name, and what went wrong in words."""
+        code, text = self._process.poll(), ''
+        if code is None:
+            state = 'writing' if self._stopping else 'recording'
+        else:
+            state = 'done' if (self.folder / 'report.html').is_file() else 'failed'
+            if code:
+                self._reader.join(1.0)
+                lines = [line for line in list(self._printed) if line.strip()]
+                text = shortened(lines[-1].decode(errors='replace').strip() if lines
+                                 else f'it ended with exit code {code}')
+        return {'state': state, 'name': self.folder.name, 'text': text}
+
+    def stop(self) -> None:
+        """End it; its report follows."""
+        self._stopping = True
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+
+    def wait(self, seconds: float) -> None:
+        """Wait until its report is written; kill it after so many seconds."""
+        try:
+            self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
 
 
 class Recordings:
     """
-    The recordings of a page.
+    The recordings of all pages, one at a time.
 
     Parameters
     ----------
@@ -49,60 +124,34 @@ class Recordings:
 
     def __init__(self, folder: Path, namespace: str) -> None:
         self._folder, self._namespace = folder, namespace
-        self._process: subprocess.Popen[bytes] | None = None
-        self._name, self._number, self._stopping = '', 0, False
+        self._lock = threading.Lock()
+        self._made: deque[_Recording] = deque(maxlen=_SHOWN)
 
     @property
-    def state(self) -> dict[str, Any]:
-        """What goes on, as JSON has it: 'none', 'recording', 'writing the report', 'done' or 'failed', and of what."""
-        if self._process is None:
-            return {'state': 'none', 'name': '', 'text': ''}
-        code = self._process.poll()
-        if code is None:
-            return {'state': 'writing' if self._stopping else 'recording', 'name': self._name, 'text': ''}
-        log = self._folder / self._name / 'record.log'
-        lines = log.read_text(encoding='utf-8', errors='replace').strip().splitlines() if log.is_file() else []
-        report = (self._folder / self._name / 'report.html').is_file()
-        return {'state': 'done' if report else 'failed', 'name': self._name,
-                'text': '' if report else shortened(lines[-1] if lines else f'it ended with exit code {code}')}
-
-    @property
-    def is_busy(self) -> bool:
-        """Whether a recording, or its report, is under way."""
-        return self._process is not None and self._process.poll() is None
+    def state(self) -> list[dict[str, str]]:
+        """The newest recordings, the last one last."""
+        return [one.state() for one in list(self._made)]
 
     def start(self, present: Mapping[str, Mapping[str, Any]]) -> str:
-        """Begin to record; return the words for it. A recording that goes on is left alone."""
-        if self.is_busy:
-            return f'{self._name} is not finished yet'
-        self._folder.mkdir(parents=True, exist_ok=True)
-        self._number += 1
-        while (self._folder / f'recording_{self._number}').exists():
-            self._number += 1
-        self._name, self._stopping = f'recording_{self._number}', False
-        folder = self._folder / self._name
-        folder.mkdir()
-        write_atomically(folder / 'parameters.yaml', parameter_text(present))
-        with (folder / 'record.log').open('wb') as log:
-            self._process = subprocess.Popen(  # noqa: S603 (our own module)
-                [sys.executable, '-m', 'mobile_robot_control.dashboard.recording_process', str(folder),
-                 self._namespace], stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT,
-                start_new_session=True, env=os.environ | plugin_environment())
+        """Begin to record; return the words for it. Raises BusyError where a recording goes on, whoever began it."""
+        with self._lock:
+            if self._made and self._made[-1].is_busy:
+                raise BusyError(f'{self._made[-1].folder.name} is not finished yet; stop it, or wait for its report')
+            folder = _claim(self._folder, 'recording_{}', Path.mkdir)
+            write_atomically(folder / 'parameters.yaml', parameter_text(present))
+            self._made.append(_Recording(folder, self._namespace))
         return f'recording into {folder}'
 
     def stop(self) -> str:
         """End the recording; its report follows."""
-        if self._process is None or self._process.stdin is None or not self.is_busy:
-            return 'nothing is recorded'
-        self._stopping = True
-        self._process.stdin.close()
-        return f'{self._name} ends; its report follows'
+        with self._lock:
+            if not self._made or not self._made[-1].is_busy:
+                return 'nothing is recorded'
+            self._made[-1].stop()
+            return f'{self._made[-1].folder.name} ends; its report follows'
 
     def close(self) -> None:
         """End a recording that goes on, and wait until its report is written."""
-        if self.is_busy and self._process is not None:
-            self.stop()
-            try:
-                self._process.wait(60.0)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
+        self.stop()
+        while self._made:
+            self._made.pop().wait(60.0)

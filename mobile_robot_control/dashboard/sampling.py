@@ -1,9 +1,9 @@
-"""The newest messages of the loop as one row of numbers, 20 times a second; bytes from anywhere are safe here."""
+"""Messages of the loop as one row of numbers, 20 times a second; bytes from anywhere are safe here."""
 
 import math
 import time
 from collections import Counter, deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,6 +15,7 @@ from mobile_robot_control.messages.parsing import (
     serialised_stamp,
 )
 from mobile_robot_control.recording.signals import READ
+from mobile_robot_control.topics import POSITION_TOPICS
 
 COLUMNS = (
     'run', 'time', 'speed', 'x', 'y', 'heading', 'linear', 'angular', 'ref_x', 'ref_y', 'ref_heading', 'ref_linear',
@@ -38,13 +39,19 @@ PLACES: dict[str, tuple[str, ...]] = {
 _WALL = 10**15
 """[ns]: later stamps are those of a wall clock."""
 _PLAIN = 'geometry_msgs/msg/Twist'
+_HELD = -1
+"""Stands for the stamp of a message without one, which counts for every stamp."""
+_DRAINED = 64
+"""Messages of a topic that are kept at most."""
 _STALE = 1.0
 """[s] of wall time without a message after which a topic's numbers are not shown any more."""
 
 
 class Sampler:
     """
-    Gathers the newest message of each topic into a row.
+    Gathers messages of one run and one stamp into a row.
+
+    On the wall clock, where each node has stamps of its own, a row has the newest message of each topic.
 
     Attributes
     ----------
@@ -56,41 +63,84 @@ class Sampler:
     def __init__(self) -> None:
         self.refused: Counter[str] = Counter()
         self._values: dict[str, float] = dict.fromkeys(COLUMNS, math.nan)
+        self._recent: dict[str, dict[int, tuple[str, bytes]]] = {}
         self._came: dict[str, float] = {}
-        self._run, self._stamp, self._origin = 0, -1, 0
+        self._run, self._newest, self._origin = 0, -1, 0
+        self._stamp, self._agree = -1, False
         self._ages: deque[tuple[float, int]] = deque(maxlen=41)
 
-    def take(self, topic: str, kind: str, message: bytes) -> None:
-        """Take in the newest message of a loop topic; one that is not readable is counted and changes nothing."""
-        try:
-            if kind == _PLAIN:
-                numbers = read_or_refuse(kind, (partial(deserialise, kind), read_plain_twist), message)
-            else:
-                stamp = serialised_stamp(message)
-                numbers = read_or_refuse(kind, (partial(deserialise, kind), READ[topic]), message)
-                if topic == 'odom':
-                    self._note_stamp(stamp)
-        except RefusedMessageError as error:
-            self.refused[f'{topic}: {error.reason}'] += 1
-            return
-        self._came[topic] = time.monotonic()
-        self._values.update(zip(PLACES[topic], numbers, strict=True))
+    def take(self, topic: str, kind: str, messages: Sequence[bytes]) -> None:
+        """
+        Take in what has come on a loop topic since the last look, the newest last.
 
-    def _note_stamp(self, stamp: int) -> None:
-        """Note the time of the newest odometry; one that falls begins a new run."""
-        if stamp < self._stamp or self._stamp < 0:
-            self._run += 1
-            self._origin = stamp if stamp > _WALL else 0
-            self._ages.clear()
-        self._stamp = stamp
+        A message that is not readable is counted and changes nothing.
+        """
+        recent = self._recent.setdefault(topic, {})
+        for message in messages:
+            try:
+                stamp = _HELD if kind == _PLAIN else serialised_stamp(message)
+            except RefusedMessageError as error:
+                self.refused[f'{topic}: {error.reason}'] += 1
+                continue
+            if recent and stamp < next(reversed(recent)):
+                recent.clear()  # of the run before
+            if topic == 'odom' and not 0 <= self._newest <= stamp:
+                self._begin_run(stamp)
+            if topic == 'odom':
+                self._newest = stamp
+            recent.pop(stamp, None)
+            recent[stamp] = kind, message
+            self._came[topic] = time.monotonic()
+        while len(recent) > _DRAINED:
+            del recent[next(iter(recent))]
+
+    def _begin_run(self, stamp: int) -> None:
+        """Begin a row at the first odometry of a run; what other topics have of later stamps is of the run before."""
+        self._run += 1
+        self._stamp, self._agree, self._origin = -1, False, stamp if stamp > _WALL else 0
+        self._ages.clear()
+        self._values.update(dict.fromkeys(COLUMNS, math.nan))
+        for topic, recent in self._recent.items():
+            if topic != 'odom' and stamp <= _WALL:
+                self._recent[topic] = {other: held for other, held in recent.items() if other <= stamp}
+
+    def fill(self) -> None:
+        """Fill the row: from the newest stamp that all topics have, else that those of the slow loop have."""
+        for topic, came in list(self._came.items()):
+            if topic != 'odom' and time.monotonic() - came > _STALE:
+                self._values.update(dict.fromkeys(PLACES[topic], math.nan))
+                del self._came[topic], self._recent[topic]
+        stamped = {topic: set(recent) for topic, recent in self._recent.items() if recent and _HELD not in recent}
+        slow = [stamps for topic, stamps in stamped.items() if topic in POSITION_TOPICS]
+        shared = set.intersection(*slow) if slow else set()
+        by_all = shared.intersection(*stamped.values())
+        if by_all and (max(by_all) > self._stamp or max(shared) == self._stamp):
+            shared = by_all
+        if self._newest > _WALL or not (shared or self._agree):
+            # each node stamps by a clock of its own
+            self._stamp = self._newest
+            self._read({topic: next(reversed(recent)) for topic, recent in self._recent.items() if recent})
+        elif shared and max(shared) >= self._stamp:
+            self._stamp, self._agree = max(shared), True
+            self._read({topic: _HELD if _HELD in recent else self._stamp for topic, recent in self._recent.items()})
+
+    def _read(self, chosen: Mapping[str, int]) -> None:
+        """Read the message of a stamp of each topic into the row; nan where there is none, or none that is readable."""
+        for topic, stamp in chosen.items():
+            numbers: Sequence[float] = (math.nan,) * len(PLACES[topic])
+            if stamp in self._recent[topic]:
+                kind, message = self._recent[topic][stamp]
+                steps = partial(deserialise, kind), read_plain_twist if kind == _PLAIN else READ[topic]
+                try:
+                    numbers = read_or_refuse(kind, steps, message)
+                except RefusedMessageError as error:
+                    self.refused[f'{topic}: {error.reason}'] += 1
+                    del self._recent[topic][stamp]
+            self._values.update(zip(PLACES[topic], numbers, strict=True))
 
     def row(self, lyapunov: float) -> tuple[float, ...]:
         """Return the present row, in the order of COLUMNS."""
         now = time.monotonic()
-        for topic, came in list(self._came.items()):
-            if now - came > _STALE and topic != 'odom':
-                self._values.update(dict.fromkeys(PLACES[topic], math.nan))
-                del self._came[topic]
         self._ages.append((now, self._stamp))
         passed = now - self._ages[0][0]
         self._values['run'] = float(self._run)

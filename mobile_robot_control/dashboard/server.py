@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import uvicorn
-from fastapi import FastAPI
+from fastapi import FastAPI, Request
+from fastapi.responses import PlainTextResponse
 from nicegui import Client, app, ui
 
 from mobile_robot_control.dashboard.access import AccessGate
 from mobile_robot_control.dashboard.actions import Actions
 from mobile_robot_control.dashboard.link import PERIOD, RobotLink
+from mobile_robot_control.dashboard.log_lines import log_in_lines
 from mobile_robot_control.dashboard.markup import HEAD, SKELETON
 from mobile_robot_control.dashboard.snapshot import shown_parameters
 from mobile_robot_control.texts import describe_error
@@ -27,6 +29,8 @@ _STATE = 0.5
 """[s] of wall time between two looks at the state."""
 _RECONNECT = 20.0
 """[s] after which a browser that does not answer counts as gone; a busy machine answers late."""
+_UNOPENED = 16
+"""Pages that were fetched and have not opened their socket yet; older ones are forgotten."""
 _TITLE = 'mobile_robot_control'
 
 
@@ -88,7 +92,12 @@ class PageServer:
         self._served = served
         self._sessions: dict[str, _Session] = {}
         self._parameters = (-1, '')
+        log_in_lines()
+        # shared: each page would keep a copy
+        ui.add_head_html(HEAD, shared=True)
         ui.page('/', title=_TITLE)(self._page)
+        # nicegui's own makes a page for each address, and logs it
+        app.add_exception_handler(404, _not_found)
         for name in ('recordings', 'saved'):
             folder = served.folder / name
             folder.mkdir(parents=True, exist_ok=True)
@@ -100,7 +109,7 @@ class PageServer:
 
     def _page(self, client: Client) -> None:
         """Make the page for a browser."""
-        ui.add_head_html(HEAD)
+        _forget_unopened()
         ui.html(SKELETON, sanitize=False)
         session = _Session(client)
         ui.on('mrc', partial(self._on_wish, session))
@@ -125,8 +134,8 @@ class PageServer:
 
     async def _run(self, listening: socket.socket, stopped: Callable[[], bool]) -> None:
         server = _Server(uvicorn.Config(
-            self._gate, log_level='error', access_log=False, ws_per_message_deflate=False, ws_max_size=1 << 20,
-            timeout_graceful_shutdown=1, server_header=False))
+            self._gate, log_config=None, log_level='error', access_log=False, ws_per_message_deflate=False,
+            ws_max_size=1 << 20, timeout_graceful_shutdown=1, server_header=False))
         serving = asyncio.create_task(server.serve(sockets=[listening]))
         look = 0.0
         while not stopped() and not serving.done():
@@ -183,6 +192,17 @@ class PageServer:
         if self._parameters[0] != version:
             self._parameters = (version, await self._text(partial(shown_parameters, self._served.link)))
         return self._parameters[1]
+
+
+def _forget_unopened() -> None:
+    """Forget the oldest pages that were fetched and not opened: any page on the web can have them fetched."""
+    unopened = [client for client in Client.instances.values() if client.environ is None]
+    for client in unopened[:-_UNOPENED]:
+        client.delete()
+
+
+async def _not_found(_request: Request, _error: Exception) -> PlainTextResponse:
+    return PlainTextResponse('there is nothing here\n', 404)
 
 
 class _Server(uvicorn.Server):

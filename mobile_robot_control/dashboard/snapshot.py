@@ -25,7 +25,7 @@ def shown_state(link: RobotLink, nodes: StartedNodes | None, recordings: Recordi
         'unreadable': dict(sorted(link.loop.sampler.refused.items())[:20]),
         'happenings': link.happenings.newest_first(),
         'ended': nodes.reports() if nodes is not None else [],
-        'recording': recordings.state,
+        'recordings': recordings.state,
         'attached': nodes is None,
         'columns': COLUMNS,
         'failure': link.failure,

@@ -124,6 +124,8 @@ class Configuration(NamedTuple):
     reference_cart: ReferenceCartParameters = ReferenceCartParameters()
 
 
+PACE = ('paused', 'hold_at', 'real_time_factor')
+"""Parameters of the plant that change no number of a run, and are no events."""
 NODES: dict[str, Any] = dict(Configuration.__annotations__)
 """The parameters' class of each node, by node name."""
 

@@ -21,7 +21,7 @@ from mobile_robot_control.recording.errors import with_errors
 from mobile_robot_control.recording.joining import joined
 from mobile_robot_control.recording.mcap_stream import Message, ProgressCallback
 from mobile_robot_control.recording.receipt import stamped_by_receipt
-from mobile_robot_control.recording.signals import GROUND_TRUTH, READ, Signal, empty_signal
+from mobile_robot_control.recording.signals import GROUND_TRUTH, READ, Signal, begun_when_recorded, empty_signal
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS
@@ -125,7 +125,7 @@ class _Run:
 
 def read_bag(
     path: Path, namespace: str = '/', progress: ProgressCallback = lambda *_: None,
-    topics: Mapping[str, str] | None = None,
+    topics: Mapping[str, str] | None = None, partly: bool = False,
 ) -> Recording:
     """
     Read a run from a bag.
@@ -141,6 +141,8 @@ def read_bag(
     topics : mapping of str to str
         Topics of the loop, or `ground_truth`, that have another name in the bag; where the bag has none of that name,
         the usual one is taken and reported.
+    partly : bool
+        Whether only a part of the run was to be recorded: time then begins with that part.
 
     Returns
     -------
@@ -156,6 +158,6 @@ def read_bag(
     bag, run = BagFiles(path, progress), _Run()
     for message in bag.messages(names.__contains__):
         run.take(names[message.topic], message)
-    signals = run.signals()
+    signals = begun_when_recorded(run.signals()) if partly else run.signals()
     problems = [*problems, *bag.problems, *run.problems(), *missing_topics(names, signals, bag.topics)]
     return Recording(signals, (*problems, *gaps.describe_gaps(signals)))

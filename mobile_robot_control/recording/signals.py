@@ -2,6 +2,7 @@
 
 import math
 from array import array
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -13,7 +14,7 @@ from mobile_robot_control.messages.parsing import (
     read_wheel_angles,
     read_wheel_velocity,
 )
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, POSITION_TOPICS
 
 GROUND_TRUTH, TRUE_ERROR = 'ground_truth', 'true_error'
 COLUMNS = {
@@ -89,6 +90,30 @@ def _begun(signals: dict[str, Signal]) -> list[int]:
     """Return the stamp at which a run begins: the first one of the reference, or of all topics where there is none."""
     first = {topic: signal.stamps[0] for topic, signal in signals.items() if signal.stamps}
     return [first.get('reference', min(first.values()))] if first else []
+
+
+def begun_when_recorded(signals: dict[str, Signal]) -> dict[str, Signal]:
+    """
+    Return the signals of a run of which only a part was recorded, with time from the beginning of that part.
+
+    It begins at the first stamp that all topics of the slow loop share, and ends at the last one where no other topic
+    lasts three periods longer; a run on the wall clock begins with its first reference anyway.
+    """
+    slow = [signals[topic].stamps for topic in POSITION_TOPICS if signals[topic].stamps]
+    if not slow or not is_lockstep(signals):
+        return signals
+    first, last = max(stamps[0] for stamps in slow), min(stamps[-1] for stamps in slow)
+    longest = max(signal.stamps[-1] for signal in signals.values() if signal.stamps)
+    if len(slow[0]) > 1 and longest - last > 3 * (slow[0][1] - slow[0][0]):
+        last = longest
+    return {topic: _part(signal, first, last, len(COLUMNS[topic])) for topic, signal in signals.items()}
+
+
+def _part(signal: Signal, first: int, last: int, width: int) -> Signal:
+    """Return what a signal has from one stamp to another, with stamps from 0 on."""
+    begin, end = bisect_left(signal.stamps, first), bisect_right(signal.stamps, last)
+    return Signal(array('q', (stamp - first for stamp in signal.stamps[begin:end])), signal.received[begin:end],
+                  signal.values[begin * width:end * width])
 
 
 def origin(signals: dict[str, Signal]) -> int:

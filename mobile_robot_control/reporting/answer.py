@@ -7,7 +7,7 @@ from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.recording.gaps import count_missing
 from mobile_robot_control.reporting.metrics_table import comparable_runs, peak_torque
 from mobile_robot_control.reporting.readable import readable, readable_unit
-from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.reporting.run_reading import RECORDED, RecordedRun
 from mobile_robot_control.simulation.metrics import MEASURED
 from mobile_robot_control.texts import shortened
 
@@ -17,7 +17,7 @@ _ENDS = {
     'completed': 'completed {}', 'diverged': 'diverged after {}', 'not known': 'drove for {}',
     'law_failed': 'was stopped after {}, when its position law failed',
     'interrupted': 'was interrupted after {}', 'node_died': 'was broken off after {}, when a node gave no answer',
-    'broken off': 'was recorded for {} only',
+    'broken off': 'was recorded for {} only', RECORDED: 'was recorded for {}',
 }
 """What became of a run that lasted so long, by its outcome."""
 
@@ -92,7 +92,7 @@ def _end(run: RecordedRun) -> str:
     if duration is None:
         return f'was not measured (outcome {shortened(str(outcome), 40)})'
     planned = run.parameters.plant.duration if run.parameters else 0.0
-    whole = outcome in ('completed', 'not known') or planned <= duration
+    whole = outcome in ('completed', 'not known', RECORDED) or planned <= duration
     lasted = readable(duration, 's') + ('' if whole else f' of {readable(planned, "s")}')
     clock = ' on the wall clock' if run.series.origin else ''
     # the outcome may be any text

@@ -87,7 +87,7 @@ _NOTES = {
 def comparable_runs(runs: Sequence[RecordedRun]) -> list[bool]:
     """Return which runs were complete and equally long: one that ended early has used less energy, for example."""
     longest = max((run.metrics.get('duration') or 0.0 for run in runs), default=0.0)
-    return [run.metrics.get('outcome') in ('completed', 'not known')
+    return [run.metrics.get('outcome') in ('completed', 'not known', 'recorded')
             and (run.metrics.get('duration') or 0.0) >= 0.99 * longest for run in runs]
 
 

@@ -29,6 +29,8 @@ from mobile_robot_control.texts import printable
 
 _WALL_CLOCK_TOLERANCE = 0.5
 """[s]: by how much a complete run on the wall clock may be shorter than asked for."""
+RECORDED = 'recorded'
+"""Outcome of a recording that someone begins and ends while a run goes on."""
 Configure = Callable[[Path], Configuration]
 """Reads a parameter file."""
 
@@ -77,11 +79,11 @@ def _from_csv(path: Path, progress: ProgressCallback) -> tuple[dict[str, Signal]
 
 
 def _from_bag(
-    path: Path, namespace: str, topics: Mapping[str, str] | None, progress: ProgressCallback
+    path: Path, namespace: str, topics: Mapping[str, str] | None, progress: ProgressCallback, outcome: str | None
 ) -> tuple[dict[str, Signal], list[str]]:
     """Read a bag; return its signals and problems."""
     try:
-        recording = bag_reader.read_bag(path, namespace, progress, topics)
+        recording = bag_reader.read_bag(path, namespace, progress, topics, partly=outcome == RECORDED)
     except BagError as error:
         raise UnreadableRunError(str(error)) from error
     return recording.signals, list(recording.problems)
@@ -125,7 +127,7 @@ def _measured(
     if meter.last is None:
         return ({'outcome': outcome} if outcome else {}), [
             'no metrics: they need odom and reference at the same time'] if signals['tracking_error'].stamps else []
-    planned = parameters.plant.duration if parameters else 0.0
+    planned = parameters.plant.duration if parameters and outcome != RECORDED else 0.0
     # on the wall clock t = 0 is the first reference, which is later than the start of the plant's duration
     early = (_WALL_CLOCK_TOLERANCE if origin(signals) else slow if clock_topic(signals) != 'joint_states' else 0.0)
     whole = (planned == 0.0 or is_complete(meter.last, planned, 1.0 / fast)
@@ -173,9 +175,11 @@ def read_run(
     """
     try:
         run = locate(path)
-        signals, problems = (_from_bag(run, namespace, topics, progress) if is_bag(run)
-                             else _from_csv(run, progress))
         beside, measured = companion(run, 'parameters.yaml'), companion(run, 'metrics.json')
+        if outcome is None and measured:
+            outcome = recorded_outcome(measured)
+        signals, problems = (_from_bag(run, namespace, topics, progress, outcome) if is_bag(run)
+                             else _from_csv(run, progress))
     except OSError as error:
         raise UnreadableRunError(f'{path}: cannot be read ({error.filename}: {error.strerror}); name a bag, a folder '
                                  'of `experiment` or a CSV of `simulate`') from error
@@ -183,15 +187,13 @@ def read_run(
         raise UnreadableRunError(f'{path}: {"; ".join(problems)}')
     parameters, unknown = _parameters(beside, configure) if beside else (None, [])
     problems += unknown
-    if outcome is None and measured:
-        outcome = recorded_outcome(measured)
     # a table has columns for the truth where odometry is not exact; of the bag of another robot nothing is known
     exact = has_exact_odometry(parameters.plant) if parameters else not is_bag(run)
     signals, notes = _complete(signals, exact)
     metrics, missing = _measured(signals, outcome, parameters, exact)
     problems += [*notes, *missing]
     series = Series(signals)
-    if series.origin and metrics.get('outcome') == 'completed' and series.time('joint_states').size:
+    if series.origin and metrics.get('outcome') in ('completed', RECORDED) and series.time('joint_states').size:
         # on the wall clock the other nodes continue for a moment after the plant has ended
         series = series.until(series.time('joint_states')[-1])
     return RecordedRun(name, series, tuple(map(printable, problems)), metrics, parameters)

@@ -11,14 +11,14 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from mobile_robot_control.parameters.nodes import PACE
 from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.stamps import NANOSECONDS
-from mobile_robot_control.topics import EVENTS, RUN_KEY
+from mobile_robot_control.topics import EVENTS, MOST_EVENTS, RUN_KEY
 
-KEPT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+KEPT = QoSProfile(
+    depth=MOST_EVENTS, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Of `events`: they hold for later subscribers too."""
-_PACE = ('paused', 'hold_at', 'real_time_factor')
-"""Parameters that change no number of a run."""
 
 
 class RunEvents:
@@ -51,7 +51,7 @@ class RunEvents:
 
     def note(self, changes: Mapping[str, Any], at_start: bool = False) -> None:
         """Note parameters that were set in one call, by name; those that change no number are left out."""
-        kept = {name: value for name, value in changes.items() if name not in _PACE}
+        kept = {name: value for name, value in changes.items() if name not in PACE}
         if at_start:
             self.at_start |= kept
         elif kept:

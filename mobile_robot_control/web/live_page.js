@@ -7,7 +7,7 @@ window.mrc = window.mrc || {};
 
   function begin() {
     const $ = (name) => document.getElementById(name), make = mrc.make;
-    let nodes = {}, names = {}, recording = {state: 'none'}, speed = NaN, time = NaN, refused = 0;
+    let nodes = {}, names = {}, recordings = [], speed = NaN, time = NaN, refused = 0;
 
     const value = (role, name) => (nodes[role] || {})[name];
     const isPaused = () => value('plant', 'paused') === true;
@@ -121,7 +121,7 @@ window.mrc = window.mrc || {};
 
     mrc.live.on('state', (state) => {
       refused = state.refused;
-      recording = state.recording;
+      recordings = state.recordings;
       $('nodes').textContent = '';
       for (const {name, role, text, good, reasons} of state.nodes) {
         const row = make('div', 'node');
@@ -145,19 +145,32 @@ window.mrc = window.mrc || {};
     });
 
     function showRecording() {
-      const {state, name, text} = recording;
-      $('record').textContent = state === 'recording' ? 'Stop recording' : 'Record';
-      $('record').disabled = state === 'writing';
-      $('recorded').textContent = {none: '', recording: `${name} …`, writing: `${name}: writing the report`,
-                                   failed: `${name}: ${text}`}[state] || '';
-      if (state === 'done') {
-        const link = make('a', '', `report of ${name}`);
-        link.href = `/recordings/${encodeURIComponent(name)}/report.html`;
-        link.target = '_blank';
-        $('recorded').append(link);
+      const newest = recordings.at(-1)?.state;
+      $('record').textContent = newest === 'recording' ? 'Stop recording' : 'Record';
+      $('record').disabled = asking || newest === 'writing';
+      $('recorded').textContent = '';
+      for (const {state, name, text} of [...recordings].reverse()) {
+        const row = make('span', text ? 'bad' : '', {
+          recording: `${name} …`, writing: `${name}: writing the report`, failed: `${name}: ${text}`,
+          done: text && `${name}: ${text}`,
+        }[state]);
+        if (state === 'done') {
+          const link = make('a', '', `report of ${name}`);
+          link.href = `/recordings/${encodeURIComponent(name)}/report.html`;
+          link.target = '_blank';
+          row.append(' ', link);
+        }
+        $('recorded').append(row, ' ');
       }
     }
-    $('record').addEventListener('click', () => ask({do: recording.state === 'recording' ? 'finish' : 'record'}));
+    let asking = false;
+    $('record').addEventListener('click', async () => {
+      asking = true;
+      showRecording();
+      await ask({do: recordings.at(-1)?.state === 'recording' ? 'finish' : 'record'});
+      asking = false;
+      showRecording();
+    });
     $('save').addEventListener('click', async () => {
       const {good, text} = await ask({do: 'save'});
       if (!good) return;

@@ -48,6 +48,48 @@ def measures(apart):
     }
 
 
+def compensator_listing():
+    """
+    Return the position errors of the book's listing of dynamic feedback, from (1.15, 0.8), with k_p = 5 and k_d = 4.
+
+    As it is printed but for three things, each of which the law does as its page says: it begins with the speed of the
+    cart along the robot, the compensator decays exactly, and the cart's acceleration along its way is a difference.
+    """
+    kp, kd = 5.0, 4.0
+    q, apart, w, xi, last = [1.15, 0.8, 0.0], [], 2.0 * math.pi / 30.0, None, None
+    for k in range(STEPS):
+        t = k * PERIOD
+        x, y = 1.1 + 0.7 * math.sin(w * t), 0.9 + 0.7 * math.sin(2.0 * w * t)
+        dx, dy = 0.7 * w * math.cos(w * t), 1.4 * w * math.cos(2.0 * w * t)
+        ddx, ddy = -0.7 * w**2 * math.sin(w * t), -2.8 * w**2 * math.sin(2.0 * w * t)
+        v_r, w_r = math.hypot(dx, dy), (dx * ddy - dy * ddx) / (dx**2 + dy**2)
+        xi, rate = (v_r, 0.0) if last is None else (xi, (v_r - last) / PERIOD)
+        last = v_r
+        phi = math.atan2(dy, dx)
+        ax, ay = (rate * math.cos(phi) - v_r * w_r * math.sin(phi), rate * math.sin(phi) + v_r * w_r * math.cos(phi))
+        ux = ax + kp * (x - q[0]) + kd * (dx - xi * math.cos(q[2]))
+        uy = ay + kp * (y - q[1]) + kd * (dy - xi * math.sin(q[2]))
+        apart.append(math.hypot(x - q[0], y - q[1]))
+        # vv = F \\ uu with the speed before the integration; then u = [v; vv(2)] with the one after it
+        omega = (uy * math.cos(q[2]) - ux * math.sin(q[2])) / xi
+        xi += (ux * math.cos(q[2]) + uy * math.sin(q[2])) * (-math.expm1(-kd * PERIOD) / kd)
+        turned = q[2] + omega * PERIOD
+        q = [q[0] + xi / omega * (math.sin(turned) - math.sin(q[2])),
+             q[1] - xi / omega * (math.cos(turned) - math.cos(q[2])), turned]
+    return apart
+
+
+def test_dynamic_feedback_commands_the_speed_that_the_listing_commands():
+    law = 'dynamic_feedback_linearization'
+    run = configure(load([], [*TRACK, f'position_controller.controller_type:={law}',
+                              f'position_controller.{law}.kp:=5.0', f'position_controller.{law}.kd:=4.0',
+                              'plant.initial_pose:=[1.15, 0.8, 0.0]']))
+    apart = [math.hypot(*sample.tick.error[:2]) for sample in rollout(run, STEPS * PERIOD)][:STEPS]
+    assert apart == pytest.approx(compensator_listing(), abs=1e-9)
+    # the number of docs/base.md
+    assert measures(apart)['rms_position_error'] == pytest.approx(23.436e-3, rel=5e-5)
+
+
 @pytest.mark.parametrize(('law', 'gain', 'heading_feedback', 'printed'), [
     ('ramsete', 'b', lambda v, e_y, e_phi, k: G * v * math.sin(e_phi) / e_phi * e_y + k * e_phi,
      (12.671e-3, 0.079316, 4.8217e-3)),

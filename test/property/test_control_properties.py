@@ -76,6 +76,8 @@ def extreme_controls(draw):
         assume(False)
 
 
+VELOCITY_GAINS = st.builds(VelocityGains, k1=st.floats(0.01, 200.0), ti1=st.floats(0.01, 100.0),
+                           k2=st.floats(0.01, 60.0), ti2=st.floats(0.01, 100.0))
 SEEKING_GAINS, FUZZY_GAINS = seeking_gains(), fuzzy_gains()
 
 
@@ -162,6 +164,25 @@ def test_deviation_3_at_alpha_1_only_three_products_of_gains_matter(error, refer
     _, one = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
     _, other = backstepping.step(NoState(), observed(error, reference), twin, 0.01)
     assert other == pytest.approx(one, rel=1e-12, abs=1e-9)
+
+
+@given(ERRORS, REFERENCES, BACKSTEPPING_GAINS, VELOCITY_GAINS, st.floats(0.1, 10.0))
+def test_deviation_13_another_unit_of_length_changes_no_motion(error, reference, gains, inner, scale):
+    """Lengths are numbers in another unit, gains change by their units, and commands and torques change by theirs."""
+    gains = gains._replace(alpha=min(gains.alpha, 3.0))
+    (e1, e2, e3), (pose, (v_r, omega_r)) = error, reference
+    longer = TrackingError(scale * e1, scale * e2, e3), Reference(pose, BodyVelocity(scale * v_r, omega_r))
+    area = scale ** (2.0 * gains.alpha)
+    _, one = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
+    _, other = backstepping.step(NoState(), observed(*longer), gains._replace(p=gains.p / area, f=gains.f * area), 0.01)
+    assert other == pytest.approx((scale * one.linear, one.angular), rel=1e-9, abs=1e-9)
+    # N s has one length, N m s/rad two, as a torque has
+    robot, measured = Robot(), BodyVelocity(0.0, 0.0)
+    larger = robot._replace(wheel_radius=scale * robot.wheel_radius, wheel_separation=scale * robot.wheel_separation)
+    _, torque = velocity_pi.step(VelocityPiState(), one, measured, inner, robot, 0.0, 0.01)
+    _, scaled = velocity_pi.step(VelocityPiState(), other, measured, inner._replace(
+        k1=scale * inner.k1, k2=scale**2 * inner.k2), larger, 0.0, 0.01)
+    assert scaled == pytest.approx([scale**2 * part for part in torque], rel=1e-9, abs=1e-9)
 
 
 # hybrid backstepping
@@ -256,10 +277,6 @@ def test_the_fuzzy_law_is_mirror_symmetric_for_symmetric_turns(i1, i2, gains):
 
 
 # velocity law
-
-VELOCITY_GAINS = st.builds(VelocityGains, k1=st.floats(0.01, 200.0), ti1=st.floats(0.01, 100.0),
-                           k2=st.floats(0.01, 60.0), ti2=st.floats(0.01, 100.0))
-
 
 @given(VELOCITY_GAINS, ORDINARY, ORDINARY, ORDINARY, ORDINARY, st.floats(0.01, 10.0))
 def test_the_velocity_law_keeps_its_limit_and_never_winds_up_further(gains, v, omega, common, differential, limit):

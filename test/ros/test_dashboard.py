@@ -1,5 +1,6 @@
 """The live page in a browser: what is changed there changes in the nodes, and what is refused is shown in words."""
 
+import json
 import re
 from pathlib import Path
 
@@ -236,8 +237,22 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     changes = read_loop_messages(recorded.parent, '/', ()).changes
     assert ('position_controller', {P: dragged}) in [(change.node, change.values) for change in changes], changes
     page.parameter(P).find_element('css selector', '.back').click()
-    page.driver.get(page.find('#recorded a').get_attribute('href'))
-    assert 'RMS' in page.find('body').text
+    # a recording begun late is whole, and counts from its beginning
+    metrics = json.loads((recorded.parents[1] / 'metrics.json').read_text())
+    first, last = (read_loop_messages(recorded.parent, '/', ['odom']).courses['odom'].stamps[n] / 1e9 for n in (0, -1))
+    assert first > 1.0
+    assert metrics['outcome'] == 'recorded'
+    assert metrics['duration'] == pytest.approx(last - first, abs=0.1)
+    report = page.find('#recorded a').get_attribute('href')
+    # a further one does not hide it
+    assert page.driver.execute_script(
+        'mrc.live.state({nodes: [], unreadable: {}, happenings: [], ended: [], recordings: ['
+        '{state: "done", name: "recording_1"}, {state: "recording", name: "recording_2"}]});'
+        'return document.querySelectorAll("#recorded a").length + document.getElementById("recorded").textContent'
+    ) == '1recording_2 …  report of recording_1 '
+    page.driver.get(report)
+    assert 'was recorded for' in page.find('body').text
+    assert 'is not complete' not in page.find('body').text
 
 
 def test_a_wish_whose_answer_is_lost_is_answered_in_words(page):

@@ -1,5 +1,6 @@
 """How the command `dashboard` begins and ends: ports, tokens, strangers, and `kill -9`."""
 
+import asyncio
 import http.client
 import os
 import signal
@@ -9,6 +10,7 @@ import sys
 from pathlib import Path
 
 import rclpy
+import websockets
 from live_page import LivePage
 from processes import wait_until
 
@@ -110,6 +112,55 @@ def test_attached_to_nodes_it_leaves_them_alone_and_strangers_open_nothing(domai
         assert nodes.exit_code() is None
     finally:
         stop_processes([nodes])
+
+
+def _memory(pid):
+    """Return the resident memory of a process [MB]."""
+    status = Path(f'/proc/{pid}/status').read_text()
+    return int(status.partition('VmRSS:')[2].split()[0]) / 1024
+
+
+async def _send_frames(address):
+    """Send frames over the page's socket that are no wishes, each over a connection of its own."""
+    place = address.removeprefix('http://').rstrip('/')
+    for frame in ('42["event",1]', '42["handshake",{}]', '42["javascript_response",{}]', '4\x1b]0;X\x07', '451-[', 'x'):
+        async with websockets.connect(f'ws://{place}{SOCKET}websocket', origin=f'http://{place}') as socket:
+            await socket.recv()
+            await socket.send('40')
+            await socket.recv()
+            await socket.send(frame)
+
+
+def test_pages_that_nothing_opens_cost_nothing_and_what_is_logged_can_be_shown(domain, tmp_path):
+    page = LivePage(tmp_path, '--attach')
+    try:
+        for _ in range(30):
+            assert _status(page.address) == 200
+        before = _memory(page.process.pid)
+        # as an older browser, which does not tell that another page asks
+        for _ in range(150):
+            assert _status(page.address) == 200
+            assert _status(page.address, '/%1b]0;X%07') == 404
+        assert _memory(page.process.pid) - before < 15.0
+        assert _status(page.address, Sec_Fetch_Site='cross-site', Sec_Fetch_Mode='no-cors') == 403
+        for frame in ('sid=%1b]0;X%07', 'sid=x', 'sid=%00'):
+            assert _status(page.address, f'{SOCKET}polling&{frame}') == 400
+        asyncio.run(_send_frames(page.address))
+        assert page.stop() == 0
+    finally:
+        page.close()
+    printed = page.printed()
+    assert all(line.isprintable() for line in printed.splitlines())
+    assert 'Traceback' not in printed
+    assert len(printed.splitlines()) <= 2
+
+
+def test_an_address_that_is_none_is_refused(domain, tmp_path):
+    for host, text in (('', "'' is no address"), (' ', 'is no address'), ('\udcff', 'cannot be served')):
+        done = _run(tmp_path, '--attach', '--host', host)
+        assert done.returncode == 2
+        assert text in done.stderr.splitlines()[-1]
+        assert 'Traceback' not in done.stderr
 
 
 def test_a_signal_ends_page_and_nodes(domain, tmp_path):

@@ -54,9 +54,9 @@ def backstepping_genes(runs: Runs) -> list[GeneValue]:
     configuration = runs.configuration(ORDINARY_TRIFOLIUM)
     law, loop = configuration.position_controller.control.backstepping, configuration.velocity_controller.gains
     return _bounded([
-        GeneValue('p', law.p, ''), GeneValue('q', law.q, ''),
-        GeneValue('f', law.f, '1/s'), GeneValue('g', law.g, '1/s'),
-        GeneValue('K1', loop.k1, 'N s/m'), GeneValue('Ti1', loop.ti1, 's'),
+        GeneValue('p', law.p, '1/m²'), GeneValue('q', law.q, ''),
+        GeneValue('f', law.f, 'm²/s'), GeneValue('g', law.g, '1/s'),
+        GeneValue('K1', loop.k1, 'N s'), GeneValue('Ti1', loop.ti1, 's'),
         GeneValue('K2', loop.k2, 'N m s/rad'), GeneValue('Ti2', loop.ti2, 's'),
     ], 'backstepping')
 

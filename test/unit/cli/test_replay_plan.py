@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 
 import pytest
 from bag_making import WALL, write
@@ -34,12 +35,13 @@ def event(stamp, node, run=0, **values):
 @pytest.fixture
 def made(tmp_path):
     """Make the folder of an experiment of 0.1 s with these events, whose nodes ran with these parameters."""
-    def make(*events, name='run', pushes=(), **plant):
+    def make(*events, name='run', pushes=(), runs=1, **plant):
         configuration = configure({'plant': {'duration': 0.1, **plant}})
         folder = tmp_path / name
         folder.mkdir()
         with BagWriter(folder / 'bag') as bag:
-            write(bag, rollout(configuration, 0.1, dict(pushes)))
+            for _ in range(runs):
+                write(bag, rollout(configuration, 0.1, dict(pushes)))
             for one in events:
                 bag.write('/events', 'diagnostic_msgs/msg/DiagnosticArray', WALL, one)
         (folder / 'parameters.yaml').write_text(configuration_text(configuration))
@@ -81,7 +83,7 @@ def test_a_run_holds_at_the_position_tick_before_each_change(made):
         event(3 * TICK, 'robot/position_controller', controller_type='fuzzy', fuzzy__a=0.5),
         event(5 * TICK + 2 * MS, 'plant', reset=[1.0, 0.0, 0.0]),
         event(0, 'plant', 1, initial_pose=[1.0, 0.0, 0.0]), event(0, 'position_controller', 1, ramsete__b=2.0),
-        event(0, 'plant', 1, disturbance=[3.0, 0.0]), event(TICK, 'reference_cart', 1, period=8.0))))
+        event(0, 'plant', 1, disturbance=[3.0, 0.0]), event(TICK, 'reference_cart', 1, period=8.0), runs=2)))
     assert plan.configuration.reference_cart.curve.curve == 'circle'
     first, second = plan.runs
     assert first.reset_at == 5 * TICK
@@ -96,15 +98,25 @@ def test_a_run_holds_at_the_position_tick_before_each_change(made):
 
 
 @pytest.mark.parametrize(('events', 'reason'), [
-    ([event(TICK, 'gripper', force=1.0)], "of the node 'gripper', which does not exist; it is of another version"),
-    ([event(TICK, 'plant', wings=2)], "sets 'wings' of plant, which cannot be set; it is of another version"),
-    ([event(TICK, 'position_controller', reset=[0.0, 0.0, 0.0])], "sets 'reset' of position_controller"),
-    ([event(TICK, 'velocity_controller', velocity_rate=50.0)], "sets 'velocity_rate' of velocity_controller"),
-    ([event(TICK + 1, 'velocity_controller', gains__k1=0.25)], 'which is off the grid'),
-    ([event(TICK, 'velocity_controller', 1, gains__k1=0.25)], 'events are missing'),
-    ([event(TICK + 2 * MS, 'plant', 1, reset=[0.0, 0.0, 0.0])], 'events are missing'),
+    ([event(TICK, 'gripper', force=1.0)], "of the node 'gripper' at 10000000 ns of run 0: that node does not exist"),
+    ([event(TICK, 'plant', wings=2)], "sets 'wings', which cannot be set; it is of another version"),
+    ([event(TICK, 'position_controller', reset=[0.0, 0.0, 0.0])], "sets 'reset', which cannot be set"),
+    ([event(TICK, 'velocity_controller', velocity_rate=50.0)], "sets 'velocity_rate', which cannot be set"),
+    ([event(TICK + 1, 'velocity_controller', gains__k1=0.25)], 'is off the grid'),
+    ([event(TICK, 'velocity_controller', 1, gains__k1=0.25)], 'at 10000000 ns of run 1 is outside of what was'),
+    ([event(TICK, 'velocity_controller', -1, gains__k1=0.25)], 'is outside of what was recorded'),
+    ([event(-2 * TICK, 'velocity_controller', gains__k1=0.25)], 'at -20000000 ns of run 0 is outside of what was'),
+    ([event((2**31 - 1) * 10**9, 'velocity_controller', gains__k1=0.25)], 'is outside of what was recorded'),
+    ([event(112 * MS, 'plant', disturbance=[1.0, 0.0])], 'is outside of what was recorded'),
+    ([event(TICK, 'velocity_controller', gains__k1={})], 'gains.k1 = {} is of type dict; write a number [N s]'),
+    ([event(TICK, 'velocity_controller', gains__k1=math.nan)], 'gains.k1 = nan is not finite'),
+    ([event(TICK, 'velocity_controller', gains__k1=1e308)], 'gains.k1 = 1e+308 is beyond 1e+12'),
+    ([event(TICK, 'plant', paused=True)], "sets 'paused', which cannot be set"),
+    ([event(TICK + 2 * MS, 'plant', reset={})], 'initial_pose = {} '),
+    ([event(TICK, 'plant', disturbance=[1.0, 0.0])] * 1001, 'is one of 1001, and a node keeps 1000'),
     ([event(4 * MS, 'plant', reset=[0.0, 0.0, 0.0])], 'no position tick'),
-    ([event(TICK, 'plant', disturbance=[1.0])], 'is no push'),
+    *(([event(TICK, 'plant', disturbance=push)], f'tells {push!r}, which is no push') for push in (
+        [1.0], None, 3, 'ab', [True, 0.0], [math.nan, 0.0], [1e308, 0.0])),
     ([event(0, 'velocity_controller', gains__k1=500.0)], 'slowest stable rate'),
     ([b'\0\1\0\0' + bytes(8)], 'is no change of a run'),
     ([bytes(serialize_message(DiagnosticArray(status=[DiagnosticStatus(name='plant')])))], 'is no change of a run'),

@@ -31,15 +31,16 @@ def test_the_compensator_with_hand_numbers():
     # e3 = pi/2: along = -v_r ω_r + kd (0 - ξ) + kp e1, across = dv_r/dt + kd v_r + kp e2
     state, command = step(CompensatorState(1.0, 0.4, 0.48), (0.2, 0.1, 0.5 * math.pi), (0.5, 0.2))
     along, across = -0.1 - 2.0 + 0.8, 0.2 + 2.5 + 0.4
-    assert command == pytest.approx((0.4, across / 0.4), rel=1e-14)
     # ξ⁺ = ξ + along (1 - exp(-kd dt)) / kd
-    assert state == pytest.approx((1.0, 0.4 + along * (1.0 - math.exp(-0.5)) / 5.0, 0.5), rel=1e-14)
+    xi = 0.4 + along * (1.0 - math.exp(-0.5)) / 5.0
+    assert command == pytest.approx((xi, across / 0.4), rel=1e-14)
+    assert state == pytest.approx((1.0, xi, 0.5), rel=1e-14)
 
 
 @pytest.mark.parametrize(('xi', 'turn'), [(0.1, 4.0), (0.01, 4.0), (0.0, 4.0), (-0.01, -4.0), (0.2, 2.0)])
 def test_a_robot_that_stands_turns_no_faster_than_the_least_speed_allows(xi, turn):
     _, command = step(CompensatorState(1.0, xi, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0))
-    assert command == pytest.approx((xi, turn), rel=1e-14)
+    assert command == pytest.approx((xi * math.exp(-0.5), turn), rel=1e-14)
 
 
 def test_no_gain_makes_the_compensator_swing():

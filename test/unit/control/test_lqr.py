@@ -21,13 +21,14 @@ def ask(error, velocity, table=TABLE):
         TrackingError(*error), Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(*velocity))), table, DT)[1]
 
 
-def gains_at(velocity):
+def gains_at(velocity, table=TABLE):
     """K, read from the commands for small errors."""
     columns = []
     for n in range(3):
         error = [1e-6 if m == n else 0.0 for m in range(3)]
         columns.append([(there - here) / 1e-6
-                        for there, here in zip(ask(error, velocity), ask((0.0,) * 3, velocity), strict=True)])
+                        for there, here in zip(
+                            ask(error, velocity, table), ask((0.0,) * 3, velocity, table), strict=True)])
     return np.array(columns).T
 
 
@@ -54,8 +55,8 @@ def test_the_gains_are_those_of_a_discrete_riccati_solution(weights, dt):
             assert abs(np.linalg.eigvals(phi - gamma @ expected)).max() < 1.0
 
 
-@pytest.mark.parametrize('v_r', [SPEEDS[0], 0.5, -0.5, 1.2])
-@pytest.mark.parametrize('omega_r', [0.0, 0.5, -0.5, 2.0])
+@pytest.mark.parametrize('v_r', [SPEEDS[0], SPEEDS[4], -SPEEDS[4], SPEEDS[-1]])
+@pytest.mark.parametrize('omega_r', [0.0, TURNS[5], -TURNS[5], TURNS[-1]])
 def test_at_the_nodes_of_the_table_the_command_is_optimal_for_all_signs(v_r, omega_r):
     # sin and cos of e3 are 1e-12 from linear
     assert gains_at((v_r, omega_r)) == pytest.approx(np.array(feedback(WEIGHTS, v_r, omega_r, DT)), abs=1e-5)
@@ -67,6 +68,15 @@ def test_between_the_nodes_the_gains_are_near_the_optimal_ones_and_stabilise(v_r
     assert found == pytest.approx(exact, abs=0.06 * abs(exact).max())
     phi, gamma = map(np.array, error_dynamics(v_r, omega_r, DT))
     assert abs(np.linalg.eigvals(phi - gamma @ found)).max() < 1.0
+
+
+def test_behind_a_slow_cart_the_gains_are_near_the_optimal_ones():
+    """There they turn over within a tenth of a radian per second."""
+    table = prepare(LqrWeights(), DT)
+    for v_r in (0.05, 0.06, 0.1, 0.15):
+        for omega_r in (0.01, 0.03, 0.05, 0.07, 0.1, 0.15):
+            exact = np.array(feedback(LqrWeights(), v_r, omega_r, DT))
+            assert gains_at((v_r, omega_r), table) == pytest.approx(exact, abs=0.07 * abs(exact).max())
 
 
 def test_beyond_the_table_its_edge_holds():

@@ -51,6 +51,19 @@ def test_only_requests_to_this_host_from_its_own_pages_pass(headers, status):
     assert _status(socket) == (200 if status == 200 else 'websocket.close')
 
 
+@pytest.mark.parametrize(('site', 'mode', 'dest', 'status'), [
+    ('cross-site', 'no-cors', 'image', 403), ('same-site', 'no-cors', 'empty', 403),
+    ('cross-site', 'navigate', 'iframe', 403), ('cross-site', 'navigate', 'document', 200),
+    ('same-origin', 'cors', 'empty', 200), ('none', 'navigate', 'document', 200),
+])
+def test_another_page_may_lead_here_and_fetch_nothing(site, mode, dest, status):
+    told = {'sec-fetch-site': site, 'sec-fetch-mode': mode, 'sec-fetch-dest': dest}
+    assert _status(_ask(LOCAL, host=HERE, **told)) == status
+    # a page that is only fetched before it is asked for
+    assert _status(_ask(LOCAL, host=HERE, **told, **{'sec-purpose': 'prefetch'})) == (
+        status if site in ('same-origin', 'none') else 403)
+
+
 def test_nothing_may_be_fetched_from_elsewhere_and_no_page_may_frame_this_one():
     headers = dict(_ask(LOCAL, host=HERE)[0]['headers'])
     assert headers[b'content-security-policy'].startswith(b"default-src 'self'")

@@ -43,7 +43,8 @@ class Link:
 
 
 @pytest.mark.parametrize('wish', [
-    None, 3, [], {}, {'do': 'format'}, {'do': ['set']}, {'do': 'set'}, {'do': 'set', 'node': 1, 'values': {'a': 1}},
+    None, 3, [], {}, {'do': 'format'}, {'do': ['set']}, {'do': []}, {'do': {}},
+    {'do': 'set'}, {'do': 'set', 'node': 1, 'values': {'a': 1}},
     {'do': 'set', 'node': 'plant', 'values': {}}, {'do': 'set', 'node': 'plant', 'values': dict.fromkeys(range(51))},
     {'do': 'kick'}, {'do': 'kick', 'key': 'Enter'}, {'do': 'kick', 'key': {}}, {'do': 'curve'},
     {'do': 'reset', 'pose': 'here'}, {'do': 'save'}, {'do': 'record', 'name': '../..'}, {'do': 'set', 'values': 'x'},
@@ -58,6 +59,7 @@ def test_a_wish_without_sense_is_refused_in_words(wish, tmp_path):
     assert not answer.good
     assert answer.text
     assert '\n' not in answer.text
+    assert 'Error' not in answer.text
     assert not list(tmp_path.iterdir())
 
 

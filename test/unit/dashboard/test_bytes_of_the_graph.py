@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mobile_robot_control.dashboard.node_states import NodeStates
 from mobile_robot_control.dashboard.sampling import COLUMNS, Sampler, message_text
 from mobile_robot_control.messages import writing
-from mobile_robot_control.quantities import BodyVelocity, Pose
+from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
 from mobile_robot_control.topics import LOOP_TOPICS
 
 BYTES = st.one_of(st.binary(max_size=300), st.binary(max_size=300).map(lambda rest: b'\0\1\0\0' + rest))
@@ -18,15 +18,30 @@ def _odometry(stamp, x=1.0):
     return writing.odometry_writer('odom', 'base_link')(stamp, Pose(x, 2.0, 0.5), BodyVelocity(0.1, 0.2))
 
 
+def _error(stamp, e1):
+    return writing.error_writer('base_link')(stamp, TrackingError(e1, 0.0, 0.0))
+
+
+def _torques(stamp, right):
+    return writing.torque_writer()(stamp, WheelTorque(right, 0.0))
+
+
+def _taken(sampler, **messages):
+    """Have a sampler take messages by topic, a list each, and fill its row."""
+    for topic, some in messages.items():
+        sampler.take(topic, LOOP_TOPICS[topic].kind, some)
+    sampler.fill()
+    return sampler
+
+
 def _column(sampler, name):
     return sampler.row(math.nan)[COLUMNS.index(name)]
 
 
 @given(st.sampled_from(sorted(LOOP_TOPICS)), BYTES)
 def test_any_bytes_leave_the_row_and_are_counted(topic, message):
-    sampler = Sampler()
-    sampler.take('odom', LOOP_TOPICS['odom'].kind, _odometry(0))
-    sampler.take(topic, LOOP_TOPICS[topic].kind, message)
+    sampler = _taken(Sampler(), odom=[_odometry(0)])
+    _taken(sampler, **{topic: [message]})
     assert all(math.isnan(number) or math.isfinite(number) for number in sampler.row(math.nan))
     assert sampler.refused.total() <= 1
     assert message_text(LOOP_TOPICS[topic].kind, message)
@@ -40,22 +55,44 @@ def test_any_bytes_are_no_state(message):
 
 
 def test_a_message_that_is_too_short_is_counted_by_topic_and_reason():
-    sampler = Sampler()
-    sampler.take('odom', LOOP_TOPICS['odom'].kind, b'\0\1\0\0')
+    sampler = _taken(Sampler(), odom=[b'\0\1\0\0'])
     assert sampler.refused == {'odom: not readable': 1}
 
 
 def test_a_stamp_that_falls_begins_a_new_run():
-    sampler = Sampler()
-    sampler.take('odom', LOOP_TOPICS['odom'].kind, _odometry(5_000_000_000))
+    sampler = _taken(Sampler(), odom=[_odometry(5_000_000_000)])
     assert (_column(sampler, 'run'), _column(sampler, 'time')) == (1.0, 5.0)
-    sampler.take('odom', LOOP_TOPICS['odom'].kind, _odometry(0, x=3.0))
+    _taken(sampler, odom=[_odometry(0, x=3.0)])
     assert (_column(sampler, 'run'), _column(sampler, 'time'), _column(sampler, 'x')) == (2.0, 0.0, 3.0)
 
 
-def test_on_the_wall_clock_time_is_counted_from_the_first_odometry():
-    sampler = Sampler()
+def test_a_row_of_a_new_run_has_nothing_of_the_run_before():
+    late = 5_000_000_000
+    sampler = _taken(Sampler(), odom=[_odometry(late)], tracking_error=[_error(late, 0.4)],
+                     wheel_torques=[_torques(late, 0.398)])
+    assert _column(sampler, 'right_asked') == 0.398
+    # the page looks when the new run has its first odometry alone
+    _taken(sampler, odom=[_odometry(0)])
+    assert [math.isnan(_column(sampler, name)) for name in ('e1', 'right_asked')] == [True, True]
+    _taken(sampler, tracking_error=[_error(0, 0.0)], wheel_torques=[_torques(0, 0.079)])
+    assert [_column(sampler, name) for name in ('run', 'time', 'e1', 'right_asked')] == [2.0, 0.0, 0.0, 0.079]
+
+
+def test_a_row_belongs_to_the_newest_stamp_that_all_topics_have():
+    sampler = _taken(Sampler(), odom=[_odometry(0, x=1.0), _odometry(10_000_000, x=2.0)],
+                     tracking_error=[_error(0, 0.1)], wheel_torques=[_torques(k * 2_000_000, k / 10) for k in range(8)])
+    assert [_column(sampler, name) for name in ('time', 'x', 'e1', 'right_asked')] == [0.0, 1.0, 0.1, 0.0]
+    _taken(sampler, tracking_error=[_error(10_000_000, 0.2)])
+    assert [_column(sampler, name) for name in ('time', 'x', 'e1', 'right_asked')] == [0.01, 2.0, 0.2, 0.5]
+    # a run that is faster than the page looks leaves the fast loop out rather than mix stamps
+    _taken(sampler, odom=[_odometry(90_000_000)], tracking_error=[_error(90_000_000, 0.3)],
+           wheel_torques=[_torques(96_000_000, 0.9)])
+    assert (_column(sampler, 'time'), _column(sampler, 'e1')) == (0.09, 0.3)
+    assert math.isnan(_column(sampler, 'right_asked'))
+
+
+def test_nodes_with_clocks_of_their_own_fill_a_row_with_their_newest_messages():
     begun = 1_700_000_000_000_000_000
-    sampler.take('odom', LOOP_TOPICS['odom'].kind, _odometry(begun))
-    sampler.take('odom', LOOP_TOPICS['odom'].kind, _odometry(begun + 250_000_000))
-    assert _column(sampler, 'time') == 0.25
+    sampler = _taken(Sampler(), odom=[_odometry(begun)])
+    _taken(sampler, odom=[_odometry(begun + 250_000_000)], tracking_error=[_error(begun + 240_000_000, 0.1)])
+    assert (_column(sampler, 'time'), _column(sampler, 'e1')) == (0.25, 0.1)

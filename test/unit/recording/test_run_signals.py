@@ -16,7 +16,14 @@ from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.recording.errors import error_signal, with_errors
 from mobile_robot_control.recording.joining import joined
 from mobile_robot_control.recording.receipt import stamped_by_receipt
-from mobile_robot_control.recording.signals import READ, Signal, empty_signal, has_torques, origin
+from mobile_robot_control.recording.signals import (
+    READ,
+    Signal,
+    begun_when_recorded,
+    empty_signal,
+    has_torques,
+    origin,
+)
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -27,6 +34,23 @@ MS = 1_000_000
 def samples():
     """A second of a run."""
     return list(rollout(configuration(), 1.0))
+
+
+def test_a_part_of_a_run_has_time_from_its_beginning(samples):
+    collector = Collector()
+    for topic, stamp, values in _messages(samples):
+        if stamp >= 406 * MS:
+            collector.add(topic, stamp, values)
+    whole = collector.signals
+    # the last errors had not come when the recording ended
+    late = whole['tracking_error']
+    whole['tracking_error'] = Signal(late.stamps[:-1], late.received[:-1], late.values[:-3])
+    part = begun_when_recorded(whole)
+    assert [part[topic].stamps[0] for topic in ('odom', 'tracking_error', 'joint_states')] == [0, 0, 0]
+    assert list(part['joint_states'].stamps) == list(range(0, 580 * MS + 1, 2 * MS))
+    assert list(part['odom'].values[:5]) == pytest.approx([*samples[205].tick.pose, *samples[205].tick.velocity])
+    assert not list(gaps.describe_gaps(part))
+    assert not list(gaps.describe_gaps(begun_when_recorded(part)))
 
 
 def _messages(samples):

@@ -157,7 +157,7 @@ def test_unstable_gains_and_diverging_runs_score_worst():
 
     genes = bounded(search_genes('backstepping'), {'k1': (0.0, 200.0)})
     objective = Objective(parameters, goal(configured_scenario(parameters))._replace(genes=genes), counting)
-    # 200 N s/m at 500 Hz is unstable in the sampled loop: refused without a rollout
+    # 200 N s at 500 Hz is unstable in the sampled loop: refused without a rollout
     assert objective(np.array([[0.5, 0.5, 0.5, 0.5, 1.0, 0.5, 1.0, 0.5]])).tolist() == [WORST]
     assert not tried
     pushed = short_lap(plant={'disturbance.step': [1e9, 1e9]})

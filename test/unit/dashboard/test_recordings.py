@@ -1,0 +1,91 @@
+"""Recordings of all pages: one at a time, each with its own link, and files that two pages save at once."""
+
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from processes import wait_until
+
+from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters
+
+PRESENT = {'plant': {'robot.mass': 10.0}}
+
+
+def at_once(job, times=2):
+    """Do something in several threads at once; return what each returned or raised."""
+    ready, found = threading.Barrier(times), []
+
+    def one():
+        ready.wait()
+        try:
+            found.append(job())
+        except Exception as error:
+            found.append(error)
+
+    threads = [threading.Thread(target=one) for _ in range(times)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return found
+
+
+@pytest.fixture
+def recorders(monkeypatch):
+    """Recorders that write no report before their standard input closes, or break off with a word."""
+    started, words = [], {'report': "open('report.html', 'w')"}
+    begin = subprocess.Popen
+
+    def start(command, **options):
+        code = f'import os, sys; os.chdir(sys.argv[1]); sys.stdin.read(); {words["report"]}'
+        started.append(begin([sys.executable, '-c', code, command[3]], **options))
+        return started[-1]
+
+    monkeypatch.setattr(subprocess, 'Popen', start)
+    return started, words
+
+
+def finished(recordings, count):
+    wait_until(lambda: len(recordings.state) == count and recordings.state[-1]['state'] in ('done', 'failed'), 20.0,
+               0.01)
+    return recordings.state
+
+
+def test_a_double_click_begins_one_recording(tmp_path, recorders):
+    started, _ = recorders
+    recordings = Recordings(tmp_path, '/')
+    found = at_once(lambda: recordings.start(PRESENT))
+    assert len(started) == 1
+    refused, = (one for one in found if isinstance(one, BusyError))
+    assert 'recording_1 is not finished yet' in str(refused)
+    assert [one['state'] for one in recordings.state] == ['recording']
+    recordings.close()
+    assert [one['state'] for one in recordings.state] in ([], ['done'])
+
+
+def test_each_of_several_recordings_is_kept(tmp_path, recorders):
+    recordings = Recordings(tmp_path, '/')
+    for number in (1, 2):
+        recordings.start(PRESENT)
+        recordings.stop()
+        finished(recordings, number)
+    assert [' '.join((one['name'], one['state'])) for one in recordings.state] == [
+        'recording_1 done', 'recording_2 done']
+
+
+def test_why_a_recording_failed_is_told_without_a_file(tmp_path, recorders):
+    recorders[1]['report'] = "print('bag.mcap: No space left on device; make room there'); sys.exit(1)"
+    recordings = Recordings(tmp_path, '/')
+    recordings.start(PRESENT)
+    recordings.stop()
+    assert finished(recordings, 1)[0]['text'] == 'bag.mcap: No space left on device; make room there'
+    assert sorted(path.name for path in (tmp_path / 'recording_1').iterdir()) == ['parameters.yaml']
+
+
+def test_pages_that_save_at_once_get_a_file_each(tmp_path):
+    found = at_once(lambda: save_parameters(tmp_path, PRESENT), times=8)
+    assert all(isinstance(one, Path) for one in found), found
+    assert len(set(found)) == 8
+    assert all('robot' in file.read_text() for file in found)
