@@ -5,6 +5,7 @@ A record is built in, comes from an entry point of an installed package, from a 
 environment variable names, or is registered by hand. A value of a parameter never imports code.
 """
 
+import contextlib
 import os
 import re
 import sys
@@ -112,7 +113,9 @@ class Registry(Mapping[str, Record], Generic[Record]):
         module = ModuleType(f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", file)}')
         module.__file__, sys.modules[module.__name__] = file, module
         try:
-            exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own law)
+            # what it prints must not be among the results of a command
+            with contextlib.redirect_stdout(sys.stderr):
+                exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own)
             record: Record = getattr(module, self._source.attribute)
             self.register(record, file)
         except BaseException as error:
@@ -157,7 +160,9 @@ class Registry(Mapping[str, Record], Generic[Record]):
             self._note_failure('entry points', fault)
         for point in points:
             try:
-                self.register(point.load())
+                with contextlib.redirect_stdout(sys.stderr):
+                    record = point.load()
+                self.register(record)
             except BaseException as error:  # a module may raise anything, SystemExit too
                 self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
 

@@ -1,5 +1,7 @@
 """The grid of stamps: whole nanoseconds."""
 
+FASTEST = 1e5
+"""Highest rate of a loop [Hz]: beyond, the check of the velocity loop's stability drowns in rounding."""
 NANOSECONDS = 1_000_000_000
 """In one second."""
 

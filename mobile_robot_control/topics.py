@@ -120,6 +120,12 @@ class LoopGraph(NamedTuple):
         """Return the topics that a node needs, each with the node that publishes it."""
         return {topic.name: topic.publisher for topic in self.topics.values() if node in topic.subscribers}
 
+    def listeners_of(self, node: str) -> dict[str, dict[str, list[str]]]:
+        """Return, of each topic that a node publishes, the nodes that need it, each with the topics it publishes."""
+        return {topic.name: {other: [one.name for one in self.topics.values() if one.publisher == other]
+                             for other in topic.subscribers}
+                for topic in self.topics.values() if topic.publisher == node and topic.subscribers}
+
     def topics_of(self, node: str) -> list[str]:
         """List the topics that a node needs or publishes."""
         return [topic.name for topic in self.topics.values() if node == topic.publisher or node in topic.subscribers]

@@ -13,7 +13,9 @@ from mobile_robot_control.ros.law_runner import LawRunner
 from mobile_robot_control.ros.wall_clock_drive import WallClockDrive
 
 NODE = types.SimpleNamespace(
-    get_logger=lambda: types.SimpleNamespace(error=print), create_service=lambda *_: None)
+    get_logger=lambda: types.SimpleNamespace(error=print), create_service=lambda *_: None,
+    create_publisher=lambda *_: types.SimpleNamespace(publish=lambda _: None),
+    create_subscription=lambda *_, **__: None)
 """Stands for the position controller."""
 
 
@@ -32,7 +34,7 @@ class Following:
                                      limits=ours.limits._replace(tracking_error=limit),
                                      approach=ours.approach._replace(speed=approach_speed))
         self._law = LawRunner(NODE, self._values.control, 1.0 / ours.shared.position_rate, lambda: None)
-        self.drive = WallClockDrive(NODE, ours.shared.lockstep, self._law, str)
+        self.drive = WallClockDrive(NODE, ours.shared.lockstep, self._law, None, str)
         self._cart = None
         self._distance = parameters.reference_cart.waiting.wait_distance
         self._at = self.reference(0.0).pose

@@ -1,10 +1,12 @@
 """The parser of a command: the options that all commands take, laws and curves from files first."""
 
 import argparse
+import sys
 from collections.abc import Callable, Collection, Iterator
 from typing import Any, NoReturn
 
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.values import nearest
 from mobile_robot_control.plugins import load_plugins
 from mobile_robot_control.texts import printable
 
@@ -30,6 +32,12 @@ class _CommandParser(argparse.ArgumentParser):
             pass  # the whole parser says so in its own words
         except ParameterError as error:
             self.exit(2, ''.join(f'{self.prog}: {printable(violation)}\n' for violation in error.violations))
+        given = sys.argv[1:] if args is None else list(args)
+        for word in given[:given.index('--')] if '--' in given else given:
+            name = word.partition('=')[0]
+            # argparse names what is missing first, and takes a word with a space for a value
+            if name.startswith('--') and ' ' not in word and name not in self._option_string_actions:
+                self.error(f"unknown option '{name}'; {nearest(name, self._option_string_actions)}")
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:

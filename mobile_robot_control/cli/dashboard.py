@@ -15,7 +15,7 @@ from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.fastdds_profiles import use_fastdds_profiles
 from mobile_robot_control.cli.namespace_option import add_namespace_option
 from mobile_robot_control.cli.node_processes import START
-from mobile_robot_control.cli.options import configuration, make_main, whole_number
+from mobile_robot_control.cli.options import configuration, make_main, ros_path, whole_number
 from mobile_robot_control.cli.watchdog import Watchdog
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.ros.deadline import leave_dds
@@ -40,7 +40,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
                       help='of the page; 0 takes any that is free')
     made.add_argument('--host', type=_address, default=_LOCAL, metavar='ADDRESS',
                       help='address that the page is served on; all but this machine need the token that is printed')
-    made.add_argument('--output', default='runs/dashboard', metavar='DIR',
+    made.add_argument('--output', type=ros_path, default='runs/dashboard', metavar='DIR',
                       help="folder for the nodes' logs, recordings and saved parameters")
     return made.parse_args(arguments)
 

@@ -11,9 +11,10 @@ from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.experiment_folders import WRITTEN, experiment_folders
 from mobile_robot_control.cli.experiment_performance import perform, progress_bar
 from mobile_robot_control.cli.namespace_option import add_namespace_option
-from mobile_robot_control.cli.options import configuration, distinct, make_main, positive
+from mobile_robot_control.cli.options import configuration, distinct, make_main, positive, ros_path
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.reporting.run_words import run_sentence
 from mobile_robot_control.ros.deadline import leave_dds
 from mobile_robot_control.ros.environment import check_environment
 from mobile_robot_control.ros.stop import Stop
@@ -30,7 +31,8 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     made = make_parser('experiment', __doc__)
     made.set_defaults(stop=stop)
     made.add_argument('--duration', type=positive, metavar='S', help='simulated time [s]; needed without --replay')
-    made.add_argument('--output', required=True, metavar='DIR', help='folder for bag, metrics and pictures')
+    made.add_argument('--output', type=ros_path, required=True, metavar='DIR',
+                      help='folder for bag, metrics and pictures')
     made.add_argument('--overwrite', action='store_true', help='replace an experiment that DIR already holds')
     made.add_argument('--composed', action='store_true', help='all four nodes in one process')
     made.add_argument('--compare', nargs='+', metavar='FILE', default=[],
@@ -38,6 +40,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
                       'and one report over all')
     made.add_argument('--replay', metavar='BAG', help='experiment in lockstep, or its bag: the run is done again with '
                       'all that changed it, and must be the same to the last bit')
+    made.add_argument('--json', action='store_true', help='print all metrics as one JSON object')
     made.add_argument('--no-report', action='store_false', dest='with_report', help='write the metrics alone')
     add_namespace_option(made, 'in which the nodes run')
     made.add_argument('--patience', type=positive, default=20.0, metavar='S',
@@ -45,6 +48,8 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     options = made.parse_args(arguments)
     if options.duration is None and options.replay is None:
         made.error('the following arguments are required: --duration')
+    if options.json and options.compare:
+        made.error('argument --json: not allowed with argument --compare, whose metrics are in report.json')
     if options.replay is not None and options.compare:
         made.error('argument --replay: not allowed with argument --compare')
     return options
@@ -69,15 +74,20 @@ def _run(options: argparse.Namespace) -> int:
     with (experiment_folders({output: parameters}, options.overwrite, options.robot) as unused,
           progress_bar(options.duration) as bar):
         result, metrics = perform(options, parameters, output, bar, unused)
-    return _tell(result, metrics, output)
+    return _tell(result, metrics, parameters, options)
 
 
-def _tell(result: 'ExperimentResult', metrics: dict[str, Any], output: Path) -> int:
+def _tell(
+    result: 'ExperimentResult', metrics: dict[str, Any], parameters: Configuration, options: argparse.Namespace
+) -> int:
     """Print how an experiment ended; return the exit code."""
-    print(json.dumps(metrics, indent=2))
+    print(json.dumps(metrics, indent=2) if options.json
+          else f'{run_sentence(metrics, parameters, not parameters.plant.shared.lockstep)}.')
     if result.reason or result.outcome == 'interrupted':
         print(f'experiment: {result.reason or "interrupted"}', file=sys.stderr)
-    print(f'bag, metrics and report: {printable(str(output.resolve()))}')
+    if not options.json:
+        written = 'bag, metrics and report' if options.with_report else 'bag and metrics'
+        print(f'{written}: {printable(str(Path(options.output).resolve()))}')
     return 0 if result.outcome == 'completed' and not result.reason else 1
 
 
@@ -100,7 +110,7 @@ def _replay(options: argparse.Namespace, output: Path) -> int:
         result, metrics = perform(options, parameters, output, bar, unused, drive)
     if result.outcome != 'interrupted' and not result.reason:
         result = result._replace(reason=compare_replay(replay, output, options.namespace))
-    return _tell(result, metrics, output)
+    return _tell(result, metrics, parameters, options)
 
 
 def _alike(chosen: Configuration, first: Configuration) -> Configuration:
@@ -147,6 +157,7 @@ def _compare(options: argparse.Namespace, output: Path) -> int:
                 break
     for reason in reasons:
         print(f'experiment: {reason}', file=sys.stderr)
+    print(f'experiment: drawing the report over {len(done)} runs', file=sys.stderr)
     unreadable = report(done, output, options.namespace, quiet=True)
     print(f'all runs and the report over them: {printable(str(output.resolve()))}')
     return 1 if reasons or unreadable else 0

@@ -40,6 +40,7 @@ def perform(
                                 patience=options.patience, stop=options.stop, bar=bar, watchdog=watchdog,
                                 drive=None if drive is None else drive())
     unused.remove(output)
+    bar.set_description('drawing the report' if options.with_report else 'measuring')
     evaluated = evaluate(output, options.namespace, result.outcome, quiet=bool(options.compare),
                          with_report=options.with_report)
     reasons = [*filter(None, [result.reason]), *evaluated.unwritten]

@@ -2,6 +2,7 @@
 
 import argparse
 import itertools
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -25,11 +26,20 @@ def _float(text: str) -> float:
         return float('nan')
 
 
+def ros_path(text: str) -> str:
+    """Read a path that nodes are given, which ROS takes in UTF-8 alone."""
+    try:
+        os.path.abspath(text).encode()
+    except UnicodeEncodeError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not UTF-8, as ROS needs it; name another folder") from None
+    return text
+
+
 def positive(text: str) -> float:
-    """Read a positive, finite number of seconds."""
+    """Read a positive, finite number."""
     value = _float(text)
     if not 0.0 < value < float('inf'):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a positive number of seconds; write one such as 16.0")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a positive number; write one such as 16.0")
     return value
 
 

@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,11 @@ from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.files import naming_errors, write_atomically
 from mobile_robot_control.parameters.nodes import has_exact_odometry
 from mobile_robot_control.recording.csv_table import write_csv
+from mobile_robot_control.reporting.run_words import run_sentence
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure, rollout
+from mobile_robot_control.texts import printable
 
 
 def parse_simulate(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -28,7 +30,7 @@ def parse_simulate(arguments: Sequence[str] | None) -> argparse.Namespace:
     made.add_argument('--duration', type=positive, required=True, metavar='S', help='simulated time [s]')
     made.add_argument('--output', metavar='FILE.csv',
                       help='write one row a velocity step; FILE.parameters.yaml and FILE.metrics.json go with it')
-    made.add_argument('--json', action='store_true', help='print the metrics as one JSON object')
+    made.add_argument('--json', action='store_true', help='print all metrics as one JSON object')
     return made.parse_args(arguments)
 
 
@@ -66,6 +68,8 @@ def _run(options: argparse.Namespace) -> int:
                      ONE_RUN)
     failures: list[str] = []
     with ExitStack() as stack:
+        # what a law prints must not be among the results
+        stack.enter_context(redirect_stdout(sys.stderr))
         interrupt = stack.enter_context(Interrupt())
         samples: Iterable[Sample] = noting_failure(rollout(parameters, options.duration), failures)
         if options.output:
@@ -86,7 +90,9 @@ def _run(options: argparse.Namespace) -> int:
     metrics = summary(run)
     if options.output:
         write_atomically(path.with_suffix('.metrics.json'), json.dumps(metrics, indent=2) + '\n')
-    print(json.dumps(metrics) if options.json else '\n'.join(f'{name}: {value}' for name, value in metrics.items()))
+    print(json.dumps(metrics) if options.json else f'{run_sentence(metrics, parameters)}.')
+    if options.output and not options.json:
+        print(f'table, parameters and metrics: {printable(str(path.resolve()))} and beside it')
     why = outcome_text(metrics, parameters.position_controller.control.controller_type, failures)
     if why:
         print(f'simulate: {why}', file=sys.stderr)

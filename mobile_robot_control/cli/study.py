@@ -38,8 +38,11 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.starts_map import Start, Starts, draw_starts_map
-from mobile_robot_control.reporting.study_page import StudiedRuns, write_study_page
+from mobile_robot_control.reporting.study_page import Judgement, StudiedRuns, write_study_page
+from mobile_robot_control.simulation.indices import BAND
 from mobile_robot_control.texts import printable
+from mobile_robot_control.tuning.comparison import COMPARED
+from mobile_robot_control.tuning.monte_carlo import METRICS, WITHIN
 from mobile_robot_control.tuning.splits import best_split
 
 
@@ -65,10 +68,18 @@ def parse_study(arguments: Sequence[str] | None, writes: bool = True) -> argpars
     made.add_argument('--noise-velocity', type=non_negative, metavar='W', help='instead of noise.velocity [rad/s]')
     made.add_argument('--longest-delay', type=whole_number(0), metavar='N',
                       help='delays of 0 to N periods of the velocity loop, instead of delay.velocity_steps')
+    made.add_argument('--metric', nargs='+', choices=METRICS, default=list(COMPARED), metavar='METRIC',
+                      help='by which controllers are compared, the first one decides which is the best: '
+                      f'{", ".join(METRICS)}; {" and ".join(COMPARED)} if left out')
+    made.add_argument('--success-within', type=positive, default=WITHIN, metavar='M',
+                      help='a run succeeds that stays nearer to the reference over its last quarter [m]')
+    made.add_argument('--settled-within', type=positive, default=BAND, metavar='M',
+                      help='an error has settled that stays smaller: of settling_time and share_within_band [m]')
     add_worker_options(made)
     options = made.parse_args(arguments)
     if options.longest_delay is not None and options.longest_delay > LONGEST_DELAY:
         made.error(f'--longest-delay {options.longest_delay}: it must be at most {LONGEST_DELAY}')
+    options.metric = list(dict.fromkeys(options.metric))
     return options
 
 
@@ -130,8 +141,9 @@ def _run(options: argparse.Namespace) -> int:
         name: StudiedRuns(one.scenarios, one.judged, one.promise,
                           # after Ctrl-C nothing more is driven
                           {} if interrupt.requested else replayed_runs(one, options.laps))
-        for name, one in results.items()}, values['success'], svg, interrupt.requested)
-    print(*study_lines(results), sep='\n')
+        for name, one in results.items()}, Judgement(values['success'], tuple(options.metric), options.settled_within),
+        svg, interrupt.requested)
+    print(*study_lines(options, results), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1

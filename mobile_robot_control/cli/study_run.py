@@ -14,7 +14,6 @@ from mobile_robot_control.texts import as_lines
 from mobile_robot_control.tuning.comparison import best_of, comparison_texts, comparison_values
 from mobile_robot_control.tuning.failures import failure_texts, failure_values
 from mobile_robot_control.tuning.monte_carlo import (
-    WITHIN,
     Judged,
     ScenarioDistribution,
     draw_scenarios,
@@ -103,13 +102,14 @@ def run_study(
         scenarios = study_scenarios(options, parameters)
         late = options.laps * 0.75
         drawn = (scenario_trial(parameters, scenario, options.laps, late) for scenario in scenarios)
-        trials = [one._replace(form=one.form._replace(indices=True)) for one in drawn]
+        trials = [one._replace(form=one.form._replace(indices=True, band=options.settled_within)) for one in drawn]
         judged: list[Judged] = []
         for first in range(0, len(trials), _BATCH):
             if stopped():
                 break
             batch = trials[first:first + _BATCH]
-            judged += [judge(one, outcome) for one, outcome in zip(batch, run(batch), strict=True)]
+            judged += [judge(one, outcome, options.success_within)
+                       for one, outcome in zip(batch, run(batch), strict=True)]
             progress(len(batch))
         if judged:
             results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios), parameters)
@@ -123,13 +123,15 @@ def study_values(
     return {
         'outcome': 'interrupted' if interrupted else 'completed', 'seed': options.seed, 'laps': options.laps,
         'curves': options.curves, 'scales': options.scales, 'within': options.within, 'variation': options.variation,
-        'success': f'within {WITHIN} m over the last quarter', 'interrupted': interrupted, 'error': TRUE,
+        'success': f'within {options.success_within} m over the last quarter',
+        'success_within': options.success_within, 'settled_within': options.settled_within,
+        'interrupted': interrupted, 'error': TRUE,
         'controllers': {name: summarise_runs(studied.judged)
                         | {'failures': failure_values(studied.scenarios, studied.judged)}
                         | promise_values(studied.promise)
                         for name, studied in results.items()},
-        'best': best_of(_judged(results)),
-        'comparisons': comparison_values(_judged(results)),
+        'best': best_of(_judged(results), options.metric),
+        'comparisons': comparison_values(_judged(results), options.metric),
     }
 
 
@@ -138,13 +140,13 @@ def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]
     return {name: studied.judged for name, studied in results.items()}
 
 
-def study_lines(results: Mapping[str, StudiedController]) -> Iterator[str]:
+def study_lines(options: argparse.Namespace, results: Mapping[str, StudiedController]) -> Iterator[str]:
     """Yield what the command prints: success, failures and what holds of each controller, and the comparison."""
     for name, studied in results.items():
         yield success_text(name, summarise_runs(studied.judged))
         yield from as_lines(failure_texts(studied.scenarios, studied.judged))
         yield from promise_lines(studied.promise)
-    yield from as_lines(comparison_texts(_judged(results)))
+    yield from as_lines(comparison_texts(_judged(results), options.metric, options.settled_within))
 
 
 def study_columns(results: Mapping[str, StudiedController]) -> Sequence[str]:

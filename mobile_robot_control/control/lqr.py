@@ -12,7 +12,7 @@ from mobile_robot_control.quantities import BodyVelocity, Observation
 
 SPEEDS = (0.05, 0.08, 0.13, 0.22, 0.4, 0.7, 1.2)
 """|v_r| of the table's rows [m/s]."""
-TURNS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.7, 1.2, 2.0)
+TURNS = (0.0, 0.015, 0.035, 0.07, 0.13, 0.25, 0.5, 1.0, 2.0)
 """|ω_r| of the table's columns [rad/s]: at small speeds the gains turn over within 0.1 rad/s."""
 
 Feedback = tuple[float, float, float, float, float, float]
@@ -125,7 +125,7 @@ def step(state: NoState, observation: Observation, gains: Schedule, dt: float) -
     Notes
     -----
     The table is for v_r and ω_r >= 0: the other signs follow from mirror symmetry and from driving in reverse. Beyond
-    the table its edge holds; within it the gains are those of the equation to 7 % of the largest one for the default
+    the table its edge holds; within it the gains are those of the equation to 5 % of the largest one for the default
     weights. At e3 = π the turn changes its side, because the heading error does.
 
     References

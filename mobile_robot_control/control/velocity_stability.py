@@ -1,12 +1,12 @@
 """Stability of the sampled velocity loop, checked before anything moves."""
 
-import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
+from mobile_robot_control.stamps import FASTEST
 
 
 def _convolve(left: Sequence[float], right: Sequence[float]) -> list[float]:
@@ -105,7 +105,7 @@ def _characteristic(gains: VelocityGains, robot: Robot, rate: float, delay: int)
 
 def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays: Sequence[int]) -> float:
     """
-    Return the rate [Hz] above which the sampled velocity loop is stable; infinite where no rate up to 1 GHz is.
+    Return the rate [Hz] above which the sampled velocity loop is stable; infinite where none that is allowed is.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays:
     low, high = rate, 2.0 * rate
     while not stable(high):
         low, high = high, 2.0 * high
-        if high > 1e9:
+        if high > 2.0 * FASTEST:
             return float('inf')
     while high - low > 1e-6 * high:
         middle = 0.5 * (low + high)
@@ -152,10 +152,12 @@ def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool)
     if radius < 1.0:
         return ''
     slowest = slowest_stable_rate(gains, robot, rate, delays)
+    unusual = ', '.join(f'robot.{name} = {value}' for name, value, usual in zip(
+        robot._fields, robot, Robot(), strict=True) if value != usual)
     clock = 'in lockstep' if lockstep else 'with one and two samples of delay, as on the wall clock'
     return (f'gains.k1 = {gains.k1} N s, gains.ti1 = {gains.ti1} s, gains.k2 = {gains.k2} N m s/rad, '
-            f'gains.ti2 = {gains.ti2} s are unstable at velocity_rate = {rate} Hz: '
-            f'spectral radius {radius:.4f} {clock}; '
+            f'gains.ti2 = {gains.ti2} s are unstable at velocity_rate = {rate} Hz'
+            f'{" with " + unusual if unusual else ""}: spectral radius {radius:.4f} {clock}; '
             + (f'the slowest stable rate is {slowest:.1f} Hz: raise velocity_rate above it, or lower the gains'
-               if math.isfinite(slowest) else
-               f'no rate is stable with {robot}; set robot.* to what a robot has, or change the gains'))
+               if slowest <= FASTEST else
+               'no rate that is allowed is stable; set robot.* to what a robot has, or change the gains'))

@@ -5,12 +5,18 @@ from collections.abc import Mapping
 
 from mobile_robot_control.parameters.nodes import NODES
 
+_SECTION = re.compile(r'/?(\*\*?|[A-Za-z_]\w*)(/(\*\*?|[A-Za-z_]\w*))*', re.ASCII)
 _LONGEST_NAMESPACE = 200  # so that a node's longest service name stays within the 247 characters that rmw allows
 
 
 def full_names(namespace: str = '/', renamed: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return the full name of each of the four nodes in a namespace, where some have another name than their own."""
     return {node: f'{namespace.rstrip("/")}/{(renamed or {}).get(node, node)}' for node in NODES}
+
+
+def is_section(text: str) -> bool:
+    """Return whether rcl takes a text for the name of a section: tokens, '*' and '**' between single slashes."""
+    return _SECTION.fullmatch(text) is not None
 
 
 def addressed_nodes(section: str, names: Mapping[str, str]) -> list[str]:

@@ -5,11 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.files import PARAMETER_FILE, read_bounded
-from mobile_robot_control.parameters.addressing import addressed_nodes, elsewhere, full_names, unreached
+from mobile_robot_control.parameters.addressing import addressed_nodes, elsewhere, full_names, is_section, unreached
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import NODES, parameter_names
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
 from mobile_robot_control.parameters.values import nearest
+from mobile_robot_control.texts import shortened
 
 Values = dict[str, dict[str, Any]]
 
@@ -34,6 +35,9 @@ def _sections(tree: Mapping[Any, Any], path: str, source: str) -> Iterator[tuple
             if not isinstance(value, Mapping) or not value:
                 raise ParameterError([f"{source}: 'ros__parameters' of '{path}' is empty; "
                                       "write 'name: value' under it"])
+            if not is_section(path):
+                raise ParameterError([f"{source}: '{shortened(path, 60)}' is no name of a node, and nodes refuse the "
+                                      "file; write one such as 'plant', '/robot1/plant' or '/**'"])
             yield path, dict(_flat(value))
         elif isinstance(value, Mapping):
             yield from _sections(value, name, source)

@@ -57,6 +57,11 @@ class _Loader(yaml.SafeLoader):
         if self._depth > _DEEPEST:
             raise _Refused(event.start_mark, f'nested more than {_DEEPEST} levels deep; write names with dots')
         node = super().compose_node(parent, index)
+        # neither has a form in the texts of C
+        if isinstance(node, yaml.ScalarNode) and any('\ud800' <= letter <= '\udfff' or letter == '\0'
+                                                     for letter in node.value):
+            raise _Refused(node.start_mark, f"'{shortened(node.value, 60)}' has half a character or a zero byte, which "
+                           'nodes do not take; write the text without it')
         self._depth -= 1
         return node
 

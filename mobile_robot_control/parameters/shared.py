@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.stamps import NANOSECONDS, period_nanoseconds
+from mobile_robot_control.stamps import FASTEST, NANOSECONDS, period_nanoseconds
 
 
 class Shared(NamedTuple):
@@ -16,12 +16,11 @@ class Shared(NamedTuple):
     robot: Robot = Robot()
     velocity_rate: Annotated[
         float, Field('Hz', 'rate of the plant and the velocity loop, with a period of whole nanoseconds: larger allows '
-                     'larger velocity gains and costs more CPU', minimum=0.001,
-                     maximum=1e5)  # beyond, the stability check drowns in rounding
+                     'larger velocity gains and costs more CPU', minimum=0.001, maximum=FASTEST)
     ] = 500.0
     position_rate: Annotated[
         float, Field('Hz', 'rate of the position loop, a divisor of velocity_rate: larger makes smaller steps of the '
-                     'command', minimum=0.001, maximum=1e5)
+                     'command', minimum=0.001, maximum=FASTEST)
     ] = 100.0
     lockstep: Annotated[
         bool, Field('', 'true: simulated time waits for every node; false: each node runs on its own wall clock')

@@ -3,24 +3,15 @@
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.recording.gaps import count_missing
-from mobile_robot_control.reporting.metrics_table import comparable_runs, peak_torque
+from mobile_robot_control.reporting.metrics_table import comparable_runs
 from mobile_robot_control.reporting.readable import readable, readable_unit
-from mobile_robot_control.reporting.run_reading import RECORDED, RecordedRun
-from mobile_robot_control.simulation.metrics import MEASURED
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.reporting.run_words import peak_torque, run_end, run_facts, run_sentence
 from mobile_robot_control.texts import shortened
 
 _NAME = 40
 """Characters of a run's name in the sentence."""
-_ENDS = {
-    'completed': 'completed {}', 'diverged': 'diverged after {}', 'not known': 'drove for {}',
-    'law_failed': 'was stopped after {}, when its position law failed',
-    'interrupted': 'was interrupted after {}', 'node_died': 'was broken off after {}, when a node gave no answer',
-    'broken off': 'was recorded for {} only', RECORDED: 'was recorded for {}',
-}
-"""What became of a run that lasted so long, by its outcome."""
-
 _NUMBERS: dict[str, tuple[Callable[[dict[str, Any]], float | None], str]] = {
     'RMS error': (lambda metrics: metrics.get('rms_position_error'), 'm'),
     'largest error': (lambda metrics: metrics.get('max_position_error'), 'm'),
@@ -75,53 +66,9 @@ def sentence(runs: Sequence[RecordedRun]) -> str:
         one with the smallest RMS error among those that can be compared, and what became of the others.
     """
     if len(runs) == 1:
-        return f'{_of_one(runs[0])}; {_missing(runs[0])}.'
+        run, = runs
+        return f'{run_sentence(run.metrics, run.parameters, bool(run.series.origin))}; {_missing(run)}.'
     return f'{_of_several(runs)}; {_missing_of_several(runs)}.'
-
-
-def _of_one(run: RecordedRun) -> str:
-    if run.parameters is None:
-        return f'The robot {_end(run)}: {_facts(run)}'
-    control, curve = run.parameters.position_controller.control, run.parameters.reference_cart.curve
-    return f'On the {curve.curve}, {control.controller_type.replace("_", " ")} {_end(run)}: {_facts(run)}'
-
-
-def _end(run: RecordedRun) -> str:
-    """Return what became of a run, and when."""
-    outcome, duration = run.metrics.get('outcome', 'not known'), run.metrics.get('duration')
-    if duration is None:
-        return f'was not measured (outcome {shortened(str(outcome), 40)})'
-    planned = run.parameters.plant.duration if run.parameters else 0.0
-    whole = outcome in ('completed', 'not known', RECORDED) or planned <= duration
-    lasted = readable(duration, 's') + ('' if whole else f' of {readable(planned, "s")}')
-    clock = ' on the wall clock' if run.series.origin else ''
-    # the outcome may be any text
-    known = _ENDS.get(outcome, 'ended after {}').format(lasted + clock)
-    return known if outcome in _ENDS else f'{known} ({shortened(str(outcome), 40)})'
-
-
-def _facts(run: RecordedRun) -> str:
-    """Return errors and peak torque of a run in words."""
-    return f'{_errors(run.metrics)}, {_torque(run)}'
-
-
-def _errors(metrics: dict[str, Any]) -> str:
-    rms, largest = metrics.get('rms_position_error'), metrics.get('max_position_error')
-    if rms is None:
-        return 'its error is not known'
-    if metrics.get('error') == MEASURED:
-        return f'RMS error {readable(rms, "m")} and largest {readable(largest, "m")} as odometry saw it'
-    seen = metrics.get('measured_rms_position_error')
-    hidden = '' if seen in (None, rms) else f' ({readable(seen, "m")} as odometry saw it)'
-    return f'{"true " if hidden else ""}RMS error {readable(rms, "m")}{hidden}, largest {readable(largest, "m")}'
-
-
-def _torque(run: RecordedRun) -> str:
-    peak = peak_torque(run.metrics)
-    if peak is not None:
-        return f'peak torque {readable(peak, "N m")}'
-    takes_none = run.parameters is not None and run.parameters.plant.model.drive == VELOCITY
-    return 'no torque, as its base takes velocities' if takes_none else 'torque not known'
 
 
 def _missing(run: RecordedRun) -> str:
@@ -146,7 +93,8 @@ def _of_several(runs: Sequence[RecordedRun]) -> str:
     """Return the best of several runs in words, and what became of those that cannot be compared with it."""
     fair = [run for run, counts in zip(runs, comparable_runs(runs), strict=True)
             if counts and run.metrics.get('rms_position_error') is not None]
-    failed = [f'{_name(run)} {_end(run)}' for run in runs if run not in fair]
+    failed = [f'{_name(run)} {run_end(run.metrics, run.parameters, bool(run.series.origin))}'
+              for run in runs if run not in fair]
     if len({run.metrics.get('error') for run in fair}) > 1:
         first = f'{len(runs)} runs are not ranked, as the errors of some are true and those of others measured'
     elif not fair:
@@ -154,7 +102,7 @@ def _of_several(runs: Sequence[RecordedRun]) -> str:
     else:
         ranked = sorted(fair, key=lambda run: float(run.metrics['rms_position_error']))
         best = 'has the smallest error' if len(ranked) > 1 else 'alone is whole, and as long as the longest'
-        first = f'Of {len(runs)} runs, {_name(ranked[0])} {best}: {_facts(ranked[0])}'
+        first = f'Of {len(runs)} runs, {_name(ranked[0])} {best}: {run_facts(ranked[0].metrics, ranked[0].parameters)}'
         if len(ranked) > 1:
             first += f'; next is {_name(ranked[1])} with {readable(ranked[1].metrics["rms_position_error"], "m")}'
     return '; '.join([first, *failed])

@@ -27,7 +27,8 @@ from mobile_robot_control.simulation.rollout import recorded
 
 PART = PagePart('laws')
 CURVES = ('trifolium', 'lemniscate')
-STUDY = '--runs 300 --seed 2026 -p plant.max_wheel_torque:=3.0 -p velocity_controller.max_wheel_torque:=3.0'
+STUDY = ('--runs 300 --seed 2026 -p plant.max_wheel_torque:=3.0 -p velocity_controller.max_wheel_torque:=3.0 '
+         '--metric rms_position_error')
 STORE = 'law_results.json'
 """The file beside the page that has gains and numbers."""
 _SEARCHES = Path('runs/law_results')
@@ -113,13 +114,14 @@ def difference_cell(law: str, results: Mapping[str, Any]) -> str:
     if law == results['best']:
         return 'the best'
     one, = (one for one in results['comparisons'] if law in (one['first'], one['second']))
-    if one['rms_difference_interval'] is None:
+    found, = one['metrics']
+    if found['difference_interval'] is None:
         return 'not compared'
     sign = 1.0 if one['first'] == law else -1.0
-    low, high = sorted(100.0 * sign * bound for bound in one['rms_difference_interval'])
-    left_out = f'; {one["left_out"]} left out' if one['left_out'] else ''
-    apart = '' if one['more_accurate'] else ', cannot be told apart'
-    return f'{100.0 * sign * one["rms_difference"]:.2f} cm ({low:.2f} to {high:.2f}){apart}{left_out}'
+    low, high = sorted(100.0 * sign * bound for bound in found['difference_interval'])
+    left_out = f'; {found["left_out"]} left out' if found['left_out'] else ''
+    apart = '' if found['better'] else ', cannot be told apart'
+    return f'{100.0 * sign * found["difference"]:.2f} cm ({low:.2f} to {high:.2f}){apart}{left_out}'
 
 
 def law_cells(law: str, results: Mapping[str, Any]) -> list[str]:

@@ -9,7 +9,8 @@ from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.readable import Unit, described_change, quantities, quantity, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.simulation.indices import BAND, LARGER_IS_BETTER
+from mobile_robot_control.reporting.run_words import WHOLE, peak_torque
+from mobile_robot_control.simulation.indices import LARGER_IS_BETTER, index_labels
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE
 
 
@@ -47,24 +48,7 @@ def _metric(*path: str) -> Callable[[dict[str, Any]], Any]:
     return pick
 
 
-def peak_torque(metrics: dict[str, Any]) -> float | None:
-    """Return the largest absolute torque of either wheel [N m]; None if it was not measured."""
-    peaks = (metrics.get('peak_wheel_torque') or {}).values()
-    known = [peak for peak in peaks if peak is not None]
-    return max(known) if known else None
-
-
 _WHEELS = ('right', 'left')
-INDEX_LABELS = {
-    'iae': ('position error, ∫ d dt (IAE)', 'm s'), 'ise': ('position error, ∫ d² dt (ISE)', 'm² s'),
-    'itae': ('position error, ∫ t d dt (ITAE)', 'm s²'), 'itse': ('position error, ∫ t d² dt (ITSE)', 'm² s²'),
-    'rms_cross_track_error': ('cross-track error, RMS', 'm'),
-    'max_cross_track_error': ('cross-track error, largest', 'm'),
-    'settling_time': (f'settling time, to {BAND:g} m', 's'),
-    'share_within_band': (f'share of time within {BAND:g} m', ''),
-    'torque_variation': ('variation of the torque', 'N m'), 'command_variation': ('variation of the command', 'm/s'),
-}
-"""Label and SI unit of each performance index, by its name in files."""
 ROWS = (
     Row('position error, RMS', 'm', _metric('rms_position_error'), ('error',)),
     Row('position error, largest', 'm', _metric('max_position_error'), ('error',)),
@@ -74,7 +58,7 @@ ROWS = (
     Row('energy', 'J', _metric('energy')),
     Row('objective, Eq. (29)', '', _metric('objective'), ('error', 'energy')),
     *(Row(label, unit, _metric(name), () if name.endswith('_variation') else ('error',),
-          max if name in LARGER_IS_BETTER else min) for name, (label, unit) in INDEX_LABELS.items()),
+          max if name in LARGER_IS_BETTER else min) for name, (label, unit) in index_labels().items()),
 )
 """Metrics of which one value is better than another."""
 _FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _metric('initial_wheel_torque', wheel)) for wheel in _WHEELS)
@@ -87,7 +71,7 @@ _NOTES = {
 def comparable_runs(runs: Sequence[RecordedRun]) -> list[bool]:
     """Return which runs were complete and equally long: one that ended early has used less energy, for example."""
     longest = max((run.metrics.get('duration') or 0.0 for run in runs), default=0.0)
-    return [run.metrics.get('outcome') in ('completed', 'not known', 'recorded')
+    return [run.metrics.get('outcome') in WHOLE
             and (run.metrics.get('duration') or 0.0) >= 0.99 * longest for run in runs]
 
 

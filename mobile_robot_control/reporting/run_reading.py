@@ -21,6 +21,7 @@ from mobile_robot_control.reporting.run_files import (
     locate,
     recorded_outcome,
 )
+from mobile_robot_control.reporting.run_words import RECORDED
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.index_meter import IndexMeter
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE, RunMeter, summary
@@ -29,8 +30,6 @@ from mobile_robot_control.texts import printable
 
 _WALL_CLOCK_TOLERANCE = 0.5
 """[s]: by how much a complete run on the wall clock may be shorter than asked for."""
-RECORDED = 'recorded'
-"""Outcome of a recording that someone begins and ends while a run goes on."""
 Configure = Callable[[Path], Configuration]
 """Reads a parameter file."""
 

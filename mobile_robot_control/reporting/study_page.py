@@ -1,7 +1,7 @@
 """The page of a study: success rates, a map of starts, distributions of the metrics, failures to replay."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,15 +12,15 @@ from mobile_robot_control.files import write_atomically
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.chart_page import UPLOT_SCRIPT, chart_styles
 from mobile_robot_control.reporting.first_screen import replay_scripts, replay_styles
-from mobile_robot_control.reporting.metrics_table import INDEX_LABELS
 from mobile_robot_control.reporting.palette import LINES, on_dark
 from mobile_robot_control.reporting.promise_page import promise_parts
 from mobile_robot_control.reporting.readable import quantities
 from mobile_robot_control.reporting.replay_data import replay_data
 from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.tuning.comparison import comparison_texts
+from mobile_robot_control.simulation.indices import BAND
+from mobile_robot_control.tuning.comparison import COMPARED, comparison_texts
 from mobile_robot_control.tuning.failures import failure_texts
-from mobile_robot_control.tuning.monte_carlo import Judged, success_text, summarise_runs
+from mobile_robot_control.tuning.monte_carlo import Judged, metric_labels, success_text, summarise_runs
 from mobile_robot_control.tuning.promises import Promise
 from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.web.assets import asset
@@ -31,12 +31,25 @@ FAILURES, MEDIANS = 8, 3
 _LARGEST = 3.0e38
 _POINTS, _POSES = 400, 1000
 """Of a distribution, and of a replay."""
-_METRICS = {
-    'rms_position_error': ('position error, RMS', 'm'), 'max_position_error': ('position error, largest', 'm'),
-    'late_max_position_error': ('position error, largest in the last quarter', 'm'),
-    'rms_heading_error': ('heading error, RMS', 'rad'), 'peak_wheel_torque': ('peak torque', 'N m'),
-    'energy': ('energy', 'J'), 'objective': ('objective, Eq. (29)', ''), **INDEX_LABELS,
-}
+
+
+class Judgement(NamedTuple):
+    """
+    How the runs of a study are judged.
+
+    Attributes
+    ----------
+    criterion : str
+        Of success, in words.
+    metrics : tuple of str
+        By which controllers are compared.
+    band : float
+        In which an error has settled [m].
+    """
+
+    criterion: str
+    metrics: tuple[str, ...] = COMPARED
+    band: float = BAND
 
 
 class StudiedRuns(NamedTuple):
@@ -76,24 +89,31 @@ def _distribution(values: Sequence[float]) -> list[float]:
     return [float(value) for value in known[np.linspace(0, known.size - 1, min(known.size, _POINTS)).astype(int)]]
 
 
-def _shown(runs: StudiedRuns) -> list[str]:
+def _labels(judgement: Judgement) -> dict[str, tuple[str, str]]:
+    """Return label and unit of each metric, first of those that are compared."""
+    labels = metric_labels(judgement.band)
+    return {name: labels[name] for name in dict.fromkeys([*judgement.metrics, *labels])}
+
+
+def _shown(runs: StudiedRuns, labels: Iterable[str]) -> list[str]:
     """Return the names of the metrics that runs have."""
-    return [metric for metric in _METRICS if metric in runs.judged[0].metrics]
+    return [metric for metric in labels if metric in runs.judged[0].metrics]
 
 
-def study_data(controllers: Mapping[str, StudiedRuns]) -> dict[str, Any]:
+def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement) -> dict[str, Any]:
     """Return what web/study.js shows, ready for JSON; replays are by the index of a run, from 0 on."""
-    metrics = dict.fromkeys(metric for runs in controllers.values() for metric in _shown(runs))
-    return {'controllers': [_of_controller(name, runs, LINES[n % len(LINES)][0])
+    labels = _labels(judgement)
+    metrics = dict.fromkeys(metric for runs in controllers.values() for metric in _shown(runs, labels))
+    return {'controllers': [_of_controller(name, runs, metrics, LINES[n % len(LINES)][0])
                             for n, (name, runs) in enumerate(controllers.items())],
-            'metrics': [dict(zip(('name', 'label', 'unit'), (name, *_METRICS[name]), strict=True)) for name in metrics]}
+            'metrics': [dict(zip(('name', 'label', 'unit'), (name, *labels[name]), strict=True)) for name in metrics]}
 
 
-def _of_controller(name: str, runs: StudiedRuns, color: str) -> dict[str, Any]:
+def _of_controller(name: str, runs: StudiedRuns, shown: Iterable[str], color: str) -> dict[str, Any]:
     """Return what is shown of a controller."""
     done = list(zip(runs.scenarios, runs.judged, strict=False))
     starts = [scenario.start for scenario, _ in done if scenario.start is not None]
-    metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _shown(runs)}
+    metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _shown(runs, shown)}
     return {
         'name': name, 'light': color, 'dark': on_dark(color), 'count': len(done),
         'columns': {**{axis: pack([getattr(start, axis) for start in starts]) for axis in ('x', 'y', 'heading')},
@@ -102,15 +122,15 @@ def _of_controller(name: str, runs: StudiedRuns, color: str) -> dict[str, Any]:
                        for metric, values in metrics.items()}},
         'distributions': {metric: {'of': len(values), 'values': _distribution(values)}
                           for metric, values in metrics.items()},
-        'replays': {str(n): shown for n, run in runs.replays.items()
-                    if (shown := replay_data([run], _POSES)) is not None},
+        'replays': {str(n): replayed for n, run in runs.replays.items()
+                    if (replayed := replay_data([run], _POSES)) is not None},
     }
 
 
-def _table(numbers: Mapping[str, Any]) -> str:
+def _table(numbers: Mapping[str, Any], labels: Mapping[str, tuple[str, str]]) -> str:
     """Return the quantiles of a controller's metrics as HTML."""
     rows = []
-    for metric, (label, unit) in _METRICS.items():
+    for metric, (label, unit) in labels.items():
         found = numbers['metrics'].get(metric)
         cells = quantities([found['median'], found['95_percent'], found['worst']], unit) if found else []
         if set(cells) - {'–'}:
@@ -123,15 +143,18 @@ def _paragraphs(texts: Sequence[str]) -> str:
     return ''.join(f'<p>{escape(text)}</p>' for text in texts)
 
 
-def _parts(controllers: Mapping[str, StudiedRuns], criterion: str, svg: str, interrupted: bool) -> Iterator[str]:
+def _parts(
+    controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, interrupted: bool
+) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     numbers = {name: summarise_runs(runs.judged) for name, runs in controllers.items()}
     answers = ''.join(f'<p class="answer">{escape(success_text(name, found))}.</p>' for name, found in numbers.items())
     yield f'<section class="first"><h1>Study</h1>{answers}</section>'
-    yield f'<p class="soft">Success: {escape(criterion)}.</p>'
+    yield f'<p class="soft">Success: {escape(judgement.criterion)}.</p>'
     if interrupted:
         yield page.warning('What is missing', ['the study was interrupted; the page has the runs that were done'])
-    compared = list(comparison_texts({name: runs.judged for name, runs in controllers.items()}))
+    compared = list(comparison_texts(
+        {name: runs.judged for name, runs in controllers.items()}, judgement.metrics, judgement.band))
     failures = {name: list(failure_texts(runs.scenarios, runs.judged)) for name, runs in controllers.items()}
     yield page.contents([('starts', 'Starts', ()), *([('failures', 'Failures', ())] if any(failures.values()) else []),
                          *([('compared', 'Compared', ())] if compared else []), ('metrics', 'Metrics', ()),
@@ -145,17 +168,19 @@ def _parts(controllers: Mapping[str, StudiedRuns], criterion: str, svg: str, int
             f'<h3>{escape(name)}</h3>{_paragraphs(texts)}' for name, texts in failures.items() if texts))
     if compared:
         yield page.section('compared', 'Compared', _paragraphs(compared))
-    tables = [part for name, found in numbers.items() for part in (f'<h3>{escape(name)}</h3>', _table(found))]
+    labels = _labels(judgement)
+    tables = [part for name, found in numbers.items()
+              for part in (f'<h3>{escape(name)}</h3>', _table(found, labels))]
     yield page.section('metrics', 'Metrics', *tables,
                        page.live('Distributions', 'The share of runs that have at most a value.', 'distributions'))
     holds = [part for name, runs in controllers.items()
              for part in (f'<h3>{escape(name)}</h3>', *promise_parts(runs.promise))]
     yield page.section('holds', 'What holds', *holds)
-    yield page.json_block('study-data', study_data(controllers))
+    yield page.json_block('study-data', study_data(controllers, judgement))
 
 
 def write_study_page(
-    file: Path, controllers: Mapping[str, StudiedRuns], criterion: str, svg: str, interrupted: bool = False
+    file: Path, controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, interrupted: bool = False
 ) -> None:
     """
     Write the page of a study.
@@ -166,13 +191,13 @@ def write_study_page(
         HTML.
     controllers : mapping of str to StudiedRuns
         By name, each with a run at least.
-    criterion : str
-        Of success, in words.
+    judgement : Judgement
+        How the runs are judged.
     svg : str
         The map of starts, for paper and where there are no scripts.
     interrupted : bool
         Whether runs are missing.
     """
     scripts = [*replay_scripts(), *map(asset, (UPLOT_SCRIPT, 'charts.js', 'study.js'))]
-    parts = _parts(controllers, criterion, svg, interrupted)
+    parts = _parts(controllers, judgement, svg, interrupted)
     write_atomically(file, page.page('Study', parts, [*replay_styles(), *chart_styles()], scripts))

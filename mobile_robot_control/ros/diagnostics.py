@@ -127,7 +127,8 @@ class Diagnostics:
         if self._stopped:
             return Condition(DiagnosticStatus.ERROR, 'stopped', self._stopped)
         if not self._steps:
-            return Condition(DiagnosticStatus.ERROR if missing else DiagnosticStatus.WARN, 'waiting', missing)
+            return Condition(DiagnosticStatus.ERROR if missing else DiagnosticStatus.WARN, 'waiting', missing,
+                             '; '.join(self._watch.problems()))
         wrong = (
             bool(missing)
             or self._validator.refused.total() > self._refused_before

@@ -71,8 +71,9 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._loop = self._loop_graph()
         self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout)
         self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
-        self._watch = PublisherWatch(self, [*self._loop.topics_of(name), *(
-            topic for topic, nodes in OTHER_INPUTS.items() if name in nodes)])
+        watched = [*self._loop.topics_of(name), *(topic for topic, nodes in OTHER_INPUTS.items() if name in nodes)]
+        self._watch = PublisherWatch(
+            self, watched, self._loop.listeners_of(name) if self._shared.lockstep else {}, self._shared.peer_timeout)
         self._events = RunEvents(self)
 
     def _start(self, rate: float, tick: Callable[[], None], pace: OverrunCounter | None = None) -> None:

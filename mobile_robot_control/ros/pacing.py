@@ -30,7 +30,7 @@ class LockstepPacer:
     publish : callable
         Publishes the plant's messages of the present time.
     repeat : callable
-        Publishes them again; takes the wall time [s] without an answer.
+        Publishes them again; takes for how long [s] it has been asked without an answer.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class LockstepPacer:
         self._due = self._asked = time.monotonic()
         self._factor, self._wall_period = 0.0, 0.0
         self._timer: Timer | None = None
-        self.overruns = 0
+        self.overruns = self._repeats = 0
         create_steady_timer(REPEAT_AFTER, self._repeat_unanswered, node)
         self.change(real_time_factor)
 
@@ -83,13 +83,14 @@ class LockstepPacer:
         if now - self._due > _LONGEST_LAG:
             self._due = now - _LONGEST_LAG
             self.overruns += self._wall_period > 0.0
-        self._policy.asking, self._asked = True, now
+        self._policy.asking, self._asked, self._repeats = True, now, 0
         self._publish()
 
     def _repeat_unanswered(self) -> None:
-        silence = time.monotonic() - self._asked
-        if self._policy.asking and silence >= REPEAT_AFTER:
-            self._repeat(silence)
+        if self._policy.asking and time.monotonic() - self._asked >= REPEAT_AFTER:
+            # counted, not measured: a plant that was stopped itself has neither asked nor listened meanwhile
+            self._repeats += 1
+            self._repeat(self._repeats * REPEAT_AFTER)
 
 
 class FixedRateTimer:

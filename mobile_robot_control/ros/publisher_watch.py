@@ -1,11 +1,14 @@
-"""Who else publishes on a node's topics, and whose quality of service does not fit."""
+"""Who else publishes on a node's topics, whose quality of service does not fit, and who does not listen."""
 
-from collections.abc import Sequence
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import qos_policy_name_from_kind
 
+_PARTICIPANT = 12
+"""Bytes of an endpoint's GUID that are those of its process."""
 _REMEDY = 'stop all but one, or give each robot a namespace or a ROS_DOMAIN_ID of its own'
 
 
@@ -19,6 +22,10 @@ class PublisherWatch:
         Whose inputs and outputs.
     topics : sequence of str
         Loop topics, by relative name.
+    listeners : mapping of str to mapping of str to sequence of str
+        Of topics that the node publishes, the nodes that need them, each with the topics that it publishes.
+    patience : float
+        Wall time [s] that a node may be known without being a listener.
 
     Attributes
     ----------
@@ -29,9 +36,12 @@ class PublisherWatch:
 
     """
 
-    def __init__(self, node: Node, topics: Sequence[str]) -> None:
-        self._node = node
+    def __init__(
+        self, node: Node, topics: Sequence[str], listeners: Mapping[str, Mapping[str, Sequence[str]]], patience: float
+    ) -> None:
+        self._node, self._listeners, self._patience = node, listeners, patience
         self._topics = {topic: node.resolve_topic_name(topic) for topic in topics}
+        self._deaf_since: dict[str, float] = {}
         self.several: dict[str, str] = {}
         self.unfit: dict[str, str] = {}
 
@@ -52,6 +62,23 @@ class PublisherWatch:
             if topic not in found:
                 self._node.get_logger().info(f'{topic} has one publisher again')
         self.several = found
+        deaf, now = set(self._deaf()), time.monotonic()
+        self._deaf_since = {text: self._deaf_since.get(text, now) for text in deaf}
+
+    def _deaf(self) -> Iterator[str]:
+        """
+        Yield which nodes are discovered, but not as listeners of this one.
+
+        Fast DDS may discover a process only by half that was stopped for longer than its lease.
+        """
+        for topic, nodes in self._listeners.items():
+            listening = _participants(self._node.get_subscriptions_info_by_topic(self._node.resolve_topic_name(topic)))
+            for node, published in nodes.items():
+                known: set[bytes] = set().union(*(
+                    _participants(self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(other)))
+                    for other in published))
+                if known and not known & listening:
+                    yield f'{node} is discovered, but not as a listener of {topic}: start this node again'
 
     def _names(self, resolved: str) -> str:
         infos = self._node.get_publishers_info_by_topic(resolved)
@@ -81,5 +108,11 @@ class PublisherWatch:
 
     def problems(self) -> list[str]:
         """List what is wrong, in words."""
+        deaf = [text for text, since in self._deaf_since.items() if time.monotonic() - since > self._patience]
         return [*(f'{topic} has several publishers ({names})' for topic, names in self.several.items()),
-                *self.unfit.values()]
+                *self.unfit.values(), *deaf]
+
+
+def _participants(endpoints: Iterable[Any]) -> set[bytes]:
+    """Return the processes that endpoints belong to, as DDS names them."""
+    return {bytes(endpoint.endpoint_gid[:_PARTICIPANT]) for endpoint in endpoints}

@@ -14,15 +14,17 @@ from mobile_robot_control.ros.qos import subscribe_to
 from mobile_robot_control.topics import LoopGraph, first_silent
 
 _STALL = 0.5
-"""[s]: a shorter silence is a busy machine's. Subscriptions that come and go cost every node on the network memory."""
+"""[s]: a shorter silence is a busy machine's."""
 
 
 class StallDetector:
     """
     Finds the node that holds a lockstep run up.
 
-    While a run stalls, it subscribes to the answers that do not go to the plant. Every node that runs answers a
-    repeated question, so the first link of the chain that stays silent is the missing one.
+    From the first stall on it subscribes to the answers that do not go to the plant. Every node that runs answers a
+    repeated question, so the first link of the chain that stays silent is the missing one. The subscriptions stay: one
+    that is destroyed just before the plant is stopped for longer than DDS waits can leave the others unable to discover
+    the plant again (https://github.com/eProsima/Fast-DDS/issues/457).
 
     Parameters
     ----------
@@ -84,8 +86,6 @@ class StallDetector:
 
     def note_progress(self) -> None:
         """Note that the question was answered."""
-        while self._subscriptions:
-            self._node.destroy_subscription(self._subscriptions.pop())
         self._suspect = ''
         if self.named:
             self._node.get_logger().info(f'{" and ".join(self.named)} answered: the run goes on')

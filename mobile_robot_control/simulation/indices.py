@@ -12,12 +12,26 @@ from mobile_robot_control.simulation.totals import Totals
 from mobile_robot_control.simulation.variation import Variation, varied_command, varied_torque
 
 BAND = 0.02
-"""[m]: an error that stays within has settled."""
+"""[m]: an error that stays within has settled, unless another one is asked for."""
 
 INDICES = ('iae', 'ise', 'itae', 'itse', 'rms_cross_track_error', 'max_cross_track_error', 'settling_time',
            'share_within_band', 'torque_variation', 'command_variation')
 """The names of the performance indices in files, in their order."""
 LARGER_IS_BETTER = ('share_within_band',)
+
+
+def index_labels(band: float = BAND) -> dict[str, tuple[str, str]]:
+    """Return label and SI unit of each performance index, by its name in files; a band [m] is that of settling."""
+    return {
+        'iae': ('position error, ∫ d dt (IAE)', 'm s'), 'ise': ('position error, ∫ d² dt (ISE)', 'm² s'),
+        'itae': ('position error, ∫ t d dt (ITAE)', 'm s²'), 'itse': ('position error, ∫ t d² dt (ITSE)', 'm² s²'),
+        'rms_cross_track_error': ('cross-track error, RMS', 'm'),
+        'max_cross_track_error': ('cross-track error, largest', 'm'),
+        'settling_time': (f'settling time, to {band:g} m', 's'),
+        'share_within_band': (f'share of time within {band:g} m', ''),
+        'torque_variation': ('variation of the torque', 'N m'),
+        'command_variation': ('variation of the command', 'm/s'),
+    }
 
 
 class PerformanceIndices(NamedTuple):
@@ -27,17 +41,19 @@ class PerformanceIndices(NamedTuple):
     Attributes
     ----------
     ticks, inside : float
-        How many position ticks were counted, and at how many of them d was within BAND.
+        How many position ticks were counted, and at how many of them d was within the band.
     absolute : float
         ∫ d dt [m s].
     timed_absolute, timed_squared : float
         ∫ t d dt [m s²] and ∫ t d² dt [m² s²].
     settled : float
-        Time since which d has been within BAND [s]; infinite if it is not.
+        Time since which d has been within the band [s]; infinite if it is not.
     squared_cross_track, max_cross_track : float
         ∫ c² dt [m² s] of the cross-track error c, and the largest |c| [m]; nan of a path that is not known.
     torque, command : Variation
         Of the torques applied [N m], and of the speeds of the wheels' rims that the command asks for [m/s].
+    band : float
+        In which d has settled [m].
     """
 
     ticks: float = 0.0
@@ -50,6 +66,7 @@ class PerformanceIndices(NamedTuple):
     max_cross_track: float = 0.0
     torque: Variation = Variation()
     command: Variation = Variation()
+    band: float = BAND
 
 
 class MeasuredMotion(NamedTuple):
@@ -81,7 +98,7 @@ def add_tick(indices: PerformanceIndices, apart: float, across: float, time: flo
     dt : float
         Position period [s].
     """
-    inside = apart <= BAND
+    inside = apart <= indices.band
     return PerformanceIndices(
         indices.ticks + 1.0,
         indices.inside + (1.0 if inside else 0.0),
@@ -91,7 +108,7 @@ def add_tick(indices: PerformanceIndices, apart: float, across: float, time: flo
         min(indices.settled, time) if inside else math.inf,
         indices.squared_cross_track + across * across * dt,
         max(indices.max_cross_track, across),
-        indices.torque, indices.command,
+        indices.torque, indices.command, indices.band,
     )
 
 
@@ -142,6 +159,7 @@ def add_step(
         indices.settled, indices.squared_cross_track, indices.max_cross_track,
         varied_torque(indices.torque, command, torque, robot),
         varied_command(indices.command, command, torque, robot),
+        indices.band,
     )
 
 

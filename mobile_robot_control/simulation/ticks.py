@@ -14,6 +14,7 @@ from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.plant_form import IDEAL, PlantForm, drive_step, sensing
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState, PositionTick
+from mobile_robot_control.simulation.indices import BAND
 
 FAILED = BodyVelocity(math.nan, math.nan)
 """The command of a law that has failed."""
@@ -35,12 +36,15 @@ class Form(NamedTuple):
         Whether the variation of torque or command is summed, of a run that is only measured.
     indices : bool
         Whether the performance indices are summed, of such a run.
+    band : float
+        In which its error has settled [m].
     """
 
     plant: PlantForm = IDEAL
     compensates: bool = False
     varies: bool = False
     indices: bool = False
+    band: float = BAND
 
 
 IDEAL_FORM = Form()

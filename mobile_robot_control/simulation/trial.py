@@ -132,7 +132,7 @@ def bind(
 ) -> Callable[..., Outcome]:
     """Make the rollout of both ticks, plain or compiled; `reference_of` returns the n-th reference given to it."""
     has_torque = not form.plant.takes_velocity
-    begun = PerformanceIndices() if form.indices else ()
+    begun = PerformanceIndices(band=form.band) if form.indices else ()
     index_tick, index_step, references_in = (
         (add_true_tick, add_step, given_with_path) if form.indices else (no_tick, no_step, given_alone))
     vary = variation_step(form.varies, form.plant.takes_velocity)

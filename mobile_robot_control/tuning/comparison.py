@@ -5,12 +5,45 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from mobile_robot_control.tuning.monte_carlo import CONFIDENCE, Judged
+from mobile_robot_control.simulation.indices import BAND, LARGER_IS_BETTER
+from mobile_robot_control.tuning.monte_carlo import CONFIDENCE, Judged, metric_labels
 from mobile_robot_control.tuning.tail_probabilities import binomial_interval, student_quantile
 
-COMPARED = 'rms_position_error'
-"""The metric whose paired differences are taken [m]."""
+COMPARED = ('late_max_position_error', 'rms_position_error')
+"""The metrics whose paired differences are taken, unless others are asked for."""
 _SAME = 'cannot be told apart'
+
+
+class Difference(NamedTuple):
+    """
+    One metric of two controllers in the same scenarios.
+
+    Attributes
+    ----------
+    metric : str
+        Its name.
+    compared : int
+        Scenarios in which both succeed and both values are known.
+    mean : float
+        Of the first's value minus the second's over those; nan where there is none.
+    interval : tuple of float
+        Of that mean; infinite where fewer than two scenarios are left.
+    confidence : float
+        Of the interval.
+
+    """
+
+    metric: str
+    compared: int
+    mean: float
+    interval: tuple[float, float]
+    confidence: float
+
+    @property
+    def sign(self) -> int:
+        """1 where the first's value is larger for certain, -1 where it is smaller, 0 where they are not told apart."""
+        low, high = self.interval
+        return int(low > 0.0) - int(high < 0.0)
 
 
 class Comparison(NamedTuple):
@@ -27,13 +60,10 @@ class Comparison(NamedTuple):
         Scenarios in which both succeeded, or one alone.
     share : tuple of float
         Interval of the share of `only_first` in the scenarios in which one alone succeeds; (0, 1) where there is none.
-    difference : float
-        Mean over the scenarios in which both succeeded of the RMS position error of the first minus that of the second
-        [m]; nan where there is none.
-    interval : tuple of float
-        Of that mean [m]; infinite where fewer than two scenarios are left.
     confidence : float
-        Of both intervals.
+        Of that interval.
+    differences : tuple of Difference
+        Of each metric.
 
     """
 
@@ -44,14 +74,8 @@ class Comparison(NamedTuple):
     only_first: int
     only_second: int
     share: tuple[float, float]
-    difference: float
-    interval: tuple[float, float]
     confidence: float
-
-    @property
-    def left_out(self) -> int:
-        """Scenarios in which one or both failed: the error of a run that failed is compared with nothing."""
-        return self.runs - self.both
+    differences: tuple[Difference, ...]
 
     @property
     def more_successful(self) -> str:
@@ -59,11 +83,10 @@ class Comparison(NamedTuple):
         low, high = self.share
         return self.first if low > 0.5 else self.second if high < 0.5 else ''
 
-    @property
-    def more_accurate(self) -> str:
-        """The name of the one with the smaller error; '' where the two cannot be told apart."""
-        low, high = self.interval
-        return self.second if low > 0.0 else self.first if high < 0.0 else ''
+    def better(self, difference: Difference) -> str:
+        """Return the name of the one with the better value of a metric; '' where the two cannot be told apart."""
+        sign = -difference.sign if difference.metric in LARGER_IS_BETTER else difference.sign
+        return ('', self.second, self.first)[sign]
 
 
 def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, float]:
@@ -85,8 +108,20 @@ def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, fl
     return mean - half, mean + half
 
 
+def _difference(
+    metric: str, pairs: Sequence[tuple[Judged, Judged]], confidence: float
+) -> Difference:
+    """Compare one metric over pairs of runs that both succeeded."""
+    values = [(a.metrics[metric], b.metrics[metric]) for a, b in pairs]
+    # an error that does not settle has no time, and a base that takes velocities no torque
+    found = [a - b for a, b in values if math.isfinite(a) and math.isfinite(b)]
+    return Difference(metric, len(found), math.fsum(found) / len(found) if found else math.nan,
+                      mean_interval(found, confidence), confidence)
+
+
 def compare(
-    names: tuple[str, str], runs: tuple[Sequence[Judged], Sequence[Judged]], confidence: float = CONFIDENCE
+    names: tuple[str, str], runs: tuple[Sequence[Judged], Sequence[Judged]], metrics: Sequence[str] = COMPARED,
+    pairs: int = 1,
 ) -> Comparison:
     """
     Compare two controllers in the scenarios that both ran.
@@ -97,64 +132,74 @@ def compare(
         Of the first and of the second.
     runs : tuple of sequence of Judged
         Of each, in the order of the same scenarios; what one has more than the other is left out.
-    confidence : float
-        Of the intervals.
+    metrics : sequence of str
+        By which they are compared.
+    pairs : int
+        Of controllers that are compared in all. The intervals of all pairs and metrics hold together: of n each has
+        1/n of the probability to be wrong (Bonferroni); so do those of success, by themselves.
 
     """
-    pairs = list(zip(*runs, strict=False))
-    found = [a.metrics[COMPARED] - b.metrics[COMPARED] for a, b in pairs if a.success and b.success]
-    only_first = sum(a.success and not b.success for a, b in pairs)
-    only_second = sum(b.success and not a.success for a, b in pairs)
-    alone = only_first + only_second
+    ran = list(zip(*runs, strict=False))
+    both = [(a, b) for a, b in ran if a.success and b.success]
+    only_first = sum(a.success and not b.success for a, b in ran)
+    only_second = sum(b.success and not a.success for a, b in ran)
+    alone, confidence = only_first + only_second, _of_each(pairs)
     return Comparison(
-        *names, len(pairs), len(found), only_first, only_second,
-        binomial_interval(only_first, alone, confidence) if alone else (0.0, 1.0),
-        math.fsum(found) / len(found) if found else math.nan, mean_interval(found, confidence), confidence)
+        *names, len(ran), len(both), only_first, only_second,
+        binomial_interval(only_first, alone, confidence) if alone else (0.0, 1.0), confidence,
+        tuple(_difference(metric, both, _of_each(pairs * len(metrics))) for metric in metrics))
 
 
-def compare_all(controllers: Mapping[str, Sequence[Judged]]) -> list[Comparison]:
-    """
-    Compare every pair of controllers, by name, in the same scenarios.
+def _of_each(intervals: int) -> float:
+    """Return the confidence of each of several intervals that hold together."""
+    return 1.0 - (1.0 - CONFIDENCE) / intervals
 
-    The intervals of all pairs hold together: of n pairs each has 1/n of the probability to be wrong (Bonferroni). So
-    they also hold for the best controller, which is chosen by the same runs.
-    """
+
+def compare_all(controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED) -> list[Comparison]:
+    """Compare every pair of controllers, by name; the intervals also hold for the best one, chosen by the same runs."""
     pairs = list(itertools.combinations(controllers, 2))
-    return [compare(pair, (controllers[pair[0]], controllers[pair[1]]), 1.0 - (1.0 - CONFIDENCE) / len(pairs))
-            for pair in pairs]
+    return [compare(pair, (controllers[pair[0]], controllers[pair[1]]), metrics, len(pairs)) for pair in pairs]
 
 
-def best_of(controllers: Mapping[str, Sequence[Judged]]) -> str:
+def best_of(controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED) -> str:
     """
-    Return the name of the controller with most successes, and of several the one with the smallest mean error.
+    Return the name of the controller with most successes, of several the one with the best mean of the first metric.
 
-    Scenarios that not all of them ran are left out, and of the errors those of scenarios in which any one failed.
+    Scenarios that not all of them ran are left out, and of the metric those in which any one failed or has no value.
     """
     ran = list(zip(*controllers.values(), strict=False))
     successes = [sum(run.success for run in runs) for runs in zip(*ran, strict=True)]
-    shared = [runs for runs in ran if all(run.success for run in runs)]
-    errors = [math.fsum(runs[k].metrics[COMPARED] for runs in shared) for k in range(len(controllers))]
-    return list(controllers)[min(range(len(controllers)), key=lambda k: (-successes[k], errors[k]))]
+    metric, *_ = metrics
+    shared = [[run.metrics[metric] for run in runs] for runs in ran if all(run.success for run in runs)]
+    sign = -1.0 if metric in LARGER_IS_BETTER else 1.0
+    sums = [sign * math.fsum(values[k] for values in shared if all(map(math.isfinite, values)))
+            for k in range(len(controllers))]
+    return list(controllers)[min(range(len(controllers)), key=lambda k: (-successes[k], sums[k]))]
 
 
-def _length(metres: float) -> str:
-    return f'{100.0 * metres:.3g}'
+def _shown(value: float, unit: str) -> str:
+    """Return a number as text, a length in centimetres."""
+    return f'{100.0 * value:.3g}' if unit == 'm' else f'{value:.3g}'
 
 
-def _error_text(one: Comparison) -> str:
-    """Return what the errors show, in words."""
-    if one.both < 2:
-        return f'not compared: {one.both} of {one.runs} scenarios in which both succeed, and two are needed'
-    (low, high), difference = one.interval, one.difference
-    over = f'in the {one.both} scenarios in which both succeed'
-    if one.left_out:
-        over += f'; {one.left_out} {"is" if one.left_out == 1 else "are"} left out, where one or both fail'
-    if not one.more_accurate:
-        return (f'{_SAME}: that of {one.first} minus that of {one.second} is {_length(difference)} cm '
-                f'({_length(low)} to {_length(high)}) {over}')
-    low, high = (low, high) if difference > 0.0 else (-high, -low)
-    return (f'that of {one.more_accurate} is smaller by {_length(abs(difference))} cm '
-            f'({_length(low)} to {_length(high)}) {over}')
+def _difference_text(one: Comparison, found: Difference, unit: str) -> str:
+    """Return what a metric shows, in words."""
+    known = ' and have a value' if found.compared < one.both else ''
+    if found.compared < 2:
+        return (f'not compared: {found.compared} of {one.runs} scenarios in which both succeed{known}, and two are '
+                'needed')
+    (low, high), left_out = found.interval, one.runs - found.compared
+    over = f'in the {found.compared} scenarios in which both succeed{known}'
+    if left_out:
+        over += f'; {left_out} {"is" if left_out == 1 else "are"} left out'
+    shown = f'{"cm" if unit == "m" else unit}'.rstrip()
+    if not found.sign:
+        return (f'{_SAME}: that of {one.first} minus that of {one.second} is {_shown(found.mean, unit)} {shown} '
+                f'({_shown(low, unit)} to {_shown(high, unit)}) {over}').replace('  ', ' ')
+    low, high = (low, high) if found.sign > 0 else (-high, -low)
+    larger = 'larger' if found.metric in LARGER_IS_BETTER else 'smaller'
+    return (f'that of {one.better(found)} is {larger} by {_shown(abs(found.mean), unit)} {shown} '
+            f'({_shown(low, unit)} to {_shown(high, unit)}) {over}').replace('  ', ' ')
 
 
 def _success_text(one: Comparison) -> str:
@@ -167,34 +212,50 @@ def _success_text(one: Comparison) -> str:
 
 def _head(made: Sequence[Comparison], best: str) -> str:
     """Return which pairs follow, and what their intervals mean."""
-    if len(made) == 1:
+    differences = made[0].differences
+    with_best = f' with {best}, the best' if len(made) > 1 else ''
+    intervals = len(made) * len(differences)
+    if intervals == 1:
         return f'compared in the same scenarios, with intervals of {100.0 * CONFIDENCE:g} %:'
-    return (f'compared in the same scenarios with {best}, the best; the intervals of all {len(made)} pairs hold '
-            f'together with {100.0 * CONFIDENCE:g} % (each {100.0 * made[0].confidence:.2f} %, Bonferroni):')
+    return (f'compared in the same scenarios{with_best}; the {intervals} intervals of all pairs and metrics hold '
+            f'together with {100.0 * CONFIDENCE:g} % (each {100.0 * differences[0].confidence:.2f} %, Bonferroni):')
 
 
-def comparison_texts(controllers: Mapping[str, Sequence[Judged]]) -> Iterator[str]:
-    """Yield sentences: of two controllers their comparison, of more that of each with the best one; none of one."""
-    made = compare_all(controllers)
+def comparison_texts(
+    controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED, band: float = BAND
+) -> Iterator[str]:
+    """
+    Yield sentences: of two controllers their comparison, of more that of each with the best one; none of one.
+
+    `band` [m] is that in which an error has settled.
+    """
+    made = compare_all(controllers, metrics)
     if not made:
         return
-    best = best_of(controllers)
+    best, labels = best_of(controllers, metrics), metric_labels(band)
     yield _head(made, best)
     for one in made:
         if best in (one.first, one.second):
-            yield f'{one.first} and {one.second}, RMS error: {_error_text(one)}'
+            for found in one.differences:
+                label, unit = labels[found.metric]
+                yield f'{one.first} and {one.second}, {label}: {_difference_text(one, found, unit)}'
             yield f'{one.first} and {one.second}, success: {_success_text(one)}'
 
 
-def comparison_values(controllers: Mapping[str, Sequence[Judged]]) -> list[dict[str, Any]]:
+def comparison_values(
+    controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED
+) -> list[dict[str, Any]]:
     """Return the comparison of each pair, as in `study.json`; None stands for what is not known."""
     return [{
-        'first': one.first, 'second': one.second, 'confidence': one.confidence, 'runs': one.runs,
+        'first': one.first, 'second': one.second, 'runs': one.runs,
         'both_succeed': one.both, 'only_first_succeeds': one.only_first, 'only_second_succeeds': one.only_second,
-        'left_out': one.left_out,
+        'success_confidence': one.confidence,
         'success_share_interval': list(one.share) if one.only_first + one.only_second else None,
         'more_successful': one.more_successful or None,
-        'rms_difference': one.difference if one.both else None,
-        'rms_difference_interval': list(one.interval) if one.both > 1 else None,
-        'more_accurate': one.more_accurate or None,
-    } for one in compare_all(controllers)]
+        'metrics': [{
+            'metric': found.metric, 'compared': found.compared, 'left_out': one.runs - found.compared,
+            'confidence': found.confidence, 'difference': found.mean if found.compared else None,
+            'difference_interval': list(found.interval) if found.compared > 1 else None,
+            'better': one.better(found) or None,
+        } for found in one.differences],
+    } for one in compare_all(controllers, metrics)]

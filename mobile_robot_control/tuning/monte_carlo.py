@@ -9,13 +9,19 @@ import numpy as np
 
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.simulation.indices import INDICES, LARGER_IS_BETTER, index_values
+from mobile_robot_control.simulation.indices import (
+    BAND,
+    INDICES,
+    LARGER_IS_BETTER,
+    index_labels,
+    index_values,
+)
 from mobile_robot_control.simulation.totals import Totals, objective
 from mobile_robot_control.simulation.trial import Outcome, Trial, outcome_name
 from mobile_robot_control.tuning.scenarios import Scenario
 
 WITHIN = 0.10
-"""[m]: a run succeeds if the robot stays nearer to the reference than this from the late step on."""
+"""[m]: a run succeeds if the robot stays nearer to the reference than this from the late step on, unless asked."""
 
 CONFIDENCE = 0.95
 """Of every interval of a study."""
@@ -62,15 +68,33 @@ _METRICS: dict[str, Callable[[Outcome], float]] = {
 }
 
 
-def judge(trial: Trial, outcome: Outcome) -> Judged:
-    """Return whether a trial succeeded, and its metrics; with the performance indices if its form has them."""
+METRICS = (*_METRICS, *INDICES)
+"""The names of all metrics of a study."""
+
+
+def metric_labels(band: float = BAND) -> dict[str, tuple[str, str]]:
+    """Return label and SI unit of each metric of a study; `band` [m] is that in which an error has settled."""
+    return {
+        'rms_position_error': ('position error, RMS', 'm'), 'max_position_error': ('position error, largest', 'm'),
+        'late_max_position_error': ('position error, largest in the last quarter', 'm'),
+        'rms_heading_error': ('heading error, RMS', 'rad'), 'peak_wheel_torque': ('peak torque', 'N m'),
+        'energy': ('energy', 'J'), 'objective': ('objective, Eq. (29)', ''), **index_labels(band),
+    }
+
+
+def judge(trial: Trial, outcome: Outcome, within: float = WITHIN) -> Judged:
+    """
+    Return whether a trial succeeded, and its metrics; with the performance indices if its form has them.
+
+    It succeeded if it is complete, and nearer to the reference than `within` [m] from the late step on.
+    """
     complete = outcome.steps == trial.steps
     found = {name: value(outcome) if complete else math.inf for name, value in _METRICS.items()}
     if trial.form.indices:
         takes_torque = not trial.form.plant.takes_velocity
         found |= index_values(outcome.indices, outcome.totals, takes_torque) if complete else dict.fromkeys(
             INDICES, math.inf)
-    return Judged(complete and outcome.late.max_position < WITHIN, found, outcome_name(trial, outcome))
+    return Judged(complete and outcome.late.max_position < within, found, outcome_name(trial, outcome))
 
 
 def wilson_interval(successes: int, runs: int) -> tuple[float, float]:

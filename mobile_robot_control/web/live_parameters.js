@@ -21,9 +21,13 @@ window.mrc = window.mrc || {};
 
   // Return the value that a text stands for; a text that is none goes to the node as it is, which refuses it in words.
   function parsed(entry, text) {
-    const number = (part) => part.trim() === '' || Number.isNaN(Number(part)) ? text : Number(part);
+    const number = (part) => {
+      // 1,5 is a number, and 1,500.0 is none
+      const dotted = part.trim().replace(/^([^.,]*),([^.,]*)$/, '$1.$2');
+      return dotted === '' || !Number.isFinite(Number(dotted)) ? text : Number(dotted);
+    };
     if (entry.kind === 'array') {
-      const parts = text.replace(/[[\]]/g, '').split(',').map(number);
+      const bare = text.replace(/[[\]]/g, ''), parts = bare.split(bare.includes(';') ? ';' : ',').map(number);
       return parts.some((part) => typeof part === 'string') ? text : parts;
     }
     return entry.kind === 'float' || entry.kind === 'int' ? number(text) : text;

@@ -32,7 +32,7 @@ LAYERS = {
     'messages': {'quantities', 'stamps', 'texts'},
     'messages.writing': {'quantities', 'messages'},
     'model': {'quantities', 'angles', 'jit', 'parameters'},
-    'control': {'quantities', 'texts', 'angles', 'jit', 'parameters', 'model', 'registry'},
+    'control': {'quantities', 'stamps', 'texts', 'angles', 'jit', 'parameters', 'model', 'registry'},
     'reference': {'quantities', 'texts', 'angles', 'jit', 'parameters', 'registry'},
     # ... and which ones the four nodes have: these stand above the domain, whose groups they contain
     'parameters.shared': {'parameters', 'stamps', 'model'},

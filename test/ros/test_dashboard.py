@@ -109,12 +109,16 @@ def test_a_slider_that_is_dragged_changes_the_parameter_and_the_arrow_takes_it_b
 def test_a_refused_value_shows_the_words_of_the_node_and_the_control_goes_back(page, live):
     field = page.parameter(P).find_element('css selector', 'input[type=text]')
     before = field.get_attribute('value')
-    for text in ('-1', 'nonsense <b>bold</b>'):
+    for text in ('-1', 'Infinity', 'nonsense <b>bold</b>'):
         page.type_into(field, text)
         page.wait(lambda text=text: text in page.words(P))
         page.wait(lambda: field.get_attribute('value') == before)
     assert 'must be above 0.0' in page.words(P) or 'write a number' in page.words(P)
     assert not page.driver.find_elements('css selector', '#parameters b b')
+    page.type_into(field, '1,75')
+    page.wait(lambda: live.asker.value('/position_controller', P) == 1.75)
+    page.parameter(P).find_element('css selector', '.back').click()
+    page.wait(lambda: field.get_attribute('value') == before)
 
 
 def test_another_law_runs_and_the_lyapunov_function_is_shown_where_there_is_one(page, live):

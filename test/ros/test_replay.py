@@ -107,7 +107,7 @@ def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_repl
     out, error = run.communicate(timeout=60)
     assert run.returncode == 1
     assert 'was killed by SIGKILL' in error
-    assert json.loads(out.partition('\nbag, metrics')[0])['outcome'] == 'node_died'
+    assert 'was broken off after' in out
 
 
 @pytest.mark.soak

@@ -18,7 +18,7 @@ from mobile_robot_control.reporting.chapter.runs import (
     ChapterRun,
     Runs,
 )
-from mobile_robot_control.reporting.metrics_table import peak_torque
+from mobile_robot_control.reporting.run_words import peak_torque
 
 RUNS = (FUZZY_BESIDE, FUZZY_TRIFOLIUM, HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, ORDINARY_TRIFOLIUM)
 """All runs that the claims are measured on."""

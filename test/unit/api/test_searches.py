@@ -99,7 +99,7 @@ def test_every_law_is_studied_in_the_same_scenarios(monkeypatch):
 
 @pytest.mark.parametrize(('options', 'refusal'), [
     ({'generations': 0}, "argument --generations: '0' is not a whole number of at least 1"),
-    ({'bounds': {'k9': (0, 1)}}, "no gene 'k9'"), ({'generation': 3}, 'unrecognized arguments: --generation=3'),
+    ({'bounds': {'k9': (0, 1)}}, "no gene 'k9'"), ({'generation': 3}, "unknown option '--generation'; did"),
     ({'output': 'gains.yaml'}, 'output: nothing is written to files from Python'),
     ({'bounds': {'k1': 5}}, r"bounds\['k1'\] = 5: write a pair \(low, high\)"),
     ({'bounds': {'k1': '05'}}, r"bounds\['k1'\] = '05': write a pair"),

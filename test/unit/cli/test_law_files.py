@@ -108,3 +108,28 @@ def test_a_bad_plug_in_file_is_bad_usage(tmp_path, capsys, option, text, words):
         simulate.main([option, str(file), '--duration', '1'])
     assert ended.value.code == 2
     assert capsys.readouterr().err == f'simulate: {file}: {words}{"; mend it, or leave it out" * ("ported" in words)}\n'
+
+
+TALKING = """
+from typing import NamedTuple
+from mobile_robot_control import BodyVelocity, Law
+class Gains(NamedTuple):
+    pass
+print('imported')
+def prepare(gains, dt):
+    print('prepared')
+    return gains
+def step(state, observation, gains, dt):
+    print('stepped')
+    return state, BodyVelocity(0.1, 0.0)
+LAW = Law('talking', step, Gains, prepare=prepare)
+"""
+
+
+def test_what_a_law_prints_is_not_among_the_results(tmp_path, capsys):
+    (tmp_path / 'talking.py').write_text(TALKING)
+    assert simulate.main(['--law', str(tmp_path / 'talking.py'), '--duration', '0.1', '--json', '-p',
+                          'position_controller.controller_type:=talking']) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)['outcome'] == 'completed'
+    assert {'imported', 'prepared', 'stepped'} <= set(err.split())

@@ -4,6 +4,7 @@ import argparse
 
 import pytest
 
+from mobile_robot_control.cli import experiment, report, simulate, study, tune
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.options import configuration, make_main, positive, writable_file
 from mobile_robot_control.parameters.checking import ParameterError
@@ -62,3 +63,27 @@ def test_writable_file_makes_its_folder_and_keeps_what_is_there(tmp_path):
     assert writable_file(str(tmp_path / 'old.csv')).read_text() == 'kept'
     with pytest.raises(OSError, match=r'old\.csv'):
         writable_file(str(tmp_path / 'old.csv' / 'run.csv'))
+
+
+@pytest.mark.parametrize('command', [simulate, study, tune, report])
+def test_an_unknown_option_is_named_before_one_that_is_missing(command, capsys):
+    with pytest.raises(SystemExit) as ended:
+        command.main(['--overwrit'])
+    assert ended.value.code == 2
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert "unknown option '--overwrit'; " in error
+    assert ("did you mean '--overwrite'?" in error) == (command is not simulate)
+
+
+def test_a_run_is_a_sentence_and_its_files(tmp_path, capsys):
+    assert simulate.main(['--duration', '1', '--output', str(tmp_path / 'run.csv')]) == 0
+    sentence, files = capsys.readouterr().out.splitlines()
+    assert sentence.replace('\xa0', ' ').startswith('On the trifolium, backstepping completed 1 s: RMS error ')
+    assert files == f'table, parameters and metrics: {tmp_path / "run.csv"} and beside it'
+
+
+def test_a_folder_that_ros_cannot_take_is_refused_before_anything_starts(capsys):
+    with pytest.raises(SystemExit) as ended:
+        experiment.main(['--duration', '1', '--output', '\udcff'])
+    assert ended.value.code == 2
+    assert 'is not UTF-8, as ROS needs it' in capsys.readouterr().err

@@ -11,7 +11,6 @@ import pytest
 from mobile_robot_control.cli import study, study_run
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.indices import INDICES
-from mobile_robot_control.tuning import monte_carlo
 
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
 SCALES = ['--scales', '0.05', '0.1', '--within', '0.5']
@@ -67,16 +66,22 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
     assert (comparison['first'], comparison['second'], comparison['runs']) == ('firm', 'slack', 120)
     succeeded = [{k for k, row in enumerate(rows[start:start + 120]) if row['success'] == '1'} for start in (0, 120)]
     both = succeeded[0] & succeeded[1]
-    assert comparison['both_succeed'] == len(both) == 120 - comparison['left_out']
+    late, rms = comparison['metrics']
+    assert (late['metric'], rms['metric']) == ('late_max_position_error', 'rms_position_error')
+    assert comparison['both_succeed'] == len(both) == 120 - rms['left_out']
     assert comparison['only_first_succeeds'] == len(succeeded[0] - both) == 5
     assert comparison['only_second_succeeds'] == len(succeeded[1] - both)
     # 5 of 5 are 0.06 likely by chance
     assert comparison['more_successful'] is None
     difference, = (float(rows[k]['rms_position_error']) - float(rows[120 + k]['rms_position_error']) for k in both)
-    assert comparison['rms_difference'] == pytest.approx(difference)
+    assert rms['difference'] == pytest.approx(difference)
     # of one scenario there is none
-    assert comparison['rms_difference_interval'] is None
-    assert '\ncompared in the same scenarios, with intervals of 95 %:\nfirm and slack, RMS error: ' in printed
+    assert rms['difference_interval'] is None
+    unwrapped = printed.replace('\n  ', ' ')
+    unwrapped = printed.replace('\n  ', ' ')
+    assert '\ncompared in the same scenarios; the 2 intervals of all pairs and metrics hold together with' in unwrapped
+    assert '\nfirm and slack, position error, largest in the last quarter: ' in unwrapped
+    assert '\nfirm and slack, position error, largest in the last quarter: ' in unwrapped
     assert 'success: cannot be told apart: firm alone in 5, slack alone in 0 of 120' in printed.replace('\n  ', ' ')
     assert printed.count('\nposition loop: ') == 2
     for numbers in found['controllers'].values():
@@ -102,16 +107,18 @@ def test_the_failures_of_a_study_are_those_of_its_table(tmp_path, capsys):
     assert f'\n{len(failed)} of 60 fail: too far from the reference over the last quarter\n' in capsys.readouterr().out
 
 
-def test_a_study_without_a_failure_names_none(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(monte_carlo, 'WITHIN', 100.0)
-    assert run(tmp_path, '--runs', 5) == 0
+def test_a_study_without_a_failure_names_none_and_thresholds_are_options(tmp_path, capsys):
+    assert run(tmp_path, '--runs', 5, '--success-within', 100.0, '--settled-within', 1e3) == 0
     (numbers,) = read(tmp_path)[0]['controllers'].values()
     assert (numbers['failures']['count'], numbers['failures']['scenarios']) == (0, [])
     printed = capsys.readouterr().out
     assert 'succeed (95 % interval' in printed
     assert ' fail' not in printed
     assert 'compared' not in printed
-    assert read(tmp_path)[0]['comparisons'] == []
+    found, rows = read(tmp_path)
+    assert found['comparisons'] == []
+    assert (found['success'], found['settled_within']) == ('within 100.0 m over the last quarter', 1000.0)
+    assert {(row['settling_time'], row['share_within_band']) for row in rows} == {('0.0', '1.0')}
 
 
 def test_each_controller_has_its_own_delay_in_the_table(tmp_path):
@@ -170,10 +177,10 @@ def test_a_study_is_replaced_only_where_that_is_asked_for(tmp_path, capsys):
 def test_an_interrupted_study_holds_what_was_done(tmp_path, monkeypatch, capsys):
     judge = study_run.judge
 
-    def interrupted(trial, outcome):
+    def interrupted(trial, outcome, within):
         os.kill(os.getpid(), signal.SIGINT)
         monkeypatch.setattr(study_run, 'judge', judge)
-        return judge(trial, outcome)
+        return judge(trial, outcome, within)
 
     monkeypatch.setattr(study_run, 'judge', interrupted)
     assert run(tmp_path, '--runs', 150) == 1

@@ -76,7 +76,7 @@ def test_behind_a_slow_cart_the_gains_are_near_the_optimal_ones():
     for v_r in (0.05, 0.06, 0.1, 0.15):
         for omega_r in (0.01, 0.03, 0.05, 0.07, 0.1, 0.15):
             exact = np.array(feedback(LqrWeights(), v_r, omega_r, DT))
-            assert gains_at((v_r, omega_r), table) == pytest.approx(exact, abs=0.07 * abs(exact).max())
+            assert gains_at((v_r, omega_r), table) == pytest.approx(exact, abs=0.05 * abs(exact).max())
 
 
 def test_beyond_the_table_its_edge_holds():

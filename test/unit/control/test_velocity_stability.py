@@ -78,6 +78,13 @@ def test_instability_names_the_radius_and_the_slowest_rate(rate, lockstep, slowe
     assert ('on the wall clock' in text) == (not lockstep)
 
 
+def test_constants_that_no_robot_has_are_named_and_no_rate_beyond_what_is_allowed():
+    text = instability(VelocityGains(), Robot(wheel_separation=1e6), 500.0, lockstep=True)
+    assert 'with robot.wheel_separation = 1000000.0: ' in text
+    assert 'no rate that is allowed is stable; set robot.*' in text
+    assert 'Hz: raise' not in text
+
+
 def test_the_wall_clock_takes_the_worse_of_one_and_two_samples():
     # stable with one sample of delay at 4 kHz, not with two
     assert spectral_radius(EVOLVED, ROBOT, 4000.0, 1) < 1.0 < spectral_radius(EVOLVED, ROBOT, 4000.0, 2)

@@ -91,6 +91,18 @@ def test_a_bare_node_section_outside_the_namespace_is_refused(file, name):
     assert 'params.yaml' in violation
 
 
+@pytest.mark.parametrize('name', [
+    '1', '~', '"/***"', '1.5', 'a b', 'é', '"/a*"', '//', '/', '/a//b', 'plant/', '{x: {1'])
+def test_names_that_nodes_refuse_for_a_section_are_refused(file, name):
+    text = f'{name}: {{ros__parameters: {{duration: 5.0}}}}' + '}}' * name.startswith('{')
+    assert 'is no name of a node, and nodes refuse the file; write one such as' in only(load, [file(text)])
+
+
+@pytest.mark.parametrize('text', [r'"\ud800"', r'"a\0b"'])
+def test_texts_that_have_no_form_in_c_are_refused(file, text):
+    assert 'has half a character or a zero byte' in only(load, [file(section('plant', odom_frame_id=text))])
+
+
 def test_sections_of_other_packages_nodes_are_left_out(file):
     assert not any(load([file(section('rviz2', anything='goes') + section('/camera/driver', rate=30))]).values())
 

@@ -82,7 +82,8 @@ def _late(law):
 def _difference(law):
     """The mean of a law's error minus the best's [cm], and which of the two is more accurate."""
     one, = (one for one in RESULTS['comparisons'] if law in (one['first'], one['second']))
-    return 100.0 * one['rms_difference'] * (1.0 if one['first'] == law else -1.0), one['more_accurate']
+    found, = one['metrics']
+    return 100.0 * found['difference'] * (1.0 if one['first'] == law else -1.0), found['better']
 
 
 def _success():
@@ -205,8 +206,8 @@ def test_stored_gains_are_measured_and_not_searched_again(monkeypatch, tmp_path)
 
 
 def _pair(first, second, difference, interval, winner, left_out=0):
-    return {'first': first, 'second': second, 'rms_difference': difference, 'rms_difference_interval': interval,
-            'more_accurate': winner, 'left_out': left_out}
+    return {'first': first, 'second': second, 'metrics': [{
+        'difference': difference, 'difference_interval': interval, 'better': winner, 'left_out': left_out}]}
 
 
 @pytest.mark.parametrize(('pair', 'cell'), [

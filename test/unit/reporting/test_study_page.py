@@ -16,6 +16,7 @@ from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.study_page import (
     FAILURES,
     MEDIANS,
+    Judgement,
     StudiedRuns,
     chosen_runs,
     study_data,
@@ -30,6 +31,8 @@ from mobile_robot_control.tuning.scenarios import scenario_trial
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
 PARAMETERS = configuration(100.0, 50.0, reference_cart={'period': 1.0})
 DRAWN = draw_scenarios(ScenarioDistribution(('lemniscate',), (0.1,), within=0.3, noise=Noise((0.01, 0.01, 0.0))), 8, 1)
+
+NEAR = Judgement('near the cart')
 
 
 def outcome(trial):
@@ -72,7 +75,7 @@ def test_failures_and_medians_are_replayed():
 
 def test_the_numbers_of_a_study_can_be_written_where_a_run_diverged(runs):
     metrics = dict.fromkeys(runs.judged[0].metrics, math.inf) | {'energy': math.nan}
-    data = study_data({'law': runs._replace(judged=[Judged(False, metrics), *runs.judged[1:5]])})
+    data = study_data({'law': runs._replace(judged=[Judged(False, metrics), *runs.judged[1:5]])}, NEAR)
     (found,) = data['controllers']
     assert found['count'] == 5
     assert found['distributions']['energy']['of'] == 5
@@ -84,7 +87,7 @@ def test_the_numbers_of_a_study_can_be_written_where_a_run_diverged(runs):
 def written(runs, tmp_path_factory):
     file = tmp_path_factory.mktemp('study') / 'study.html'
     others = runs._replace(judged=runs.judged[:4])
-    write_study_page(file, {'<b>law</b>': runs, 'other': others}, 'near the cart', SVG, interrupted=True)
+    write_study_page(file, {'<b>law</b>': runs, 'other': others}, NEAR, SVG, interrupted=True)
     return file
 
 

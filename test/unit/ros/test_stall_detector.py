@@ -16,9 +16,6 @@ class StandInNode:
         self.listeners[topic] = callback
         return topic
 
-    def destroy_subscription(self, topic):
-        del self.listeners[topic]
-
     def count_publishers(self, topic):
         return 1
 
@@ -40,7 +37,8 @@ def test_only_a_long_stall_adds_subscriptions_and_names_its_node():
     assert detector.named == ['reference_cart']
     assert 'waiting for reference_cart' in node.warnings[0]
     detector.note_progress()
-    assert not node.listeners
+    # a subscription that goes may leave DDS unable to discover the plant again
+    assert set(node.listeners) == {'reference', 'cmd_vel'}
     assert 'answered' in node.warnings[1]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mobile_robot_control.tuning.comparison import (
+    COMPARED,
     best_of,
     compare,
     compare_all,
@@ -15,13 +16,20 @@ from mobile_robot_control.tuning.comparison import (
 )
 from mobile_robot_control.tuning.monte_carlo import Judged
 
-FAILED = Judged(False, {'rms_position_error': math.inf}, 'diverged')
+RMS = ('rms_position_error',)
+FAILED = Judged(False, dict.fromkeys(COMPARED, math.inf), 'diverged')
 NAMES = ('one', 'other')
 
 
 def judged(*errors):
-    """Runs with these RMS errors; None is one that failed."""
-    return [FAILED if error is None else Judged(True, {'rms_position_error': float(error)}) for error in errors]
+    """Runs with these errors, late and RMS; None is one that failed."""
+    return [FAILED if error is None else Judged(True, dict.fromkeys(COMPARED, float(error))) for error in errors]
+
+
+def by_rms(ours, theirs):
+    """Return a comparison by the RMS error alone, and what it shows of that."""
+    found = compare(NAMES, (ours, theirs), RMS)
+    return found, found.differences[0]
 
 
 def drawn(seed, runs=60, spread=0.05):
@@ -30,48 +38,47 @@ def drawn(seed, runs=60, spread=0.05):
 
 
 def texts(**controllers):
-    return list(comparison_texts(controllers))
+    return list(comparison_texts(controllers, RMS))
 
 
 def test_a_known_difference_is_found_though_the_scenarios_differ_much_more():
     errors = drawn(1)
     noise = np.random.default_rng(2).normal(0.0, 0.002, errors.size)
-    found = compare(NAMES, (judged(*errors), judged(*(errors + 0.003 + noise))))
+    found, rms = by_rms(judged(*errors), judged(*(errors + 0.003 + noise)))
     assert np.std(errors) > 0.03
-    assert found.interval[0] < -0.003 < found.interval[1] < 0.0
-    assert found.more_accurate == 'one'
+    assert rms.interval[0] < -0.003 < rms.interval[1] < 0.0
+    assert found.better(rms) == 'one'
     assert found.more_successful == ''
     line, success = texts(one=judged(*errors), other=judged(*(errors + 0.003 + noise)))[1:]
-    assert line.startswith('one and other, RMS error: that of one is smaller by 0.')
+    assert line.startswith('one and other, position error, RMS: that of one is smaller by 0.')
     assert line.endswith(' in the 60 scenarios in which both succeed')
     assert success == 'one and other, success: cannot be told apart: the same 60 of 60 succeed'
 
 
 def test_the_numbers_of_a_small_comparison():
-    found = compare(NAMES, (judged(0.10, 0.20, 0.30, None, 0.5), judged(0.11, 0.22, 0.33, 0.1, None)))
-    assert (found.runs, found.both, found.only_first, found.only_second, found.left_out) == (5, 3, 1, 1, 2)
-    assert found.difference == pytest.approx(-0.02)
+    found, rms = by_rms(judged(0.10, 0.20, 0.30, None, 0.5), judged(0.11, 0.22, 0.33, 0.1, None))
+    assert (found.runs, found.both, found.only_first, found.only_second, rms.compared) == (5, 3, 1, 1, 3)
+    assert rms.mean == pytest.approx(-0.02)
     # t of 2 degrees of freedom is 4.303, and the spread 0.01
-    assert found.interval == pytest.approx((-0.02 - 0.024841, -0.02 + 0.024841), abs=1e-6)
+    assert rms.interval == pytest.approx((-0.02 - 0.024841, -0.02 + 0.024841), abs=1e-6)
     assert texts(one=judged(0.10, 0.20, 0.30, None, 0.5), other=judged(0.11, 0.22, 0.33, 0.1, None))[1:] == [
-        'one and other, RMS error: cannot be told apart: that of one minus that of other is -2 cm (-4.48 to 0.484) '
-        'in the 3 scenarios in which both succeed; 2 are left out, where one or both fail',
+        'one and other, position error, RMS: cannot be told apart: that of one minus that of other is -2 cm '
+        '(-4.48 to 0.484) in the 3 scenarios in which both succeed; 2 are left out',
         'one and other, success: cannot be told apart: one alone in 1, other alone in 1 of 5']
 
 
 def test_equal_controllers_cannot_be_told_apart():
     runs = judged(*drawn(3))
-    found = compare(NAMES, (runs, runs))
-    assert found.difference == 0.0
-    assert found.interval == (0.0, 0.0)
-    assert (found.more_accurate, found.more_successful) == ('', '')
+    found, rms = by_rms(runs, runs)
+    assert (rms.mean, rms.interval) == (0.0, (0.0, 0.0))
+    assert (found.better(rms), found.more_successful) == ('', '')
     assert all('cannot be told apart' in line for line in texts(one=runs, other=runs)[1:])
 
 
 def test_a_difference_that_is_always_the_same_is_found():
-    found = compare(NAMES, (judged(0.5, 0.25, 1.0), judged(0.25, 0.0, 0.75)))
-    assert found.interval == (0.25, 0.25)
-    assert found.more_accurate == 'other'
+    found, rms = by_rms(judged(0.5, 0.25, 1.0), judged(0.25, 0.0, 0.75))
+    assert rms.interval == (0.25, 0.25)
+    assert found.better(rms) == 'other'
 
 
 @pytest.mark.parametrize(('alone', 'winner'), [((5, 0), ''), ((6, 0), 'one'), ((0, 6), 'other'), ((9, 2), ''),
@@ -88,17 +95,19 @@ def test_success_is_told_apart_where_the_sign_test_says_so(alone, winner):
 
 @pytest.mark.parametrize(('ours', 'theirs', 'both'), [((None, 0.1), (0.1, None), 0), ((0.1, None), (0.2, 0.1), 1)])
 def test_fewer_than_two_shared_successes_are_not_compared(ours, theirs, both):
-    value, = comparison_values({'one': judged(*ours), 'other': judged(*theirs)})
-    assert value['rms_difference_interval'] is None
-    assert (value['rms_difference'] is None) == (both == 0)
-    assert value['more_accurate'] is None
+    pair, = comparison_values({'one': judged(*ours), 'other': judged(*theirs)}, RMS)
+    value, = pair['metrics']
+    assert value['difference_interval'] is None
+    assert (value['difference'] is None) == (both == 0)
+    assert value['better'] is None
     assert texts(one=judged(*ours), other=judged(*theirs))[1] == (
-        f'one and other, RMS error: not compared: {both} of 2 scenarios in which both succeed, and two are needed')
+        f'one and other, position error, RMS: not compared: {both} of 2 scenarios in which both succeed, and two are '
+        'needed')
 
 
 def test_what_is_left_out_is_counted():
     assert texts(one=judged(0.1, 0.2, None), other=judged(0.1, 0.2, 0.1))[1].endswith(
-        'in the 2 scenarios in which both succeed; 1 is left out, where one or both fail')
+        'in the 2 scenarios in which both succeed; 1 is left out')
 
 
 def test_an_interrupted_comparison_takes_the_scenarios_that_both_ran():
@@ -120,8 +129,8 @@ def test_controllers_that_are_alike_are_told_apart_in_some_5_of_100_studies():
     for _ in range(400):
         ours, theirs = (judged(*[error if ok else None for error, ok in zip(
             rng.lognormal(-3.0, 0.5, 30).tolist(), rng.random(30) < 0.8, strict=True)]) for _ in range(2))
-        found = compare(NAMES, (ours, theirs))
-        more_accurate += bool(found.more_accurate)
+        found, rms = by_rms(ours, theirs)
+        more_accurate += bool(found.better(rms))
         more_successful += bool(found.more_successful)
     # the sign test is exact, and so cautious
     assert more_successful <= 20
@@ -134,17 +143,20 @@ def test_the_intervals_of_all_pairs_hold_together():
     made = compare_all({name: judged(*drawn(k)) for k, name in enumerate(names)})
     assert [(one.first, one.second) for one in made] == [(x, y) for k, x in enumerate(names) for y in names[k + 1:]]
     assert {round(one.confidence, 12) for one in made} == {round(1.0 - 0.05 / 6, 12)}
+    # of 6 pairs and 2 metrics
+    assert {round(found.confidence, 12) for one in made for found in one.differences} == {round(1.0 - 0.05 / 12, 12)}
 
 
 def test_of_several_each_is_compared_with_the_best_one():
     errors = drawn(1)
     controllers = {'far': judged(*(errors + 0.02)), 'lost': judged(*[None] * 10, *errors[10:]), 'near': judged(*errors)}
     assert best_of(controllers) == 'near'
-    head, *lines = comparison_texts(controllers)
-    assert head == ('compared in the same scenarios with near, the best; the intervals of all 3 pairs hold together '
-                    'with 95 % (each 98.33 %, Bonferroni):')
+    head, *lines = comparison_texts(controllers, RMS)
+    assert head == ('compared in the same scenarios with near, the best; the 3 intervals of all pairs and metrics hold '
+                    'together with 95 % (each 98.33 %, Bonferroni):')
     assert [line.partition(':')[0] for line in lines] == [
-        'far and near, RMS error', 'far and near, success', 'lost and near, RMS error', 'lost and near, success']
+        'far and near, position error, RMS', 'far and near, success', 'lost and near, position error, RMS',
+        'lost and near, success']
     assert 'near succeeds more often: lost alone in 0, near alone in 10 of 60' in lines[-1]
 
 
@@ -159,3 +171,34 @@ def test_one_controller_is_compared_with_nothing():
 
 def test_the_best_is_the_first_where_nothing_succeeds():
     assert best_of({'one': judged(None, None), 'other': judged(None, None)}) == 'one'
+
+
+def with_metrics(**values):
+    """Runs that succeed, with these metrics."""
+    return [Judged(True, dict(zip(values, row, strict=True))) for row in zip(*values.values(), strict=True)]
+
+
+def test_a_late_error_is_told_apart_though_the_start_decides_the_rms_error():
+    """One is three times as far away late, and both come from anywhere."""
+    rng = np.random.default_rng(7)
+    near, far = (with_metrics(late_max_position_error=rng.normal(late, 0.001, 99).tolist(),
+                              rms_position_error=rng.lognormal(-1.5, 0.7, 99).tolist()) for late in (0.012, 0.035))
+    found = compare(NAMES, (near, far))
+    assert [found.better(one) for one in found.differences] == ['one', '']
+    assert best_of({'far': far, 'near': near}) == 'near'
+
+
+def test_a_larger_share_of_the_time_is_better_and_what_is_not_known_is_left_out():
+    ours = with_metrics(share_within_band=[0.9, 0.8, 0.9, 0.7], settling_time=[3.0, math.inf, 4.0, 5.0],
+                        energy=[math.nan] * 4)
+    theirs = with_metrics(share_within_band=[0.5, 0.3, 0.45, 0.3], settling_time=[8.0, 9.0, 9.5, 9.9],
+                          energy=[math.nan] * 4)
+    metrics = ('share_within_band', 'settling_time', 'energy')
+    share, settling, energy = comparison_values({'one': ours, 'other': theirs}, metrics)[0]['metrics']
+    assert (share['better'], settling['better'], energy['better']) == ('one', 'one', None)
+    assert (share['left_out'], settling['left_out'], energy['compared']) == (0, 1, 0)
+    lines = list(comparison_texts({'one': ours, 'other': theirs}, metrics, band=0.05))[1:]
+    assert lines[0].startswith('one and other, share of time within 0.05 m: that of one is larger by 0.438 (')
+    assert lines[1].endswith(
+        's (3.71 to 6.55) in the 3 scenarios in which both succeed and have a value; 1 is left out')
+    assert 'energy: not compared: 0 of 4 scenarios in which both succeed and have a value, and two are' in lines[2]
