@@ -1,6 +1,7 @@
 """Options that commands share, and how every command is run."""
 
 import argparse
+import contextlib
 import itertools
 import os
 import sys
@@ -108,8 +109,10 @@ def configuration(options: argparse.Namespace, namespace: str = '/', extra: Sequ
 
     """
     values = given_values(options, namespace, extra, extra_files)
-    made = configure(values)
-    return made if 'initial_pose' in values['plant'] else at_cart_start(made)
+    # what a law prints while it prepares its gains must not be among the results
+    with contextlib.redirect_stdout(sys.stderr):
+        made = configure(values)
+        return made if 'initial_pose' in values['plant'] else at_cart_start(made)
 
 
 def configuration_text(parameters: Configuration, robot: str | None = None) -> str:
