@@ -17,6 +17,7 @@ STANDING = 0.5
 """[s] without a motion of the robot ..."""
 _MOVED, _TURNED = 0.02, 0.1
 """... of this size [m], [rad]."""
+_AWAY, _STANDS, _COMING = 'the robot is not at the start', 'the robot stands', 'the robot is on its way to the cart'
 _RAMP = 1.0
 """[s] in which a cart that goes on comes to its full speed."""
 
@@ -65,7 +66,7 @@ class WaitingCart(NamedTuple):
 
 def begin_waiting(now: float, pose: Pose) -> WaitingCart:
     """Return the cart at the start of its curve, at a steady time [s], for a robot at a pose."""
-    return WaitingCart(now, 0.0, 0.0, 'the robot is not at the start', pose, now)
+    return WaitingCart(now, 0.0, 0.0, _AWAY, pose, now)
 
 
 def after_a_pause(cart: WaitingCart, now: float) -> WaitingCart:
@@ -138,5 +139,8 @@ def _reason(before: str, robot: _Robot, wait_distance: float) -> str:
         return f'the robot is farther away than wait_distance = {wait_distance} m'
     if before:
         # a robot that stands near, but not along the curve, need not turn before the cart moves
-        return '' if robot.apart <= NEAR and (robot.turned <= ALIGNED or robot.stands) else before
-    return 'the robot stands' if robot.stands and robot.apart > NEAR else ''
+        if robot.apart <= NEAR and (robot.turned <= ALIGNED or robot.stands):
+            return ''
+        # what began the wait may be over
+        return before if before == _AWAY else _STANDS if robot.stands else _COMING
+    return _STANDS if robot.stands and robot.apart > NEAR else ''

@@ -15,6 +15,8 @@ _SHARE = 0.25
 """Of the larger motion: how far the two may differ ..."""
 _MOVED, _TURNED = 0.05, 0.1
 """... beside noise and slip [m], [rad]."""
+_FASTEST = 5.0, 15.0
+"""[m/s], [rad/s]: a pose that moves faster was put there, as by a reset or a localisation."""
 _BASELINE = 0.1
 """[s] over which a velocity is made of poses."""
 
@@ -43,8 +45,8 @@ class OdomTwist:
     def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
         """Take in an odometry with its stamp [ns]; return the velocity of the robot."""
         time, taken = stamp / 1e9, self._taken
-        if taken and not 0.0 < time - taken[-1][0] < _LEAST:  # another clock, or a pause
-            taken.clear()
+        if taken and (not 0.0 < time - taken[-1][0] < _LEAST or _jumps(*taken[-1][:2], time, pose)):
+            taken.clear()  # of another clock, before a pause, or before the robot was put elsewhere
         taken.append((time, pose, velocity))
         while time - taken[0][0] > _WINDOW:
             taken.popleft()
@@ -81,6 +83,12 @@ class OdomTwist:
             return velocity
         moved, turned = _motion(pose, newest)
         return BodyVelocity(moved / (end - begin), turned / (end - begin))
+
+
+def _jumps(begin: float, before: Pose, end: float, after: Pose) -> bool:
+    """Return whether no robot drives from one pose to another, at times [s]."""
+    moved, turned = math.hypot(after.x - before.x, after.y - before.y), abs(wrap_angle(after.heading - before.heading))
+    return moved > _FASTEST[0] * (end - begin) + _MOVED or turned > _FASTEST[1] * (end - begin) + _TURNED
 
 
 def _motion(before: Pose, after: Pose) -> tuple[float, float]:

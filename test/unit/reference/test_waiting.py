@@ -83,7 +83,7 @@ def test_it_waits_for_a_robot_that_drives_too_far_behind(driving):
     # within that distance it still waits, until the robot is near
     place = at(behind.time)
     nearer = move_cart(behind, behind.now + DT, 0.0, Pose(1.0, place.y - 0.2, 1.57), place, FAR)
-    assert nearer.why
+    assert nearer.why == 'the robot is on its way to the cart'
     assert nearer.time == behind.time
     assert not move_cart(nearer, nearer.now + DT, 0.0, Pose(1.0, place.y - 0.09, 1.57), place, FAR).why
 

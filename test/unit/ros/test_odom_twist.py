@@ -61,3 +61,12 @@ def test_a_jump_in_time_begins_anew(twist, told):
     drive(twist, BodyVelocity(V, OMEGA), 0, 40)
     assert twist.note(int(500e9), Pose(9.0, 9.0, 0.0), BodyVelocity(0.0, 0.0)) == (0.0, 0.0)
     assert not told
+
+
+def test_a_robot_that_is_put_elsewhere_does_not_contradict_its_twist(twist, told):
+    drive(twist, BodyVelocity(V, OMEGA), 0, 40)
+    # a reset, from which it drives on along the same circle
+    for n in range(40, 140):
+        pose = circle(n)._replace(x=circle(n).x + 0.8)
+        assert twist.note(int((100.0 + n * DT) * 1e9), pose, BodyVelocity(V, OMEGA)) == BodyVelocity(V, OMEGA)
+    assert not told
