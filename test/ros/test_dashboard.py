@@ -21,6 +21,7 @@ from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.plugins import load_plugins
 from mobile_robot_control.recording.loop_messages import read_loop_messages
+from mobile_robot_control.topics import POSITION_TOPICS
 
 pytestmark = pytest.mark.dds
 P = 'backstepping.p'
@@ -243,7 +244,8 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     page.parameter(P).find_element('css selector', '.back').click()
     # a recording begun late is whole, and counts from its beginning
     metrics = json.loads((recorded.parents[1] / 'metrics.json').read_text())
-    first, last = (read_loop_messages(recorded.parent, '/', ['odom']).courses['odom'].stamps[n] / 1e9 for n in (0, -1))
+    courses = read_loop_messages(recorded.parent, '/', POSITION_TOPICS).courses.values()
+    first, last = (choose(course.stamps[n] for course in courses) / 1e9 for choose, n in ((max, 0), (min, -1)))
     assert first > 1.0
     assert metrics['outcome'] == 'recorded'
     assert metrics['duration'] == pytest.approx(last - first, abs=0.1)

@@ -166,4 +166,4 @@ def test_a_run_is_evaluated_although_dds_cannot_be_left(domain, tmp_path):
         capture_output=True, text=True, timeout=50, check=False)
     assert done.returncode == 0, done.stderr
     assert json.loads((tmp_path / 'run' / 'metrics.json').read_text())['outcome'] == 'completed'
-    assert 'bag, metrics and report: ' in done.stdout
+    assert 'bag and metrics: ' in done.stdout

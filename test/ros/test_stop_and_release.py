@@ -42,6 +42,11 @@ class Seen:
         status = self.status.get(node, DiagnosticStatus())
         return status.level, status.message
 
+    def age(self, node, topic):
+        """Return the age of a node's input [s], by its diagnostics; infinite before the first."""
+        values = {entry.key: entry.value for entry in self.status[node].values}
+        return float(values.get(f'{topic} age now [s]', 'inf'))
+
     def drives(self):
         """Return whether robot and cart drive, near each other."""
         return self.cart[-1] > 0.1 and abs(self.commands[-1][0]) > 0.05 and math.hypot(
@@ -56,8 +61,10 @@ def call(robot):
 
 def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(robot, call):
     seen = Seen(robot)
-    robot.start('plant', 'velocity_controller', arguments=ELSEWHERE, composed=True)
     robot.start('position_controller', 'reference_cart', arguments=ELSEWHERE)
+    # the recorder sees the approach from its beginning
+    robot.spin_until(lambda: all(map(robot.recorder.count_publishers, ('cmd_vel', 'reference'))))
+    robot.start('plant', 'velocity_controller', arguments=ELSEWHERE, composed=True)
     robot.spin_until(lambda: seen.cart and seen.commands)
     robot.spin_until(lambda: seen.condition('reference_cart')[1].startswith('waiting: the robot is farther away than'))
     robot.spin_until(lambda: seen.cart[-1] > 0.0)
@@ -88,6 +95,7 @@ def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(rob
     robot.spin_until(lambda: seen.condition('position_controller') == (DiagnosticStatus.ERROR, message))
     stopped_again = len(seen.commands)
     robot.spin_until(lambda: len(seen.commands) > stopped_again + 25)
+    robot.spin_until(lambda: all(seen.age('position_controller', topic) < 1.0 for topic in ('odom', 'reference')))
     assert set(seen.commands[stopped:]) == {(0.0, 0.0)}
 
     success, message = call('position_controller/release')
