@@ -59,6 +59,14 @@ def call(robot):
     return robot.trigger
 
 
+def start_again(robot, name):
+    """Kill a node and start it again; return when it has learnt that the robot is stopped."""
+    robot.processes[name].kill()
+    learnt = robot.log(name).count('the robot is stopped') + 1
+    robot.start(name, arguments=ELSEWHERE)
+    robot.spin_until(lambda: robot.log(name).count('the robot is stopped') == learnt)
+
+
 def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(robot, call):
     seen = Seen(robot)
     robot.start('position_controller', 'reference_cart', arguments=ELSEWHERE)
@@ -88,10 +96,7 @@ def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(rob
 
     # the stop outlives each of the two nodes; after the release it is forgotten
     for name in ('position_controller', 'reference_cart', 'position_controller'):
-        robot.processes[name].kill()
-        learnt = robot.log(name).count('the robot is stopped') + 1
-        robot.start(name, arguments=ELSEWHERE)
-        robot.spin_until(lambda: robot.log(name).count('the robot is stopped') == learnt)  # noqa: B023
+        start_again(robot, name)
     robot.spin_until(lambda: seen.condition('position_controller') == (DiagnosticStatus.ERROR, message))
     stopped_again = len(seen.commands)
     robot.spin_until(lambda: len(seen.commands) > stopped_again + 25)
