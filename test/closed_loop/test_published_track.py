@@ -16,15 +16,21 @@ TRACK = ['plant.drive:=velocity', f'/**.velocity_rate:={1.0 / PERIOD!r}', f'/**.
          'reference_cart.center:=[1.1, 0.9]', 'reference_cart.period:=30.0']
 
 
+def cart(t):
+    """Return the position and velocity of the cart, and its speed and angular velocity."""
+    w = 2.0 * math.pi / 30.0
+    x, y = 1.1 + 0.7 * math.sin(w * t), 0.9 + 0.7 * math.sin(2.0 * w * t)
+    dx, dy = 0.7 * w * math.cos(w * t), 1.4 * w * math.cos(2.0 * w * t)
+    ddx, ddy = -0.7 * w**2 * math.sin(w * t), -2.8 * w**2 * math.sin(2.0 * w * t)
+    v_r, w_r = math.hypot(dx, dy), (dx * ddy - dy * ddx) / (dx**2 + dy**2)
+    return x, y, dx, dy, v_r, w_r
+
+
 def listing(heading_feedback):
     """Return the position errors of the book's listing, whose robot moves along the exact arc."""
-    q, apart, w = [1.1, 0.8, 0.0], [], 2.0 * math.pi / 30.0
+    q, apart = [1.1, 0.8, 0.0], []
     for k in range(STEPS):
-        t = k * PERIOD
-        x, y = 1.1 + 0.7 * math.sin(w * t), 0.9 + 0.7 * math.sin(2.0 * w * t)
-        dx, dy = 0.7 * w * math.cos(w * t), 1.4 * w * math.cos(2.0 * w * t)
-        ddx, ddy = -0.7 * w**2 * math.sin(w * t), -2.8 * w**2 * math.sin(2.0 * w * t)
-        v_r, w_r = math.hypot(dx, dy), (dx * ddy - dy * ddx) / (dx**2 + dy**2)
+        x, y, dx, dy, v_r, w_r = cart(k * PERIOD)
         e_x = math.cos(q[2]) * (x - q[0]) + math.sin(q[2]) * (y - q[1])
         e_y = -math.sin(q[2]) * (x - q[0]) + math.cos(q[2]) * (y - q[1])
         e_phi = math.remainder(math.atan2(dy, dx) - q[2], 2.0 * math.pi)
@@ -56,13 +62,9 @@ def compensator_listing():
     cart along the robot, the compensator decays exactly, and the cart's acceleration along its way is a difference.
     """
     kp, kd = 5.0, 4.0
-    q, apart, w, xi, last = [1.15, 0.8, 0.0], [], 2.0 * math.pi / 30.0, None, None
+    q, apart, xi, last = [1.15, 0.8, 0.0], [], None, None
     for k in range(STEPS):
-        t = k * PERIOD
-        x, y = 1.1 + 0.7 * math.sin(w * t), 0.9 + 0.7 * math.sin(2.0 * w * t)
-        dx, dy = 0.7 * w * math.cos(w * t), 1.4 * w * math.cos(2.0 * w * t)
-        ddx, ddy = -0.7 * w**2 * math.sin(w * t), -2.8 * w**2 * math.sin(2.0 * w * t)
-        v_r, w_r = math.hypot(dx, dy), (dx * ddy - dy * ddx) / (dx**2 + dy**2)
+        x, y, dx, dy, v_r, w_r = cart(k * PERIOD)
         xi, rate = (v_r, 0.0) if last is None else (xi, (v_r - last) / PERIOD)
         last = v_r
         phi = math.atan2(dy, dx)
