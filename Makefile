@@ -51,7 +51,7 @@ test-dds: setup
 
 # one test at a time, each with the machine for itself; a line a test says how far it is
 soak: setup
-	$(BIN)/python -m pytest -m soak --numprocesses 0 --capture no --verbose --durations 0
+	$(BIN)/python -m pytest -m soak --numprocesses 0 --capture no --verbose --durations 0 -o faulthandler_timeout=0
 
 # one table of ratios, each to something measured in the same run; ONLY='lockstep memory' for some of it
 bench: setup

@@ -220,9 +220,24 @@ class Robots:
                     found[topic].setdefault(serialised_stamp(message.data), set()).add(message.data)
         return found
 
+    def _see_peers_leave(self):
+        """
+        Wait until no other participant is discovered; one that was killed stays for its lease, and leaves at no time
+        that matters here.
+
+        While one leaves, Fast DDS may deadlock where writers are deleted:
+        https://github.com/eProsima/Fast-DDS/issues/6502
+        """
+        ours = {node.get_name() for node in self._executor.get_nodes()}
+        deadline = time.monotonic() + 2.0
+        while (any(set(node.get_node_names()) - ours for node in self._executor.get_nodes())
+               and time.monotonic() < deadline):
+            self._executor.spin_once(timeout_sec=0.02)
+
     def close(self):
         """End all processes and leave the domain."""
         stop_processes(list(dict.fromkeys(self.processes.values())))
+        self._see_peers_leave()
         self._executor.shutdown()
         self._bags.close()
         rclpy.try_shutdown()

@@ -175,7 +175,7 @@ def _event_faults(change: Change, configuration: Configuration, ends: Sequence[i
     # a reset is told for the step that no longer comes
     beyond = period if RESET in change.values else 0
     if not (0 <= change.run < len(ends) and 0 <= change.stamp <= ends[change.run] + beyond):
-        yield f'{_place(change)} is outside of what was recorded'
+        yield f'{_place(change)} is outside the recording'
     elif change.stamp % period:
         yield f'{_place(change)} is off the grid; it is of another run'
     declared = declarations(NODES[change.node])

@@ -1,6 +1,7 @@
 """Record the topics of a namespace until the standard input closes; then measure and draw the run."""
 
 import sys
+import time
 from pathlib import Path
 
 import rclpy
@@ -15,12 +16,12 @@ from mobile_robot_control.parameters.nodes import loop_of
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.deadline import leave_dds
 from mobile_robot_control.ros.recorder import Recorder
-from mobile_robot_control.ros.spin import catch_up, make_executor
+from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.topics import LOOPS, LoopGraph
 
-_BEHIND = 10.0
-"""[s] of wall time at most in which messages are recorded that came before the end."""
+_BEHIND, _SILENT = 10.0, 0.5
+"""[s] of wall time at most until every topic is recorded to the end, and without a message of the loop."""
 
 
 def record(folder: Path, namespace: str, stop: Stop) -> int:
@@ -51,8 +52,12 @@ def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
         executor.add_node(recorder)
         while not stop.requested and not bag.failure:
             executor.spin_once(timeout_sec=0.05)
-        # on a busy machine messages wait here that came before the end
-        catch_up(executor, _BEHIND)
+        # topics come from several processes: on a busy machine one of them may be behind, here or on its way
+        recorder.last = max(recorder.newest.values(), default=0)
+        deadline = time.monotonic() + _BEHIND
+        while (not recorder.is_complete() and time.monotonic() < deadline
+               and time.time_ns() - recorder.received < _SILENT * 1e9):
+            executor.spin_once(timeout_sec=0.05)
     return bag.failure
 
 

@@ -57,6 +57,8 @@ class Recorder(Node):
         Wall time [ns] at which the last message of a loop topic was taken in.
     limit : int
         Stamp [ns] at which a lockstep run is to hold, however far it is recorded.
+    last : int
+        Stamp [ns] after which no message of a loop topic is recorded.
 
     """
 
@@ -69,7 +71,7 @@ class Recorder(Node):
         self.law_failure = ''
         self._controller = f'{self.get_namespace().rstrip("/")}/position_controller'.lstrip('/')
         self.received = 0
-        self.limit = NO_LIMIT
+        self.limit = self.last = NO_LIMIT
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
         self._graph = loop
@@ -93,6 +95,10 @@ class Recorder(Node):
     def has_every_topic(self) -> bool:
         """Return whether a message has come on every loop topic, so that nothing more will be missed."""
         return set(self.newest) == set(self._graph.topics)
+
+    def is_complete(self) -> bool:
+        """Return whether every loop topic that has carried a message is recorded up to `last`."""
+        return all(newest >= self.last for newest in self.newest.values())
 
     def has_every_node(self) -> bool:
         """Return whether, besides, the diagnostics of all nodes are discovered, which may report a failed law."""
@@ -178,17 +184,19 @@ class Recorder(Node):
 
         def take(message: bytes) -> None:
             now = time.time_ns()
+            stamp = 0
             if of_loop is not None:
                 self.received = now
                 with suppress(RefusedMessageError):
-                    self.newest[of_loop.name] = serialised_stamp(message)
+                    self.newest[of_loop.name] = stamp = serialised_stamp(message)
                 # later in the run, or a reset has begun a new one
                 if (self._ahead and not self._ahead // 2 <= self._allowed - self._complete_until() <= self._ahead
                         and self._farthest() != self._allowed):
                     self._set_on_plant()
             elif topic == '/diagnostics':
                 self._note_diagnostics(message)
-            self._sink(topic, kind, now, message, latched)
+            if stamp <= self.last:
+                self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(
             depth=_DEPTH,

@@ -3,7 +3,6 @@
 import gc
 import importlib
 import sys
-import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -41,14 +40,6 @@ def make_executor() -> Executor:
     except ImportError:
         return SingleThreadedExecutor()
     return EventsExecutor()
-
-
-def catch_up(executor: Executor, seconds: float) -> None:
-    """Spin until all that has arrived up to now is handled, or for some wall time."""
-    # EventsExecutor runs a task after what has arrived; SingleThreadedExecutor runs it first, and does not catch up
-    behind, deadline = executor.create_task(lambda: None), time.monotonic() + seconds
-    while not behind.done() and time.monotonic() < deadline:
-        executor.spin_once(timeout_sec=0.05)
 
 
 def make_node(name: str) -> Any:

@@ -1,0 +1,54 @@
+"""A recording that is ended while the robot drives."""
+
+import time
+
+import pytest
+import rclpy
+from builtin_interfaces.msg import Time
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from mobile_robot_control.messages.parsing import serialised_stamp
+from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.topics import LOOPS
+
+
+@pytest.fixture
+def executor(domain):
+    rclpy.init(args=[])
+    yield make_executor()
+    rclpy.shutdown()
+
+
+def test_every_topic_of_the_loop_ends_at_the_same_stamp(executor):
+    recorded = []
+    recorder = Recorder('/', lambda topic, kind, received, message, latched: recorded.append(
+        (topic, serialised_stamp(message))), lambda kind: True, LOOPS['torque'])
+    talker = rclpy.create_node('talker')
+    publishers = {topic: talker.create_publisher(JointState, topic, 10) for topic in ('joint_states', 'wheel_torques')}
+    executor.add_node(recorder)
+    executor.add_node(talker)
+
+    def publish(topic, *stamps):
+        deadline = time.monotonic() + 30.0
+        while publishers[topic].get_subscription_count() == 0:
+            assert time.monotonic() < deadline
+            executor.spin_once(timeout_sec=0.05)
+        for stamp in stamps:
+            publishers[topic].publish(JointState(header=Header(stamp=Time(nanosec=stamp))))
+        while recorder.newest.get(topic) != stamps[-1]:
+            assert time.monotonic() < deadline
+            executor.spin_once(timeout_sec=0.05)
+
+    publish('joint_states', 1, 2, 3)
+    publish('wheel_torques', 1)
+    recorder.last = max(recorder.newest.values())
+    publish('joint_states', 4)
+    assert not recorder.is_complete()
+    publish('wheel_torques', 2, 3)
+    assert recorder.is_complete()
+    publish('wheel_torques', 4)
+    talker.destroy_node()
+    loop = [each for each in recorded if each[0] in ('/joint_states', '/wheel_torques')]
+    assert sorted(loop) == [(topic, stamp) for topic in ('/joint_states', '/wheel_torques') for stamp in (1, 2, 3)]
