@@ -47,6 +47,27 @@ class BodyVelocity(NamedTuple):
     angular: float
 
 
+class BodyAcceleration(NamedTuple):
+    """
+    Rate of change of a body velocity.
+
+    Attributes
+    ----------
+    linear : float
+        dv/dt [m/s²].
+    angular : float
+        dω/dt [rad/s²].
+
+    """
+
+    linear: float
+    angular: float
+
+
+NO_ACCELERATION = BodyAcceleration(0.0, 0.0)
+"""Of a reference whose velocity is constant, or whose acceleration nobody asks for."""
+
+
 class WheelVelocity(NamedTuple):
     """
     Angular velocities of the driving wheels.
@@ -104,10 +125,13 @@ class Reference(NamedTuple):
         x_r, y_r [m] and θ_r [rad].
     velocity : BodyVelocity
         v_r [m/s] and ω_r [rad/s].
+    acceleration : BodyAcceleration
+        dv_r/dt [m/s²] and dω_r/dt [rad/s²]; zero where `reference_horizon` is 0.
     """
 
     pose: Pose
     velocity: BodyVelocity
+    acceleration: BodyAcceleration = NO_ACCELERATION
 
 
 class TrackingError(NamedTuple):
@@ -162,9 +186,12 @@ class Observation(NamedTuple):
         Of the cart: v_r [m/s] and ω_r [rad/s] are its velocity.
     velocity : BodyVelocity
         Twist of odometry, v [m/s] and ω [rad/s].
+    horizon : tuple of Reference
+        Of the cart at the next position ticks, as many as `reference_horizon` says.
 
     """
 
     error: TrackingError
     reference: Reference
     velocity: BodyVelocity
+    horizon: tuple[Reference, ...] = ()

@@ -55,6 +55,16 @@ _TABLE = (
 
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
+FEEDFORWARD_TOPICS = {topic.name: topic for topic in (
+    Topic('reference_horizon', 'trajectory_msgs/msg/MultiDOFJointTrajectory', 'reference_cart',
+          ('position_controller',), 'position_rate', ()),
+    Topic('cmd_accel', 'geometry_msgs/msg/AccelStamped', 'position_controller', ('velocity_controller',),
+          'position_rate', ('linear', 'angular')),
+)}
+"""Further topics of the loop where parameters ask for them, each before the one that it belongs to; see `extended`."""
+_BEFORE = {'reference': 'reference_horizon', 'cmd_vel': 'cmd_accel'}
+ALL_LOOP_TOPICS = {**LOOP_TOPICS, **FEEDFORWARD_TOPICS}
+"""Both."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 EVENTS, DISTURBANCE = 'events', 'disturbance'
 STOPPED, STOP_MEMORY = 'stopped', 'stop_memory'
@@ -147,6 +157,34 @@ def with_truth(loop: LoopGraph) -> LoopGraph:
     """Return the loop of a plant whose odometry is not exact: it publishes `ground_truth` beside it."""
     return loop._replace(topics={**loop.topics, 'ground_truth': LOOP_TOPICS['odom']._replace(
         name='ground_truth', subscribers=())})
+
+
+def extended(loop: LoopGraph, horizon: bool, feeds: bool) -> LoopGraph:
+    """
+    Return a loop with the topics that feedforward needs.
+
+    Parameters
+    ----------
+    loop : LoopGraph
+        Of LOOPS.
+    horizon : bool
+        Whether the cart publishes `reference_horizon`.
+    feeds : bool
+        Whether the velocity controller, where there is one, takes `cmd_accel`.
+
+    """
+    added = {name for name, wanted in (('reference_horizon', horizon), ('cmd_accel', feeds))
+             if wanted and {FEEDFORWARD_TOPICS[name].publisher, *FEEDFORWARD_TOPICS[name].subscribers} <= {*loop.nodes}}
+    if not added:
+        return loop
+    topics: dict[str, Topic] = {}
+    for name, topic in loop.topics.items():
+        if _BEFORE.get(name) in added:
+            topics[_BEFORE[name]] = FEEDFORWARD_TOPICS[_BEFORE[name]]
+        topics[name] = topic
+    answers = [(question, one) for question, answer in loop.answers
+               for one in (_BEFORE.get(answer), answer) if one == answer or one in added]
+    return loop._replace(topics=topics, answers=tuple(answers))
 
 
 def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int, loop: LoopGraph) -> str:

@@ -22,7 +22,7 @@ def messages_of(sample):
     stamp, tick = round(sample.time * 1e9), sample.tick
     if tick.time == sample.time:
         yield 'odom', stamp, ODOM(stamp, tick.pose, tick.velocity)
-        yield 'reference', stamp, REFERENCE(stamp, *tick.reference)
+        yield 'reference', stamp, REFERENCE(stamp, *tick.reference[:2])
         yield 'cmd_vel', stamp, CMD_VEL(stamp, sample.command)
         yield 'tracking_error', stamp, TRACKING_ERROR(stamp, tick.error)
         if sample.truth is not None and sample.truth.pose != tick.pose:

@@ -20,6 +20,14 @@ TUNED = [f'position_controller.backstepping.{gain}' for gain in ('p:=4.99878', '
                                                                  'g:=19.9902')]
 
 
+FED = ['/**.feedforward.enabled:=true', '/**.reference_horizon:=1', 'position_controller.feedforward.dead_time:=0.025']
+"""Half the period in which the base holds a command is dead time; the lag is that of the base."""
+
+
+def fed(lag):
+    return [*FED, f'position_controller.feedforward.lag:={lag}']
+
+
 def plant_like(lag, curve, gains):
     return at_cart_start(configure(load([CONFIG / 'wall_clock.yaml'], [
         *LIKE_THE_BASE, f'plant.base.lag:=[{lag}, {lag}]', f'reference_cart.curve:={curve}', *gains])))

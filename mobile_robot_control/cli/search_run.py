@@ -37,7 +37,10 @@ from mobile_robot_control.tuning.search_gains import Gains
 def search_goal(options: argparse.Namespace, parameters: Configuration) -> Goal:
     """Return what the options search for."""
     genes = search_space.search_genes(options.controller, options.with_velocity, parameters.plant.model.drive)
-    genes = search_space.bounded(search_space.without(genes, options.keep), dict(options.bounds))
+    genes = search_space.without(genes, options.keep)
+    if parameters.plant.shared.feedforward.enabled:
+        genes += search_space.feedforward_genes(dict(options.bounds))
+    genes = search_space.bounded(genes, dict(options.bounds))
     if not genes:
         raise ParameterError([f"'{options.controller}' leaves nothing to search; --keep less, or declare ranges: "
                               'Field(..., search=(low, high))'])

@@ -38,10 +38,11 @@ def _cases(law: Law) -> list[Case]:
     draws = Random(_SEED)  # noqa: S311 (no secret)
     cases = default_cases(law)
     for control in islice(searched_controls(law, draws), 24):
-        cases += follow(law, law.start, extreme_observations()[::11], control, DT)
+        cases += follow(law, law.start, extreme_observations(law.horizon)[::11], control, DT)
     # last bits differ for few inputs: of a square for one in thousands
     control = default_control(law)
-    return cases + [Case(law.start, observation, control, DT) for observation in near_observations(draws, _NEAR)]
+    return cases + [Case(law.start, observation, control, DT)
+                    for observation in near_observations(draws, _NEAR, law.horizon)]
 
 
 def _compiled(law: Law, case: Case) -> Any:

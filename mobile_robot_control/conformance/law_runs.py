@@ -1,6 +1,5 @@
 """Checks of a law in runs: joined by a switch, begun again, behind a cart that stands."""
 
-import operator
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import cycle, islice
@@ -28,6 +27,7 @@ from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.nodes import NODES, Configuration
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
 from mobile_robot_control.simulation.cart_motion import cart_motion, references
 from mobile_robot_control.simulation.trial import Trial, make_rollout, make_trial, prepared_loop
@@ -52,17 +52,23 @@ class _Watched:
         return self._step(state, observation, gains, dt)
 
 
+def _configuration(law: Law, start: Sequence[float] = _STARTS[0]) -> Configuration:
+    values: dict[str, dict[str, Any]] = {node: {'reference_horizon': law.horizon} for node in NODES}
+    values['position_controller']['controller_type'] = law.name
+    values['plant']['initial_pose'] = start
+    return configure(values)
+
+
 def _trial(law: Law, start: Sequence[float]) -> Trial:
-    return make_trial(configure({
-        'position_controller': {'controller_type': law.name}, 'plant': {'initial_pose': start},
-    }), _DURATION)
+    return make_trial(_configuration(law, start), _DURATION)
 
 
-def _failed_run(law: Law, trial: Trial, given: Sequence[Reference], what: str) -> Iterator[str]:
+def _failed_run(law: Law, trial: Trial, given: tuple[Reference, ...], what: str) -> Iterator[str]:
     """Yield why a law fails in a simulated run."""
     watched = _Watched(law)
     try:
-        outcome = make_rollout(watched, operator.getitem)(
+        ticks = law.horizon + 1
+        outcome = make_rollout(watched, lambda references, n: references[n:n + ticks], trial.form)(
             trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
         reason = 'the command is not finite' if outcome.law_failed else ''
     except Exception as error:  # a law can raise anything
@@ -73,15 +79,15 @@ def _failed_run(law: Law, trial: Trial, given: Sequence[Reference], what: str) -
         yield f'{reason}, in a simulated run {what} from {trial.state.plant.pose}, at {seen}'
 
 
-def _standing(given: Sequence[Reference], first: int) -> list[Reference]:
+def _standing(given: tuple[Reference, ...], first: int) -> tuple[Reference, ...]:
     """Return references of a cart that stands from a tick on."""
     place = Reference(given[first].pose, BodyVelocity(0.0, 0.0))
-    return [*given[:first], *[place] * (len(given) - first)]
+    return (*given[:first], *[place] * (len(given) - first))
 
 
 def survives_a_standing_cart(law: Law) -> Iterator[str]:
     """Yield how a law fails behind a cart that stands from the beginning, or stops."""
-    for observation in extreme_observations():
+    for observation in extreme_observations(law.horizon):
         still = observation._replace(reference=observation.reference._replace(velocity=BodyVelocity(0.0, 0.0)))
         for case in follow(law, law.start, [still] * 3, default_control(law), DT):
             yield from filter(None, [failure_of(law, case)])
@@ -97,7 +103,7 @@ def survives_a_run(law: Law) -> Iterator[str]:
     for start in _STARTS:
         trial = _trial(law, start)
         yield from _failed_run(law, trial, references(cart_motion(trial)), 'with default gains')
-    plain = configure({})
+    plain = _configuration(law)
     for control in islice(searched_controls(law, Random(_SEED)), _SEARCHED):  # noqa: S311 (no secret)
         try:
             trial = make_trial(plain._replace(
@@ -126,11 +132,11 @@ def _steps(running: RunningLaw, observations: Sequence[Observation]) -> tuple[Ru
 
 def survives_a_switch(law: Law) -> Iterator[str]:
     """Yield how a law fails that joins a run under way, from another law and back, or with other gains."""
-    for observation in extreme_observations():
+    for observation in extreme_observations(law.horizon):
         for case in follow(law, _joining(law), [observation] * 3, default_control(law), DT):
             yield from (f'joining a run: {text}' for text in filter(None, [failure_of(law, case)]))
     other = next(each for each in BUILT_IN if each.name != law.name)
-    seen = list(drawn_observations(Random(_SEED), 40))  # noqa: S311 (no secret)
+    seen = list(drawn_observations(Random(_SEED), 40, law.horizon))  # noqa: S311 (no secret)
     ours, theirs = default_control(law), default_control(other)
     changed = next(searched_controls(law, Random(_SEED)), ours)  # noqa: S311 (no secret)
     running = bumpless_transfer.begin(theirs, DT, under_way=False)

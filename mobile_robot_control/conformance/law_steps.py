@@ -103,7 +103,7 @@ def _failures(law: Law, control: PositionControl) -> Iterator[str]:
         yield str(error)
         return
     # every eleventh has each distance, angle and velocity
-    for case in follow(law, law.start, extreme_observations()[::11], control, DT):
+    for case in follow(law, law.start, extreme_observations(law.horizon)[::11], control, DT):
         yield from filter(None, [failure_of(law, case)])
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.conformance.checks import LeftOutError
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.plugins import plugin_environment
@@ -69,9 +70,11 @@ def _is_installed(record: Any, group: str) -> bool:
 
 
 def _overrides(law: str, curve: str) -> list[str]:
+    horizon = LAWS[law].horizon
+    ahead = [f'/**.reference_horizon:={horizon}'] if horizon else []
     # off the cart, so that every error counts
     return [f'position_controller.controller_type:={law}', f'reference_cart.curve:={curve}',
-            'plant.initial_pose:=[0.9, 0.1, 1.0]', 'plant.real_time_factor:=0.0']
+            'plant.initial_pose:=[0.9, 0.1, 1.0]', 'plant.real_time_factor:=0.0', *ahead]
 
 
 def equal_over_dds(options: list[str], law: str, curve: str) -> Iterator[str]:

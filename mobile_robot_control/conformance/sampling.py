@@ -85,22 +85,25 @@ def failure_of(law: Law, case: Case) -> str:
     return ''
 
 
-def _observation(error: Sequence[float], reference: Sequence[float], velocity: Sequence[float]) -> Observation:
-    pose = Pose(0.3 * error[0] + 1.0, -0.2 * error[1], 0.5)
-    return Observation(TrackingError(*error), Reference(pose, BodyVelocity(*reference)), BodyVelocity(*velocity))
+def _observation(
+    error: Sequence[float], reference: Sequence[float], velocity: Sequence[float], horizon: int
+) -> Observation:
+    cart = Reference(Pose(0.3 * error[0] + 1.0, -0.2 * error[1], 0.5), BodyVelocity(*reference))
+    # a law that looks ahead sees a cart that jumps from where it stays
+    return Observation(TrackingError(*error), cart, BodyVelocity(*velocity), (cart,) * horizon)
 
 
-@lru_cache(maxsize=1)
-def extreme_observations() -> tuple[Observation, ...]:
+@lru_cache(maxsize=8)
+def extreme_observations(horizon: int) -> tuple[Observation, ...]:
     """Return observations on a grid: on the cart and far from it, any heading, standing, slow and fast carts."""
     distances, angles = (0.0, -1e-9, 0.5, -FARTHEST), (0.0, 1e-9, 0.5 * math.pi, math.pi, -3.0)
     velocities = ((0.0, 0.0), (0.5, -0.5), (1e-9, 0.0), (10.0, 20.0))
     grid = itertools.product(distances, distances, angles, velocities)
-    return tuple(_observation((e1, e2, e3), velocity, (0.0, 0.0) if n % 2 else velocity)
+    return tuple(_observation((e1, e2, e3), velocity, (0.0, 0.0) if n % 2 else velocity, horizon)
                  for n, (e1, e2, e3, velocity) in enumerate(grid))
 
 
-def drawn_observations(draws: Random, count: int) -> Iterator[Observation]:
+def drawn_observations(draws: Random, count: int, horizon: int) -> Iterator[Observation]:
     """Yield random observations; each number is an extreme one, or any."""
     def number(extremes: Sequence[float], widest: float, least: float = -1.0) -> float:
         if draws.random() < 0.3:
@@ -110,14 +113,15 @@ def drawn_observations(draws: Random, count: int) -> Iterator[Observation]:
     for _ in range(count):
         error = number(_DISTANCES, FARTHEST), number(_DISTANCES, FARTHEST), number(_ANGLES, math.pi)
         yield _observation(error, (number(_SPEEDS, 10.0, 0.0), number(_TURNS, 20.0)),
-                           (number(_SPEEDS, 10.0), number(_TURNS, 20.0)))
+                           (number(_SPEEDS, 10.0), number(_TURNS, 20.0)), horizon)
 
 
-def near_observations(draws: Random, count: int) -> Iterator[Observation]:
+def near_observations(draws: Random, count: int, horizon: int) -> Iterator[Observation]:
     """Yield random observations as a robot near its cart has them."""
     for _ in range(count):
         e1, e2, omega_r, v, omega = (draws.uniform(-2.0, 2.0) for _ in range(5))
-        yield _observation((e1, e2, draws.uniform(-math.pi, math.pi)), (draws.uniform(0.0, 2.0), omega_r), (v, omega))
+        yield _observation((e1, e2, draws.uniform(-math.pi, math.pi)), (draws.uniform(0.0, 2.0), omega_r), (v, omega),
+                           horizon)
 
 
 def follow(
@@ -136,8 +140,8 @@ def follow(
 def default_cases(law: Law, seed: int = 1) -> list[Case]:
     """Return inputs of a law with its default gains: the grid from its start, and runs from there."""
     draws, control = Random(seed), default_control(law)  # noqa: S311 (no secret)
-    cases = [Case(law.start, observation, control, DT) for observation in extreme_observations()]
+    cases = [Case(law.start, observation, control, DT) for observation in extreme_observations(law.horizon)]
     for _ in range(5):
         for dt in _PERIODS:
-            cases += follow(law, law.start, drawn_observations(draws, 25), control, dt)
+            cases += follow(law, law.start, drawn_observations(draws, 25, law.horizon), control, dt)
     return cases

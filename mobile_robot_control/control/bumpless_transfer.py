@@ -4,9 +4,10 @@ import math
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.command_limits import Limits, limit_command
+from mobile_robot_control.control.feedforward import advanced, lead
 from mobile_robot_control.control.law import Law, checked_step
 from mobile_robot_control.control.laws import PositionControl, select
-from mobile_robot_control.quantities import BodyVelocity, Observation
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation
 
 _FADE_TIME = 0.2
 """[s]: time constant with which the difference between the old and the new command decays."""
@@ -33,6 +34,8 @@ class RunningLaw(NamedTuple):
         Last command before the last change minus first one after it; it decays.
     elapsed : float
         Since that change [s].
+    lead : float
+        Time by which a feedforward leads the command [s].
     """
 
     law: Law
@@ -43,6 +46,7 @@ class RunningLaw(NamedTuple):
     changed: bool = False
     offset: BodyVelocity = _ZERO
     elapsed: float = 0.0
+    lead: float = 0.0
 
 
 def begin(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw:
@@ -52,7 +56,8 @@ def begin(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw
     A law that joins a run under way starts in its state `joining`; the hybrid law then takes the cart as seen.
     """
     law, gains = select(parameters, dt)
-    return RunningLaw(law, gains, _joining(law) if under_way else law.start, parameters.limits)
+    return RunningLaw(law, gains, _joining(law) if under_way else law.start, parameters.limits,
+                      lead=lead(parameters.feedforward))
 
 
 def _joining(law: Law) -> Any:
@@ -67,10 +72,13 @@ def change(running: RunningLaw, parameters: PositionControl, dt: float, restart:
     """
     law, gains = select(parameters, dt)
     state = running.state if law is running.law and not restart else _joining(law)
-    return running._replace(law=law, gains=gains, state=state, limits=parameters.limits, changed=True)
+    return running._replace(law=law, gains=gains, state=state, limits=parameters.limits, changed=True,
+                            lead=lead(parameters.feedforward))
 
 
-def step(running: RunningLaw, observation: Observation, dt: float) -> tuple[RunningLaw, BodyVelocity]:
+def step(
+    running: RunningLaw, observation: Observation, dt: float, acceleration: BodyAcceleration | None = None
+) -> tuple[RunningLaw, BodyVelocity]:
     """
     Compute the command, to which a change adds an offset that decays.
 
@@ -82,6 +90,8 @@ def step(running: RunningLaw, observation: Observation, dt: float) -> tuple[Runn
         Tracking error, reference and odometry's velocity.
     dt : float
         Period to the next step [s].
+    acceleration : BodyAcceleration or None
+        Of the reference, by which the law's command leads [m/s²], [rad/s²]; None without feedforward.
 
     Returns
     -------
@@ -95,6 +105,8 @@ def step(running: RunningLaw, observation: Observation, dt: float) -> tuple[Runn
 
     """
     state, asked = checked_step(running.law, running.state, observation, running.gains, dt)
+    if acceleration is not None:
+        asked = advanced(asked, acceleration, running.lead)
     offset, elapsed = running.offset, running.elapsed
     if running.changed:
         offset = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)
@@ -102,4 +114,5 @@ def step(running: RunningLaw, observation: Observation, dt: float) -> tuple[Runn
     fade = math.exp(-elapsed / _FADE_TIME)
     faded = BodyVelocity(asked.linear + fade * offset.linear, asked.angular + fade * offset.angular)
     command = limit_command(faded, running.command, running.limits, dt)
-    return RunningLaw(running.law, running.gains, state, running.limits, command, False, offset, elapsed + dt), command
+    return (RunningLaw(running.law, running.gains, state, running.limits, command, False, offset, elapsed + dt,
+                       running.lead), command)

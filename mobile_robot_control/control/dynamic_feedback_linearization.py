@@ -54,7 +54,7 @@ def step(
 
     The dynamic compensator of [1]_ with its proportional-derivative feedback. A law has no access to the pose, so all
     vectors are written in the robot's frame, which needs the same gains along x and y. Accelerations of the cart are
-    v_r ω_r across it and the difference of the last two v_r along it.
+    v_r ω_r across it and, along it, that of the reference; where it is not sent, the difference of the last two v_r.
 
     Parameters
     ----------
@@ -94,6 +94,8 @@ def step(
     if state.started == 0.0:
         # ξ(0) = v_r(0), which is not singular while the cart moves; there is no difference yet
         xi, v_r_rate = v_r, 0.0
+    if len(observation.horizon) > 0:
+        v_r_rate = observation.reference.acceleration.linear
     cos, sin = math.cos(e3), math.sin(e3)
     # u = p̈_r + k_d (ṗ_r - ṗ) + k_p (p_r - p), along and across the robot, where ṗ is ξ along it
     along = v_r_rate * cos - v_r * omega_r * sin + kd * (v_r * cos - xi) + kp * e1

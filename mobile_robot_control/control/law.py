@@ -31,8 +31,8 @@ class LawStep(Protocol):
         state : NamedTuple
             Of the step before; `Law.start` at a run's start.
         observation : Observation
-            Tracking error, reference and odometry's velocity. There is no absolute pose: every law is invariant under
-            motions of the plane.
+            Tracking error, reference, odometry's velocity, and the reference's horizon. There is no absolute pose:
+            every law is invariant under motions of the plane.
         gains : NamedTuple or tuple of NamedTuples
             The law's parameters; of several groups, one after the other; with `Law.prepare` what that returns.
         dt : float
@@ -73,6 +73,8 @@ class Law(NamedTuple):
         Individuals of a genetic search.
     with_velocity_gains : bool
         Whether a search of this law also searches the velocity gains, unless told otherwise.
+    horizon : int
+        Position ticks ahead for which the law needs the reference; `reference_horizon` must not be smaller.
 
     """
 
@@ -86,6 +88,7 @@ class Law(NamedTuple):
     repair: Callable[[Any], Any] | None = None
     population: int = 51
     with_velocity_gains: bool = True
+    horizon: int = 0
 
 
 class LawFailedError(RuntimeError):

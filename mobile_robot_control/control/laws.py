@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from mobile_robot_control.control.command_limits import Limits
+from mobile_robot_control.control.feedforward import Feedforward
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
@@ -28,7 +29,7 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
 """In the order of their parameters; a further law of the package is a module and a line above."""
 RESERVED = frozenset({
     'velocity', 'controller_type', 'limits', 'input_timeout', 'stop_on_odom_conflict', 'compensate_latency',
-    'odom_latency', 'approach', 'robot', 'velocity_rate',
+    'odom_latency', 'approach', 'feedforward', 'reference_horizon', 'robot', 'velocity_rate',
     'position_rate', 'lockstep', 'peer_timeout', 'stamp_tolerance', 'stamped_cmd_vel', 'odom_frame_id',
     'base_frame_id', 'reference_frame_id',
     'use_sim_time', 'qos_overrides', 'start_type_description_service',
@@ -50,6 +51,8 @@ def law_violations(law: Any) -> Iterator[str]:
         state = getattr(law, field)
         if not hasattr(type(state), '_fields') and (field, state) != ('joining', None):
             yield f"'{law.name}': its {field} is {shortened(repr(state))}; write an instance of a NamedTuple of floats"
+    if not isinstance(law.horizon, int) or law.horizon < 0:
+        yield f"'{law.name}': its horizon is {shortened(repr(law.horizon))}; write the number of position ticks ahead"
     yield from (f"'{law.name}': {wrong}" for wrong in _gains_violations(law.gains))
 
 
@@ -89,12 +92,16 @@ LAWS: Registry[Law] = Registry(
     lambda law: law.step)
 
 
+_GROUPS: dict[str, Any] = {'limits': Limits(), 'feedforward': Feedforward()}
+"""Of PositionControl, besides those of the laws; with their defaults."""
+
+
 class PositionControl:
     """
-    Which position law runs, the gains of all laws, and the limits of the command.
+    Which position law runs, the gains of all laws, the limits of the command, and its lead.
 
     As a NamedTuple whose fields are `controller_type`, one group for each registered law, by the law's name, and
-    `limits`; a field that was not given has its default.
+    `limits` and `feedforward`; a field that was not given has its default.
 
     Parameters
     ----------
@@ -115,13 +122,14 @@ class PositionControl:
         yield 'controller_type', str, Field('', 'which position law runs', choices=LAWS, live=True)
         for law in LAWS.values():
             yield law.name, law.gains, None
-        yield 'limits', Limits, None
+        for group, default in _GROUPS.items():
+            yield group, type(default), None
 
     def __getattr__(self, name: str) -> Any:
         if name == 'controller_type':
             return BUILT_IN[0].name
-        if name == 'limits':
-            return Limits()
+        if name in _GROUPS:
+            return _GROUPS[name]
         if not name.startswith('_') and name in LAWS:
             return LAWS[name].gains()
         raise AttributeError(name)

@@ -2,11 +2,12 @@
 
 from typing import Annotated, NamedTuple
 
+from mobile_robot_control.control.feedforward import advanced, inverse_dynamics
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.actuators import saturate
 from mobile_robot_control.model.robot import Robot, half_separation
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.quantities import BodyVelocity, WheelTorque
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, WheelTorque
 
 
 class VelocityGains(NamedTuple):
@@ -48,6 +49,39 @@ class VelocityPiState(NamedTuple):
 def _held_by_limit(asked: float, given: float, error: float) -> bool:
     """Return whether integrating an error would push a channel further beyond its limit."""
     return (asked - given) * error > 0.0
+
+
+@jitable
+def _proportional(error: BodyVelocity, gains: VelocityGains, robot: Robot) -> VelocityPiState:
+    """Return the proportional terms of both channels [N m]."""
+    lever = half_separation(robot) / robot.wheel_radius
+    # Eq. (17): g_j = K_j (1 + 1/(Ti_j s)) R; the factor 1/r is that of (16)
+    return VelocityPiState(lever * gains.k1 * error.linear, lever * gains.k2 * error.angular)
+
+
+@jitable
+def _asked(state: VelocityPiState, proportional: VelocityPiState) -> WheelTorque:
+    """Return the torques of both terms of both channels [N m]."""
+    common = proportional.common + state.common
+    differential = proportional.differential + state.differential
+    # Eq. (16): τ_R = (g1 e_v + g2 e_ω)/r, τ_L = (g1 e_v - g2 e_ω)/r
+    return WheelTorque(common + differential, common - differential)
+
+
+@jitable
+def _limited(
+    state: VelocityPiState, asked: WheelTorque, error: BodyVelocity, proportional: VelocityPiState,
+    gains: VelocityGains, max_wheel_torque: float, dt: float,
+) -> tuple[VelocityPiState, WheelTorque]:
+    """Return the integral terms for the next step, and the torques within the limit."""
+    torque = saturate(asked, max_wheel_torque)
+    grown_common, grown_differential = state
+    # both sides of the comparison are rounded alike: rounding must not look like a limit
+    if not _held_by_limit(asked.right + asked.left, torque.right + torque.left, error.linear):
+        grown_common += proportional.common * dt / gains.ti1
+    if not _held_by_limit(asked.right - asked.left, torque.right - torque.left, error.angular):
+        grown_differential += proportional.differential * dt / gains.ti2
+    return VelocityPiState(grown_common, grown_differential), torque
 
 
 @jitable
@@ -93,21 +127,41 @@ def step(
     Eq. (21) and (22) are not followed: they use K Ti where (17) gives K R.
 
     """
-    lever = half_separation(robot) / robot.wheel_radius
-    linear_error = command.linear - measured.linear
-    angular_error = command.angular - measured.angular
-    # Eq. (17): g_j = K_j (1 + 1/(Ti_j s)) R; the factor 1/r is that of (16)
-    proportional_common = lever * gains.k1 * linear_error
-    proportional_differential = lever * gains.k2 * angular_error
-    common = proportional_common + state.common
-    differential = proportional_differential + state.differential
-    # Eq. (16): τ_R = (g1 e_v + g2 e_ω)/r, τ_L = (g1 e_v - g2 e_ω)/r
-    asked = WheelTorque(common + differential, common - differential)
-    torque = saturate(asked, max_wheel_torque)
-    grown_common, grown_differential = state
-    # both sides of the comparison are rounded alike: rounding must not look like a limit
-    if not _held_by_limit(asked.right + asked.left, torque.right + torque.left, linear_error):
-        grown_common += proportional_common * dt / gains.ti1
-    if not _held_by_limit(asked.right - asked.left, torque.right - torque.left, angular_error):
-        grown_differential += proportional_differential * dt / gains.ti2
-    return VelocityPiState(grown_common, grown_differential), torque
+    error = BodyVelocity(command.linear - measured.linear, command.angular - measured.angular)
+    proportional = _proportional(error, gains, robot)
+    return _limited(state, _asked(state, proportional), error, proportional, gains, max_wheel_torque, dt)
+
+
+@jitable
+def fed_step(
+    state: VelocityPiState,
+    command: BodyVelocity,
+    acceleration: BodyAcceleration,
+    age: float,
+    measured: BodyVelocity,
+    gains: VelocityGains,
+    robot: Robot,
+    max_wheel_torque: float,
+    dt: float,
+) -> tuple[VelocityPiState, WheelTorque]:
+    """
+    Compute the wheel torques as `step` does, with a feedforward of the reference's acceleration.
+
+    A command is held for a position period. It is brought forward along the acceleration by its age, which is half a
+    period in the mean, and the torques that this motion needs are added before the limit.
+
+    Parameters
+    ----------
+    state, command, measured, gains, robot, max_wheel_torque, dt
+        As of `step`; of the robot all constants are used.
+    acceleration : BodyAcceleration
+        Of the reference [m/s²], [rad/s²].
+    age : float
+        Of the command [s].
+    """
+    present = advanced(command, acceleration, age)
+    error = BodyVelocity(present.linear - measured.linear, present.angular - measured.angular)
+    proportional = _proportional(error, gains, robot)
+    asked, fed = _asked(state, proportional), inverse_dynamics(present, acceleration, robot)
+    return _limited(state, WheelTorque(asked.right + fed.right, asked.left + fed.left), error, proportional, gains,
+                    max_wheel_torque, dt)

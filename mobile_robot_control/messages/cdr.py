@@ -11,15 +11,19 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from mobile_robot_control.messages.types import (
+    AccelStamped,
     DiagnosticArray,
     DiagnosticStatus,
     Header,
     JointState,
     KeyValue,
     MessagePose,
+    MultiDOFJointTrajectory,
     Odometry,
     PoseWithCovariance,
     Quaternion,
+    TrajectoryPoint,
+    Transform,
     Twist,
     TwistStamped,
     TwistWithCovariance,
@@ -28,6 +32,7 @@ from mobile_robot_control.messages.types import (
     Wrench,
     WrenchStamped,
 )
+from mobile_robot_control.stamps import NANOSECONDS
 
 ENCAPSULATION = b'\x00\x01\x00\x00'
 """The first bytes of plain little-endian CDR."""
@@ -43,13 +48,15 @@ class _Order(NamedTuple):
     mark: str
     length: struct.Struct
     pose_and_twist: struct.Struct
+    seven: struct.Struct
     six: struct.Struct
     three: struct.Struct
+    duration: struct.Struct
 
 
 def _order(mark: str) -> _Order:
     """Return the formats of the byte order '<' or '>'; the covariances, of 36 numbers each, are skipped."""
-    return _Order(mark, *(struct.Struct(mark + form) for form in ('I', '7d288x6d', '6d', '3d')))
+    return _Order(mark, *(struct.Struct(mark + form) for form in ('I', '7d288x6d', '7d', '6d', '3d', 'iI')))
 
 
 _ORDERS = {b'\0\1': _order('<'), b'\0\0': _order('>')}
@@ -126,6 +133,45 @@ def _twist_stamped(order: _Order, data: bytes) -> TwistStamped:
     return TwistStamped(header, _twist(*order.six.unpack_from(data, aligned(at, 8))))
 
 
+def _accel_stamped(order: _Order, data: bytes) -> AccelStamped:
+    header, at = _header(order, data)
+    return AccelStamped(header, _twist(*order.six.unpack_from(data, aligned(at, 8))))
+
+
+def _rows(order: _Order, data: bytes, at: int, form: struct.Struct) -> tuple[tuple[tuple[float, ...], ...], int]:
+    """Read a sequence of rows of doubles; return it and the position behind it."""
+    count, at = _count(order, data, at)
+    if count == 0:
+        return (), at
+    at = aligned(at, 8)
+    end = at + count * form.size
+    if end > len(data):
+        raise ValueError(f'{count} rows end behind the message')
+    return tuple(form.iter_unpack(data[at:end])), end
+
+
+def _trajectory(order: _Order, data: bytes) -> MultiDOFJointTrajectory:
+    header, at = _header(order, data)
+    count, at = _count(order, data, at)
+    names = []
+    for _ in range(count):
+        name, at = _text(order, data, at)
+        names.append(name)
+    count, at = _count(order, data, at)
+    points = []
+    for _ in range(count):
+        transforms, at = _rows(order, data, at, order.seven)
+        velocities, at = _rows(order, data, at, order.six)
+        accelerations, at = _rows(order, data, at, order.six)
+        at = aligned(at, 4) + order.duration.size
+        seconds, rest = order.duration.unpack_from(data, at - order.duration.size)
+        points.append(TrajectoryPoint(
+            tuple(Transform(Vector(*row[:3]), Quaternion(*row[3:])) for row in transforms),
+            tuple(_twist(*row) for row in velocities), tuple(_twist(*row) for row in accelerations),
+            seconds * NANOSECONDS + rest))
+    return MultiDOFJointTrajectory(header, tuple(names), tuple(points))
+
+
 def _wrench_stamped(order: _Order, data: bytes) -> WrenchStamped:
     header, at = _header(order, data)
     fx, fy, fz, tx, ty, tz = order.six.unpack_from(data, aligned(at, 8))
@@ -165,6 +211,8 @@ _READ: dict[str, Callable[[_Order, bytes], Any]] = {
     'nav_msgs/msg/Odometry': _odometry,
     'geometry_msgs/msg/Twist': _plain_twist,
     'geometry_msgs/msg/TwistStamped': _twist_stamped,
+    'geometry_msgs/msg/AccelStamped': _accel_stamped,
+    'trajectory_msgs/msg/MultiDOFJointTrajectory': _trajectory,
     'geometry_msgs/msg/Vector3Stamped': _vector_stamped,
     'geometry_msgs/msg/WrenchStamped': _wrench_stamped,
     'diagnostic_msgs/msg/DiagnosticArray': _diagnostic_array,

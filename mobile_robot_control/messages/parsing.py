@@ -10,10 +10,21 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from mobile_robot_control.quantities import LARGEST, BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import (
+    LARGEST,
+    BodyAcceleration,
+    BodyVelocity,
+    Pose,
+    Reference,
+    TrackingError,
+    WheelTorque,
+    WheelVelocity,
+)
 from mobile_robot_control.stamps import NANOSECONDS
 from mobile_robot_control.texts import shortened
 
+_POINT_TOLERANCE = 1000
+"""[ns] by which the time of a point may differ."""
 WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
 """The joints' names; wheels are named in messages, never indexed."""
 
@@ -112,14 +123,80 @@ def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple
     """
     check_frame('frame_id', message.header.frame_id, frame)
     check_frame('child_frame_id', message.child_frame_id, child_frame)
-    position, q, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
+    return _motion('odometry', message.pose.pose.position, message.pose.pose.orientation, message.twist.twist)
+
+
+def _motion(name: str, position: Any, q: Any, twist: Any) -> tuple[Pose, BodyVelocity]:
+    """Return the planar part of a position, a quaternion and a twist, checked."""
     x, y, z, w = q.x, q.y, q.z, q.w
-    check_numbers('odometry', position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
+    check_numbers(name, position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
     length = x * x + y * y + z * z + w * w
     if abs(length - 1.0) > 0.01:
         raise RefusedMessageError('quaternion not of unit length', f'its length is {math.sqrt(length):g}')
     heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
     return Pose(position.x, position.y, heading), BodyVelocity(twist.linear.x, twist.angular.z)
+
+
+def read_horizon(
+    message: Any, ticks: int, period: int, frame: str = '', child_frame: str = ''
+) -> tuple[Reference, ...]:
+    """
+    Return the reference now and at the next ticks of a trajectory_msgs/MultiDOFJointTrajectory.
+
+    Parameters
+    ----------
+    message : object
+        With the fields of the message; of each point, the first transform, velocity and acceleration count. These two
+        are in the cart's frame. Points after those asked for are ignored.
+    ticks : int
+        Ahead, beside the point now.
+    period : int
+        Between two points [ns].
+    frame, child_frame : str
+        Of the transforms, and the cart's, which is the first of `joint_names`; '' takes any.
+
+    Raises
+    ------
+    RefusedMessageError
+        If there are too few points, a point is not complete or not of its time, a number is not finite or beyond
+        LARGEST, a quaternion is not of unit length, or a frame is wrong.
+
+    """
+    check_frame('frame_id', message.header.frame_id, frame)
+    check_frame('joint_names[0]', message.joint_names[0] if message.joint_names else '', child_frame)
+    if len(message.points) <= ticks:
+        raise RefusedMessageError('too few points', f'{len(message.points)}; reference_horizon = {ticks} needs '
+                                  f'{ticks + 1}, the first of them now')
+    found = []
+    for n, point in enumerate(message.points[:ticks + 1]):
+        if not (point.transforms and point.velocities and point.accelerations):
+            raise RefusedMessageError('a point is not complete',
+                                      f'point {n} lacks a transform, a velocity or an acceleration')
+        if abs(point.time_from_start - n * period) > _POINT_TOLERANCE:
+            raise RefusedMessageError('a point is not of its time', f'point {n} is of {point.time_from_start / 1e9} s '
+                                      f'from the start; points are a period of {period / 1e9} s apart')
+        transform, acceleration = point.transforms[0], point.accelerations[0]
+        pose, velocity = _motion('horizon', transform.translation, transform.rotation, point.velocities[0])
+        found.append(Reference(pose, velocity, _acceleration(acceleration)))
+    return tuple(found)
+
+
+def _acceleration(accel: Any) -> BodyAcceleration:
+    """Return the planar part of an acceleration, checked."""
+    found = BodyAcceleration(accel.linear.x, accel.angular.z)
+    check_numbers('acceleration', *found)
+    return found
+
+
+def read_acceleration(message: Any, frame: str = '') -> BodyAcceleration:
+    """
+    Return the acceleration [m/s², rad/s²] of a geometry_msgs/AccelStamped, whose frame counts as that of `read_twist`.
+
+    Raises RefusedMessageError if a number is not finite or beyond LARGEST, or the frame is wrong.
+    """
+    if message.header.frame_id:
+        check_frame('frame_id', message.header.frame_id, frame)
+    return _acceleration(message.accel)
 
 
 def read_twist(message: Any, frame: str = '') -> BodyVelocity:

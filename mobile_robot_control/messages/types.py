@@ -78,6 +78,37 @@ class Odometry(NamedTuple):
     twist: TwistWithCovariance
 
 
+class AccelStamped(NamedTuple):
+    """geometry_msgs/AccelStamped."""
+
+    header: Header
+    accel: Twist
+
+
+class Transform(NamedTuple):
+    """geometry_msgs/Transform."""
+
+    translation: Vector
+    rotation: Quaternion
+
+
+class TrajectoryPoint(NamedTuple):
+    """trajectory_msgs/MultiDOFJointTrajectoryPoint; the time from start is in nanoseconds."""
+
+    transforms: tuple[Transform, ...]
+    velocities: tuple[Twist, ...]
+    accelerations: tuple[Twist, ...]
+    time_from_start: int
+
+
+class MultiDOFJointTrajectory(NamedTuple):
+    """trajectory_msgs/MultiDOFJointTrajectory."""
+
+    header: Header
+    joint_names: tuple[str, ...]
+    points: tuple[TrajectoryPoint, ...]
+
+
 class Wrench(NamedTuple):
     """geometry_msgs/Wrench."""
 

@@ -7,14 +7,26 @@ A node makes a writer for each of its messages once, and publishes the bytes tha
 import math
 from collections.abc import Callable, Sequence
 
-from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import AccelStamped, PoseStamped, Transform, Twist, TwistStamped, Vector3Stamped, WrenchStamped
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.messages.template import Template
-from mobile_robot_control.quantities import BodyVelocity, Pose, Push, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import (
+    BodyAcceleration,
+    BodyVelocity,
+    Pose,
+    Push,
+    Reference,
+    TrackingError,
+    WheelTorque,
+    WheelVelocity,
+)
+from mobile_robot_control.stamps import NANOSECONDS
 
 
 def planar_quaternion(heading: float) -> tuple[float, float]:
@@ -74,6 +86,68 @@ def twist_writer(frame: str, stamped: bool = True) -> Callable[[int, BodyVelocit
 
     template = Template(message if stamped else message.twist, put, 2)
     return lambda stamp, velocity: template.fill(stamp, *velocity)
+
+
+def acceleration_writer(frame: str) -> Callable[[int, BodyAcceleration], bytes]:
+    """
+    Make a function that writes geometry_msgs/AccelStamped for `cmd_accel`.
+
+    It takes a stamp [ns] and an acceleration in the robot's frame [m/s², rad/s²].
+    """
+    message = AccelStamped()
+    message.header.frame_id = frame
+
+    def put(linear: float, angular: float) -> None:
+        message.accel.linear.x, message.accel.angular.z = linear, angular
+
+    template = Template(message, put, 2)
+    return lambda stamp, acceleration: template.fill(stamp, *acceleration)
+
+
+def horizon_writer(
+    frame: str, child_frame: str, ticks: int, period: int
+) -> Callable[[int, Sequence[Reference]], bytes]:
+    """
+    Make a function that writes trajectory_msgs/MultiDOFJointTrajectory for `reference_horizon`.
+
+    Parameters
+    ----------
+    frame, child_frame : str
+        Of the poses; of the cart, in which velocities and accelerations are.
+    ticks : int
+        Ahead, beside the point now.
+    period : int
+        Between two points [ns].
+
+    Returns
+    -------
+    callable
+        Takes a stamp [ns] and the references now and at the ticks ahead; returns bytes.
+
+    """
+    message = MultiDOFJointTrajectory(joint_names=[child_frame], points=[
+        MultiDOFJointTrajectoryPoint(
+            transforms=[Transform()], velocities=[Twist()], accelerations=[Twist()],
+            time_from_start=Duration(sec=n * period // NANOSECONDS, nanosec=n * period % NANOSECONDS))
+        for n in range(ticks + 1)])
+    message.header.frame_id = frame
+
+    def put(*numbers: float) -> None:
+        for n, point in enumerate(message.points):
+            at, turn = point.transforms[0].translation, point.transforms[0].rotation
+            velocity, acceleration = point.velocities[0], point.accelerations[0]
+            (at.x, at.y, turn.z, turn.w, velocity.linear.x, velocity.angular.z, acceleration.linear.x,
+             acceleration.angular.z) = numbers[8 * n:8 * n + 8]
+
+    template = Template(message, put, 8 * (ticks + 1))
+
+    def write(stamp: int, references: Sequence[Reference]) -> bytes:
+        numbers: list[float] = []
+        for pose, velocity, acceleration in references:
+            numbers += (pose.x, pose.y, *planar_quaternion(pose.heading), *velocity, *acceleration)
+        return template.fill(stamp, *numbers)
+
+    return write
 
 
 def error_writer(frame: str) -> Callable[[int, TrackingError], bytes]:

@@ -16,10 +16,10 @@ from mobile_robot_control.model.sensor_constants import is_ideal, sensor_violati
 from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
 from mobile_robot_control.parameters.shared import Shared
-from mobile_robot_control.reference.cart import CurveParameters
+from mobile_robot_control.reference.cart import CurveParameters, too_fast_to_send
 from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import LOOPS, LoopGraph, with_truth
+from mobile_robot_control.topics import LOOPS, LoopGraph, extended, with_truth
 
 _LONGEST_STEP = 3600.0
 """Wall time that a step may take where simulated time is slowed down [s]."""
@@ -136,9 +136,14 @@ def has_exact_odometry(plant: PlantParameters) -> bool:
     return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
 
 
+def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
+    """Return a loop with the topics that the parameters of all nodes ask for."""
+    return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled)
+
+
 def loop_of(plant: PlantParameters) -> LoopGraph:
     """Return the loop that a plant is part of."""
-    loop = LOOPS[plant.model.drive]
+    loop = with_options(LOOPS[plant.model.drive], plant.shared)
     return loop if has_exact_odometry(plant) else with_truth(loop)
 
 
@@ -159,6 +164,20 @@ def _law_prepares(parameters: PositionControllerParameters) -> Iterator[str]:
         select(parameters.control, 1.0 / parameters.shared.position_rate)
     except ParameterError as error:
         yield from error.violations
+
+
+@rule
+def _horizon_is_long(parameters: PositionControllerParameters) -> Iterator[str]:
+    law, given = LAWS[parameters.control.controller_type], parameters.shared.reference_horizon
+    if law.horizon > given:
+        yield (f"the law '{law.name}' needs reference_horizon = {law.horizon} or more, which is {given}; write it "
+               "under '/**', and start the nodes again")
+
+
+@rule
+def _horizon_can_be_sent(parameters: ReferenceCartParameters) -> Iterator[str]:
+    if parameters.shared.reference_horizon:
+        yield from too_fast_to_send(parameters.curve)
 
 
 @rule

@@ -10,6 +10,16 @@ from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.stamps import FASTEST, NANOSECONDS, period_nanoseconds
 
 
+class FeedforwardSwitch(NamedTuple):
+    """Whether the controllers use the reference's acceleration."""
+
+    enabled: Annotated[
+        bool, Field('', "add what the reference's acceleration needs: the command leads by feedforward.lag and "
+                    'feedforward.dead_time, and wheel torques have the inverse dynamics of robot; needs '
+                    'reference_horizon >= 1')
+    ] = False
+
+
 class Shared(NamedTuple):
     """Parameters that all four nodes must agree on."""
 
@@ -34,6 +44,11 @@ class Shared(NamedTuple):
     stamped_cmd_vel: Annotated[
         bool, Field('', 'false: cmd_vel is a plain Twist, for bases that take no other (on the wall clock alone)')
     ] = True
+    reference_horizon: Annotated[
+        int, Field('', 'position ticks ahead for which the cart publishes its pose, velocity and acceleration on '
+                   'reference_horizon, 0 for none: larger lets a law look farther ahead', minimum=0, maximum=1000)
+    ] = 0
+    feedforward: FeedforwardSwitch = FeedforwardSwitch()
     odom_frame_id: Annotated[str, Field('', 'frame of odometry, reference and path')] = 'odom'
     base_frame_id: Annotated[str, Field('', "frame of the robot, at the axle's centre")] = 'base_link'
     reference_frame_id: Annotated[str, Field('', 'frame of the reference cart')] = 'reference_cart'
@@ -67,3 +82,9 @@ def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
     if shared.lockstep and not shared.stamped_cmd_vel:
         yield ('stamped_cmd_vel = False needs lockstep = False: in lockstep stamps decide; '
                'set lockstep to false, or leave cmd_vel stamped')
+
+
+@rule
+def _feedforward_needs_accelerations(shared: Shared) -> Iterator[str]:
+    if shared.feedforward.enabled and shared.reference_horizon < 1:
+        yield ("feedforward.enabled = True needs reference_horizon = 1 or more, which is 0; write both under '/**'")

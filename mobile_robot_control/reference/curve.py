@@ -1,5 +1,6 @@
 """What a curve is: its points, and its record."""
 
+import math
 from typing import NamedTuple, Protocol
 
 
@@ -15,6 +16,8 @@ class CurvePoint(NamedTuple):
         First derivatives.
     ddx, ddy : float
         Second derivatives.
+    dddx, dddy : float
+        Third derivatives, for the reference's acceleration; nan where a curve does not give them.
 
     """
 
@@ -24,6 +27,8 @@ class CurvePoint(NamedTuple):
     dy: float
     ddx: float
     ddy: float
+    dddx: float = math.nan
+    dddy: float = math.nan
 
 
 class CurveFunction(Protocol):

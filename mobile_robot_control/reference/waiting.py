@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
 
 NEAR = 0.1
 """[m]: a cart that waits goes on when the robot is as near as this ..."""
@@ -108,8 +108,21 @@ def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, w
 
 
 def slowed(reference: Reference, rate: float) -> Reference:
-    """Return the reference of a cart whose time runs at a rate from 0 to 1."""
-    return Reference(reference.pose, BodyVelocity(rate * reference.velocity.linear, rate * reference.velocity.angular))
+    """Return the reference of a cart whose time runs at a rate from 0 to 1; until it is 1, the rate grows."""
+    v, a = reference.velocity, reference.acceleration
+    growth = 1.0 / _RAMP if 0.0 < rate < 1.0 else 0.0
+    return Reference(
+        reference.pose,
+        BodyVelocity(rate * v.linear, rate * v.angular),
+        # d(rate v)/dt, with dv/dt = rate a
+        BodyAcceleration(rate * rate * a.linear + growth * v.linear, rate * rate * a.angular + growth * v.angular),
+    )
+
+
+def later(cart: WaitingCart, dt: float) -> WaitingCart:
+    """Return a cart after some time [s] if nothing makes it wait or go on."""
+    rate = 0.0 if cart.why else min(1.0, cart.rate + dt / _RAMP)
+    return cart._replace(now=cart.now + dt, time=cart.time + rate * dt, rate=rate)
 
 
 def apart(one: Pose, other: Pose) -> float:

@@ -7,7 +7,15 @@ from typing import NamedTuple
 
 from mobile_robot_control.parameters.addressing import namespace_fault
 from mobile_robot_control.parameters.nodes import NODES
-from mobile_robot_control.topics import DISTURBANCE, LOOP_TOPICS, LOOPS, OTHER_INPUTS, OTHER_TOPICS, SHARED_TOPICS
+from mobile_robot_control.topics import (
+    ALL_LOOP_TOPICS,
+    DISTURBANCE,
+    LOOPS,
+    OTHER_INPUTS,
+    OTHER_TOPICS,
+    SHARED_TOPICS,
+    extended,
+)
 
 _VERSION = '0.2.0'  # of the schema: https://github.com/ros2/sros2/blob/0.13.0/sros2/sros2/policy/schemas/policy.xsd
 _ENCLAVES = '/mobile_robot_control'
@@ -56,9 +64,10 @@ def policy(namespace: str = '/') -> str:
 
 def _of_node(node: str) -> _Permissions:
     """Return what one of the four nodes may do."""
-    loop = [topic.name for topic in LOOP_TOPICS.values() if topic.publisher == node]
+    loop = [topic.name for topic in ALL_LOOP_TOPICS.values() if topic.publisher == node]
     others = [topic for topic, publishers in OTHER_TOPICS.items() if node in publishers]
-    inputs = dict.fromkeys(topic for graph in LOOPS.values() for topic in graph.inputs_of(node))
+    inputs = dict.fromkeys(topic for graph in LOOPS.values()
+                           for topic in extended(graph, horizon=True, feeds=True).inputs_of(node))
     # /clock by rclpy itself, where use_sim_time is true
     inputs |= dict.fromkeys(topic for topic, nodes in OTHER_INPUTS.items() if node in nodes)
     return _Permissions([*loop, *others], [*inputs, '/clock'],
@@ -67,7 +76,7 @@ def _of_node(node: str) -> _Permissions:
 
 def _of_recorder() -> _Permissions:
     """Return what the recorder may do: it records all topics, and holds and resumes the plant."""
-    recorded = dict.fromkeys([*LOOP_TOPICS, *OTHER_TOPICS, *OTHER_INPUTS, *SHARED_TOPICS])
+    recorded = dict.fromkeys([*ALL_LOOP_TOPICS, *OTHER_TOPICS, *OTHER_INPUTS, *SHARED_TOPICS])
     return _Permissions(['/parameter_events'], recorded, ['plant/set_parameters'])
 
 

@@ -2,7 +2,7 @@
 
 from mobile_robot_control.parameters.nodes import ReferenceCartParameters
 from mobile_robot_control.quantities import Pose, Reference
-from mobile_robot_control.reference.cart import CurveParameters, reference_at, with_period
+from mobile_robot_control.reference.cart import CurveParameters, reference_at, references_along, with_period
 from mobile_robot_control.reference.curves import CURVES
 
 _PATH_POINTS = 400
@@ -18,10 +18,15 @@ class CartCourse:
     ----------
     curve : CurveParameters
         Checked.
+    horizon : int
+        Position ticks ahead.
+    period : int
+        Of the position loop [ns].
 
     """
 
-    def __init__(self, curve: CurveParameters) -> None:
+    def __init__(self, curve: CurveParameters, horizon: int, period: int) -> None:
+        self._horizon, self._period = horizon, period
         self.begin(curve)
 
     def begin(self, curve: CurveParameters) -> None:
@@ -42,9 +47,14 @@ class CartCourse:
 
     def reference(self, time: float) -> Reference:
         """Return the reference at a time along the curve [s]."""
-        return reference_at(self._curve, time, self._placement)
+        return self.references(round(time * 1e9))[0]
+
+    def references(self, time: int) -> tuple[Reference, ...]:
+        """Return the reference at a time along the curve [ns] and at the ticks of the horizon."""
+        return references_along(self._curve, self._placement, self._horizon)(time, self._period)
 
     def lap(self) -> list[Pose]:
         """Return the poses of one lap."""
         period = self._placement.period
-        return [self.reference(period * n / _PATH_POINTS).pose for n in range(_PATH_POINTS + 1)]
+        return [reference_at(self._curve, period * n / _PATH_POINTS, self._placement).pose
+                for n in range(_PATH_POINTS + 1)]

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from itertools import accumulate
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
@@ -13,6 +14,7 @@ from mobile_robot_control.reference.waiting import (
     after_a_pause,
     apart,
     begin_waiting,
+    later,
     move_cart,
     slowed,
 )
@@ -39,14 +41,17 @@ class CartWait:
         Of the cart's steps [s].
     reference_at : callable
         Returns the reference at a time along the curve [s].
+    horizon : int
+        Steps ahead for which there is a reference.
 
     """
 
     def __init__(
         self, node: Node, monitor: InputMonitor, wait_distance: float, period: float,
-        reference_at: Callable[[float], Reference],
+        reference_at: Callable[[float], Reference], horizon: int = 0,
     ) -> None:
         self._node, self._monitor, self._longest = node, monitor, max(_HELD_UP, 3.0 * period)
+        self._period, self._horizon = period, horizon
         self._wait_distance, self._reference_at = wait_distance, reference_at
         self._cart: WaitingCart | None = None
         self._pose = self._at = reference_at(0.0).pose
@@ -72,8 +77,8 @@ class CartWait:
         if self._cart is None:
             self._cart = begin_waiting(time.monotonic(), pose)
 
-    def reference(self) -> Reference:
-        """Return the reference now."""
+    def references(self) -> tuple[Reference, ...]:
+        """Return the reference now, and those of the steps ahead."""
         now = time.monotonic()
         before = self._cart or begin_waiting(now, self._pose)
         if now - before.now > self._longest:
@@ -83,9 +88,10 @@ class CartWait:
             self._log_wait(self._cart)
         elif before.why and not self._cart.why:
             self._node.get_logger().info('the cart drives')
-        reference = slowed(self._reference_at(self._cart.time), self._cart.rate)
-        self._at = reference.pose
-        return reference
+        carts = accumulate(range(self._horizon), lambda cart, _: later(cart, self._period), initial=self._cart)
+        references = tuple(slowed(self._reference_at(cart.time), cart.rate) for cart in carts)
+        self._at = references[0].pose
+        return references
 
     def condition(self) -> Condition | None:
         """Return what a cart that waits reports; None while it drives."""

@@ -13,7 +13,7 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.ros.input_monitor import InputMonitor
 from mobile_robot_control.ros.stamp_policy import StampDecision, StampPolicy
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 _WARN_EVERY = 2.0
 """[s]"""
@@ -28,11 +28,11 @@ def make_reader(topic: str, read: Callable[[Any], Any], other_kind: str = '') ->
     Parameters
     ----------
     topic : str
-        Of LOOP_TOPICS.
+        Of ALL_LOOP_TOPICS.
     read : callable
         Returns the content of such a message, or raises RefusedMessageError.
     other_kind : str
-        Type of the messages where it is not that of LOOP_TOPICS.
+        Type of the messages where it is not that of ALL_LOOP_TOPICS.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def make_reader(topic: str, read: Callable[[Any], Any], other_kind: str = '') ->
         Takes bytes; raises RefusedMessageError as well where they are no such message.
 
     """
-    kind = other_kind or LOOP_TOPICS[topic].kind
+    kind = other_kind or ALL_LOOP_TOPICS[topic].kind
     return partial(read_or_refuse, kind, (partial(deserialise, kind), read))
 
 

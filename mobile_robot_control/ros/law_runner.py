@@ -10,7 +10,7 @@ from mobile_robot_control.control.approach import Approach, approach_step
 from mobile_robot_control.control.command_limits import limit_command
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import PositionControl
-from mobile_robot_control.quantities import BodyVelocity, Observation, TrackingError
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, TrackingError
 
 _ZERO = BodyVelocity(0.0, 0.0)
 
@@ -52,7 +52,10 @@ class LawRunner:
         self._running = bumpless_transfer.change(self._running, control, self._dt, restart=bool(self.failure))
         self.failure = ''
 
-    def command(self, observation: Observation, stamp: int | None, time_limit: float) -> BodyVelocity:
+    def command(
+        self, observation: Observation, stamp: int | None, time_limit: float,
+        acceleration: BodyAcceleration | None = None,
+    ) -> BodyVelocity:
         """
         Return the command; zero once the law has failed.
 
@@ -64,13 +67,15 @@ class LawRunner:
             Simulated time [ns], for the log; None on the wall clock.
         time_limit : float
             Wall time that a step may take [s]; a longer one is a failure.
+        acceleration : BodyAcceleration or None
+            By which the command leads; None without feedforward.
 
         """
         if self.failure:
             return _ZERO
         begun = time.monotonic()
         try:
-            self._running, command = bumpless_transfer.step(self._running, observation, self._dt)
+            self._running, command = bumpless_transfer.step(self._running, observation, self._dt, acceleration)
         except LawFailedError as error:
             return self._stop(str(error), stamp)
         took = time.monotonic() - begun

@@ -16,6 +16,7 @@ except ImportError:  # before iron
     from rclpy.qos_event import PublisherEventCallbacks, SubscriptionEventCallbacks
 
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.nodes import with_options
 from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.ros.diagnostics import Condition, Diagnostics, OverrunCounter
 from mobile_robot_control.ros.input_monitor import InputMonitor
@@ -27,7 +28,7 @@ from mobile_robot_control.ros.publisher_watch import PublisherWatch
 from mobile_robot_control.ros.qos import SENSORS, SUBSCRIBED, publish_on, subscribe_to
 from mobile_robot_control.ros.run_events import RunEvents
 from mobile_robot_control.ros.stamp_policy import StampDecision
-from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_INPUTS, OTHER_TOPICS, LoopGraph
+from mobile_robot_control.topics import ALL_LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_INPUTS, OTHER_TOPICS, LoopGraph
 
 
 class _NodeParameters(Protocol):
@@ -98,7 +99,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     def _check_topics(self) -> None:
         """Raise ParameterError where remapping gives two topics one name."""
         names: dict[str, list[str]] = {}
-        for topic in {**LOOP_TOPICS, **OTHER_TOPICS, **OTHER_INPUTS}:
+        for topic in {**ALL_LOOP_TOPICS, **OTHER_TOPICS, **OTHER_INPUTS}:
             names.setdefault(self.resolve_topic_name(topic), []).append(topic)
         violations = [f"{' and '.join(topics)} would be the same topic, '{name}'; change the remapping (-r) of one"
                          for name, topics in names.items() if len(topics) > 1]
@@ -124,7 +125,7 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def _loop_graph(self) -> LoopGraph:
         """Return the loop that the node is part of; all but the plant have the same topics in each."""
-        return LOOPS['torque']
+        return with_options(LOOPS['torque'], self._shared)
 
     def _monitored(self) -> dict[str, str]:
         """Return the input topics whose silence is reported, each with its publisher."""

@@ -1,5 +1,6 @@
 """How old odometry is: by its stamp, by what the parameters say, and by how often it repeats a sample."""
 
+from mobile_robot_control.control.feedforward import advanced
 from mobile_robot_control.control.latency import NO_ODOMETRY, carried_forward, held_age, held_odometry
 from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
@@ -38,5 +39,7 @@ class OdomAge:
 
     def present(self, reference: Reference, age: int) -> Reference:
         """Return a reference that is some nanoseconds old as it is now; both must be of one time to be compared."""
-        pose = carried_forward(reference.pose, reference.velocity, held_age(age / 1e9, self._longest))
-        return Reference(pose, reference.velocity)
+        since = held_age(age / 1e9, self._longest)
+        return Reference(
+            carried_forward(reference.pose, advanced(reference.velocity, reference.acceleration, 0.5 * since), since),
+            advanced(reference.velocity, reference.acceleration, since), reference.acceleration)

@@ -6,12 +6,21 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 
+from mobile_robot_control.control.feedforward import mean_acceleration
 from mobile_robot_control.control.latency import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
-from mobile_robot_control.messages.parsing import read_odometry
+from mobile_robot_control.messages.parsing import read_horizon, read_odometry
 from mobile_robot_control.parameters.nodes import PositionControllerParameters
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
+from mobile_robot_control.quantities import (
+    NO_ACCELERATION,
+    BodyAcceleration,
+    BodyVelocity,
+    Observation,
+    Pose,
+    Reference,
+    TrackingError,
+)
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.far_start import log_far_start
 from mobile_robot_control.ros.input_validation import make_reader
@@ -23,6 +32,7 @@ from mobile_robot_control.ros.odom_twist import OdomTwist
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 from mobile_robot_control.ros.wall_clock_drive import WallClockDrive, approach_speed
+from mobile_robot_control.stamps import period_nanoseconds
 
 _ZERO = BodyVelocity(0.0, 0.0)
 
@@ -44,13 +54,22 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._drive = WallClockDrive(self, shared.lockstep, self._law, self._validator, self._act)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._reference: tuple[int, Reference] | None = None
-        self._answer: tuple[BodyVelocity, TrackingError] | None = None
+        self._horizon: tuple[int, tuple[Reference, ...]] | None = None
+        self._answer: tuple[BodyVelocity, BodyAcceleration, TrackingError] | None = None
         self._write_twist = writing.twist_writer(shared.base_frame_id, shared.stamped_cmd_vel)
         self._write_error = writing.error_writer(shared.base_frame_id)
         self._cmd_vel = (self._publish_on('cmd_vel') if shared.stamped_cmd_vel
                          else self.create_publisher(Twist, 'cmd_vel', PUBLISHED))
+        self._feeds = shared.feedforward.enabled
+        self._write_acceleration = writing.acceleration_writer(shared.base_frame_id)
+        self._cmd_accel = self._publish_on('cmd_accel') if self._feeds else None
         self._tracking_error = self._publish_on('tracking_error')
         self._subscribe('odom', self._on_odom)
+        if shared.reference_horizon:
+            self._read_horizon = make_reader('reference_horizon', partial(
+                read_horizon, ticks=shared.reference_horizon, period=period_nanoseconds(shared.position_rate),
+                frame=shared.odom_frame_id, child_frame=shared.reference_frame_id))
+            self._subscribe('reference_horizon', self._on_horizon)
         self._subscribe('reference', self._on_reference)
         self._tracking, self._stopped = False, ''
         self._start(shared.position_rate, self._tick)
@@ -72,17 +91,36 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._conflict.note(valid.stamp, pose, velocity)
             velocity = self._twist.note(valid.stamp, pose, velocity)
         self._odom = (valid.stamp, (pose, velocity))
-        self._answer_pair()
+        self._answer_inputs()
 
     def _on_reference(self, message: bytes) -> None:
         valid = self._validator.validate('reference', message, self._read_reference, self._policy)
         if valid is not None and valid.decision is not StampDecision.AGAIN:
             self._reference = (valid.stamp, Reference(*valid.value))
-            self._answer_pair()
+            self._answer_inputs()
 
-    def _answer_pair(self) -> None:
-        """Step and answer once odometry and reference of the same, new stamp are there."""
-        if self._odom is None or self._reference is None or self._odom[0] != self._reference[0]:
+    def _on_horizon(self, message: bytes) -> None:
+        valid = self._validator.validate('reference_horizon', message, self._read_horizon, self._policy)
+        if valid is not None and valid.decision is not StampDecision.AGAIN:
+            self._horizon = (valid.stamp, valid.value)
+            self._answer_inputs()
+
+    def _references(self) -> tuple[Reference, ...] | None:
+        """Return the newest reference, and those of the horizon where there is one; None where one is missing."""
+        if self._reference is None:
+            return None
+        if not self._shared.reference_horizon:
+            return (self._reference[1],)
+        if self._horizon is None or (self._shared.lockstep and self._horizon[0] != self._reference[0]):
+            return None
+        now, *later = self._horizon[1]
+        return (self._reference[1]._replace(acceleration=now.acceleration), *later)
+
+    def _answer_inputs(self) -> None:
+        """Step and answer once odometry, reference and horizon of the same, new stamp are there."""
+        references = self._references()
+        if (self._odom is None or self._reference is None or references is None
+                or self._odom[0] != self._reference[0]):
             return
         stamp = self._odom[0]
         decision = self._policy.decide(stamp)
@@ -96,24 +134,24 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._age.begin()
         self._policy.accept(stamp)
         self._age.note(stamp, *self._odom[1])
-        self._step(stamp, *self._odom[1], self._reference[1])
+        self._step(stamp, *self._odom[1], references)
 
     def _tick(self) -> None:
         """On the wall clock: step with the newest inputs, or stop the robot while one of them is silent."""
         stamp = self._clock_stamp()
         silent = [topic for topic in self._monitor.sources if self._monitor.age(topic) > self._values.input_timeout]
+        references = self._references()
         if self._drive.stop.reason or self._in_conflict():
             self._tracking = False
             self._publish_command(stamp, _ZERO)
-        elif (self._odom is not None and self._reference is not None and not silent
-              and self._drive.stop.is_known()):
+        elif self._odom is not None and references is not None and not silent and self._drive.stop.is_known():
             if not self._in_run:
                 self._note_run(StampDecision.HOLD)
                 self._check_start(StampDecision.START)
             if not self._tracking:
                 self._law.begin(self._values.control, under_way=self._answer is not None)
             self._tracking = True
-            self._step(stamp, *self._odom[1], self._reference[1])
+            self._step(stamp, *self._odom[1], references)
         elif self._answer is not None:
             self._tracking = False
             self._diagnostics.note_stop(*silent)
@@ -140,15 +178,18 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _reached(self) -> int | None:
         return self._policy.accepted
 
-    def _step(self, stamp: int, pose: Pose, velocity: BodyVelocity, reference: Reference) -> None:
+    def _step(self, stamp: int, pose: Pose, velocity: BodyVelocity, references: tuple[Reference, ...]) -> None:
+        reference, *later = references
         if self._values.compensate_latency:
             pose = carried_forward(pose, velocity, self._age.at(stamp, self._values.odom_latency))
             if not self._shared.lockstep and self._reference is not None:
                 reference = self._age.present(reference, stamp - self._reference[0])
-        observation = Observation(tracking_error(reference.pose, pose), reference, velocity)
-        command = (self._law.command(observation, stamp, math.inf) if self._shared.lockstep
-                   else self._drive.command(observation, self._values))
-        self._answer = (command, observation.error)
+        observation = Observation(tracking_error(reference.pose, pose), reference, velocity, tuple(later))
+        acceleration = mean_acceleration(reference, later[0]) if self._feeds else None
+        command = (self._law.command(observation, stamp, math.inf, acceleration) if self._shared.lockstep
+                   else self._drive.command(observation, self._values, acceleration))
+        stands = self._law.failure or self._drive.stop.reason
+        self._answer = (command, NO_ACCELERATION if stands or acceleration is None else acceleration, observation.error)
         # publish before updating diagnostics: other nodes wait for the answer
         self._publish(stamp)
         self._diagnostics.note_step()
@@ -176,11 +217,15 @@ class PositionController(LoopNode[PositionControllerParameters]):
 
     def _publish(self, stamp: int) -> None:
         if self._answer is not None:
-            command, error = self._answer
-            self._publish_command(stamp, command)
+            command, acceleration, error = self._answer
+            self._publish_command(stamp, command, acceleration)
             self._tracking_error.publish(self._write_error(stamp, error))
 
-    def _publish_command(self, stamp: int, command: BodyVelocity) -> None:
+    def _publish_command(
+        self, stamp: int, command: BodyVelocity, acceleration: BodyAcceleration = NO_ACCELERATION
+    ) -> None:
+        if self._cmd_accel is not None:
+            self._cmd_accel.publish(self._write_acceleration(stamp, acceleration))
         self._cmd_vel.publish(self._write_twist(stamp, command))
 
     def close(self) -> None:
@@ -188,4 +233,4 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if not self._shared.lockstep and self._answer is not None:
             self._publish_command(self._clock_stamp(), _ZERO)
         super().close()
-        flush(self._cmd_vel, self._tracking_error)
+        flush(self._cmd_vel, self._tracking_error, *filter(None, [self._cmd_accel]))

@@ -13,7 +13,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 SUBSCRIBED = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 """
@@ -42,14 +42,15 @@ def message_class(kind: str) -> Any:
 
 def publish_on(node: Node, topic: str, **options: Any) -> Publisher[Any]:
     """Make a node's publisher on a loop topic."""
-    return node.create_publisher(message_class(LOOP_TOPICS[topic].kind), topic, PUBLISHED, **options)
+    return node.create_publisher(message_class(ALL_LOOP_TOPICS[topic].kind), topic, PUBLISHED, **options)
 
 
 def subscribe_to(
     node: Node, topic: str, take: Callable[[bytes], None], quality: QoSProfile = SUBSCRIBED, **options: Any
 ) -> Subscription[Any]:
     """Make a node's subscription to a loop topic; messages are taken as bytes."""
-    return node.create_subscription(message_class(LOOP_TOPICS[topic].kind), topic, take, quality, raw=True, **options)
+    kind = message_class(ALL_LOOP_TOPICS[topic].kind)
+    return node.create_subscription(kind, topic, take, quality, raw=True, **options)
 
 
 def flush(*publishers: Publisher[Any], seconds: float = 1.0) -> None:

@@ -19,6 +19,7 @@ from mobile_robot_control.ros.loop_node import LoopNode
 from mobile_robot_control.ros.qos import LATCHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 from mobile_robot_control.ros.stop_memory import remember_stops
+from mobile_robot_control.stamps import period_nanoseconds
 
 _JUMP = ('the cart would jump: on the wall clock its curve can change where wait is true, so that it waits at the new '
          'start; or start the node again')
@@ -30,7 +31,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def __init__(self) -> None:
         super().__init__('reference_cart', ReferenceCartParameters)
         shared = self._shared
-        self._course = CartCourse(self._values.curve)
+        period, horizon = period_nanoseconds(shared.position_rate), shared.reference_horizon
+        self._course = CartCourse(self._values.curve, horizon, period)
         self._policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
         self._read = make_reader(
             'odom', partial(read_odometry, frame=shared.odom_frame_id, child_frame=shared.base_frame_id))
@@ -38,15 +40,19 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         if not shared.lockstep:
             # before `reference` is published: a position controller that finds `reference` has found this one, too
             remember_stops(self, self._validator)
+        self._write_horizon = writing.horizon_writer(
+            shared.odom_frame_id, shared.reference_frame_id, horizon, period)
+        self._horizon = self._publish_on('reference_horizon') if horizon else None
         self._reference = self._publish_on('reference')
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
         self._publish_path()
-        self._answer: Reference | None = None
+        self._answer: tuple[Reference, ...] | None = None
         self._subscribe('odom', self._on_odom)
         self._began: float | None = None
         waiting = self._values.waiting
         self._wait = None if shared.lockstep or not waiting.wait else CartWait(
-            self, self._monitor, waiting.wait_distance, 1.0 / shared.position_rate, self._course.reference)
+            self, self._monitor, waiting.wait_distance, 1.0 / shared.position_rate,
+            self._course.reference, horizon)
         self._start(shared.position_rate, self._tick)
 
     def _publish_path(self) -> None:
@@ -109,7 +115,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         if valid.decision is StampDecision.START:
             self._begin_course()
         self._policy.accept(valid.stamp)
-        self._answer = self._course.reference(valid.stamp / 1e9)
+        self._answer = self._course.references(valid.stamp)
         self._publish(valid.stamp, self._answer)
         self._diagnostics.note_step()
         if self._events.pending:
@@ -122,8 +128,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """On the wall clock, the curve's time starts at the first odometry, and stands while the cart waits."""
         if self._began is not None:
             stamp = self._clock_stamp()
-            self._publish(stamp, self._course.reference(time.monotonic() - self._began)
-                          if self._wait is None else self._wait.reference())
+            self._publish(stamp, self._course.references(round((time.monotonic() - self._began) * 1e9))
+                          if self._wait is None else self._wait.references())
             self._diagnostics.note_step()
             if self._events.pending:
                 self._events.publish_pending(stamp)
@@ -131,10 +137,13 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def _condition(self) -> Condition | None:
         return self._wait.condition() if self._wait is not None else None
 
-    def _publish(self, stamp: int, reference: Reference) -> None:
+    def _publish(self, stamp: int, references: tuple[Reference, ...]) -> None:
+        reference = references[0]
+        if self._horizon is not None:
+            self._horizon.publish(self._write_horizon(stamp, references))
         self._reference.publish(self._write(stamp, reference.pose, reference.velocity))
 
     def close(self) -> None:
         """End when the last messages have arrived."""
         super().close()
-        flush(self._reference)
+        flush(self._reference, *filter(None, [self._horizon]))

@@ -1,12 +1,15 @@
 """The node `velocity_controller`: from a body velocity command and the wheels' velocities to wheel torques."""
 
+import math
+from functools import partial
+
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.messages import writing
-from mobile_robot_control.messages.parsing import read_wheel_velocity
+from mobile_robot_control.messages.parsing import read_acceleration, read_wheel_velocity
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.parameters.nodes import VelocityControllerParameters
-from mobile_robot_control.quantities import BodyVelocity, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, WheelTorque, WheelVelocity
 from mobile_robot_control.ros.command_input import CommandInput
 from mobile_robot_control.ros.input_validation import ValidInput, make_reader
 from mobile_robot_control.ros.loop_node import LoopNode
@@ -14,6 +17,7 @@ from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 from mobile_robot_control.stamps import period_nanoseconds
 
+_ZERO = BodyVelocity(0.0, 0.0)
 _OLDEST_WHEELS = 0.1
 """[s]: on the wall clock, no torque is asked for when the wheels' velocities are older."""
 
@@ -26,7 +30,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         shared = self._shared
         self._changed = self._values
         self._dt = 1.0 / shared.velocity_rate
-        self._position_period = period_nanoseconds(shared.position_rate)
+        self._period, self._position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
         self._policy = make_stamp_policy(self.get_clock(), shared, shared.velocity_rate)
         self._command_policy = make_stamp_policy(self.get_clock(), shared, shared.position_rate)
         self._read_wheels = make_reader('joint_states', read_wheel_velocity)
@@ -35,10 +39,17 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._state = VelocityPiState()
         self._wheels: tuple[int, WheelVelocity] | None = None
         self._command: tuple[int, BodyVelocity] | None = None
+        self._feeds = shared.feedforward.enabled
+        # without feedforward it is never asked for
+        self._acceleration: tuple[int, BodyAcceleration] | None = None
         self._torque = WheelTorque(0.0, 0.0)
         self._write = writing.torque_writer()
         self._wheel_torques = self._publish_on('wheel_torques')
         self._subscribe('joint_states', self._on_joint_states)
+        if self._feeds:
+            self._read_acceleration = make_reader(
+                'cmd_accel', partial(read_acceleration, frame=shared.base_frame_id))
+            self._subscribe('cmd_accel', self._on_acceleration)
         self._commands.subscribe(self, shared.stamped_cmd_vel, self._subscribe)
         self._start(shared.velocity_rate, self._tick)
 
@@ -61,9 +72,17 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
             self._command = (valid.stamp, valid.value)
             self._answer_wheels()
 
+    def _on_acceleration(self, message: bytes) -> None:
+        valid = self._validator.validate('cmd_accel', message, self._read_acceleration, self._command_policy)
+        if valid is not None and (self._acceleration is None or self._acceleration[0] != valid.stamp):
+            self._acceleration = (valid.stamp, valid.value)
+            self._answer_wheels()
+
     def _answer_wheels(self) -> None:
-        """Step and answer once new wheel velocities and the command of their position tick are there."""
+        """Step and answer once new wheel velocities, and what their position tick commands, are there."""
         if self._wheels is None or self._command is None:
+            return
+        if self._feeds and (self._acceleration is None or self._acceleration[0] != self._command[0]):
             return
         stamp, wheels = self._wheels
         if self._command[0] != stamp - stamp % self._position_period:
@@ -78,7 +97,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._command_policy.accept(self._command[0])
         if stamp == self._command[0]:
             self._values = self._changed  # live changes, at position ticks as in the position controller
-        self._step(stamp, wheels, self._command[1])
+        self._step(stamp, wheels, self._command[1], (stamp - self._command[0]) // self._period * self._dt)
         if self._events.pending and self._values is self._changed:
             self._events.publish_pending(stamp)
 
@@ -93,7 +112,8 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         timeout = self._values.cmd_vel_timeout
         fresh = self._command is not None and (timeout == 0.0 or self._monitor.age('cmd_vel') <= timeout)
         if self._monitor.age('joint_states') <= _OLDEST_WHEELS:
-            self._step(stamp, self._wheels[1], self._command[1] if fresh and self._command else BodyVelocity(0.0, 0.0))
+            self._step(stamp, self._wheels[1], self._command[1] if fresh and self._command else _ZERO,
+                       min(self._monitor.age('cmd_vel'), self._position_period / 1e9) if fresh else math.inf)
             if self._events.pending:
                 self._events.publish_pending(stamp)
             if not fresh:
@@ -106,14 +126,17 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
     def _reached(self) -> int | None:
         return self._policy.accepted
 
-    def _step(self, stamp: int, wheels: WheelVelocity, command: BodyVelocity) -> None:
-        self._state, self._torque = velocity_pi.step(
-            self._state, command, body_velocity(wheels, self._shared.robot), self._values.gains, self._shared.robot,
-            self._values.max_wheel_torque, self._dt,
-        )
+    def _step(self, stamp: int, wheels: WheelVelocity, command: BodyVelocity, age: float) -> None:
+        measured, robot = body_velocity(wheels, self._shared.robot), self._shared.robot
+        limit = self._values.max_wheel_torque
+        if self._feeds and self._acceleration is not None and age < math.inf:
+            self._state, self._torque = velocity_pi.fed_step(
+                self._state, command, self._acceleration[1], age, measured, self._values.gains, robot, limit, self._dt)
+        else:
+            self._state, self._torque = velocity_pi.step(
+                self._state, command, measured, self._values.gains, robot, limit, self._dt)
         # publish before updating diagnostics: the plant waits for the answer
         self._publish(stamp)
-        limit = self._values.max_wheel_torque
         self._diagnostics.note_step(saturated=0.0 < limit <= max(abs(self._torque.right), abs(self._torque.left)))
 
     def _publish(self, stamp: int) -> None:

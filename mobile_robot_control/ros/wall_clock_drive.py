@@ -7,7 +7,7 @@ from rclpy.node import Node
 from mobile_robot_control.control.approach import stands_still
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.parameters.nodes import PositionControllerParameters
-from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Reference
 from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.law_runner import LawRunner
 from mobile_robot_control.ros.safety_stop import SafetyStop
@@ -50,11 +50,14 @@ class WallClockDrive:
         self.stop = SafetyStop(node, lockstep, validator, act)
         self._law = law
 
-    def command(self, observation: Observation, values: PositionControllerParameters) -> BodyVelocity:
+    def command(
+        self, observation: Observation, values: PositionControllerParameters,
+        acceleration: BodyAcceleration | None = None,
+    ) -> BodyVelocity:
         """Return the command; zero where the robot has just been stopped for its distance from the reference."""
         speed = approach_speed(values, observation.reference)
         if not self.stop.allows(distance(observation.error), values.limits.tracking_error, speed > 0.0):
             return _ZERO
         if speed > 0.0:
             return self._law.approach(observation.error, speed, values.control)
-        return self._law.command(observation, None, values.input_timeout)
+        return self._law.command(observation, None, values.input_timeout, acceleration)

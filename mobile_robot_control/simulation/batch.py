@@ -1,6 +1,5 @@
 """Many rollouts at once, compiled by numba where it is installed and plain where it is not."""
 
-import operator
 import os
 import pickle
 import signal
@@ -14,7 +13,14 @@ from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.plugins import PluginSource, load_sources, plugin_sources
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference
+from mobile_robot_control.quantities import (
+    NO_ACCELERATION,
+    BodyAcceleration,
+    BodyVelocity,
+    Observation,
+    Pose,
+    Reference,
+)
 from mobile_robot_control.simulation import trial
 from mobile_robot_control.simulation.cart_motion import CartMotion, cart_motion, given_motion, references
 from mobile_robot_control.simulation.compiler_messages import reason_of
@@ -35,9 +41,30 @@ COMPILES = numba is not None
 _CHUNKS_A_WORKER = 4
 
 
-def _row(rows: Any, n: int) -> Reference:
-    """Return the n-th row of an array as a reference."""
-    return Reference(Pose(rows[n, 0], rows[n, 1], rows[n, 2]), BodyVelocity(rows[n, 3], rows[n, 4]))
+def _row(rows: Any, n: int) -> tuple[Reference]:
+    """Return the n-th row of an array as the reference of a tick."""
+    return (Reference(Pose(rows[n, 0], rows[n, 1], rows[n, 2]), BodyVelocity(rows[n, 3], rows[n, 4]),
+                      NO_ACCELERATION),)
+
+
+def _accelerated_row(rows: Any, n: int) -> tuple[Reference]:
+    """Return the n-th row of an array as the reference of a tick, with its acceleration."""
+    return (Reference(Pose(rows[n, 0], rows[n, 1], rows[n, 2]), BodyVelocity(rows[n, 3], rows[n, 4]),
+                      BodyAcceleration(rows[n, 5], rows[n, 6])),)
+
+
+@lru_cache(maxsize=32)
+def _rows(horizon: int) -> Callable[[Any, int], tuple[Reference, ...]]:
+    """Make a function that returns the n-th row of an array and those of the horizon after it as references."""
+    if horizon == 0:
+        return _accelerated_row
+    nearer = _rows(horizon - 1)
+    _register(nearer)
+
+    def rows_from(rows: Any, n: int) -> tuple[Reference, ...]:
+        return nearer(rows, n) + _accelerated_row(rows, n + horizon)
+
+    return rows_from
 
 
 _registered: set[Callable[..., Any]] = set()
@@ -55,12 +82,13 @@ def _register(*functions: Callable[..., Any]) -> None:
 @lru_cache(maxsize=32)
 def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
-    _register(*JITABLE, _row, step)
+    references_at = _rows(form.horizon) if form.horizon else _row
+    _register(*JITABLE, _accelerated_row, references_at, step)
     position_tick, velocity_tick = make_position_tick(step, form), make_velocity_tick(form)
     _register(position_tick, velocity_tick)
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth;
     # never cached on disk: the cache does not see a change of a callee in another file
-    return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, velocity_tick, _row, form))
+    return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, velocity_tick, references_at, form))
 
 
 @lru_cache(maxsize=32)
@@ -81,7 +109,8 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
 @lru_cache(maxsize=32)
 def plain_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the rollout of a law's step as Python runs it; references are given as they are."""
-    return trial.make_rollout(step, operator.getitem, form)
+    ticks = form.horizon + 1
+    return trial.make_rollout(step, lambda references, n: references[n:n + ticks], form)
 
 
 _uncompilable: dict[Callable[..., Any], str] = {}
@@ -108,8 +137,9 @@ def compiles(one: Trial) -> bool:
 
 @lru_cache(maxsize=32)
 def _arrays(motion: CartMotion, with_path: bool) -> Any:
-    """Return the references of a motion as an array, shape (ticks, 5), with the points of its path if asked for."""
-    rows = np.array([(*reference.pose, *reference.velocity) for reference in references(motion)]).reshape(-1, 5)
+    """Return the references of a motion as an array, shape (ticks, 7), with the points of its path if asked for."""
+    rows = np.array([(*reference.pose, *reference.velocity, *reference.acceleration)
+                     for reference in references(motion)]).reshape(-1, 7)
     return MeasuredMotion(rows, converted(given_motion(motion, True).path, np.array)) if with_path else rows
 
 

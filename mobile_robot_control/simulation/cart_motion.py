@@ -4,7 +4,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.quantities import Reference
-from mobile_robot_control.reference.cart import Placement, reference_at
+from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.indices import MeasuredMotion
 from mobile_robot_control.simulation.path_table import GrowingPath
@@ -26,25 +26,28 @@ class CartMotion(NamedTuple):
         Of the position loop [ns].
     ticks : int
         Of the position loop.
+    horizon : int
+        Ticks beyond these for which there is a reference; with one or more, references have accelerations.
     """
 
     curve: str
     placement: Placement
     period: int
     ticks: int
+    horizon: int = 0
 
 
 def cart_motion(trial: Trial) -> CartMotion:
     """Return the motion of the reference cart in a trial; equal for trials that have the same."""
     return CartMotion(trial.curve, trial.loop.placement, period_nanoseconds(1.0 / trial.loop.position_dt),
-                      -(-trial.steps // trial.ratio))
+                      -(-trial.steps // trial.ratio), trial.form.horizon)
 
 
 @lru_cache(maxsize=32)
 def references(motion: CartMotion) -> tuple[Reference, ...]:
-    """Return the reference at every position tick; cached, since thousands of trials share it."""
-    curve = CURVES[motion.curve]
-    return tuple(reference_at(curve, n * motion.period / 1e9, motion.placement) for n in range(motion.ticks))
+    """Return the reference at every position tick and in the horizon; cached, since thousands of trials share it."""
+    curve, at = CURVES[motion.curve], accelerated_at if motion.horizon else reference_at
+    return tuple(at(curve, n * motion.period / 1e9, motion.placement) for n in range(motion.ticks + motion.horizon))
 
 
 @lru_cache(maxsize=32)

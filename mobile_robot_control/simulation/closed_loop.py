@@ -8,6 +8,7 @@ from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.plant import Imperfections
 from mobile_robot_control.quantities import (
+    BodyAcceleration,
     BodyVelocity,
     Pose,
     Reference,
@@ -45,6 +46,10 @@ class Loop(NamedTuple):
         By which odometry is carried forward where latency is compensated, beside its repeats, and at most [s].
     drive, sensors : NamedTuple or tuple
         Constants of what moves the robot and of its sensors; () where they are ideal.
+    lead : float
+        Time by which a feedforward leads the command [s].
+    nominal : Robot or tuple
+        The robot as the feedforward of the torques knows it; () where there is none.
     """
 
     plant: DiscretePlant
@@ -60,6 +65,24 @@ class Loop(NamedTuple):
     longest_age: float
     drive: Any
     sensors: Any
+    lead: float = 0.0
+    nominal: Any = ()
+
+
+class Coming(NamedTuple):
+    """
+    The motion that the reference makes in a position period.
+
+    Attributes
+    ----------
+    acceleration : BodyAcceleration
+        ``cmd_accel`` [m/s²], [rad/s²].
+    since : int
+        The step of the velocity loop at which the period begins.
+    """
+
+    acceleration: BodyAcceleration
+    since: int
 
 
 class LoopState(NamedTuple):
@@ -80,6 +103,8 @@ class LoopState(NamedTuple):
         Of the sensors; () where they are ideal.
     held : HeldOdometry or tuple
         What latency compensation remembers of odometry; () where it is off.
+    coming : Coming or tuple
+        What a feedforward of the torques takes; () where there is none.
     """
 
     plant: PlantState
@@ -89,6 +114,7 @@ class LoopState(NamedTuple):
     drive: Any
     sensors: Any
     held: Any
+    coming: Any = ()
 
 
 class PositionTick(NamedTuple):

@@ -1,10 +1,12 @@
 """The closed loop of a configuration: which functions it is made of, its constants, and its state at t = 0."""
 
+from mobile_robot_control.control.feedforward import lead
 from mobile_robot_control.control.latency import NO_ODOMETRY
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.plant import TORQUE
 from mobile_robot_control.model.plant_form import (
     Grid,
     drive_at_rest,
@@ -14,15 +16,17 @@ from mobile_robot_control.model.plant_form import (
     sensors_at_rest,
 )
 from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
-from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState
+from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Pose
+from mobile_robot_control.simulation.closed_loop import Coming, Loop, LoopState
 from mobile_robot_control.simulation.ticks import Form
 from mobile_robot_control.stamps import period_nanoseconds
 
 
 def form_of(configuration: Configuration) -> Form:
     """Return which functions the loop of a configuration is made of."""
-    return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency)
+    shared = configuration.plant.shared
+    return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency,
+                shared.reference_horizon, shared.feedforward.enabled)
 
 
 def plant_grid(configuration: Configuration) -> Grid:
@@ -36,6 +40,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     shared, plant = configuration.plant.shared, configuration.plant
     law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
     model, grid = plant.model, plant_grid(configuration)
+    feeds_torques = shared.feedforward.enabled and model.drive == TORQUE
     discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
     loop = Loop(
         discrete,
@@ -51,12 +56,15 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
         shared.stamp_tolerance,
         drive_constants(model, discrete, grid),
         sensor_values(model, shared.robot, grid),
+        lead(configuration.position_controller.control.feedforward),
+        shared.robot if feeds_torques else (),
     )
     at_rest = dynamics.at_rest(Pose(*plant.initial_pose))
     return loop, LoopState(
         at_rest, VelocityPiState(), law.start, BodyVelocity(0.0, 0.0), drive_at_rest(model, grid),
         sensors_at_rest(at_rest, loop.sensors),
         NO_ODOMETRY if configuration.position_controller.compensate_latency else (),
+        Coming(NO_ACCELERATION, 0) if feeds_torques else (),
     )
 
 

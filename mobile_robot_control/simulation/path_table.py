@@ -97,7 +97,7 @@ class GrowingPath:
         # before the start of a closed path is its end
         time = n * self._step + (self._placement.period if n < 0 else 0.0)
         try:
-            pose, velocity = reference_at(self._curve, time, self._placement)
+            pose, velocity, _ = reference_at(self._curve, time, self._placement)
         except Exception:  # a curve can raise anything
             return _UNKNOWN
         way = velocity.linear * self._step

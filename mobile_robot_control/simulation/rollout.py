@@ -11,10 +11,10 @@ from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.plant_form import sensing
 from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Push, Truth, WheelTorque
-from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Pose, Push, Truth, WheelTorque
+from mobile_robot_control.reference.cart import references_along
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Loop, Sample
+from mobile_robot_control.simulation.closed_loop import Coming, Loop, Sample
 from mobile_robot_control.simulation.index_meter import IndexMeter
 from mobile_robot_control.simulation.indices import PerformanceIndices
 from mobile_robot_control.simulation.loop_start import shows_the_truth
@@ -90,7 +90,8 @@ def trial_rollout(
     loop, state, form = prepared_loop(trial), trial.state, trial.form
     position_tick = make_position_tick(LAWS[trial.law].step, form)
     velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
-    curve = CURVES[trial.curve]
+    references_at = references_along(CURVES[trial.curve], loop.placement, trial.form.horizon)
+    position_period = trial.ratio * velocity_period
     applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
     noise = loop.imperfections.noise  # of the scenario
     exact = shows_the_truth(configuration) and not (any(noise.pose) or noise.velocity)
@@ -98,15 +99,16 @@ def trial_rollout(
         nanoseconds = k * velocity_period
         if k % trial.ratio == 0:
             time = nanoseconds / 1e9
-            reference = reference_at(curve, time, loop.placement)
+            references = references_at(nanoseconds, position_period)
             try:
-                after, tick, true = position_tick(state, reference, k, time, loop)
+                after, tick, true = position_tick(state, references, k, time, loop)
                 failure = '' if is_sound(after.command) else 'its command is not finite'
             except BaseException as error:  # a law can raise anything
                 failure = f'{describe_error(error)}'
             if failure:
-                after, tick, true = make_position_tick(_stand, form)(state, reference, k, time, loop)
-                after = after._replace(command=BodyVelocity(0.0, 0.0))
+                after, tick, true = make_position_tick(_stand, form)(state, references, k, time, loop)
+                after = after._replace(command=BodyVelocity(0.0, 0.0),
+                                       coming=Coming(NO_ACCELERATION, k) if after.coming else ())
             truth = None if exact else Truth(state.plant.pose, state.plant.velocity, true)
             state = after
         before, over_last_step = state, applied

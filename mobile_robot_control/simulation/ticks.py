@@ -6,14 +6,16 @@ from typing import NamedTuple
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.command_limits import limit_command
+from mobile_robot_control.control.feedforward import advanced, mean_acceleration
 from mobile_robot_control.control.latency import HeldOdometry, carried_forward, held_age, held_odometry
 from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.plant_form import IDEAL, PlantForm, drive_step, sensing
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError, WheelTorque
-from mobile_robot_control.simulation.closed_loop import Loop, LoopState, PositionTick
+from mobile_robot_control.simulation.closed_loop import Coming, Loop, LoopState, PositionTick
 from mobile_robot_control.simulation.indices import BAND
 
 FAILED = BodyVelocity(math.nan, math.nan)
@@ -32,6 +34,10 @@ class Form(NamedTuple):
         Of the simulated robot.
     compensates : bool
         Whether the law sees odometry that is carried forward by its age.
+    horizon : int
+        Position ticks ahead for which the law sees the reference; with one or more it sees accelerations, too.
+    feeds : bool
+        Whether the reference's acceleration is fed forward.
     varies : bool
         Whether the variation of torque or command is summed, of a run that is only measured.
     indices : bool
@@ -42,6 +48,8 @@ class Form(NamedTuple):
 
     plant: PlantForm = IDEAL
     compensates: bool = False
+    horizon: int = 0
+    feeds: bool = False
     varies: bool = False
     indices: bool = False
     band: float = BAND
@@ -67,36 +75,80 @@ def _compensated(
     return held, carried_forward(pose, velocity, age)
 
 
+@jitable
+def _unfed(
+    asked: BodyVelocity, _references: tuple[Reference, ...], _k: int, _loop: Loop
+) -> tuple[BodyVelocity, tuple[()]]:
+    """Return a law's command as it is."""
+    return asked, ()
+
+
+@jitable
+def _fed_lead(
+    asked: BodyVelocity, references: tuple[Reference, ...], _k: int, loop: Loop
+) -> tuple[BodyVelocity, tuple[()]]:
+    """Return a law's command with the lead of a feedforward."""
+    return advanced(asked, mean_acceleration(references[0], references[1]), loop.lead), ()
+
+
+@jitable
+def _fed_both(
+    asked: BodyVelocity, references: tuple[Reference, ...], k: int, loop: Loop
+) -> tuple[BodyVelocity, Coming]:
+    """Return a law's command with the lead of a feedforward, and what the velocity law takes for its torques."""
+    acceleration = mean_acceleration(references[0], references[1])
+    return advanced(asked, acceleration, loop.lead), Coming(acceleration, k)
+
+
 def make_position_tick(
     law_step: LawStep, form: Form = IDEAL_FORM
 ) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
     """
     Make the slow loop's step for a law and a form, by closure.
 
-    It is ``position_tick(state, reference, k, time, loop) -> (state, PositionTick, TrackingError)``, where k counts the
-    steps of the velocity loop and the last is the true error, which the sensors hide. Where the law has failed, the
-    state's command is FAILED.
+    It is ``position_tick(state, references, k, time, loop) -> (state, PositionTick, TrackingError)``, where references
+    are those of this tick and of the form's horizon, k counts the steps of the velocity loop, and the last is the true
+    error, which the sensors hide. Where the law has failed, the state's command is FAILED.
     """
     observed = _compensated if form.compensates else _as_measured
+    fed = (_fed_lead if form.plant.takes_velocity else _fed_both) if form.feeds else _unfed
     measured_odometry = sensing(form.plant).odometry
 
     def position_tick(
-        state: LoopState, reference: Reference, k: int, time: float, loop: Loop
+        state: LoopState, references: tuple[Reference, ...], k: int, time: float, loop: Loop
     ) -> tuple[LoopState, PositionTick, TrackingError]:
+        reference = references[0]
         true = tracking_error(reference.pose, state.plant.pose)
         pose, velocity = measured_odometry(state.sensors, state.plant, k, loop.sensors)
         held, seen = observed(state.held, pose, velocity, loop)
         error = true if seen == state.plant.pose else tracking_error(reference.pose, seen)
-        law, asked = law_step(state.law, Observation(error, reference, velocity), loop.law_gains, loop.position_dt)
+        law, asked = law_step(
+            state.law, Observation(error, reference, velocity, references[1:]), loop.law_gains, loop.position_dt)
+        asked, coming = fed(asked, references, k, loop)
         # limits would hide what is not a number
         command = limit_command(asked, state.command, loop.limits, loop.position_dt) if is_sound(asked) else FAILED
         return (
-            LoopState(state.plant, state.pi, law, command, state.drive, state.sensors, held),
+            LoopState(state.plant, state.pi, law, command, state.drive, state.sensors, held, coming),
             PositionTick(time, pose, velocity, reference, error),
             true,
         )
 
     return position_tick
+
+
+@jitable
+def _law(state: LoopState, measured: BodyVelocity, _k: int, loop: Loop) -> tuple[VelocityPiState, WheelTorque]:
+    """Do a step of the velocity law."""
+    return velocity_pi.step(
+        state.pi, state.command, measured, loop.velocity_gains, loop.plant.robot, loop.command_limit, loop.plant.dt)
+
+
+@jitable
+def _fed_law(state: LoopState, measured: BodyVelocity, k: int, loop: Loop) -> tuple[VelocityPiState, WheelTorque]:
+    """Do a step of the velocity law with feedforward."""
+    return velocity_pi.fed_step(
+        state.pi, state.command, state.coming.acceleration, (k - state.coming.since) * loop.plant.dt, measured,
+        loop.velocity_gains, loop.nominal, loop.command_limit, loop.plant.dt)
 
 
 def make_velocity_tick(form: Form = IDEAL_FORM) -> Callable[..., tuple[LoopState, WheelTorque, WheelTorque]]:
@@ -109,21 +161,21 @@ def make_velocity_tick(form: Form = IDEAL_FORM) -> Callable[..., tuple[LoopState
     step, sensors = drive_step(form.plant), sensing(form.plant)
     measured_wheels, advance = sensors.wheels, sensors.advance
 
+    velocity_law = _fed_law if form.feeds else _law
+
     def torque_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
-        robot = loop.plant.robot
         wheels = measured_wheels(state.sensors, state.plant, k, loop.sensors)
-        pi, torque = velocity_pi.step(
-            state.pi, state.command, body_velocity(wheels, robot), loop.velocity_gains, robot, loop.command_limit,
-            loop.plant.dt,
-        )
+        pi, torque = velocity_law(state, body_velocity(wheels, loop.plant.robot), k, loop)
         moved, drive, _, applied = step(
             state.plant, state.drive, torque, k, loop.plant, loop.imperfections, loop.motor_limit, loop.drive)
         seen = advance(state.sensors, moved, k + 1, loop.sensors)
-        return LoopState(moved, pi, state.law, state.command, drive, seen, state.held), torque, applied
+        return (LoopState(moved, pi, state.law, state.command, drive, seen, state.held, state.coming),
+                torque, applied)
 
     def base_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
         moved, drive = step(state.plant, state.drive, state.command, k, loop.drive)
         seen = advance(state.sensors, moved, k + 1, loop.sensors)
-        return LoopState(moved, state.pi, state.law, state.command, drive, seen, state.held), NO_TORQUE, NO_TORQUE
+        return (LoopState(moved, state.pi, state.law, state.command, drive, seen, state.held, state.coming),
+                NO_TORQUE, NO_TORQUE)
 
     return base_tick if form.plant.takes_velocity else torque_tick

@@ -120,17 +120,17 @@ def prepared_loop(trial: Trial) -> Loop:
 
 
 def make_rollout(
-    law_step: LawStep, reference_of: Callable[[Any, int], Reference], form: Form = IDEAL_FORM
+    law_step: LawStep, references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form = IDEAL_FORM
 ) -> Callable[..., Outcome]:
-    """Make the rollout of a law, ``roll(state, loop, references, steps, ratio, late)``; `bind` has `reference_of`."""
-    return bind(make_position_tick(law_step, form), make_velocity_tick(form), reference_of, form)
+    """Make the rollout of a law, ``roll(state, loop, references, steps, ratio, late)``; `bind` has `references_at`."""
+    return bind(make_position_tick(law_step, form), make_velocity_tick(form), references_at, form)
 
 
 def bind(
     position_tick: Callable[..., Any], velocity_tick: Callable[..., Any],
-    reference_of: Callable[[Any, int], Reference], form: Form,
+    references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form,
 ) -> Callable[..., Outcome]:
-    """Make the rollout of both ticks, plain or compiled; `reference_of` returns the n-th reference given to it."""
+    """Make the rollout of both ticks, plain or compiled; `references_at` returns those of the n-th tick."""
     has_torque = not form.plant.takes_velocity
     begun = PerformanceIndices(band=form.band) if form.indices else ()
     index_tick, index_step, references_in = (
@@ -145,7 +145,7 @@ def bind(
         for n in range(-(-steps // ratio)):
             first = n * ratio
             pose = state.plant.pose
-            state, _, error = position_tick(state, reference_of(references, n), first, first * dt, loop)
+            state, _, error = position_tick(state, references_at(references, n), first, first * dt, loop)
             if not is_sound(state.command):
                 return Outcome(first, pose, initial, totals, late_totals, True, variation.total, indices)
             for k in range(first, min(first + ratio, steps)):

@@ -11,11 +11,12 @@ from mobile_robot_control.model import dynamics
 from mobile_robot_control.parameters.configuration import at_cart_start
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Reference
-from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.cart import references_along
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState
 from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.ticks import make_position_tick, make_velocity_tick
+from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.texts import describe_error
 
 _SETTLING = 8.0
@@ -63,8 +64,10 @@ class FollowedTick(NamedTuple):
         Before the position tick.
     command : BodyVelocity
         That it gives.
-    reference, next_reference : Reference
-        At this tick and at the next one.
+    references : tuple of Reference
+        At this tick and at those of the horizon.
+    next_reference : Reference
+        At the next tick.
 
     """
 
@@ -72,8 +75,13 @@ class FollowedTick(NamedTuple):
     time: float
     state: LoopState
     command: BodyVelocity
-    reference: Reference
+    references: tuple[Reference, ...]
     next_reference: Reference
+
+    @property
+    def reference(self) -> Reference:
+        """At this tick."""
+        return self.references[0]
 
 
 def lap_loop(configuration: Configuration) -> LapLoop:
@@ -122,15 +130,17 @@ def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
                                f'and more than {_MOST_STEPS} are too many')
     state, law = start(at_cart_start(configuration))[1], LAWS[configuration.position_controller.control.controller_type]
     state = state._replace(law=law.start if law.joining is None else law.joining)
-    reference = reference_at(curve, 0.0, placement)
+    period = period_nanoseconds(1.0 / dt)
+    references_at = references_along(curve, placement, configuration.plant.shared.reference_horizon)
+    references = references_at(0, period)
     for n in itertools.count():
-        following, k, time = reference_at(curve, (n + 1) * dt, placement), n * lap.ratio, n * dt
+        following, k, time = references_at((n + 1) * period, period), n * lap.ratio, n * dt
         before = state
-        state = lap.position_tick(before, reference, k, time, lap.loop)[0]
+        state = lap.position_tick(before, references, k, time, lap.loop)[0]
         if n >= first:
-            yield FollowedTick(k, time, before, state.command, reference, following)
+            yield FollowedTick(k, time, before, state.command, references, following[0])
         for j in range(lap.ratio):
             state = lap.velocity_tick(state, k + j, lap.loop)[0]
         if dynamics.diverged(state.plant):
             raise NotFollowedError('the motion diverges; lower the gains')
-        reference = following
+        references = following

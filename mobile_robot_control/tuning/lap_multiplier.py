@@ -69,7 +69,7 @@ def _multiplier(lap: LapLoop, ticks: Sequence[FollowedTick], pattern: int) -> fl
 
     def rolled(state: Any, first: int, last: int) -> Any:
         for tick in ticks[first:last]:
-            state = lap.position_tick(state, tick.reference, tick.k, tick.time, lap.loop)[0]
+            state = lap.position_tick(state, tick.references, tick.k, tick.time, lap.loop)[0]
             for j in range(lap.ratio):
                 state = lap.velocity_tick(state, tick.k + j, lap.loop)[0]
         return state

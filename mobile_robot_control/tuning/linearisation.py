@@ -139,7 +139,7 @@ def _position_period(lap: LapLoop, tick: FollowedTick) -> Opened:
     def period(numbers: Array) -> Array:
         values = numbers.tolist()
         before = with_numbers(tick.state, iter(values[:states]), start)
-        state = lap.position_tick(before, tick.reference, tick.k, tick.time, lap.loop)[0]
+        state = lap.position_tick(before, tick.references, tick.k, tick.time, lap.loop)[0]
         asked: BodyVelocity = state.command
         for j in range(lap.ratio):
             state = state._replace(command=BodyVelocity(*values[states + 2 * j:states + 2 * j + 2]))
@@ -179,6 +179,10 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
 
     gains = lap.loop.velocity_gains
     opened = lap.loop._replace(velocity_gains=gains._replace(k1=0.0, k2=0.0))
+    if opened.nominal:
+        # a feedforward is not in the loop
+        opened = opened._replace(nominal=opened.nominal._replace(
+            mass=0.0, inertia=0.0, wheel_inertia=0.0, viscous_friction=0.0))
 
     def period(numbers: Array) -> Array:
         values = numbers.tolist()

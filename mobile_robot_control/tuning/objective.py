@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.control.feedforward import lead
 from mobile_robot_control.control.laws import declared_gains
 from mobile_robot_control.control.velocity_stability import is_stable
 from mobile_robot_control.parameters.nodes import Configuration
@@ -118,7 +119,8 @@ class Objective:
         return [
             trial._replace(
                 law=law.name,
-                loop=trial.loop._replace(velocity_gains=gains.velocity, law_gains=law_gains),
+                loop=trial.loop._replace(
+                    velocity_gains=gains.velocity, law_gains=law_gains, lead=lead(gains.control.feedforward)),
                 state=trial.state._replace(law=law.start),
             )
             for trial in self._trials

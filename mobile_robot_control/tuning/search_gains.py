@@ -64,7 +64,7 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
     for (node, name), fields in drawn.items():
         before = gains.group(node, name)
         group = before._replace(**fields)
-        repair = LAWS[name].repair if node == 'position_controller' else None
+        repair = LAWS[name].repair if name in LAWS else None
         if repair is not None:
             group = _with_kept(repair(group), before, genes, node, name)
         gains = gains.with_group(node, name, group)

@@ -2,9 +2,10 @@
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
+from mobile_robot_control.control.feedforward import Feedforward
 from mobile_robot_control.control.laws import LAWS, groups_of
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.model.plant import TORQUE
@@ -115,6 +116,12 @@ def search_genes(search: str, with_velocity: bool = False, drive: str = TORQUE) 
     return tuple(genes)
 
 
+def feedforward_genes(named: Iterable[str]) -> tuple[Gene, ...]:
+    """Return the genes of a feedforward's delays, of which only those are searched whose bounds are named."""
+    return tuple(gene for gene in _genes_of('position_controller', 'feedforward', Feedforward)
+                 if _short_forms(gene.name) & set(named))
+
+
 def _short_forms(name: str) -> set[str]:
     """Return what may be written for the name of a gene: its ends after a dot, also without brackets."""
     parts = name.split('.')
@@ -142,8 +149,9 @@ def _resolve(option: str, genes: Sequence[Gene], given: str, arrays: bool = Fals
 def _declaration(name: str) -> Declaration:
     """Return the declaration of the parameter of a gene."""
     place = place_of(name)
-    group = VelocityGains if place.node == 'velocity_controller' else LAWS[place.group].gains
-    return declarations(group)[place.field]
+    if place.node == 'velocity_controller':
+        return declarations(VelocityGains)[place.field]
+    return declarations(Feedforward if place.group == 'feedforward' else LAWS[place.group].gains)[place.field]
 
 
 def _outside(name: str, low: float, high: float) -> str:

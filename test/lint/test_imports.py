@@ -30,7 +30,7 @@ LAYERS = {
     # how parameters are declared and checked ...
     'parameters': {'quantities', 'texts'},
     'messages': {'quantities', 'stamps', 'texts'},
-    'messages.writing': {'quantities', 'messages'},
+    'messages.writing': {'quantities', 'stamps', 'messages'},
     'model': {'quantities', 'angles', 'jit', 'parameters'},
     'control': {'quantities', 'stamps', 'texts', 'angles', 'jit', 'parameters', 'model', 'registry'},
     'reference': {'quantities', 'texts', 'angles', 'jit', 'parameters', 'registry'},
@@ -44,7 +44,7 @@ LAYERS = {
     'simulation': {'quantities', 'angles', 'jit', 'stamps', 'texts', 'parameters', 'parameters.nodes',
                    'plugins'} | DOMAIN,
     'recording': {'quantities', 'angles', 'stamps', 'topics', 'files', 'texts', 'messages', 'control', 'simulation'},
-    'tuning': {'quantities', 'angles', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
+    'tuning': {'quantities', 'stamps', 'angles', 'files', 'texts', 'simulation', 'plugins'} | PARAMETERS | DOMAIN,
     'web': set(),
     'reporting': {'web', 'simulation', 'recording', 'tuning'} | FOUNDATION | PARAMETERS | DOMAIN,
     'ros': {'messages', 'messages.writing'} | FOUNDATION | PARAMETERS | DOMAIN,
@@ -63,7 +63,7 @@ LAYERS = {
 MAY_IMPORT_ROS = {'ros', 'cli', 'messages.writing', 'dashboard', 'cli.dashboard'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
-       'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros'}
+       'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros', 'trajectory_msgs'}
 
 
 def _imported(path):

@@ -82,7 +82,7 @@ SEEKING_GAINS, FUZZY_GAINS = seeking_gains(), fuzzy_gains()
 
 
 def mirrored(error, reference):
-    (x, y, heading), (v_r, omega_r) = reference
+    (x, y, heading), (v_r, omega_r), _ = reference
     return (TrackingError(error.longitudinal, -error.lateral, -error.heading),
             Reference(Pose(x, -y, -heading), BodyVelocity(v_r, -omega_r)))
 
@@ -170,7 +170,7 @@ def test_deviation_3_at_alpha_1_only_three_products_of_gains_matter(error, refer
 def test_deviation_13_another_unit_of_length_changes_no_motion(error, reference, gains, inner, scale):
     """Lengths are numbers in another unit, gains change by their units, and commands and torques change by theirs."""
     gains = gains._replace(alpha=min(gains.alpha, 3.0))
-    (e1, e2, e3), (pose, (v_r, omega_r)) = error, reference
+    (e1, e2, e3), (pose, (v_r, omega_r), _) = error, reference
     longer = TrackingError(scale * e1, scale * e2, e3), Reference(pose, BodyVelocity(scale * v_r, omega_r))
     area = scale ** (2.0 * gains.alpha)
     _, one = backstepping.step(NoState(), observed(error, reference), gains, 0.01)

@@ -44,12 +44,13 @@ def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, controller):
 
 IMPERFECT = ('noise.pose:=[0.01, 0.02, 0.005]', 'noise.velocity:=0.05', 'noise.seed:=7', 'delay.velocity_steps:=2',
              'disturbance.time:=1.0', 'disturbance.impulse:=[0.002, -0.001]', 'disturbance.step:=[0.05, 0.02]')
+FED = ('/**.feedforward.enabled:=true', '/**.reference_horizon:=3', 'position_controller.feedforward.lag:=0.02')
 
 
-def test_recorded_topics_agree_with_the_rollout_under_noise_delay_and_disturbance(domain, tmp_path):
+def test_recorded_topics_agree_with_the_rollout_with_feedforward_under_noise_delay_and_disturbance(domain, tmp_path):
     file = CONFIG / 'hybrid_backstepping.yaml'
     overrides = [*(f'plant.{assignment}' for assignment in IMPERFECT), 'position_controller.compensate_latency:=true',
-                 'position_controller.odom_latency:=0.05']
+                 'position_controller.odom_latency:=0.05', *FED]
     options = [word for override in overrides for word in ('-p', override)]
     _, recording = experiment(tmp_path / 'run', '--duration', 3, '--params-file', file, *options)
     simulated = list(rollout(configure(load([file], overrides)), 3.0))
@@ -80,7 +81,7 @@ def _keep_a_core_busy():
 
 def test_under_load_and_composed_a_run_is_the_same_to_the_last_bit(domain, tmp_path):
     run = ['--duration', 3, '--params-file', CONFIG / 'hybrid_backstepping.yaml',
-           '-p', 'plant.initial_pose:=[0.8, 0.1, 0.0]']
+           '-p', 'plant.initial_pose:=[0.8, 0.1, 0.0]', *(word for override in FED for word in ('-p', override))]
     load_process = multiprocessing.get_context('spawn').Process(target=_keep_a_core_busy, daemon=True)
     load_process.start()
     try:

@@ -57,7 +57,8 @@ def replay(recorded, replayed, *arguments):
 
 def _changed_run(robot, output):
     """Run an experiment with live changes, pushes and a reset."""
-    run = start(output, '--duration', 1.2, '-p', 'plant.noise.velocity:=0.01')
+    run = start(output, '--duration', 1.2, '-p', 'plant.noise.velocity:=0.01', '-p', '/**.reference_horizon:=1',
+                '-p', '/**.feedforward.enabled:=true')
     events = []
     robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: events.extend(
         status.values[0].key for status in message.status), KEPT)
@@ -66,7 +67,8 @@ def _changed_run(robot, output):
     robot.spin_until(lambda: robot.time() > 0.0)
     _set(robot, 'plant', real_time_factor=0.2)
     _set(robot, 'velocity_controller', gains__k1=0.25)
-    _set(robot, 'position_controller', controller_type='fuzzy', limits__linear_velocity=0.5)
+    _set(robot, 'position_controller', controller_type='fuzzy', limits__linear_velocity=0.5,
+         feedforward__dead_time=0.01)
     _set(robot, 'reference_cart', period=14.0)
     begun = robot.time()
     robot.spin_until(lambda: robot.time() > begun + 0.05)

@@ -130,7 +130,7 @@ def test_placement_by_the_contract(name, time):
 def test_the_line_starts_at_its_origin_and_never_turns():
     placement = Placement(scale=2.0, period=4.0, center=(1.0, 1.0), rotation=0.5 * math.pi)
     for time in (0.0, 1.0, 10.0):
-        pose, velocity = reference_at(CURVES['line'], time, placement)
+        pose, velocity, _ = reference_at(CURVES['line'], time, placement)
         assert pose == pytest.approx((1.0, 1.0 + 0.5 * time, 0.5 * math.pi), abs=1e-14)
         assert velocity == pytest.approx((0.5, 0.0), abs=1e-15)
 
@@ -169,5 +169,5 @@ def test_the_largest_accepted_curves_give_references_within_1e12(curve):
     for scale, period in ((0.99e12, 1e3), (1.0, 1e-10), (1e5, 1e-5)):
         taken = build(CurveParameters, {'curve': curve, 'scale': scale, 'period': period})
         for n in range(1000):
-            pose, velocity = reference_at(CURVES[curve], period * n / 1000, taken.placement)
+            pose, velocity, _ = reference_at(CURVES[curve], period * n / 1000, taken.placement)
             assert max(map(abs, (*pose, *velocity))) <= 1e12

@@ -66,7 +66,7 @@ def base(path, samples, start=WALL, reference=True, odom_every=20, lost=0.1, kin
                              ODOM(start + now + jitter, sample.tick.pose, sample.tick.velocity))
             if reference and round(time * 1000) % 50 == 0:
                 cart = reference_at(CURVES[curve.curve], time + 0.003, curve.placement)
-                writer.write('/reference', ODOMETRY, WALL + now + 4 * MS, REFERENCE(start + now + 3 * MS, *cart))
+                writer.write('/reference', ODOMETRY, WALL + now + 4 * MS, REFERENCE(start + now + 3 * MS, *cart[:2]))
             if round(time * 1000) % 20 == 0:
                 message = PLAIN(0, sample.command) if kind == TWIST else CMD_VEL(start + now, sample.command)
                 writer.write('/base/cmd_vel', kind, WALL + now + MS, message)

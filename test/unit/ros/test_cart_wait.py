@@ -33,7 +33,7 @@ class Cart:
         """Return the last reference; the robot is where the cart is, or stays."""
         for _ in range(round(seconds / self._period)):
             self.now += self._period
-            reference = self.wait.reference()
+            reference = self.wait.references()[0]
             if follows:
                 self.wait.note(reference.pose)
         return reference
@@ -65,7 +65,7 @@ def test_what_it_waits_for_is_logged_once_and_reported(monkeypatch):
     cart.run(1.0, follows=False)
     assert cart.wait.condition().detail.startswith('odom is silent: ')
     cart.age = 0.0
-    cart.wait.note(cart.wait.reference().pose)
+    cart.wait.note(cart.wait.references()[0].pose)
     cart.run(1.0)
     assert cart.logged[2:] == ['the cart drives']
 
@@ -75,5 +75,5 @@ def test_a_node_that_was_held_up_finds_its_cart_where_it_was(monkeypatch):
     cart.wait.note(START)
     before = cart.run(5.0)
     cart.now += 3.0
-    assert cart.wait.reference() == before._replace(velocity=BodyVelocity(0.0, 0.0))
+    assert cart.wait.references()[0] == before._replace(velocity=BodyVelocity(0.0, 0.0))
     assert cart.run(1.5).velocity.linear == 0.3

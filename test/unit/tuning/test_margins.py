@@ -155,7 +155,7 @@ def growth_of_position(parameters, gain=1.0, ticks_late=0):
         for n in range(700):
             k = followed.k + n * lap.ratio
             reference = reference_at(curve, k * lap.loop.plant.dt, placement)
-            state = lap.position_tick(state, reference, k, k * lap.loop.plant.dt, lap.loop)[0]
+            state = lap.position_tick(state, (reference,), k, k * lap.loop.plant.dt, lap.loop)[0]
             amplified = (mean + gain * (asked - mean) for asked, mean in zip(state.command, followed.command,
                                                                              strict=True))
             waiting.append((n * lap.ratio + ticks_late, BodyVelocity(*amplified)))

@@ -1,0 +1,93 @@
+"""
+Feedforward: the motion that the reference is known to make is asked for before an error shows it.
+
+A base follows its command late by lag and dead time. Over this time L the reference's velocity grows by its
+acceleration: a command with this lead, v + L dv_r/dt, arrives when it is due. Motors need a torque to accelerate; a
+controller that waits for an error of the velocity gives it late, and the inverse of Eq. (13)-(14) gives it now.
+"""
+
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Reference, WheelTorque
+
+
+class Feedforward(NamedTuple):
+    """Delays by which the command leads; without feedforward.enabled they have no effect."""
+
+    lag: Annotated[
+        float, Field('s', 'time constant of the robot behind its command, by which the command leads: larger leads '
+                     'more', minimum=0.0, live=True, search=(0.0, 0.5))
+    ] = 0.0
+    dead_time: Annotated[
+        float, Field('s', 'time until the robot begins to follow its command, by which the command leads, too: larger '
+                     'leads more', minimum=0.0, live=True, search=(0.0, 0.5))
+    ] = 0.0
+
+
+@jitable
+def advanced(velocity: BodyVelocity, acceleration: BodyAcceleration, time: float) -> BodyVelocity:
+    """
+    Return the velocity after a time under a constant acceleration.
+
+    Parameters
+    ----------
+    velocity : BodyVelocity
+        [m/s], [rad/s].
+    acceleration : BodyAcceleration
+        [m/s²], [rad/s²].
+    time : float
+        [s].
+
+    Examples
+    --------
+    >>> advanced(BodyVelocity(1.0, 0.0), BodyAcceleration(0.5, -2.0), 0.5)
+    BodyVelocity(linear=1.25, angular=-1.0)
+
+    """
+    return BodyVelocity(velocity.linear + time * acceleration.linear, velocity.angular + time * acceleration.angular)
+
+
+@jitable
+def mean_acceleration(here: Reference, following: Reference) -> BodyAcceleration:
+    """Return the reference's acceleration half-way between two consecutive position ticks [m/s²], [rad/s²]."""
+    one, other = here.acceleration, following.acceleration
+    return BodyAcceleration(0.5 * (one.linear + other.linear), 0.5 * (one.angular + other.angular))
+
+
+def lead(delays: Feedforward) -> float:
+    """Return the time by which the command leads [s]."""
+    return delays.lag + delays.dead_time
+
+
+@jitable
+def inverse_dynamics(velocity: BodyVelocity, acceleration: BodyAcceleration, robot: Robot) -> WheelTorque:
+    """
+    Compute the wheel torques under which a robot at a velocity has an acceleration.
+
+    Implements Eq. (13)-(14) of the chapter, solved for the torques.
+
+    Parameters
+    ----------
+    velocity : BodyVelocity
+        [m/s], [rad/s].
+    acceleration : BodyAcceleration
+        [m/s²], [rad/s²].
+    robot : Robot
+        Physical constants.
+
+    Returns
+    -------
+    WheelTorque
+        [N m].
+
+    """
+    # the sum of Eq. (13) and (14), and their difference: τ_R + τ_L = 2/r ((A + B) dv/dt + K v), and
+    # τ_R - τ_L = 2R/r ((A - B) dω/dt + K ω)
+    friction = robot.viscous_friction
+    common = (linear_inertia(robot) * acceleration.linear + friction * velocity.linear) / robot.wheel_radius
+    differential = (half_separation(robot) / robot.wheel_radius
+                    * (angular_inertia(robot) * acceleration.angular + friction * velocity.angular))
+    return WheelTorque(common + differential, common - differential)

@@ -1,0 +1,130 @@
+"""Feedforward: the lead of a command, the torques of an acceleration, and the reference's acceleration."""
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mobile_robot_control.control.bumpless_transfer import begin, change, step
+from mobile_robot_control.control.feedforward import Feedforward, inverse_dynamics
+from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState, fed_step
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.dynamics import at_rest
+from mobile_robot_control.model.dynamics import step as move
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.quantities import (
+    BodyAcceleration,
+    BodyVelocity,
+    Observation,
+    Pose,
+    Reference,
+    TrackingError,
+)
+from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at, references_along
+from mobile_robot_control.reference.curve import CurvePoint
+from mobile_robot_control.reference.curves import CURVES
+
+SPEEDS = st.floats(-3.0, 3.0)
+PLACED = Placement(scale=1.3, period=9.0, phase=0.2, center=(1.0, -2.0), rotation=0.7)
+DEFAULTS = VelocityGains()
+
+
+@given(SPEEDS, SPEEDS, SPEEDS, SPEEDS)
+def test_equations_13_and_14_solved_for_the_torques(v, omega, v_rate, omega_rate):
+    robot, dt = Robot(), 1e-6
+    torque = inverse_dynamics(BodyVelocity(v, omega), BodyAcceleration(v_rate, omega_rate), robot)
+    begun = at_rest(Pose(0.0, 0.0, 0.0))._replace(velocity=BodyVelocity(v, omega))
+    after = move(begun, torque, discretise(robot, dt)).velocity
+    assert ((after.linear - v) / dt, (after.angular - omega) / dt) == pytest.approx((v_rate, omega_rate), abs=1e-3)
+
+
+def test_the_torques_of_a_robot_that_follows_its_command_are_those_of_the_motion_alone():
+    command, acceleration, age = BodyVelocity(0.4, -0.2), BodyAcceleration(0.3, 0.5), 0.008
+    present = BodyVelocity(0.4 + 0.3 * age, -0.2 + 0.5 * age)
+    state, torque = fed_step(VelocityPiState(), command, acceleration, age, present, DEFAULTS, Robot(), 0.0, 0.002)
+    assert state == VelocityPiState()
+    assert torque == inverse_dynamics(present, acceleration, Robot())
+
+
+def test_torques_that_are_fed_forward_are_limited_and_do_not_wind_the_integral_up():
+    state, torque = fed_step(VelocityPiState(), BodyVelocity(0.1, 0.0), BodyAcceleration(100.0, 0.0), 0.0,
+                             BodyVelocity(0.0, 0.0), DEFAULTS, Robot(), 2.0, 0.002)
+    assert torque == (2.0, 2.0)
+    assert state == VelocityPiState()
+
+
+@pytest.mark.parametrize('curve', CURVES)
+def test_accelerations_are_the_slopes_of_the_velocities(curve):
+    h = 1e-4
+    for time in (0.0, 0.3, 2.0, 4.4, 8.9, 100.0):
+        before, at, after = (accelerated_at(CURVES[curve], time + shift, PLACED) for shift in (-h, 0.0, h))
+        assert at._replace(acceleration=BodyAcceleration(0.0, 0.0)) == reference_at(CURVES[curve], time, PLACED)
+        slopes = [(b - a) / (2.0 * h) for a, b in zip(before.velocity, after.velocity, strict=True)]
+        assert at.acceleration == pytest.approx(slopes, rel=1e-5, abs=1e-6)
+
+
+def test_third_derivatives_are_taken_where_a_curve_gives_them():
+    def with_third(s):
+        # trifolium, x = (cos 2s + cos s)/2, y = (sin 2s - sin s)/2
+        return CURVES['trifolium'](s)._replace(
+            dddx=0.5 * (8.0 * math.sin(2.0 * s) + math.sin(s)), dddy=0.5 * (math.cos(s) - 8.0 * math.cos(2.0 * s)))
+
+    for time in (0.0, 0.7, 3.3, 6.1):
+        exact, differences = (accelerated_at(curve, time, PLACED).acceleration
+                              for curve in (with_third, CURVES['trifolium']))
+        assert differences == pytest.approx(exact, rel=1e-7, abs=1e-8)
+    # they are used: others give another acceleration
+    wrong = accelerated_at(lambda s: with_third(s)._replace(dddx=1.0), 0.7, PLACED).acceleration
+    assert abs(wrong.angular - exact.angular) > 0.1
+
+
+def test_without_a_horizon_nothing_is_computed():
+    def once(s):
+        asked.append(s)
+        return CurvePoint(s, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+    asked = []
+    assert references_along(once, PLACED, 0)(10**9, 10**7) == (reference_at(once, 1.0, PLACED),)
+    assert len(asked) == 2
+    assert len(references_along(once, PLACED, 2)(10**9, 10**7)) == 3
+
+
+OBSERVED = Observation(TrackingError(0.0, 0.0, 0.0), Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.5, 0.2)),
+                       BodyVelocity(0.0, 0.0))
+
+
+def test_the_command_leads_before_its_limits_and_a_change_of_the_lead_is_no_jump():
+    control = PositionControl(feedforward=Feedforward(0.15, 0.05))
+    acceleration = BodyAcceleration(1.0, -0.5)
+    running, command = step(begin(control, 0.02, under_way=False), OBSERVED, 0.02, acceleration)
+    assert command == pytest.approx((0.5 + 0.2 * 1.0, 0.2 - 0.2 * 0.5))
+    slow = control._replace(limits=control.limits._replace(linear_velocity=0.6))
+    assert step(begin(slow, 0.02, under_way=False), OBSERVED, 0.02, acceleration)[1].linear == 0.6
+    assert step(begin(control, 0.02, under_way=False), OBSERVED, 0.02)[1] == pytest.approx((0.5, 0.2))
+    running = change(running, PositionControl(), 0.02)
+    commands = [command]
+    for _ in range(100):
+        running, command = step(running, OBSERVED, 0.02, acceleration)
+        commands.append(command)
+    assert max(abs(b.linear - a.linear) for a, b in itertools.pairwise(commands)) < 0.025
+    assert commands[-1] == pytest.approx((0.5, 0.2), abs=1e-4)
+
+
+def configured(**shared):
+    return configure({node: {name.replace('__', '.'): value for name, value in shared.items()} for node in NODES})
+
+
+def test_feedforward_needs_a_horizon_and_a_horizon_accelerations_that_can_be_sent():
+    with pytest.raises(ParameterError, match=r'feedforward.enabled = True needs reference_horizon = 1 or more'):
+        configured(feedforward__enabled=True)
+    assert configured(feedforward__enabled=True, reference_horizon=1).plant.shared.reference_horizon == 1
+    fast = {node: {'reference_horizon': 1} for node in NODES}
+    fast['reference_cart'] |= {'period': 1e-7}
+    with pytest.raises(ParameterError, match=r'acceleration of .* beyond 1e.12; lower the scale or raise'):
+        configure(fast)
