@@ -12,8 +12,12 @@ STEP = 0.001
 """[s]"""
 
 
+_LEVER = 0.175
+"""[m] from the middle to a wheel."""
+
+
 class Base(NamedTuple):
-    """What the base is like: rates [Hz], times [s], velocities [m/s]."""
+    """What the base is like: rates [Hz], times [s], velocities [m/s]; the right wheel's excess size, as a share."""
 
     command_rate: float = 20.0
     odom_rate: float = 30.0
@@ -21,6 +25,7 @@ class Base(NamedTuple):
     lag: float = 0.15
     dead_zone: float = 0.05
     fastest: float = 0.7
+    unlike: float = 0.0
 
 
 class StandIn:
@@ -56,7 +61,9 @@ class StandIn:
         """Take the command where it is due, and move."""
         base = self.base
         if _due(self.k, base.command_rate):
-            self._taken = self.commanded
+            v, omega = self.commanded
+            # each wheel turns as if both were alike
+            self._taken = (v + 0.5 * base.unlike * _LEVER * omega, omega + 0.5 * base.unlike * v / _LEVER)
         asked = max(-base.fastest, min(base.fastest, self._taken[0]))
         if abs(asked) < base.dead_zone:
             asked = 0.0

@@ -7,11 +7,13 @@ import tempfile
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.parameters.configuration import at_cart_start, configure
 from mobile_robot_control.parameters.files import parameter_file_text
+from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.reporting.command_output import output_of
 from mobile_robot_control.reporting.law_searches import (
     NAMES,
@@ -29,6 +31,10 @@ PART = PagePart('laws')
 CURVES = ('trifolium', 'lemniscate')
 STUDY = ('--runs 300 --seed 2026 -p plant.max_wheel_torque:=3.0 -p velocity_controller.max_wheel_torque:=3.0 '
          '--metric rms_position_error')
+FED: dict[str, Any] = {'reference_horizon': 1, 'feedforward.enabled': True}
+"""Parameters of all nodes with feedforward."""
+_SMALL = 1e-4
+"""[m]: smaller lengths are told in micrometres."""
 STORE = 'law_results.json'
 """The file beside the page that has gains and numbers."""
 _SEARCHES = Path('runs/law_results')
@@ -36,17 +42,20 @@ _HEAD = ('law', 'gains', *(f'{curve}: {what}' for curve in CURVES for what in (
     'RMS error', 'largest', 'settled', 'peak torque')),
     'study: success', '95 % interval', 'late error, median', 'late error, 95 % quantile',
     'RMS error minus that of the best')
+_FED_HEAD = ('law', *(f'{what}{which}' for what in (*(f'{curve}: settled' for curve in CURVES), 'late error, median',
+                                                   'late error, 95 % quantile') for which in ('', ', fed forward')))
 
 
 def laws_fingerprint(gains: Mapping[str, LawGains]) -> str:
     """Return a few digits that change with the searches, their gains, and what is measured."""
-    content = repr((search_fingerprint(), sorted(gains.items()), CURVES, STUDY))
+    content = repr((search_fingerprint(), sorted(gains.items()), CURVES, STUDY, FED))
     return hashlib.sha256(content.encode()).hexdigest()[:12]
 
 
-def lap_numbers(gains: LawGains, curve: str) -> dict[str, float | None]:
+def lap_numbers(gains: LawGains, curve: str, shared: Mapping[str, Any] = MappingProxyType({})
+                ) -> dict[str, float | None]:
     """
-    Return what a lap of a curve from rest on the path has shown.
+    Return what a lap of a curve from rest on the path has shown, with parameters of all nodes.
 
     Returns
     -------
@@ -55,8 +64,9 @@ def lap_numbers(gains: LawGains, curve: str) -> dict[str, float | None]:
         both wheels [N m]; `settled_rms_position_error` is that of the second half [m], None where it was not reached.
 
     """
-    given = {node: dict(values) for node, values in gains.items()}
-    configuration = at_cart_start(configure(given | {'reference_cart': {'curve': curve}}))
+    given = {node: {**shared, **gains.get(node, {})} for node in NODES}
+    given['reference_cart']['curve'] = curve
+    configuration = at_cart_start(configure(given))
     shared, period = configuration.plant.shared, configuration.reference_cart.curve.placement.period
     run, samples = recorded(configuration, period)
     late = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
@@ -69,27 +79,31 @@ def lap_numbers(gains: LawGains, curve: str) -> dict[str, float | None]:
             'peak_wheel_torque': max(metrics['peak_wheel_torque'].values())}
 
 
-def studied(gains: Mapping[str, LawGains]) -> dict[str, Any]:
-    """Study all laws in the same scenarios; return study.json."""
+def studied(gains: Mapping[str, LawGains], shared: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
+    """Study all laws in the same scenarios, with parameters of all nodes; return study.json."""
+    options = [word for name, value in shared.items() for word in ('-p', f'/**.{name}:={json.dumps(value)}')]
     with tempfile.TemporaryDirectory() as folder:
         files = []
         for law, values in gains.items():
             files.append(Path(folder) / f'{law}.yaml')
             files[-1].write_text(parameter_file_text(values), encoding='utf-8')
-        output_of(f'study {STUDY}', '--compare', *map(str, files), '--output', f'{folder}/study', progress=True)
+        output_of(f'study {STUDY}', *options, '--compare', *map(str, files), '--output', f'{folder}/study',
+                  progress=True)
         found: dict[str, Any] = json.loads((Path(folder) / 'study' / 'study.json').read_text(encoding='utf-8'))
     return found
 
 
 def measured(gains: Mapping[str, LawGains]) -> dict[str, Any]:
     """Measure the laws with their gains, by name; return what is stored."""
-    study = studied(gains)
+    study, fed = studied(gains), studied(gains, FED)
     kept = ('runs', 'successes', 'success_interval', 'metrics')
     return {
         'fingerprint': laws_fingerprint(gains), 'searches': search_fingerprint(), 'best': study['best'],
         'laws': {law: {
             'gains': gains[law],
             'curves': {curve: lap_numbers(gains[law], curve) for curve in CURVES},
+            'fed': {'curves': {curve: lap_numbers(gains[law], curve, FED) for curve in CURVES},
+                    'metrics': fed['controllers'][law]['metrics']},
             'study': {name: study['controllers'][law][name] for name in kept} | {
                 'split': study['controllers'][law]['failures']['split']},
         } for law in gains},
@@ -139,6 +153,16 @@ def law_cells(law: str, results: Mapping[str, Any]) -> list[str]:
             _centimetres(late['median']), _centimetres(late['95_percent']), difference_cell(law, results)]
 
 
+def fed_cells(law: str, results: Mapping[str, Any]) -> list[str]:
+    """Return the row of a law without and with feedforward, from what is stored."""
+    numbers = results['laws'][law]
+    both = [(numbers['curves'], numbers['study']['metrics']), (numbers['fed']['curves'], numbers['fed']['metrics'])]
+    lengths = [*(curves[curve]['settled_rms_position_error'] for curve in CURVES for curves, _ in both),
+               *(metrics['late_max_position_error'][name] for name in ('median', '95_percent') for _, metrics in both)]
+    return [law, *(_centimetres(length) if length is None or length > _SMALL else f'{1e6 * length:.2g} µm'
+                   for length in lengths)]
+
+
 def _wrapped(command: str) -> list[str]:
     """Return a command as lines that the page is wide enough for."""
     lines = textwrap.wrap(command, 110, subsequent_indent='  ', break_on_hyphens=False)
@@ -149,6 +173,9 @@ def _lines(results: Mapping[str, Any]) -> Iterator[str]:
     """Yield the lines of the table, and the commands behind it."""
     yield from (table_row(_HEAD), f'|{"---|" * len(_HEAD)}')
     yield from (table_row(law_cells(law, results)) for law in results['laws'])
+    yield from ('', 'The same gains without and with [feedforward](tuning.md#feedforward); the settled error of the '
+                'fuzzy law is that of its rules:', '', table_row(_FED_HEAD), f'|{"---|" * len(_FED_HEAD)}')
+    yield from (table_row(fed_cells(law, results)) for law in results['laws'])
     yield from ('', 'Each law is searched as `kanayama` is here; add `--generations 2` to try it:', '', '```sh',
                 *_wrapped(f'tune kanayama {SEARCH} --output kanayama.yaml'), '```',
                 '', 'All are studied in the same scenarios, each by its file; add `--runs 20` to try it:', '', '```sh',

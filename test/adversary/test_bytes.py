@@ -15,16 +15,17 @@ from rclpy.serialization import deserialize_message
 from adversary.contents import spoilt_bytes
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.ros.qos import message_class
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
-KINDS = {**{topic: row.kind for topic, row in LOOP_TOPICS.items()},
+KINDS = {**{topic: row.kind for topic, row in ALL_LOOP_TOPICS.items()},
          'diagnostics': 'diagnostic_msgs/msg/DiagnosticArray',
          'tf': 'tf2_msgs/msg/TFMessage', 'rosout': 'rcl_interfaces/msg/Log', 'clock': 'rosgraph_msgs/msg/Clock',
          'parameter_events': 'rcl_interfaces/msg/ParameterEvent', 'beside': 'std_msgs/msg/String'}
 """Types by topic: those of the loop, those of ROS, and one beside the loop."""
 LARGEST = {'geometry_msgs/msg/Twist': 52, 'rosgraph_msgs/msg/Clock': 12}
 """Bytes that DDS takes of a type of fixed size."""
-INPUTS = ('odom', 'reference', 'cmd_vel', 'joint_states', 'wheel_torques')
+INPUTS = ('odom', 'reference', 'cmd_vel', 'joint_states', 'wheel_torques', 'reference_horizon', 'cmd_accel')
+_FED = ['-p', 'reference_horizon:=1', '-p', 'feedforward.enabled:=true']
 _HEADS = [b'\0\1\0\0', b'\0\0\0\0', b'\0\3\0\0', b'\0\7\0\0', b'\xff\xff\xff\xff', b'']
 
 
@@ -101,7 +102,7 @@ def test_hostile_bytes_end_no_node_and_are_counted(domain, tmp_path, arguments, 
     print(f'\nADVERSARY_SEED={seed}', flush=True)
     robots = Robots(tmp_path / 'robots', ())
     try:
-        robots.start(composed=True, arguments=[*arguments, '-p', 'peer_timeout:=60.0'])
+        robots.start(composed=True, arguments=[*arguments, *_FED, '-p', 'peer_timeout:=60.0'])
         beside = Hostile(robots, seed)
         robots.spin_until(lambda: all(beside.node.count_subscribers(f'/{topic}') >= 2 for topic in INPUTS))
         beside.publish(count)
@@ -120,7 +121,7 @@ def test_an_experiment_beside_hostile_bytes_ends_with_its_metrics(domain, tmp_pa
     try:
         beside = Hostile(robots, os.environ.get('ADVERSARY_SEED', '1'))
         # another publisher on a topic of the loop is refused before the run; on the others bytes may come
-        for topic in LOOP_TOPICS:
+        for topic in ALL_LOOP_TOPICS:
             beside.silence(topic)
         run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output',
                                 tmp_path / 'run',

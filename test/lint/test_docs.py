@@ -17,7 +17,7 @@ from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
 from mobile_robot_control.simulation.totals import Totals
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import ALL_LOOP_TOPICS
 from mobile_robot_control.tuning.comparison import comparison_values
 from mobile_robot_control.tuning.failures import failure_values
 from mobile_robot_control.tuning.monte_carlo import Judged, summarise_runs
@@ -93,7 +93,7 @@ def test_the_topics_of_the_loop_are_those_of_the_table():
     rows = [[cell.strip(' `') for cell in line.split('|')[1:-1]] for line in loop.splitlines()
             if line.startswith('| `')]
     assert [(row[0], row[1], row[3], row[4].replace(' ', '_')) for row in rows] == [
-        (topic.name, topic.kind, topic.publisher, topic.rate) for topic in LOOP_TOPICS.values()]
+        (topic.name, topic.kind, topic.publisher, topic.rate) for topic in ALL_LOOP_TOPICS.values()]
 
 
 def test_the_diagnostics_have_the_key_of_the_page():

@@ -31,7 +31,7 @@ from mobile_robot_control.ros.stamp_policy import (
     WallClockStampPolicy,
 )
 from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 FILE = Path(foreign_position_controller.__file__)
 PAGE = (Path(__file__).parents[2] / 'docs' / 'lockstep.md').read_text(encoding='utf-8')
@@ -218,7 +218,7 @@ def test_the_page_has_the_table_of_topics():
     rows = re.findall(r'^\| `(\w+)` \| `(\w+/msg/\w+)` \| (\w+) \| ([^|]+) \| (\w+) \|', PAGE, re.MULTILINE)
     assert rows == [
         (topic.name, topic.kind, topic.publisher, ', '.join(topic.subscribers) or 'none of the loop',
-         topic.rate.removesuffix('_rate')) for topic in LOOP_TOPICS.values()
+         topic.rate.removesuffix('_rate')) for topic in ALL_LOOP_TOPICS.values()
     ]
 
 

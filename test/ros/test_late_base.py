@@ -38,7 +38,8 @@ def test_tuned_gains_keep_their_promise_on_a_base_of_its_own_on_the_wall_clock(r
         # its odometry is stamped when it is sampled: there is nothing that the stamps do not show
         robot.start('position_controller', 'reference_cart', arguments=[
             '--params-file', CONFIG / 'wall_clock.yaml', '-p', 'compensate_latency:=true',
-            *(word for gain in given for word in ('-p', gain.removeprefix('/**.').replace('controller.', 'controller:')))])
+            *(word for one in given
+              for word in ('-p', one.removeprefix('/**.').replace('controller.', 'controller:')))])
         robot.spin_until(lambda: len(cart) > 50 * 2.5 * LAP, 60.0)
     finally:
         base.kill()

@@ -36,7 +36,8 @@ def test_nodes_may_start_in_any_order(robot, order):
 
 def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
     # a law that starts on the path stays there: what is off it comes from the restarts
-    arguments = ['-p', 'duration:=4.0', '-p', 'peer_timeout:=0.5']
+    arguments = ['-p', 'duration:=4.0', '-p', 'peer_timeout:=0.5', '-p', 'reference_horizon:=1',
+                 '-p', 'feedforward.enabled:=true']
     robot.start(arguments=arguments)
     for number, name in enumerate(('reference_cart', 'position_controller', 'velocity_controller'), start=1):
         robot.spin_until(lambda: robot.time() > 0.8 * number)  # noqa: B023

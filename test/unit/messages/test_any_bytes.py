@@ -1,5 +1,7 @@
 """Any bytes: a reader returns a message's content or refuses it, and raises nothing else."""
 
+from functools import partial
+
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -10,6 +12,9 @@ from mobile_robot_control.recording.signals import READ
 from mobile_robot_control.ros.input_validation import make_reader
 
 READERS = {**{topic: make_reader(topic, read) for topic, read in READ.items()},
+           'reference_horizon': make_reader('reference_horizon', partial(
+               parsing.read_horizon, ticks=1, period=10_000_000)),
+           'cmd_accel': make_reader('cmd_accel', parsing.read_acceleration),
            'twist': make_reader('cmd_vel', parsing.read_plain_twist, 'geometry_msgs/msg/Twist')}
 _ENCODINGS = st.sampled_from([b'\0\1\0\0', b'\0\0\0\0', b'\0\3\0\0', b'\0\7\0\0', b''])
 _WORDS = st.sampled_from([b'\0\0\0\0', b'\1\0\0\0', b'\2\0\0\0', b'\xff\xff\xff\xff', b'\0\0\0\1', b'\0\0\xf0\x7f'])
@@ -23,7 +28,12 @@ def _read(reader, message):
         content = reader(message)
     except RefusedMessageError as refusal:
         return [], str(refusal)
-    return [number for part in content for number in (part if isinstance(part, tuple) else [part])], ''
+    return list(_numbers(content)), ''
+
+
+def _numbers(content):
+    for part in content:
+        yield from _numbers(part) if isinstance(part, tuple) else [part]
 
 
 @settings(max_examples=300)

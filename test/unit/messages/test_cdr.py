@@ -31,6 +31,12 @@ poses = st.builds(_make('geometry_msgs/msg/Pose'), position=points, orientation=
 twists = st.builds(_make('geometry_msgs/msg/Twist'), linear=vectors, angular=vectors)
 covariances = st.floats(-1e9, 1e9).map(lambda value: np.full(36, value))
 pairs = st.builds(_make('diagnostic_msgs/msg/KeyValue'), key=names, value=names)
+transforms = st.builds(_make('geometry_msgs/msg/Transform'), translation=vectors, rotation=quaternions)
+trajectory_points = st.builds(
+    _make('trajectory_msgs/msg/MultiDOFJointTrajectoryPoint'), transforms=st.lists(transforms, max_size=2),
+    velocities=st.lists(twists, max_size=2), accelerations=st.lists(twists, max_size=2),
+    time_from_start=st.builds(_make('builtin_interfaces/msg/Duration'), sec=st.integers(-2**31, 2**31 - 1),
+                              nanosec=st.integers(0, 10**9)))
 statuses = st.builds(_make('diagnostic_msgs/msg/DiagnosticStatus'), level=st.integers(0, 3), name=names, message=names,
                      hardware_id=names, values=st.lists(pairs, max_size=3))
 HEAD = TYPES['std_msgs/msg/Header'](TYPES['builtin_interfaces/msg/Time'](1, 2), 'odom')
@@ -44,12 +50,18 @@ MESSAGES = {
         twist=st.builds(_make('geometry_msgs/msg/TwistWithCovariance'), twist=twists, covariance=covariances)),
     'geometry_msgs/msg/TwistStamped': st.builds(
         _make('geometry_msgs/msg/TwistStamped'), header=headers, twist=twists),
+    'geometry_msgs/msg/AccelStamped': st.builds(
+        _make('geometry_msgs/msg/AccelStamped'), header=headers,
+        accel=st.builds(_make('geometry_msgs/msg/Accel'), linear=vectors, angular=vectors)),
     'geometry_msgs/msg/Vector3Stamped': st.builds(
         _make('geometry_msgs/msg/Vector3Stamped'), header=headers, vector=vectors),
     'geometry_msgs/msg/Twist': twists,
     'geometry_msgs/msg/WrenchStamped': st.builds(
         _make('geometry_msgs/msg/WrenchStamped'), header=headers,
         wrench=st.builds(_make('geometry_msgs/msg/Wrench'), force=vectors, torque=vectors)),
+    'trajectory_msgs/msg/MultiDOFJointTrajectory': st.builds(
+        _make('trajectory_msgs/msg/MultiDOFJointTrajectory'), header=headers, joint_names=st.lists(names, max_size=3),
+        points=st.lists(trajectory_points, max_size=3)),
     'diagnostic_msgs/msg/DiagnosticArray': st.builds(
         _make('diagnostic_msgs/msg/DiagnosticArray'), header=headers, status=st.lists(statuses, max_size=3)),
 }
@@ -60,6 +72,8 @@ def _assert_same(ours, theirs):
     if hasattr(ours, '_fields'):
         for field in ours._fields:
             _assert_same(getattr(ours, field), getattr(theirs, field))
+    elif type(theirs).__name__.endswith('Duration'):
+        assert ours == theirs.sec * 10**9 + theirs.nanosec
     elif isinstance(ours, tuple):
         assert len(ours) == len(theirs)
         for one, other in zip(ours, theirs, strict=True):

@@ -2,20 +2,24 @@
 
 import math
 import struct
+from functools import partial
 
 import pytest
 from geometry_msgs.msg import Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import (
     WHEEL_JOINTS,
     RefusedMessageError,
+    read_acceleration,
     read_error,
+    read_horizon,
     read_odometry,
     read_torque,
     read_twist,
@@ -24,7 +28,15 @@ from mobile_robot_control.messages.parsing import (
     serialised_stamp,
     stamp_nanoseconds,
 )
-from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import (
+    BodyAcceleration,
+    BodyVelocity,
+    Pose,
+    Reference,
+    TrackingError,
+    WheelTorque,
+    WheelVelocity,
+)
 from mobile_robot_control.ros.input_validation import make_reader
 
 STAMP = 12_345_678_901
@@ -70,6 +82,50 @@ def test_other_written_messages_are_read_back_to_the_last_bit():
                           (torque, 'sensor_msgs/msg/JointState'), (joints, 'sensor_msgs/msg/JointState')):
         assert written == _as_rosbags_writes(written, kind)
     assert stamp_nanoseconds(deserialize_message(writing.clock_writer()(STAMP), Clock).clock) == STAMP
+
+
+CART = [Reference(Pose(0.1 * n, -2.0, 0.3 * n), BodyVelocity(0.5, -0.1 * n), BodyAcceleration(n, 0.25))
+        for n in range(4)]
+PERIOD = 400_000_000
+HORIZON = writing.horizon_writer('odom', 'cart', 3, PERIOD)(STAMP, CART)
+
+
+def _horizon(**changes):
+    kind = 'trajectory_msgs/msg/MultiDOFJointTrajectory'
+    assert _as_rosbags_writes(HORIZON, kind) == HORIZON
+    return make_reader('reference_horizon', partial(
+        read_horizon, **{'ticks': 3, 'period': PERIOD, 'frame': 'odom', 'child_frame': 'cart', **changes}))(HORIZON)
+
+
+def test_a_written_horizon_is_read_back_and_a_longer_one_is_cut():
+    for found in (_horizon(), _horizon(ticks=1)):
+        for ours, theirs in zip(found, CART, strict=False):
+            assert ours[1:] == theirs[1:]
+            assert ours.pose == pytest.approx(theirs.pose, abs=1e-15)
+    assert len(found) == 2
+    message = deserialize_message(HORIZON, MultiDOFJointTrajectory)
+    assert [(point.time_from_start.sec, point.time_from_start.nanosec) for point in message.points] == [
+        (0, 0), (0, PERIOD), (0, 2 * PERIOD), (1, 200_000_000)]
+    accelerated = writing.acceleration_writer('base_link')(STAMP, CART[1].acceleration)
+    assert make_reader('cmd_accel', partial(read_acceleration, frame='base_link'))(accelerated) == CART[1].acceleration
+
+
+@pytest.mark.parametrize(('changes', 'reason'), [
+    ({'ticks': 4}, r'too few points \(4; reference_horizon = 4 needs 5'),
+    ({'period': PERIOD // 2}, 'a point is not of its time .point 1 is of 0.4 s'),
+    ({'frame': 'map'}, 'frame_id is not map'), ({'child_frame': 'base'}, r'joint_names\[0\] is not base'),
+])
+def test_a_horizon_that_does_not_fit_is_refused(changes, reason):
+    with pytest.raises(RefusedMessageError, match=reason):
+        _horizon(**changes)
+
+
+def test_a_point_without_an_acceleration_is_refused():
+    message = deserialize_message(HORIZON, MultiDOFJointTrajectory)
+    message.points[2].accelerations = []
+    with pytest.raises(RefusedMessageError, match=r'a point is not complete .point 2 lacks'):
+        make_reader('reference_horizon', partial(read_horizon, ticks=3, period=PERIOD))(
+            bytes(serialize_message(message)))
 
 
 @pytest.mark.parametrize('frame', ['', 'odom', 'robot1/odom', 'a' * 31])
