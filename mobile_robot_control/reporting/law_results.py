@@ -52,8 +52,9 @@ def laws_fingerprint(gains: Mapping[str, LawGains]) -> str:
     return hashlib.sha256(content.encode()).hexdigest()[:12]
 
 
-def lap_numbers(gains: LawGains, curve: str, shared: Mapping[str, Any] = MappingProxyType({})
-                ) -> dict[str, float | None]:
+def lap_numbers(
+    gains: LawGains, curve: str, everywhere: Mapping[str, Any] = MappingProxyType({})
+) -> dict[str, float | None]:
     """
     Return what a lap of a curve from rest on the path has shown, with parameters of all nodes.
 
@@ -64,7 +65,7 @@ def lap_numbers(gains: LawGains, curve: str, shared: Mapping[str, Any] = Mapping
         both wheels [N m]; `settled_rms_position_error` is that of the second half [m], None where it was not reached.
 
     """
-    given = {node: {**shared, **gains.get(node, {})} for node in NODES}
+    given = {node: {**everywhere, **gains.get(node, {})} for node in NODES}
     given['reference_cart']['curve'] = curve
     configuration = at_cart_start(configure(given))
     shared, period = configuration.plant.shared, configuration.reference_cart.curve.placement.period
@@ -79,9 +80,9 @@ def lap_numbers(gains: LawGains, curve: str, shared: Mapping[str, Any] = Mapping
             'peak_wheel_torque': max(metrics['peak_wheel_torque'].values())}
 
 
-def studied(gains: Mapping[str, LawGains], shared: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
+def studied(gains: Mapping[str, LawGains], everywhere: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
     """Study all laws in the same scenarios, with parameters of all nodes; return study.json."""
-    options = [word for name, value in shared.items() for word in ('-p', f'/**.{name}:={json.dumps(value)}')]
+    options = [word for name, value in everywhere.items() for word in ('-p', f'/**.{name}:={json.dumps(value)}')]
     with tempfile.TemporaryDirectory() as folder:
         files = []
         for law, values in gains.items():

@@ -12,6 +12,7 @@ from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.reporting import law_results, law_searches
 from mobile_robot_control.reporting.law_results import (
+    FED,
     CURVES,
     PART,
     STORE,
@@ -52,8 +53,10 @@ def test_what_is_stored_is_of_the_present_laws_searches_and_gains():
 def test_the_table_has_a_row_for_each_law_and_its_columns():
     rows = [[cell.strip() for cell in line.strip('|').split('|')]
             for line in laws_markdown(RESULTS).splitlines() if line.startswith('|')]
-    assert [row[0] for row in rows] == ['law', '---', *NAMES]
-    assert len({len(row) for row in rows}) == 1
+    # without and with feedforward
+    assert [row[0] for row in rows] == ['law', '---', *NAMES] * 2
+    half = len(rows) // 2
+    assert len({len(row) for row in rows[:half]}) == len({len(row) for row in rows[half:]}) == 1
     for curve in CURVES:
         assert {f'{curve}: {what}' for what in ('RMS error', 'largest', 'settled', 'peak torque')} <= set(rows[0])
 
@@ -62,7 +65,9 @@ def test_the_table_has_a_row_for_each_law_and_its_columns():
 def test_a_lap_has_the_numbers_that_are_stored(law):
     """One curve by the number of the law: both are measured by the long test."""
     curve = CURVES[NAMES.index(law) % 2]
-    assert lap_numbers(GAINS[law], curve) == pytest.approx(RESULTS['laws'][law]['curves'][curve], rel=1e-6)
+    stored = RESULTS['laws'][law]
+    assert lap_numbers(GAINS[law], curve) == pytest.approx(stored['curves'][curve], rel=1e-6)
+    assert lap_numbers(GAINS[law], curve, FED) == pytest.approx(stored['fed']['curves'][curve], rel=1e-3)
 
 
 def _laps(law, name):

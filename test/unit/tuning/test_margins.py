@@ -13,7 +13,7 @@ from mobile_robot_control.control.velocity_stability import spectral_radius
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.quantities import WheelTorque
-from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.cart import references_along
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.simulation.ticks import make_position_tick
@@ -144,7 +144,9 @@ def test_a_delay_of_the_motors_is_part_of_both_loops():
 def growth_of_position(parameters, gain=1.0, ticks_late=0):
     """Drive round from a small offset, with the gain on the command's deviation; return how it changes over 5 s."""
     lap, placement = lap_loop(parameters), parameters.reference_cart.curve.placement
-    curve = CURVES[parameters.reference_cart.curve.curve]
+    period = round(1e9 * lap.loop.position_dt)
+    references_at = references_along(CURVES[parameters.reference_cart.curve.curve], placement,
+                                     parameters.plant.shared.reference_horizon)
     followed = next(followed_lap(parameters))
 
     def run(offset):
@@ -154,8 +156,8 @@ def growth_of_position(parameters, gain=1.0, ticks_late=0):
         acting = followed.command
         for n in range(700):
             k = followed.k + n * lap.ratio
-            reference = reference_at(curve, k * lap.loop.plant.dt, placement)
-            state = lap.position_tick(state, (reference,), k, k * lap.loop.plant.dt, lap.loop)[0]
+            references = references_at(k // lap.ratio * period, period)
+            state = lap.position_tick(state, references, k, k * lap.loop.plant.dt, lap.loop)[0]
             amplified = (mean + gain * (asked - mean) for asked, mean in zip(state.command, followed.command,
                                                                              strict=True))
             waiting.append((n * lap.ratio + ticks_late, BodyVelocity(*amplified)))
