@@ -232,12 +232,12 @@ class Robots:
         deadline = time.monotonic() + 2.0
         while (any(set(node.get_node_names()) - ours for node in self._executor.get_nodes())
                and time.monotonic() < deadline):
-            self._executor.spin_once(timeout_sec=0.02)
+            time.sleep(0.01)
 
     def close(self):
         """End all processes and leave the domain."""
-        stop_processes(list(dict.fromkeys(self.processes.values())))
-        self._see_peers_leave()
-        self._executor.shutdown()
-        self._bags.close()
-        rclpy.try_shutdown()
+        with contextlib.ExitStack() as ending:
+            for step in (rclpy.try_shutdown, self._bags.close, self._executor.shutdown):
+                ending.callback(step)
+            stop_processes(list(dict.fromkeys(self.processes.values())))
+            self._see_peers_leave()

@@ -114,7 +114,7 @@ class Diagnostics:
 
     def note_stop(self, *topics: str) -> None:
         """Note that the node stops the robot because these inputs are silent."""
-        self._stopped = [self._monitor.sources[topic] for topic in topics]
+        self._stopped = list(dict.fromkeys(self._monitor.sources[topic] for topic in topics))
 
     def condition(self) -> Condition:
         """Return the condition, from the steps, refusals and silences since the last report."""

@@ -51,8 +51,8 @@ class InputMonitor:
 
     def missing(self) -> list[str]:
         """List the nodes whose messages never came, or not for the timeout."""
-        return [source for topic, source in self.sources.items()
-                if topic not in self._received or self._is_silent(topic)]
+        return list(dict.fromkeys(source for topic, source in self.sources.items()
+                                  if topic not in self._received or self._is_silent(topic)))
 
     def _is_silent(self, topic: str) -> bool:
         return time.monotonic() - self._received_at[topic] > self._timeout

@@ -120,7 +120,9 @@ def test_divergence_is_an_error(robot):
 ])
 def test_refused_commands_are_counted_and_refresh_no_timeout(robot, change, reason):
     reports = Reports(robot)
-    robot.start('plant', 'velocity_controller', arguments=WALL_CLOCK, composed=True)
+    # commands by hand come without accelerations
+    robot.start('plant', 'velocity_controller', arguments=[*WALL_CLOCK, '-p', 'feedforward.enabled:=false'],
+                composed=True)
     node = robot.recorder
     publisher = node.create_publisher(TwistStamped, 'cmd_vel', PUBLISHED)
     message = TwistStamped()
