@@ -12,7 +12,6 @@ from geometry_msgs.msg import AccelStamped, PoseStamped, Transform, Twist, Twist
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.messages.template import Template
@@ -125,6 +124,12 @@ def horizon_writer(
         Takes a stamp [ns] and the references now and at the ticks ahead; returns bytes.
 
     """
+    # imported late: most nodes write none
+    from trajectory_msgs.msg import (  # noqa: PLC0415
+        MultiDOFJointTrajectory,
+        MultiDOFJointTrajectoryPoint,
+    )
+
     message = MultiDOFJointTrajectory(joint_names=[child_frame], points=[
         MultiDOFJointTrajectoryPoint(
             transforms=[Transform()], velocities=[Twist()], accelerations=[Twist()],

@@ -2,7 +2,13 @@
 
 from mobile_robot_control.parameters.nodes import ReferenceCartParameters
 from mobile_robot_control.quantities import Pose, Reference
-from mobile_robot_control.reference.cart import CurveParameters, reference_at, references_along, with_period
+from mobile_robot_control.reference.cart import (
+    CurveParameters,
+    accelerated_at,
+    reference_at,
+    references_along,
+    with_period,
+)
 from mobile_robot_control.reference.curves import CURVES
 
 _PATH_POINTS = 400
@@ -47,7 +53,8 @@ class CartCourse:
 
     def reference(self, time: float) -> Reference:
         """Return the reference at a time along the curve [s]."""
-        return self.references(round(time * 1e9))[0]
+        at = accelerated_at if self._horizon else reference_at
+        return at(self._curve, time, self._placement)
 
     def references(self, time: int) -> tuple[Reference, ...]:
         """Return the reference at a time along the curve [ns] and at the ticks of the horizon."""

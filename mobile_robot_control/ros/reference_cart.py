@@ -40,9 +40,10 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         if not shared.lockstep:
             # before `reference` is published: a position controller that finds `reference` has found this one, too
             remember_stops(self, self._validator)
-        self._write_horizon = writing.horizon_writer(
-            shared.odom_frame_id, shared.reference_frame_id, horizon, period)
         self._horizon = self._publish_on('reference_horizon') if horizon else None
+        if horizon:
+            self._write_horizon = writing.horizon_writer(
+                shared.odom_frame_id, shared.reference_frame_id, horizon, period)
         self._reference = self._publish_on('reference')
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
         self._publish_path()

@@ -37,7 +37,7 @@ sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', tests]))
 def _done(command, folder, **environment):
     """Run a command in a folder; return what it printed and reported, once it has ended well."""
     done = subprocess.run([*map(str, command)], cwd=folder, env=os.environ | environment, capture_output=True,
-                          text=True, timeout=100, check=False)
+                          text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     return done.stdout, done.stderr
 
@@ -56,6 +56,7 @@ def test_colcon_takes_it_as_ament_python(package):
     assert listed.split() == ['mpc_controller', 'src/mpc_controller', '(ros.ament_python)']
 
 
+@pytest.mark.timeout(330)
 def test_pip_installs_a_law_that_is_driven_over_dds_studied_and_passes_its_own_tests(domain, package, tmp_path):
     place = tmp_path / 'installed'
     _done([sys.executable, '-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-build-isolation',

@@ -249,7 +249,8 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     assert first > 1.0
     assert metrics['outcome'] == 'recorded'
     assert metrics['duration'] == pytest.approx(last - first, abs=0.1)
-    report = page.find('#recorded a').get_attribute('href')
+    # in one step: the page makes the link again with each state that it shows
+    report = page.driver.execute_script('return document.querySelector("#recorded a").href')
     # a further one does not hide it
     assert page.driver.execute_script(
         'mrc.live.state({nodes: [], unreadable: {}, happenings: [], ended: [], recordings: ['

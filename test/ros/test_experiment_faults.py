@@ -25,7 +25,7 @@ def test_a_recorder_that_is_killed_leaves_a_bag_and_no_process(domain, tmp_path,
     time.sleep(moment + random.Random(moment).random())  # noqa: S311 (no secret)
     run.kill()
     killed = time.time_ns()
-    run.communicate(timeout=10)
+    run.communicate(timeout=60)
     wait_until(lambda: not processes_of(output))
     recording = bag_reader.read_bag(output / 'bag')
     assert any('the recording was cut off' in problem for problem in recording.problems)

@@ -138,7 +138,9 @@ def test_the_present_values_can_be_set_again(robot):
     robot.start('position_controller')
     services = Services(robot, ['position_controller'])
     values = services.values['position_controller']
-    results = services.set('position_controller', [of(name, value) for name, value in values.items()])
+    kinds = {name: declared.kind for name, declared in DECLARED['position_controller'].items()}
+    results = services.set('position_controller', [
+        of(name, int(value) if kinds.get(name) is int else value) for name, value in values.items()])
     assert [result.reason for result in results] == [''] * len(values)
 
 

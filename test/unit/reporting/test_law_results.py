@@ -12,8 +12,8 @@ from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.reporting import law_results, law_searches
 from mobile_robot_control.reporting.law_results import (
-    FED,
     CURVES,
+    FED,
     PART,
     STORE,
     difference_cell,

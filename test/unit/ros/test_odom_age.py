@@ -3,7 +3,7 @@
 import pytest
 
 from mobile_robot_control.parameters.shared import Shared
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
 from mobile_robot_control.ros.odom_age import OdomAge
 
 MS = 1_000_000
@@ -40,3 +40,8 @@ def test_the_reference_moves_on_to_now():
     assert age.present(reference, 20 * MS) == Reference(Pose(1.01, 2.0, 0.0), BodyVelocity(0.5, 0.0))
     assert age.present(reference, -20 * MS) == reference
     assert age.present(reference, 9000 * MS).pose.x == pytest.approx(1.25)
+    # by its acceleration, where that is sent
+    pose, velocity, acceleration = age.present(reference._replace(acceleration=BodyAcceleration(1.0, 2.0)), 20 * MS)
+    assert velocity == pytest.approx((0.52, 0.04))
+    assert pose.x == pytest.approx(1.0 + 0.5 * 0.02 + 0.5 * 0.02**2, abs=1e-7)
+    assert acceleration == (1.0, 2.0)
