@@ -45,9 +45,9 @@ figures: setup
 test: setup
 	$(BIN)/python -m pytest
 
-# the tests over DDS alone: those that another distribution could change
+# the tests over DDS alone: those that another distribution could change; ONLY='FILE...' for some of them
 test-dds: setup
-	$(BIN)/python -m pytest -m "dds and not soak"
+	$(BIN)/python -m pytest -m "dds and not soak" $(ONLY)
 
 # one test at a time, each with the machine for itself; a line a test says how far it is
 soak: setup

@@ -29,7 +29,7 @@ PERIOD = 2_000_000
 """[ns] of the velocity grid in lockstep, unless a test chooses another."""
 
 
-def run_command(name, *arguments, timeout=90):
+def run_command(name, *arguments, timeout=180):
     """Run a command of the package to its end."""
     return subprocess.run(
         [sys.executable, '-m', f'mobile_robot_control.cli.{name}', *map(str, arguments)],
@@ -142,7 +142,7 @@ class Robots:
         """Return the stamp of a robot's newest joint states [s]."""
         return self.recorders[namespace].newest.get('joint_states', -1) / 1e9
 
-    def spin_until(self, condition, seconds=30.0):
+    def spin_until(self, condition, seconds=60.0):
         """Take in messages until a condition holds; fail if it does not in time, or if a node refuses to start."""
         deadline = time.monotonic() + seconds
         while not condition():

@@ -32,7 +32,7 @@ class LivePage:
             [sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--port', '0', '--output', str(folder),
              *arguments], stdout=subprocess.PIPE, stderr=self._errors, text=True, env=os.environ | dict(environment))
         line = self.process.stdout.readline()
-        assert line.startswith('dashboard: http://'), (line, self.process.wait(20))
+        assert line.startswith('dashboard: http://'), (line, self.process.wait(60))
         self.address = line.split()[1]
 
     def printed(self):
@@ -53,7 +53,7 @@ class LivePage:
     def stop(self):
         """End it as Ctrl-C does; return its exit code."""
         self.process.send_signal(signal.SIGINT)
-        return self.process.wait(30)
+        return self.process.wait(60)
 
     def close(self):
         """End it, whatever its state."""

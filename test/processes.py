@@ -26,7 +26,7 @@ def catches_sigterm(pid):
     return False
 
 
-def wait_until(condition, seconds=30.0, step=0.002):
+def wait_until(condition, seconds=60.0, step=0.002):
     """Look every step [s] whether a condition holds; fail if it does not in time."""
     deadline = time.monotonic() + seconds
     while not condition():

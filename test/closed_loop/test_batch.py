@@ -134,6 +134,6 @@ def test_without_numba_trials_run_with_one_warning():
         '    trials = [make_trial(configure({}), 0.1)] * 3\n'
         '    print(pool(trials) == batch.run_trials(trials, False)); pool.close()\n'
     )
-    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=120, check=True)
     assert done.stdout == 'True\n'
     assert done.stderr.count('numba is not installed') == 1

@@ -58,7 +58,7 @@ def run(folder, *arguments):
     """Run Python with what a folder has installed."""
     paths = os.pathsep.join(filter(None, [str(folder), os.environ.get('PYTHONPATH', '')]))
     return subprocess.run([sys.executable, *arguments], env=os.environ | {'PYTHONPATH': paths}, capture_output=True,
-                          text=True, timeout=60, check=False, stdin=subprocess.DEVNULL)
+                          text=True, timeout=120, check=False, stdin=subprocess.DEVNULL)
 
 
 SIMULATE = '''

@@ -77,7 +77,7 @@ def test_its_topics_are_those_of_the_node(domain):
         '        kind = end.srv_type.__module__.split(".")[0] + "/srv/" + end.srv_type.__name__\n'
         '        print(name, end.service_name, kind, "serves")\n'
     )
-    printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
+    printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=120,
                              check=True).stdout
     for node, page in PAGES.items():
         real = {tuple(line.split()[1:]) for line in printed.splitlines() if line.split()[0] == node}
@@ -149,7 +149,7 @@ def test_the_options_are_those_of_the_commands():
         '    except SystemExit:\n'
         '        pass\n'
     )
-    printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
+    printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=120,
                              check=True).stdout
     page = _page('commands')
     shared = _options(page.partition('## What all commands share')[2].partition('\n## ')[0])

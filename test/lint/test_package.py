@@ -33,14 +33,14 @@ def source(tmp_path):
 def _refused(path, environment):
     """Return whether a node started from a path refuses an invalid parameter, for which it must import the package."""
     done = subprocess.run([path, '--ros-args', '-p', 'robot.mass:=-1.0'], env=environment, capture_output=True,
-                          text=True, timeout=60, check=False)
+                          text=True, timeout=120, check=False)
     return done.returncode == 2 and 'robot.mass = -1.0' in done.stderr
 
 
 def _finds_robots(path, environment):
     """Return whether a command started from a path finds the robots that are installed with it."""
     done = subprocess.run([path, '--duration', '0.1', '--robot', 'chapter'], env=environment, capture_output=True,
-                          timeout=60, check=False)
+                          timeout=120, check=False)
     return done.returncode == 0
 
 

@@ -40,7 +40,7 @@ def _upgrade(address, origin):
 def _run(tmp_path, *arguments, **variables):
     return subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--output', tmp_path,
                            *arguments],
-                          capture_output=True, text=True, timeout=60, env=os.environ | variables, check=False)
+                          capture_output=True, text=True, timeout=120, env=os.environ | variables, check=False)
 
 
 def _is_running(pid):
@@ -92,7 +92,7 @@ def test_attached_to_nodes_it_leaves_them_alone_and_strangers_open_nothing(domai
         assert _status(address, Cookie=cookie, Origin='http://evil.example') == 403
         assert _status(address, Cookie=cookie, Host='evil.example') == 403
         page.process.kill()
-        page.process.wait(20)
+        page.process.wait(60)
         page.close()
 
         page = LivePage(tmp_path / 'again', '--attach')
@@ -167,7 +167,7 @@ def test_a_signal_ends_page_and_nodes(domain, tmp_path):
     page = LivePage(tmp_path)
     nodes = page.nodes()
     page.process.send_signal(signal.SIGTERM)
-    assert page.process.wait(30) == 0
+    assert page.process.wait(60) == 0
     assert not any(map(_is_running, nodes))
     page.close()
 

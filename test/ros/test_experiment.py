@@ -61,7 +61,7 @@ def test_a_recorder_that_stalls_misses_no_message(domain, tmp_path):
     os.kill(run.pid, signal.SIGSTOP)
     time.sleep(1.5)
     os.kill(run.pid, signal.SIGCONT)
-    _, errors = run.communicate(timeout=60)
+    _, errors = run.communicate(timeout=120)
     assert run.returncode == 0, errors
     recording = bag_reader.read_bag(output / 'bag')
     assert not recording.problems
@@ -73,7 +73,7 @@ def test_a_node_that_dies_is_named(domain, tmp_path, name):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 30)
     os.kill(*processes_of(output, name), signal.SIGKILL)
-    _, errors = run.communicate(timeout=30)
+    _, errors = run.communicate(timeout=120)
     assert run.returncode == 1
     assert f'{name} was killed by SIGKILL' in errors
     assert 'Traceback' not in errors
@@ -112,7 +112,7 @@ def test_an_interrupted_run_has_a_complete_bag_and_metrics(domain, tmp_path, num
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 60, report=report)
     run.send_signal(number)
-    _, errors = run.communicate(timeout=30)
+    _, errors = run.communicate(timeout=120)
     assert run.returncode == 1, errors
     assert 'Traceback' not in errors
     metrics = json.loads((output / 'metrics.json').read_text())

@@ -25,7 +25,7 @@ def test_a_recorder_that_is_killed_leaves_a_bag_and_no_process(domain, tmp_path,
     time.sleep(moment + random.Random(moment).random())  # noqa: S311 (no secret)
     run.kill()
     killed = time.time_ns()
-    run.communicate(timeout=60)
+    run.communicate(timeout=120)
     wait_until(lambda: not processes_of(output))
     recording = bag_reader.read_bag(output / 'bag')
     assert any('the recording was cut off' in problem for problem in recording.problems)
@@ -63,7 +63,7 @@ def test_a_folder_that_is_removed_ends_the_run_with_a_message(domain, tmp_path):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 60)
     (output / 'bag' / 'bag.mcap').unlink()
-    _, errors = run.communicate(timeout=30)
+    _, errors = run.communicate(timeout=120)
     assert run.returncode == 1
     assert 'bag.mcap: was removed while it was written' in errors
     assert 'Traceback' not in errors
@@ -90,7 +90,7 @@ def test_on_the_wall_clock_an_interrupted_run_has_a_complete_bag(domain, tmp_pat
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 60, *WALL_CLOCK, '--composed')
     run.send_signal(signal.SIGINT)
-    _, errors = run.communicate(timeout=30)
+    _, errors = run.communicate(timeout=120)
     assert run.returncode == 1, errors
     assert 'Traceback' not in errors
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'interrupted'
@@ -132,7 +132,7 @@ def test_an_experiment_that_hangs_while_it_starts_is_ended(domain, tmp_path, mon
     wait_until((tmp_path / 'run' / 'log').exists, 30.0)
     if stop:
         run.terminate()
-    _, errors = run.communicate(timeout=60)
+    _, errors = run.communicate(timeout=120)
     assert run.returncode == -signal.SIGKILL
     assert b'ROS 2 has not answered for too long' in errors
     assert not processes_of(tmp_path)

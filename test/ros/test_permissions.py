@@ -120,7 +120,7 @@ def test_what_cannot_be_secured_does_not_start(domain, tmp_path, program):
     output = tmp_path / 'run'
     module, *arguments = [*program, *(['--output', str(output)] if 'experiment' in program[0] else [])]
     done = subprocess.run([sys.executable, '-m', f'mobile_robot_control.{module}', *arguments], capture_output=True,
-                          text=True, timeout=60, check=False, env=os.environ | security, stdin=subprocess.DEVNULL)
+                          text=True, timeout=120, check=False, env=os.environ | security, stdin=subprocess.DEVNULL)
     assert done.returncode == 2, done.stderr
     assert 'SECURITY ERROR' in done.stderr
     assert 'Traceback' not in done.stderr

@@ -43,7 +43,7 @@ CASES += [(name, node, f'{node}: {{ros__parameters: {values}}}', words)
 def _node(name, *arguments):
     return subprocess.run(
         [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args', *map(str, arguments)],
-        stdin=subprocess.PIPE, capture_output=True, text=True, timeout=30, check=False,
+        stdin=subprocess.PIPE, capture_output=True, text=True, timeout=120, check=False,
     )
 
 

@@ -82,7 +82,7 @@ def _changed_run(robot, output):
     robot.spin_until(lambda: publisher.publish(push) or 'disturbance' in events)
     robot.recorder.destroy_publisher(publisher)
     _set(robot, 'plant', real_time_factor=0.0)
-    _, error = run.communicate(timeout=60)
+    _, error = run.communicate(timeout=120)
     assert run.returncode == 0, error
 
 
@@ -106,7 +106,7 @@ def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_repl
     robot.spin_until(lambda: 'running' in seen or 'paused' in seen)
     pid, = processes_of(killed, 'plant')
     os.kill(pid, signal.SIGKILL)
-    out, error = run.communicate(timeout=60)
+    out, error = run.communicate(timeout=120)
     assert run.returncode == 1
     assert 'was killed by SIGKILL' in error
     assert 'was broken off after' in out
@@ -175,7 +175,7 @@ def test_whatever_changes_a_run_is_replayed_to_the_last_bit(domain, quick_discov
             draw.choice(operations)()
         robot.recorder.destroy_publisher(publisher)
         _set(robot, 'plant', paused=False, real_time_factor=0.0)
-        _, error = run.communicate(timeout=60)
+        _, error = run.communicate(timeout=120)
         assert run.returncode == 0, error
     finally:
         robot.close()

@@ -31,7 +31,7 @@ def test_a_signal_during_the_start_ends_the_node(domain, delay):
     wait_until(lambda: catches_sigterm(node.pid))
     time.sleep(delay)  # the moment is what is tested
     node.send_signal(signal.SIGTERM)
-    output, _ = node.communicate(timeout=10.0)
+    output, _ = node.communicate(timeout=60)
     assert node.returncode == 0
     assert [line for line in output.splitlines() if b'waiting for' not in line and b'ended' not in line] == []
 

@@ -73,10 +73,10 @@ def _signal_a_node(folder, moment):
         time.sleep(moment.delay)  # the moment is what is tested
         segments = _segments({process.pid for process in processes.values()})
         processes[moment.target].send_signal(moment.number)
-        assert processes[moment.target].wait(10.0) == 0, (moment, (folder / f'{moment.target}.log').read_text())
+        assert processes[moment.target].wait(60.0) == 0, (moment, (folder / f'{moment.target}.log').read_text())
         for process in processes.values():
             process.send_signal(moment.number)
-        assert [process.wait(10.0) for process in processes.values()] == [0] * len(processes), moment
+        assert [process.wait(60.0) for process in processes.values()] == [0] * len(processes), moment
     finally:
         for process in processes.values():
             process.kill()
@@ -98,7 +98,7 @@ def _signal_an_experiment(folder, moment):
         segments = _segments({run.pid, *processes_of(folder)})
         run.send_signal(moment.number)
         # 1, unless the run had ended before the signal came
-        assert run.wait(30.0) in (0, 1), (moment, log.read_text())
+        assert run.wait(120.0) in (0, 1), (moment, log.read_text())
     finally:
         run.kill()
     assert 'Traceback' not in log.read_text(), (moment, log.read_text())

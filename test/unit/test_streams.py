@@ -15,7 +15,7 @@ SIMULATE = [sys.executable, '-m', 'mobile_robot_control.cli.simulate', '--durati
 def _run(redirections, *arguments, environment=None):
     """Run `simulate` from a shell with redirections; returns the completed process."""
     return subprocess.run(['sh', '-c', f'exec "$@" {redirections}', 'sh', *SIMULATE, *map(str, arguments)],
-                          capture_output=True, text=True, timeout=60, check=False,
+                          capture_output=True, text=True, timeout=120, check=False,
                           env=os.environ | (environment or {}))
 
 
@@ -41,7 +41,7 @@ def test_a_full_standard_output_is_an_error_in_one_line(unbuffered):
 def test_an_output_that_nothing_reads_is_an_error_in_one_line(unbuffered):
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run(SIMULATE, stdout=write, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+    done = subprocess.run(SIMULATE, stdout=write, stderr=subprocess.PIPE, text=True, timeout=120, check=False,
                           env=os.environ | {'PYTHONUNBUFFERED': unbuffered})
     os.close(write)
     assert done.returncode == 1

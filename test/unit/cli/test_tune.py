@@ -310,7 +310,7 @@ def test_ctrl_c_writes_the_best_so_far_and_names_resume(tmp_path):
     assert search.poll() is None
     # to the workers too, as a terminal does
     os.killpg(search.pid, signal.SIGINT)
-    _, printed = search.communicate(timeout=30)
+    _, printed = search.communicate(timeout=120)
     assert search.returncode == 1
     assert '--resume goes on' in printed
     assert 'Traceback' not in printed
