@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import re
 import signal
 import subprocess
@@ -16,6 +17,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
+from mobile_robot_control.cli import fastdds_profiles
 from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.recording import bag_reader
@@ -60,6 +62,30 @@ def start_experiment(output, *arguments, report=False):
     return run
 
 
+QUIET = 'quiet.xml'
+"""The file of Fast DDS profiles for this process, beside that of the nodes: it announces itself as seldom as usual."""
+
+
+@contextlib.contextmanager
+def _announced_seldom():
+    """
+    Make participants of this process that announce themselves seldom.
+
+    Where one announces itself while a peer leaves and writers are deleted, Fast DDS may deadlock:
+    https://github.com/eProsima/Fast-DDS/issues/6502
+    """
+    variable = fastdds_profiles.PROFILES_VARIABLE
+    given = os.environ.get(variable)
+    quiet = Path(given).with_name(QUIET) if given else None
+    if quiet is not None and quiet.is_file():
+        os.environ[variable] = str(quiet)
+    try:
+        yield
+    finally:
+        if given is not None:
+            os.environ[variable] = given
+
+
 class Robots:
     """
     One robot, or several in namespaces of one ROS domain: their nodes as processes, and a recorder of each robot here.
@@ -92,7 +118,8 @@ class Robots:
         self._bags = contextlib.ExitStack()
         for namespace in namespaces:
             bag = self._bags.enter_context(BagWriter(self._bag(namespace)))
-            self.recorders[namespace] = Recorder(namespace, bag.write, bag.knows, self.loop)
+            with _announced_seldom():
+                self.recorders[namespace] = Recorder(namespace, bag.write, bag.knows, self.loop)
             self.add(self.recorders[namespace])
 
     def _bag(self, namespace):

@@ -15,11 +15,13 @@ from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import loop_of
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.deadline import leave_dds
-from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.topics import LOOPS, LoopGraph
 
+_DISCOVERY = 4.0
+"""[s] of wall time at most until every topic is discovered; DDS announces every 3 s."""
 _BEHIND, _SILENT = 10.0, 0.5
 """[s] of wall time at most until every topic is recorded to the end, and without a message of the loop."""
 
@@ -50,6 +52,12 @@ def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
         recorder = Recorder(namespace, bag.write, bag.knows, loop)
         executor = make_executor()
         executor.add_node(recorder)
+        # topics are discovered one after the other: the recording begins at one stamp for all of them
+        recorder.first = NO_LIMIT
+        deadline = time.monotonic() + _DISCOVERY
+        while not recorder.has_every_topic() and time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.05)
+        recorder.first = max(recorder.newest.values(), default=0)
         while not stop.requested and not bag.failure:
             executor.spin_once(timeout_sec=0.05)
         # topics come from several processes: on a busy machine one of them may be behind, here or on its way

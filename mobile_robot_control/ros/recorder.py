@@ -57,8 +57,8 @@ class Recorder(Node):
         Wall time [ns] at which the last message of a loop topic was taken in.
     limit : int
         Stamp [ns] at which a lockstep run is to hold, however far it is recorded.
-    last : int
-        Stamp [ns] after which no message of a loop topic is recorded.
+    first, last : int
+        Stamps [ns] before and after which no message of a loop topic is recorded.
 
     """
 
@@ -72,6 +72,7 @@ class Recorder(Node):
         self._controller = f'{self.get_namespace().rstrip("/")}/position_controller'.lstrip('/')
         self.received = 0
         self.limit = self.last = NO_LIMIT
+        self.first = -NO_LIMIT
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
         self._graph = loop
@@ -184,7 +185,7 @@ class Recorder(Node):
 
         def take(message: bytes) -> None:
             now = time.time_ns()
-            stamp = 0
+            stamp = self.first
             if of_loop is not None:
                 self.received = now
                 with suppress(RefusedMessageError):
@@ -195,7 +196,7 @@ class Recorder(Node):
                     self._set_on_plant()
             elif topic == '/diagnostics':
                 self._note_diagnostics(message)
-            if stamp <= self.last:
+            if self.first <= stamp <= self.last:
                 self._sink(topic, kind, now, message, latched)
 
         quality = QoSProfile(

@@ -1,4 +1,4 @@
-"""A recording that is ended while the robot drives."""
+"""A recording that begins and ends while the robot drives."""
 
 import time
 
@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.topics import LOOPS
 
@@ -21,7 +21,7 @@ def executor(domain):
     rclpy.shutdown()
 
 
-def test_every_topic_of_the_loop_ends_at_the_same_stamp(executor):
+def test_every_topic_of_the_loop_begins_and_ends_at_the_same_stamp(executor):
     recorded = []
     recorder = Recorder('/', lambda topic, kind, received, message, latched: recorded.append(
         (topic, serialised_stamp(message))), lambda kind: True, LOOPS['torque'])
@@ -41,6 +41,10 @@ def test_every_topic_of_the_loop_ends_at_the_same_stamp(executor):
             assert time.monotonic() < deadline
             executor.spin_once(timeout_sec=0.05)
 
+    recorder.first = NO_LIMIT
+    publish('joint_states', 0)
+    publish('wheel_torques', 0)
+    recorder.first = 1
     publish('joint_states', 1, 2, 3)
     publish('wheel_torques', 1)
     recorder.last = max(recorder.newest.values())
