@@ -58,7 +58,8 @@ def test_a_stranger_that_answers_with_other_numbers_is_counted_and_named(robot, 
             other.publish(message)
 
     stranger.create_subscription(TwistStamped, 'cmd_vel', answer_too, SUBSCRIBED)
-    robot.start(arguments=['-p', 'duration:=3.0', '-p', 'paused:=true'], composed=True)
+    # without an end: how often the stranger's answer comes in time depends on the machine
+    robot.start(arguments=['-p', 'paused:=true'], composed=True)
     robot.resume()
     reason = 'refused cmd_vel: other numbers for a stamp'
     robot.spin_until(lambda: int(said.get('velocity_controller', (0, '', {}))[2].get(reason, 0)) > 10)
@@ -67,7 +68,7 @@ def test_a_stranger_that_answers_with_other_numbers_is_counted_and_named(robot, 
     assert 'cmd_vel has several publishers (/position_controller and /stranger)' in message
     assert values['publishers of cmd_vel'] == '/position_controller and /stranger'
     robot.spin_until(lambda: 'publishers of cmd_vel' in said.get('position_controller', (0, '', {}))[2])
-    robot.finish()
+    robot.stop()
     # the first answer counted every time
     assert max(abs(sample.wheels.right) for sample in robot.recording().samples) < 60.0
     assert 'cmd_vel has several publishers: /position_controller and /stranger; stop all but one' in robot.log()
