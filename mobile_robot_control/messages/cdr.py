@@ -84,6 +84,16 @@ def _text(order: _Order, data: bytes, at: int) -> tuple[str, int]:
     return data[at:end - 1 if end > at else at].decode(), end
 
 
+def _texts(order: _Order, data: bytes, at: int) -> tuple[list[str], int]:
+    """Read a sequence of strings; return it and the position behind it."""
+    count, at = _count(order, data, at)
+    found = []
+    for _ in range(count):
+        text, at = _text(order, data, at)
+        found.append(text)
+    return found, at
+
+
 def _header(order: _Order, data: bytes) -> tuple[Header, int]:
     """Read a header; return it and the position behind it."""
     frame, at = _text(order, data, _HEADER)
@@ -101,11 +111,7 @@ def _doubles(order: _Order, data: bytes, at: int) -> tuple[tuple[float, ...], in
 
 def _joint_state(order: _Order, data: bytes) -> JointState:
     header, at = _header(order, data)
-    count, at = _count(order, data, at)
-    names = []
-    for _ in range(count):
-        name, at = _text(order, data, at)
-        names.append(name)
+    names, at = _texts(order, data, at)
     position, at = _doubles(order, data, at)
     velocity, at = _doubles(order, data, at)
     effort, _ = _doubles(order, data, at)
@@ -152,11 +158,7 @@ def _rows(order: _Order, data: bytes, at: int, form: struct.Struct) -> tuple[tup
 
 def _trajectory(order: _Order, data: bytes) -> MultiDOFJointTrajectory:
     header, at = _header(order, data)
-    count, at = _count(order, data, at)
-    names = []
-    for _ in range(count):
-        name, at = _text(order, data, at)
-        names.append(name)
+    names, at = _texts(order, data, at)
     count, at = _count(order, data, at)
     points = []
     for _ in range(count):
@@ -169,7 +171,7 @@ def _trajectory(order: _Order, data: bytes) -> MultiDOFJointTrajectory:
             tuple(Transform(Vector(*row[:3]), Quaternion(*row[3:])) for row in transforms),
             tuple(_twist(*row) for row in velocities), tuple(_twist(*row) for row in accelerations),
             seconds * NANOSECONDS + rest))
-    return MultiDOFJointTrajectory(header, tuple(names), tuple(points))
+    return MultiDOFJointTrajectory(header, names, tuple(points))
 
 
 def _wrench_stamped(order: _Order, data: bytes) -> WrenchStamped:

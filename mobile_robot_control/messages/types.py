@@ -105,7 +105,7 @@ class MultiDOFJointTrajectory(NamedTuple):
     """trajectory_msgs/MultiDOFJointTrajectory."""
 
     header: Header
-    joint_names: tuple[str, ...]
+    joint_names: list[str]
     points: tuple[TrajectoryPoint, ...]
 
 

@@ -1,6 +1,5 @@
 """The node `velocity_controller`: from a body velocity command and the wheels' velocities to wheel torques."""
 
-import math
 from functools import partial
 
 from mobile_robot_control.control import velocity_pi
@@ -17,6 +16,8 @@ from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
 from mobile_robot_control.stamps import period_nanoseconds
 
+_OLDEST_ACCELERATION = 0.5
+"""[s]: on the wall clock, an older acceleration is not fed forward."""
 _ZERO = BodyVelocity(0.0, 0.0)
 _OLDEST_WHEELS = 0.1
 """[s]: on the wall clock, no torque is asked for when the wheels' velocities are older."""
@@ -97,7 +98,8 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._command_policy.accept(self._command[0])
         if stamp == self._command[0]:
             self._values = self._changed  # live changes, at position ticks as in the position controller
-        self._step(stamp, wheels, self._command[1], (stamp - self._command[0]) // self._period * self._dt)
+        self._step(stamp, wheels, self._command[1], self._acceleration and self._acceleration[1],
+                   (stamp - self._command[0]) // self._period * self._dt)
         if self._events.pending and self._values is self._changed:
             self._events.publish_pending(stamp)
 
@@ -112,8 +114,11 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         timeout = self._values.cmd_vel_timeout
         fresh = self._command is not None and (timeout == 0.0 or self._monitor.age('cmd_vel') <= timeout)
         if self._monitor.age('joint_states') <= _OLDEST_WHEELS:
+            # accelerations may fall silent alone, where another node commands
+            fed = self._acceleration is not None and fresh and self._monitor.age('cmd_accel') <= _OLDEST_ACCELERATION
             self._step(stamp, self._wheels[1], self._command[1] if fresh and self._command else _ZERO,
-                       min(self._monitor.age('cmd_vel'), self._position_period / 1e9) if fresh else math.inf)
+                       self._acceleration[1] if fed and self._acceleration else None,
+                       min(self._monitor.age('cmd_vel'), self._position_period / 1e9))
             if self._events.pending:
                 self._events.publish_pending(stamp)
             if not fresh:
@@ -126,12 +131,15 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
     def _reached(self) -> int | None:
         return self._policy.accepted
 
-    def _step(self, stamp: int, wheels: WheelVelocity, command: BodyVelocity, age: float) -> None:
+    def _step(
+        self, stamp: int, wheels: WheelVelocity, command: BodyVelocity, acceleration: BodyAcceleration | None,
+        age: float,
+    ) -> None:
         measured, robot = body_velocity(wheels, self._shared.robot), self._shared.robot
         limit = self._values.max_wheel_torque
-        if self._feeds and self._acceleration is not None and age < math.inf:
+        if acceleration is not None:
             self._state, self._torque = velocity_pi.fed_step(
-                self._state, command, self._acceleration[1], age, measured, self._values.gains, robot, limit, self._dt)
+                self._state, command, acceleration, age, measured, self._values.gains, robot, limit, self._dt)
         else:
             self._state, self._torque = velocity_pi.step(
                 self._state, command, measured, self._values.gains, robot, limit, self._dt)
