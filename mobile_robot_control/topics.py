@@ -55,15 +55,16 @@ _TABLE = (
 
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
-FEEDFORWARD_TOPICS = {topic.name: topic for topic in (
+OPTIONAL_TOPICS = {topic.name: topic for topic in (
     Topic('reference_horizon', 'trajectory_msgs/msg/MultiDOFJointTrajectory', 'reference_cart',
           ('position_controller',), 'position_rate', ()),
     Topic('cmd_accel', 'geometry_msgs/msg/AccelStamped', 'position_controller', ('velocity_controller',),
           'position_rate', ('linear', 'angular')),
+    Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate', ()),
 )}
 """Further topics of the loop where parameters ask for them, each before the one that it belongs to; see `extended`."""
-_BEFORE = {'reference': 'reference_horizon', 'cmd_vel': 'cmd_accel'}
-ALL_LOOP_TOPICS = {**LOOP_TOPICS, **FEEDFORWARD_TOPICS}
+_BEFORE = {'odom': 'odom_time', 'reference': 'reference_horizon', 'cmd_vel': 'cmd_accel'}
+ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """Both."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 EVENTS, DISTURBANCE = 'events', 'disturbance'
@@ -159,9 +160,9 @@ def with_truth(loop: LoopGraph) -> LoopGraph:
         name='ground_truth', subscribers=())})
 
 
-def extended(loop: LoopGraph, horizon: bool, feeds: bool) -> LoopGraph:
+def extended(loop: LoopGraph, horizon: bool, feeds: bool, timed: bool) -> LoopGraph:
     """
-    Return a loop with the topics that feedforward needs.
+    Return a loop with the topics that parameters ask for.
 
     Parameters
     ----------
@@ -171,16 +172,19 @@ def extended(loop: LoopGraph, horizon: bool, feeds: bool) -> LoopGraph:
         Whether the cart publishes `reference_horizon`.
     feeds : bool
         Whether the velocity controller, where there is one, takes `cmd_accel`.
+    timed : bool
+        Whether the plant publishes `odom_time`.
 
     """
-    added = {name for name, wanted in (('reference_horizon', horizon), ('cmd_accel', feeds))
-             if wanted and {FEEDFORWARD_TOPICS[name].publisher, *FEEDFORWARD_TOPICS[name].subscribers} <= {*loop.nodes}}
+    added = {name for name, wanted in (
+        ('reference_horizon', horizon), ('cmd_accel', feeds), ('odom_time', timed))
+             if wanted and {OPTIONAL_TOPICS[name].publisher, *OPTIONAL_TOPICS[name].subscribers} <= {*loop.nodes}}
     if not added:
         return loop
     topics: dict[str, Topic] = {}
     for name, topic in loop.topics.items():
         if _BEFORE.get(name) in added:
-            topics[_BEFORE[name]] = FEEDFORWARD_TOPICS[_BEFORE[name]]
+            topics[_BEFORE[name]] = OPTIONAL_TOPICS[_BEFORE[name]]
         topics[name] = topic
     answers = [(question, one) for question, answer in loop.answers
                for one in (_BEFORE.get(answer), answer) if one == answer or one in added]

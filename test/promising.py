@@ -10,10 +10,10 @@ from mobile_robot_control.simulation.batch import run_trials
 from mobile_robot_control.simulation.trial import make_trial
 
 FROM, UNTIL = 10.0, 32.0
-# the plant as the base is; what arrives 60 ms late waits 10 ms on average for a tick of 50 Hz
+# the plant as the base is; its stamps tell the age of odometry
 LIKE_THE_BASE = ['plant.drive:=velocity', 'plant.base.max_speed:=[0.7, 0.0]', 'plant.base.dead_zone:=[0.05, 0.0]',
                  'plant.base.command_rate:=20.0', 'plant.odometry.rate:=30.0', 'plant.odometry.latency:=0.06',
-                 'position_controller.odom_latency:=0.07', '/**.lockstep:=true']
+                 '/**.odometry_stamped:=sampled', '/**.lockstep:=true']
 # found by tune for this plant at a lag of 0.15 s: backstepping --seed 1 --generations 60 --population 60
 # --curves trifolium lemniscate --start=0,0,0 --start=-0.2,0.1,0.3 --mass 0.5 1.2 --laps 2
 TUNED = [f'position_controller.backstepping.{gain}' for gain in ('p:=4.99878', 'q:=0.237305', 'f:=2.51953',

@@ -14,12 +14,13 @@ DRIFTING = {'plant.odometry.dead_reckoning': True, 'plant.odometry.radius_error'
 NOISE = {'plant.noise.velocity': 0.01, 'plant.noise.pose': [0.001, 0.001, 0.002], 'plant.noise.seed': 3}
 COMPENSATED = {'position_controller.compensate_latency': True, 'position_controller.odom_latency': 0.04}
 DELAY = {'plant.delay.velocity_steps': 2}
+STAMPED = {'/**.odometry_stamped': 'sampled'}
 PUSHED = {'plant.disturbance.time': 0.5, 'plant.disturbance.impulse': [0.002, -0.001]}
 
 ROBOTS = {
     'base with everything': {**LAGGING, **COARSE, **LATE, **TICKS, **DRIFTING, **NOISE, **COMPENSATED},
     'torques with everything': {**MOTORS, **FRICTION, **LATE, **TICKS, **DRIFTING, **NOISE, **COMPENSATED, **DELAY,
-                                **PUSHED},
+                                **PUSHED, **STAMPED},
 }
 """In `make test`."""
 MORE = {
@@ -27,7 +28,7 @@ MORE = {
     'lagging, compensated, noise': {**LAGGING, **COMPENSATED, **NOISE},
     'lagging, late, drifting': {**LAGGING, **LATE, **DRIFTING},
     'coarse, ticks, noise': {**COARSE, **TICKS, **NOISE},
-    'coarse, late, compensated': {**COARSE, **LATE, **COMPENSATED},
+    'coarse, late, compensated': {**COARSE, **LATE, **COMPENSATED, **STAMPED},
     'motors, ticks, compensated, pushed': {**MOTORS, **TICKS, **COMPENSATED, **PUSHED},
     'motors, late, noise': {**MOTORS, **LATE, **NOISE},
     'friction, drifting, delay': {**FRICTION, **DRIFTING, **DELAY},

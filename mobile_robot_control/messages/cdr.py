@@ -22,6 +22,7 @@ from mobile_robot_control.messages.types import (
     Odometry,
     PoseWithCovariance,
     Quaternion,
+    TimeReference,
     TrajectoryPoint,
     Transform,
     Twist,
@@ -144,6 +145,12 @@ def _accel_stamped(order: _Order, data: bytes) -> AccelStamped:
     return AccelStamped(header, _twist(*order.six.unpack_from(data, aligned(at, 8))))
 
 
+def _time_reference(order: _Order, data: bytes) -> TimeReference:
+    header, at = _header(order, data)
+    seconds, rest = order.duration.unpack_from(data, aligned(at, 4))
+    return TimeReference(header, seconds * NANOSECONDS + rest)
+
+
 def _rows(order: _Order, data: bytes, at: int, form: struct.Struct) -> tuple[tuple[tuple[float, ...], ...], int]:
     """Read a sequence of rows of doubles; return it and the position behind it."""
     count, at = _count(order, data, at)
@@ -215,6 +222,7 @@ _READ: dict[str, Callable[[_Order, bytes], Any]] = {
     'geometry_msgs/msg/TwistStamped': _twist_stamped,
     'geometry_msgs/msg/AccelStamped': _accel_stamped,
     'trajectory_msgs/msg/MultiDOFJointTrajectory': _trajectory,
+    'sensor_msgs/msg/TimeReference': _time_reference,
     'geometry_msgs/msg/Vector3Stamped': _vector_stamped,
     'geometry_msgs/msg/WrenchStamped': _wrench_stamped,
     'diagnostic_msgs/msg/DiagnosticArray': _diagnostic_array,

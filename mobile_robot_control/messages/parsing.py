@@ -188,6 +188,11 @@ def _acceleration(accel: Any) -> BodyAcceleration:
     return found
 
 
+def read_time(message: Any) -> int:
+    """Return the time [ns] of a sensor_msgs/TimeReference."""
+    return int(message.time_ref)
+
+
 def read_acceleration(message: Any, frame: str = '') -> BodyAcceleration:
     """
     Return the acceleration [m/s², rad/s²] of a geometry_msgs/AccelStamped, whose frame counts as that of `read_twist`.

@@ -85,6 +85,13 @@ class AccelStamped(NamedTuple):
     accel: Twist
 
 
+class TimeReference(NamedTuple):
+    """sensor_msgs/TimeReference, without its source; the time is in nanoseconds."""
+
+    header: Header
+    time_ref: int
+
+
 class Transform(NamedTuple):
     """geometry_msgs/Transform."""
 

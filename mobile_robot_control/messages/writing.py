@@ -6,14 +6,17 @@ A node makes a writer for each of its messages once, and publishes the bytes tha
 
 import math
 from collections.abc import Callable, Sequence
+from struct import pack_into
 
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import AccelStamped, PoseStamped, Transform, Twist, TwistStamped, Vector3Stamped, WrenchStamped
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, TimeReference
 
+from mobile_robot_control.messages.cdr import ENCAPSULATION
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
+from mobile_robot_control.messages.serialising import serialise
 from mobile_robot_control.messages.template import Template
 from mobile_robot_control.quantities import (
     BodyAcceleration,
@@ -151,6 +154,22 @@ def horizon_writer(
         for pose, velocity, acceleration in references:
             numbers += (pose.x, pose.y, *planar_quaternion(pose.heading), *velocity, *acceleration)
         return template.fill(stamp, *numbers)
+
+    return write
+
+
+def time_writer() -> Callable[[int, int], bytes]:
+    """Make a function that writes sensor_msgs/TimeReference from a stamp and the time that it is told of [ns]."""
+    mark = b'\x7b\x2d\x4c\x11'
+    message = TimeReference()
+    message.time_ref.sec = int.from_bytes(mark, 'little')
+    data = serialise(message)
+    at = data.index(mark)
+
+    def write(stamp: int, time: int) -> bytes:
+        for place, nanoseconds in ((len(ENCAPSULATION), stamp), (at, time)):
+            pack_into('<iI', data, place, *divmod(nanoseconds, NANOSECONDS))
+        return bytes(data)
 
     return write
 

@@ -21,6 +21,7 @@ from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants
 from mobile_robot_control.model.sensors import (
     advance_sensors,
+    odometry_age,
     seen_angles,
     seen_odometry,
     seen_wheels,
@@ -121,12 +122,15 @@ class Sensing(NamedTuple):
         Returns pose and velocity of odom.
     advance : callable
         Returns the sensors after the plant has moved to the tick.
+    age : callable
+        Takes ``(sensors, k, constants)``; returns the velocity periods since odom was sampled.
     """
 
     wheels: Callable[..., WheelVelocity]
     angles: Callable[..., WheelAngles]
     odometry: Callable[..., tuple[Pose, BodyVelocity]]
     advance: Callable[..., Any]
+    age: Callable[..., int]
 
 
 class ExactSensors(NamedTuple):
@@ -165,8 +169,14 @@ def _unchanged(sensors: tuple[()], _state: PlantState, _k: int, _constants: Exac
     return sensors
 
 
-_EXACT = Sensing(_exact_wheels, _exact_angles, _exact_odometry, _unchanged)
-_REAL = Sensing(seen_wheels, seen_angles, seen_odometry, advance_sensors)
+@jitable
+def _no_age(_sensors: tuple[()], _k: int, _constants: ExactSensors) -> int:
+    """Return the age of odometry that is sampled when it is shown."""
+    return 0
+
+
+_EXACT = Sensing(_exact_wheels, _exact_angles, _exact_odometry, _unchanged, _no_age)
+_REAL = Sensing(seen_wheels, seen_angles, seen_odometry, advance_sensors, odometry_age)
 
 
 def sensing(form: PlantForm) -> Sensing:

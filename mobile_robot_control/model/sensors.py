@@ -150,6 +150,12 @@ def shown_sample(sensors: SensorState, k: int, constants: SensorConstants) -> Od
 
 
 @jitable
+def odometry_age(sensors: SensorState, k: int, constants: SensorConstants) -> int:
+    """Return how many steps before step k the odometry that is shown then was sampled."""
+    return k - shown_sample(sensors, k, constants).k
+
+
+@jitable
 def seen_odometry(
     sensors: SensorState, plant_state: PlantState, k: int, constants: SensorConstants
 ) -> tuple[Pose, BodyVelocity]:

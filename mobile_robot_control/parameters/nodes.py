@@ -15,7 +15,7 @@ from mobile_robot_control.model.plant import VELOCITY, PlantModel
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_violations
 from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
-from mobile_robot_control.parameters.shared import Shared
+from mobile_robot_control.parameters.shared import SAMPLED, Shared, is_timed
 from mobile_robot_control.reference.cart import CurveParameters, too_fast_to_send
 from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.stamps import period_nanoseconds
@@ -130,6 +130,13 @@ NODES: dict[str, Any] = dict(Configuration.__annotations__)
 """The parameters' class of each node, by node name."""
 
 
+def counted_twice(parameters: PositionControllerParameters) -> Iterator[str]:
+    """Yield, in words, an age of odometry that is compensated twice."""
+    if parameters.compensate_latency and parameters.odom_latency and parameters.shared.odometry_stamped == SAMPLED:
+        yield (f'odom_latency = {parameters.odom_latency:g} s is added to the age that the stamps of odom show '
+               '(odometry_stamped: sampled): leave it out, unless odometry is older than its stamps')
+
+
 def has_exact_odometry(plant: PlantParameters) -> bool:
     """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
     noise = plant.model.imperfections.noise
@@ -138,7 +145,7 @@ def has_exact_odometry(plant: PlantParameters) -> bool:
 
 def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
     """Return a loop with the topics that the parameters of all nodes ask for."""
-    return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled)
+    return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled, is_timed(shared))
 
 
 def loop_of(plant: PlantParameters) -> LoopGraph:

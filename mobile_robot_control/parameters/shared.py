@@ -9,6 +9,9 @@ from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.stamps import FASTEST, NANOSECONDS, period_nanoseconds
 
+SENT, SAMPLED = STAMPED = ('sent', 'sampled')
+"""What the stamp of odometry may tell."""
+
 
 class FeedforwardSwitch(NamedTuple):
     """Whether the controllers use the reference's acceleration."""
@@ -44,6 +47,10 @@ class Shared(NamedTuple):
     stamped_cmd_vel: Annotated[
         bool, Field('', 'false: cmd_vel is a plain Twist, for bases that take no other (on the wall clock alone)')
     ] = True
+    odometry_stamped: Annotated[
+        str, Field('', 'what the stamp of odom tells: sent, when the base sends it, or sampled, when it measured; a '
+                   'controller that compensates latency then knows its age', choices=STAMPED)
+    ] = SENT
     reference_horizon: Annotated[
         int, Field('', 'position ticks ahead for which the cart publishes its pose, velocity and acceleration on '
                    'reference_horizon, 0 for none: larger lets a law look farther ahead', minimum=0, maximum=1000)
@@ -88,3 +95,8 @@ def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
 def _feedforward_needs_accelerations(shared: Shared) -> Iterator[str]:
     if shared.feedforward.enabled and shared.reference_horizon < 1:
         yield ("feedforward.enabled = True needs reference_horizon = 1 or more, which is 0; write both under '/**'")
+
+
+def is_timed(shared: Shared) -> bool:
+    """Return whether a message tells when odometry was sampled: in lockstep its own stamp is that of the question."""
+    return shared.lockstep and shared.odometry_stamped == SAMPLED

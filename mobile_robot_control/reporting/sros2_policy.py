@@ -67,7 +67,7 @@ def _of_node(node: str) -> _Permissions:
     loop = [topic.name for topic in ALL_LOOP_TOPICS.values() if topic.publisher == node]
     others = [topic for topic, publishers in OTHER_TOPICS.items() if node in publishers]
     inputs = dict.fromkeys(topic for graph in LOOPS.values()
-                           for topic in extended(graph, horizon=True, feeds=True).inputs_of(node))
+                           for topic in extended(graph, horizon=True, feeds=True, timed=True).inputs_of(node))
     # /clock by rclpy itself, where use_sim_time is true
     inputs |= dict.fromkeys(topic for topic, nodes in OTHER_INPUTS.items() if node in nodes)
     return _Permissions([*loop, *others], [*inputs, '/clock'],

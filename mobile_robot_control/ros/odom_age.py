@@ -4,6 +4,7 @@ from mobile_robot_control.control.feedforward import advanced
 from mobile_robot_control.control.latency import NO_ODOMETRY, carried_forward, held_age, held_odometry
 from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.stamps import period_nanoseconds
 
 
 class OdomAge:
@@ -19,8 +20,10 @@ class OdomAge:
 
     def __init__(self, shared: Shared) -> None:
         self._lockstep, self._longest = shared.lockstep, shared.stamp_tolerance
-        self._period = 1.0 / shared.position_rate
+        self._period, self._velocity_dt = 1.0 / shared.position_rate, 1.0 / shared.velocity_rate
+        self._velocity_period = period_nanoseconds(shared.velocity_rate)
         self._held, self._sampled = NO_ODOMETRY, 0
+        self._told: int | None = None
 
     def begin(self) -> None:
         """Begin a run, or join one."""
@@ -34,8 +37,17 @@ class OdomAge:
 
     def at(self, stamp: int, latency: float) -> float:
         """Return the age [s] of the newest odometry at a stamp [ns], with a latency that its stamp does not show."""
-        since = self._held.steps * self._period if self._lockstep else (stamp - self._sampled) / 1e9
+        if self._told is not None:
+            since = (stamp - self._told) // self._velocity_period * self._velocity_dt
+        elif self._lockstep:
+            since = self._held.steps * self._period
+        else:
+            since = (stamp - self._sampled) / 1e9
         return held_age(latency + since, self._longest)
+
+    def tell(self, sampled: int) -> None:
+        """Take in the time [ns] at which the newest odometry was sampled, in lockstep."""
+        self._told = sampled
 
     def present(self, reference: Reference, age: int) -> Reference:
         """Return a reference that is some nanoseconds old as it is now; both must be of one time to be compared."""

@@ -9,10 +9,12 @@ from rosgraph_msgs.msg import Clock
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.parameters.nodes import PlantParameters, has_exact_odometry
+from mobile_robot_control.parameters.shared import SAMPLED, is_timed
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.simulated_robot import SimulatedRobot
 from mobile_robot_control.ros.transforms import make_broadcaster
+from mobile_robot_control.stamps import period_nanoseconds
 
 _LAST = 3.0
 """[s] of wall time at most in which the last messages are to arrive; a recorder on a busy machine needs some of it."""
@@ -54,16 +56,24 @@ class PlantPublishers:
         self._ground_truth = None if exact else node.create_publisher(Odometry, 'ground_truth', PUBLISHED)
         self._write_joints = writing.joints_writer(has_effort=not robot.takes_velocity)
         self._write_clock = writing.clock_writer()
+        self._write_time = writing.time_writer()
+        self._odom_time = publish_on('odom_time') if is_timed(shared) else None
         self._odom, self._joint_states = publish_on('odom'), publish_on('joint_states')
         publish_clock = values.publish_clock and shared.lockstep
         self._clock = node.create_publisher(Clock, '/clock', PUBLISHED) if publish_clock else None
         self._broadcast = make_broadcaster(node, *frames) if values.publish_tf else None
         self._newest: tuple[int, Pose, bytes]
-        self._sampled, self._truth = -1, b''
+        self._sampled, self._truth, self._time = -1, b'', b''
+        self._period = period_nanoseconds(shared.velocity_rate)
+        self._stamps_samples = shared.odometry_stamped == SAMPLED
 
     def publish_odometry(self, stamp: int) -> None:
         """Publish, with a stamp [ns], the measured pose and, where odometry is not exact, the true one."""
         pose, twist = self._robot.measured_odometry()
+        if self._odom_time is not None:
+            self._time = self._write_time(stamp, self._robot.sampled * self._period)
+        elif self._stamps_samples:
+            stamp -= (self._robot.k - self._robot.sampled) * self._period
         self._newest = stamp, pose, self._write_odometry(stamp, pose, twist)
         self._truth = self._true_motion(stamp)
         self.repeat_odometry()
@@ -83,6 +93,8 @@ class PlantPublishers:
     def repeat_odometry(self) -> None:
         """Publish the newest odometry, and the truth beside it, for the first time or again."""
         stamp, pose, odometry = self._newest
+        if self._odom_time is not None:
+            self._odom_time.publish(self._time)
         self._odom.publish(odometry)
         if self._ground_truth is not None:
             self._ground_truth.publish(self._truth)
@@ -98,5 +110,5 @@ class PlantPublishers:
 
     def flush(self) -> None:
         """Wait, not long, until every subscriber has what was published."""
-        every = (self._odom, self._joint_states, self._ground_truth, self._clock)
+        every = (self._odom, self._joint_states, self._ground_truth, self._clock, self._odom_time)
         flush(*(publisher for publisher in every if publisher is not None), seconds=_LAST)

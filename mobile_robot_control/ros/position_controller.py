@@ -10,8 +10,9 @@ from mobile_robot_control.control.feedforward import mean_acceleration
 from mobile_robot_control.control.latency import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
-from mobile_robot_control.messages.parsing import read_horizon, read_odometry
-from mobile_robot_control.parameters.nodes import PositionControllerParameters
+from mobile_robot_control.messages.parsing import read_horizon, read_odometry, read_time
+from mobile_robot_control.parameters.nodes import PositionControllerParameters, counted_twice
+from mobile_robot_control.parameters.shared import is_timed
 from mobile_robot_control.quantities import (
     NO_ACCELERATION,
     BodyAcceleration,
@@ -53,6 +54,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._conflict = OdomConflict(self, self._watch, self._values.input_timeout)
         self._drive = WallClockDrive(self, shared.lockstep, self._law, self._validator, self._act)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
+        self._odom_time: tuple[int, int] | None = None
         self._reference: tuple[int, Reference] | None = None
         self._horizon: tuple[int, tuple[Reference, ...]] | None = None
         self._answer: tuple[BodyVelocity, BodyAcceleration, TrackingError] | None = None
@@ -64,6 +66,10 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._write_acceleration = writing.acceleration_writer(shared.base_frame_id)
         self._cmd_accel = self._publish_on('cmd_accel') if self._feeds else None
         self._tracking_error = self._publish_on('tracking_error')
+        self._timed = is_timed(shared)
+        if self._timed:
+            self._read_time = make_reader('odom_time', read_time)
+            self._subscribe('odom_time', self._on_odom_time)
         self._subscribe('odom', self._on_odom)
         if shared.reference_horizon:
             self._read_horizon = make_reader('reference_horizon', partial(
@@ -72,6 +78,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._subscribe('reference_horizon', self._on_horizon)
         self._subscribe('reference', self._on_reference)
         self._tracking, self._stopped = False, ''
+        for text in counted_twice(self._values):
+            self.get_logger().warning(text)
         self._start(shared.position_rate, self._tick)
 
     def _change(self, values: PositionControllerParameters, waits: bool) -> None:
@@ -92,6 +100,12 @@ class PositionController(LoopNode[PositionControllerParameters]):
             velocity = self._twist.note(valid.stamp, pose, velocity)
         self._odom = (valid.stamp, (pose, velocity))
         self._answer_inputs()
+
+    def _on_odom_time(self, message: bytes) -> None:
+        valid = self._validator.validate('odom_time', message, self._read_time, self._policy)
+        if valid is not None and valid.decision is not StampDecision.AGAIN:
+            self._odom_time = (valid.stamp, valid.value)
+            self._answer_inputs()
 
     def _on_reference(self, message: bytes) -> None:
         valid = self._validator.validate('reference', message, self._read_reference, self._policy)
@@ -122,6 +136,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if (self._odom is None or self._reference is None or references is None
                 or self._odom[0] != self._reference[0]):
             return
+        if self._timed and (self._odom_time is None or self._odom_time[0] != self._odom[0]):
+            return
         stamp = self._odom[0]
         decision = self._policy.decide(stamp)
         if decision in (StampDecision.AGAIN, StampDecision.REFUSED, StampDecision.HOLD):
@@ -134,6 +150,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._age.begin()
         self._policy.accept(stamp)
         self._age.note(stamp, *self._odom[1])
+        if self._odom_time is not None:
+            self._age.tell(self._odom_time[1])
         self._step(stamp, *self._odom[1], references)
 
     def _tick(self) -> None:

@@ -16,6 +16,7 @@ from mobile_robot_control.model.plant_form import (
     sensors_at_rest,
 )
 from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
+from mobile_robot_control.parameters.shared import SAMPLED
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Pose
 from mobile_robot_control.simulation.closed_loop import Coming, Loop, LoopState
 from mobile_robot_control.simulation.ticks import Form
@@ -26,7 +27,7 @@ def form_of(configuration: Configuration) -> Form:
     """Return which functions the loop of a configuration is made of."""
     shared = configuration.plant.shared
     return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency,
-                shared.reference_horizon, shared.feedforward.enabled)
+                shared.odometry_stamped == SAMPLED, shared.reference_horizon, shared.feedforward.enabled)
 
 
 def plant_grid(configuration: Configuration) -> Grid:
@@ -39,7 +40,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     """Return the constants of the rollout that a checked configuration asks for, and the state at t = 0, at rest."""
     shared, plant = configuration.plant.shared, configuration.plant
     law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
-    model, grid = plant.model, plant_grid(configuration)
+    model, grid, form = plant.model, plant_grid(configuration), form_of(configuration)
     feeds_torques = shared.feedforward.enabled and model.drive == TORQUE
     discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
     loop = Loop(
@@ -63,7 +64,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     return loop, LoopState(
         at_rest, VelocityPiState(), law.start, BodyVelocity(0.0, 0.0), drive_at_rest(model, grid),
         sensors_at_rest(at_rest, loop.sensors),
-        NO_ODOMETRY if configuration.position_controller.compensate_latency else (),
+        NO_ODOMETRY if form.compensates and not form.timed else (),
         Coming(NO_ACCELERATION, 0) if feeds_torques else (),
     )
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.command_limits import limit_command
@@ -34,6 +34,8 @@ class Form(NamedTuple):
         Of the simulated robot.
     compensates : bool
         Whether the law sees odometry that is carried forward by its age.
+    timed : bool
+        Whether this age is known; otherwise it is a latency, and the time for which odometry repeats a sample.
     horizon : int
         Position ticks ahead for which the law sees the reference; with one or more it sees accelerations, too.
     feeds : bool
@@ -48,6 +50,7 @@ class Form(NamedTuple):
 
     plant: PlantForm = IDEAL
     compensates: bool = False
+    timed: bool = False
     horizon: int = 0
     feeds: bool = False
     varies: bool = False
@@ -60,19 +63,30 @@ IDEAL_FORM = Form()
 
 
 @jitable
-def _as_measured(held: tuple[()], pose: Pose, _velocity: BodyVelocity, _loop: Loop) -> tuple[tuple[()], Pose]:
+def _as_measured(
+    held: tuple[()], pose: Pose, _velocity: BodyVelocity, _age: int, _loop: Loop
+) -> tuple[tuple[()], Pose]:
     """Return the pose as odometry shows it."""
     return held, pose
 
 
 @jitable
 def _compensated(
-    last: HeldOdometry, pose: Pose, velocity: BodyVelocity, loop: Loop
+    last: HeldOdometry, pose: Pose, velocity: BodyVelocity, _age: int, loop: Loop
 ) -> tuple[HeldOdometry, Pose]:
     """Return the pose carried forward by the latency of odometry and its repeats."""
     held = held_odometry(last, pose, velocity)
     age = held_age(loop.odom_latency + held.steps * loop.position_dt, loop.longest_age)
     return held, carried_forward(pose, velocity, age)
+
+
+@jitable
+def _compensated_as_stamped(
+    held: tuple[()], pose: Pose, velocity: BodyVelocity, age: int, loop: Loop
+) -> tuple[tuple[()], Pose]:
+    """Return the pose carried forward by the time since it was sampled, and by a latency beside it."""
+    since = held_age(loop.odom_latency + age * loop.plant.dt, loop.longest_age)
+    return held, carried_forward(pose, velocity, since)
 
 
 @jitable
@@ -110,9 +124,11 @@ def make_position_tick(
     are those of this tick and of the form's horizon, k counts the steps of the velocity loop, and the last is the true
     error, which the sensors hide. Where the law has failed, the state's command is FAILED.
     """
-    observed = _compensated if form.compensates else _as_measured
+    observed: Callable[..., Any] = _as_measured
+    if form.compensates:
+        observed = _compensated_as_stamped if form.timed else _compensated
     fed = (_fed_lead if form.plant.takes_velocity else _fed_both) if form.feeds else _unfed
-    measured_odometry = sensing(form.plant).odometry
+    measured_odometry, odometry_age = sensing(form.plant).odometry, sensing(form.plant).age
 
     def position_tick(
         state: LoopState, references: tuple[Reference, ...], k: int, time: float, loop: Loop
@@ -120,7 +136,7 @@ def make_position_tick(
         reference = references[0]
         true = tracking_error(reference.pose, state.plant.pose)
         pose, velocity = measured_odometry(state.sensors, state.plant, k, loop.sensors)
-        held, seen = observed(state.held, pose, velocity, loop)
+        held, seen = observed(state.held, pose, velocity, odometry_age(state.sensors, k, loop.sensors), loop)
         error = true if seen == state.plant.pose else tracking_error(reference.pose, seen)
         law, asked = law_step(
             state.law, Observation(error, reference, velocity, references[1:]), loop.law_gains, loop.position_dt)

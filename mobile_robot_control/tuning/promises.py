@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.parameters.nodes import Configuration, counted_twice
 from mobile_robot_control.texts import as_lines
 from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins, loop_margins
 from mobile_robot_control.tuning.margins import LARGEST_GAIN, MOST_PERIODS, longest_delay
@@ -35,6 +35,8 @@ class Promise(NamedTuple):
         [s]
     lockstep : bool
         Whether no sample of delay comes from the nodes.
+    cautions : tuple of str
+        Sentences about the configuration itself.
 
     """
 
@@ -43,13 +45,15 @@ class Promise(NamedTuple):
     velocity_period: float
     position_period: float
     lockstep: bool
+    cautions: tuple[str, ...] = ()
 
 
 def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Promise:
     """Return what holds of numbers that were found with a checked configuration in some scenarios."""
     shared = configuration.plant.shared
     return Promise(describe_scenarios(configuration, scenarios), loop_margins(configuration),
-                   1.0 / shared.velocity_rate, 1.0 / shared.position_rate, shared.lockstep)
+                   1.0 / shared.velocity_rate, 1.0 / shared.position_rate, shared.lockstep,
+                   tuple(counted_twice(configuration.position_controller)))
 
 
 def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenario]) -> Described:
@@ -95,7 +99,7 @@ def _shortfalls(
 def warnings_of(found: Promise) -> list[str]:
     """Return what must not be expected of a robot, each in a sentence."""
     margins = found.margins
-    made: list[str] = [f'the margins are unknown: {margins.reason}'] if margins.reason else []
+    made: list[str] = [*found.cautions, *([f'the margins are unknown: {margins.reason}'] if margins.reason else [])]
     if margins.velocity is not None:
         # on the wall clock the nodes take one or two samples of it
         periods = THIN_PERIODS if found.lockstep else 2.0 * THIN_PERIODS

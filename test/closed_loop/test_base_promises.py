@@ -12,6 +12,8 @@ from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.tuning.promises import promise, warnings_of
+from mobile_robot_control.tuning.scenarios import configured_scenario
 
 
 def driven(parameters, base, command=None):
@@ -49,9 +51,9 @@ def driven(parameters, base, command=None):
 ], ids=lambda value: 'tuned' if value == TUNED else 'shipped' if value == [] else str(value))
 def test_the_promise_of_a_plant_like_the_base_holds_on_the_base(lag, curve, gains):
     parameters = plant_like(lag, curve, gains)
-    promise, truth = promised(parameters), driven(parameters, Base(lag=lag))
+    foreseen, truth = promised(parameters), driven(parameters, Base(lag=lag))
     # they are within 8 %; where it breaks, nothing is near
-    assert promise == pytest.approx(truth, rel=0.3)
+    assert foreseen == pytest.approx(truth, rel=0.3)
     if gains:
         assert truth < 0.015
 
@@ -93,3 +95,11 @@ def test_the_ltv_controller_of_wpilib_does_worse(base):
     parameters = plant_like(base.lag, 'trifolium', [*TUNED, *fed(base.lag)])
     assert driven(parameters, base) < 0.0035
     assert driven(parameters, base, ltv) > 0.007
+
+
+def test_an_age_that_is_compensated_twice_is_warned_of():
+    twice = plant_like(0.15, 'trifolium', ['position_controller.odom_latency:=0.07'])
+    assert promised(twice) > 1.2 * promised(plant_like(0.15, 'trifolium', []))
+    found = [text for text in warnings_of(promise(twice, [configured_scenario(twice)])) if 'odom_latency' in text]
+    assert found == ['odom_latency = 0.07 s is added to the age that the stamps of odom show (odometry_stamped: '
+                     'sampled): leave it out, unless odometry is older than its stamps']

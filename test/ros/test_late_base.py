@@ -35,9 +35,8 @@ def test_tuned_gains_keep_their_promise_on_a_base_of_its_own_on_the_wall_clock(r
     start = reference_at(CURVES[curve.curve], 0.0, curve.placement).pose
     base = subprocess.Popen([sys.executable, Path(late_base.__file__), '--lag', '0.15', '--pose', *map(str, start)])
     try:
-        # its odometry is stamped when it is sampled: there is nothing that the stamps do not show
         robot.start('position_controller', 'reference_cart', arguments=[
-            '--params-file', CONFIG / 'wall_clock.yaml', '-p', 'compensate_latency:=true',
+            '--params-file', CONFIG / 'wall_clock.yaml', '-p', 'odometry_stamped:=sampled',
             *(word for one in given
               for word in ('-p', one.removeprefix('/**.').replace('controller.', 'controller:')))])
         robot.spin_until(lambda: len(cart) > 50 * 2.5 * LAP, 60.0)

@@ -59,6 +59,10 @@ MESSAGES = {
     'geometry_msgs/msg/WrenchStamped': st.builds(
         _make('geometry_msgs/msg/WrenchStamped'), header=headers,
         wrench=st.builds(_make('geometry_msgs/msg/Wrench'), force=vectors, torque=vectors)),
+    'sensor_msgs/msg/TimeReference': st.builds(
+        _make('sensor_msgs/msg/TimeReference'), header=headers, source=names,
+        time_ref=st.builds(_make('builtin_interfaces/msg/Time'), sec=st.integers(0, 2**31 - 1),
+                           nanosec=st.integers(0, 10**9))),
     'trajectory_msgs/msg/MultiDOFJointTrajectory': st.builds(
         _make('trajectory_msgs/msg/MultiDOFJointTrajectory'), header=headers, joint_names=st.lists(names, max_size=3),
         points=st.lists(trajectory_points, max_size=3)),
@@ -72,7 +76,7 @@ def _assert_same(ours, theirs):
     if hasattr(ours, '_fields'):
         for field in ours._fields:
             _assert_same(getattr(ours, field), getattr(theirs, field))
-    elif type(theirs).__name__.endswith('Duration'):
+    elif type(theirs).__name__.endswith(('Duration', 'Time')):
         assert ours == theirs.sec * 10**9 + theirs.nanosec
     elif isinstance(ours, tuple):
         assert len(ours) == len(theirs)

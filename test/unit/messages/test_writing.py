@@ -21,6 +21,7 @@ from mobile_robot_control.messages.parsing import (
     read_error,
     read_horizon,
     read_odometry,
+    read_time,
     read_torque,
     read_twist,
     read_wheel_angles,
@@ -108,6 +109,13 @@ def test_a_written_horizon_is_read_back_and_a_longer_one_is_cut():
         (0, 0), (0, PERIOD), (0, 2 * PERIOD), (1, 200_000_000)]
     accelerated = writing.acceleration_writer('base_link')(STAMP, CART[1].acceleration)
     assert make_reader('cmd_accel', partial(read_acceleration, frame='base_link'))(accelerated) == CART[1].acceleration
+
+
+def test_a_written_time_is_read_back():
+    written = writing.time_writer()(STAMP, 3_000_000_007)
+    assert written == _as_rosbags_writes(written, 'sensor_msgs/msg/TimeReference')
+    assert serialised_stamp(written) == STAMP
+    assert make_reader('odom_time', read_time)(written) == 3_000_000_007
 
 
 @pytest.mark.parametrize(('changes', 'reason'), [

@@ -45,3 +45,11 @@ def test_the_reference_moves_on_to_now():
     assert velocity == pytest.approx((0.52, 0.04))
     assert pose.x == pytest.approx(1.0 + 0.5 * 0.02 + 0.5 * 0.02**2, abs=1e-7)
     assert acceleration == (1.0, 2.0)
+
+
+def test_in_lockstep_a_time_of_sampling_tells_the_age():
+    age = OdomAge(Shared(odometry_stamped='sampled'))
+    age.note(100 * MS, POSE, VELOCITY)
+    age.tell(40 * MS)
+    assert age.at(100 * MS, 0.0) == pytest.approx(0.06)
+    assert age.at(100 * MS, 0.01) == pytest.approx(0.07)
