@@ -30,8 +30,8 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
 RESERVED = frozenset({
     'velocity', 'controller_type', 'limits', 'input_timeout', 'stop_on_odom_conflict', 'compensate_latency',
     'odom_latency', 'approach', 'feedforward', 'reference_horizon', 'robot', 'velocity_rate',
-    'position_rate', 'lockstep', 'peer_timeout', 'stamp_tolerance', 'stamped_cmd_vel', 'odom_frame_id',
-    'base_frame_id', 'reference_frame_id',
+    'position_rate', 'lockstep', 'peer_timeout', 'stamp_tolerance', 'stamped_cmd_vel', 'odometry_stamped',
+    'odom_frame_id', 'base_frame_id', 'reference_frame_id',
     'use_sim_time', 'qos_overrides', 'start_type_description_service',
 })
 """A law's group of parameters has the law's name, which must not be that of another parameter or of a search."""

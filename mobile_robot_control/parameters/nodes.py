@@ -15,7 +15,7 @@ from mobile_robot_control.model.plant import VELOCITY, PlantModel
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_violations
 from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
-from mobile_robot_control.parameters.shared import SAMPLED, Shared, is_timed
+from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.reference.cart import CurveParameters, too_fast_to_send
 from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.stamps import period_nanoseconds
@@ -132,7 +132,7 @@ NODES: dict[str, Any] = dict(Configuration.__annotations__)
 
 def counted_twice(parameters: PositionControllerParameters) -> Iterator[str]:
     """Yield, in words, an age of odometry that is compensated twice."""
-    if parameters.compensate_latency and parameters.odom_latency and parameters.shared.odometry_stamped == SAMPLED:
+    if parameters.compensate_latency and parameters.odom_latency and parameters.shared.stamps_samples:
         yield (f'odom_latency = {parameters.odom_latency:g} s is added to the age that the stamps of odom show '
                '(odometry_stamped: sampled): leave it out, unless odometry is older than its stamps')
 
@@ -145,7 +145,7 @@ def has_exact_odometry(plant: PlantParameters) -> bool:
 
 def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
     """Return a loop with the topics that the parameters of all nodes ask for."""
-    return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled, is_timed(shared))
+    return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled, shared.has_odom_time)
 
 
 def loop_of(plant: PlantParameters) -> LoopGraph:

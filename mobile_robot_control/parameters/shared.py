@@ -9,8 +9,7 @@ from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.stamps import FASTEST, NANOSECONDS, period_nanoseconds
 
-SENT, SAMPLED = STAMPED = ('sent', 'sampled')
-"""What the stamp of odometry may tell."""
+SENT, SAMPLED = 'sent', 'sampled'
 
 
 class FeedforwardSwitch(NamedTuple):
@@ -49,7 +48,7 @@ class Shared(NamedTuple):
     ] = True
     odometry_stamped: Annotated[
         str, Field('', 'what the stamp of odom tells: sent, when the base sends it, or sampled, when it measured; a '
-                   'controller that compensates latency then knows its age', choices=STAMPED)
+                   'controller that compensates latency then knows its age', choices=(SENT, SAMPLED))
     ] = SENT
     reference_horizon: Annotated[
         int, Field('', 'position ticks ahead for which the cart publishes its pose, velocity and acceleration on '
@@ -59,6 +58,16 @@ class Shared(NamedTuple):
     odom_frame_id: Annotated[str, Field('', 'frame of odometry, reference and path')] = 'odom'
     base_frame_id: Annotated[str, Field('', "frame of the robot, at the axle's centre")] = 'base_link'
     reference_frame_id: Annotated[str, Field('', 'frame of the reference cart')] = 'reference_cart'
+
+    @property
+    def stamps_samples(self) -> bool:
+        """Whether stamps tell when odometry was sampled."""
+        return self.odometry_stamped == SAMPLED
+
+    @property
+    def has_odom_time(self) -> bool:
+        """Whether a message of its own tells it: in lockstep the stamp of odom is that of the question."""
+        return self.lockstep and self.stamps_samples
 
 
 def _whole_nanoseconds(rate: float) -> bool:
@@ -95,8 +104,3 @@ def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
 def _feedforward_needs_accelerations(shared: Shared) -> Iterator[str]:
     if shared.feedforward.enabled and shared.reference_horizon < 1:
         yield ("feedforward.enabled = True needs reference_horizon = 1 or more, which is 0; write both under '/**'")
-
-
-def is_timed(shared: Shared) -> bool:
-    """Return whether a message tells when odometry was sampled: in lockstep its own stamp is that of the question."""
-    return shared.lockstep and shared.odometry_stamped == SAMPLED

@@ -9,7 +9,6 @@ from rosgraph_msgs.msg import Clock
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.parameters.nodes import PlantParameters, has_exact_odometry
-from mobile_robot_control.parameters.shared import SAMPLED, is_timed
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.simulated_robot import SimulatedRobot
@@ -57,7 +56,7 @@ class PlantPublishers:
         self._write_joints = writing.joints_writer(has_effort=not robot.takes_velocity)
         self._write_clock = writing.clock_writer()
         self._write_time = writing.time_writer()
-        self._odom_time = publish_on('odom_time') if is_timed(shared) else None
+        self._odom_time = publish_on('odom_time') if shared.has_odom_time else None
         self._odom, self._joint_states = publish_on('odom'), publish_on('joint_states')
         publish_clock = values.publish_clock and shared.lockstep
         self._clock = node.create_publisher(Clock, '/clock', PUBLISHED) if publish_clock else None
@@ -65,7 +64,7 @@ class PlantPublishers:
         self._newest: tuple[int, Pose, bytes]
         self._sampled, self._truth, self._time = -1, b'', b''
         self._period = period_nanoseconds(shared.velocity_rate)
-        self._stamps_samples = shared.odometry_stamped == SAMPLED
+        self._stamps_samples = shared.stamps_samples
 
     def publish_odometry(self, stamp: int) -> None:
         """Publish, with a stamp [ns], the measured pose and, where odometry is not exact, the true one."""

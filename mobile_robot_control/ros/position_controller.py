@@ -12,7 +12,6 @@ from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_horizon, read_odometry, read_time
 from mobile_robot_control.parameters.nodes import PositionControllerParameters, counted_twice
-from mobile_robot_control.parameters.shared import is_timed
 from mobile_robot_control.quantities import (
     NO_ACCELERATION,
     BodyAcceleration,
@@ -66,8 +65,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._write_acceleration = writing.acceleration_writer(shared.base_frame_id)
         self._cmd_accel = self._publish_on('cmd_accel') if self._feeds else None
         self._tracking_error = self._publish_on('tracking_error')
-        self._timed = is_timed(shared)
-        if self._timed:
+        if shared.has_odom_time:
             self._read_time = make_reader('odom_time', read_time)
             self._subscribe('odom_time', self._on_odom_time)
         self._subscribe('odom', self._on_odom)
@@ -136,7 +134,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if (self._odom is None or self._reference is None or references is None
                 or self._odom[0] != self._reference[0]):
             return
-        if self._timed and (self._odom_time is None or self._odom_time[0] != self._odom[0]):
+        if self._shared.has_odom_time and (self._odom_time is None or self._odom_time[0] != self._odom[0]):
             return
         stamp = self._odom[0]
         decision = self._policy.decide(stamp)

@@ -16,7 +16,6 @@ from mobile_robot_control.model.plant_form import (
     sensors_at_rest,
 )
 from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
-from mobile_robot_control.parameters.shared import SAMPLED
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Pose
 from mobile_robot_control.simulation.closed_loop import Coming, Loop, LoopState
 from mobile_robot_control.simulation.ticks import Form
@@ -27,7 +26,7 @@ def form_of(configuration: Configuration) -> Form:
     """Return which functions the loop of a configuration is made of."""
     shared = configuration.plant.shared
     return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency,
-                shared.odometry_stamped == SAMPLED, shared.reference_horizon, shared.feedforward.enabled)
+                shared.stamps_samples, shared.reference_horizon, shared.feedforward.enabled)
 
 
 def plant_grid(configuration: Configuration) -> Grid:

@@ -47,7 +47,7 @@ def _messages(folder, drive, options):
     """Run the nodes composed, as fast as they go; returns the bytes of each topic by stamp."""
     robots = Robots(folder, drive=drive)
     try:
-        given = [word for one in assignments(options) for word in ('-p', one.replace('.', ':', 1))]
+        given = [word for one in assignments(options) for word in ('-p', one.removeprefix('/**.').replace('.', ':', 1))]
         robots.start(composed=True, arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p',
                                                'paused:=true', *given])
         robots.resume()
