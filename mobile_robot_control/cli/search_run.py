@@ -166,6 +166,8 @@ class SearchRun:
         after = self._drive('after', tuned)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
         held = promise(tuned, self._goal.scenarios)
+        edges = () if found.point is None else search_space.at_the_edge(self._goal.genes, found.point.tolist())
+        held = held._replace(cautions=(*held.cautions, *edges), spread=self._objective.spread(tuned))
         holds = promise_lines(held)
         notes = search_notes(self._options, self._goal, self._settings, found, after.run.metrics)
         write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))

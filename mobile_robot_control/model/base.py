@@ -6,8 +6,9 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.model.discretisation import Channel, channel
 from mobile_robot_control.model.events import SLOWEST, Events, events_at, periods
-from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.model.robot import Robot, half_separation
 from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.quantities import BodyVelocity
 
 LONGEST_QUEUE = 64
 """Commands that a base may have taken and not followed yet."""
@@ -19,7 +20,7 @@ class Base(NamedTuple):
     A base that takes velocity commands; 0 means none of each. Pairs are those of the linear and the angular velocity.
 
     A command is rounded, limited in speed, put to zero in the dead zone, limited in acceleration, and followed with a
-    first-order lag.
+    first-order lag by wheels that may be unlike and skid.
     """
 
     lag: Annotated[
@@ -42,6 +43,11 @@ class Base(NamedTuple):
         Field('m/s², rad/s²', 'limits of the linear and the angular acceleration: larger follows steps of the command '
               'sooner', minimum=0.0, length=2)
     ] = (0.0, 0.0)
+    max_deceleration: Annotated[
+        tuple[float, ...],
+        Field('m/s², rad/s²', 'limits while the linear and the angular velocity approach zero, 0 for those of '
+              'max_acceleration: larger brakes harder', minimum=0.0, length=2)
+    ] = (0.0, 0.0)
     dead_zone: Annotated[
         tuple[float, ...],
         Field('m/s, rad/s', 'smaller commands of the linear and the angular velocity do not move the robot: larger '
@@ -56,6 +62,19 @@ class Base(NamedTuple):
         float, Field('Hz', 'rate at which the base takes the newest command, each time rounded up to a velocity '
                      'period; 0 takes every one at once: larger takes them sooner', minimum=0.0, maximum=1e5)
     ] = 0.0
+    command_jitter: Annotated[
+        float, Field('s', 'each command begins to act later by up to this time, drawn evenly with noise.seed and '
+                     'rounded up to velocity periods: larger makes the motion rougher', minimum=0.0)
+    ] = 0.0
+    wheel_gain: Annotated[
+        tuple[float, ...],
+        Field('', 'speeds of the right and the left wheel as shares of those commanded, 1 for both: unlike ones turn '
+              'the robot when it is to drive straight ahead', minimum=0.5, maximum=1.5, length=2)
+    ] = (1.0, 1.0)
+    turn_gain: Annotated[
+        float, Field('', 'turn of the robot as a share of what its wheels would make, below 1 where it skids: smaller '
+                     'turns less', minimum=0.1, maximum=1.5)
+    ] = 1.0
     command_timeout: Annotated[
         float, Field('s', 'wall clock: time without cmd_vel after which the base stops, 0 for never: larger drives on '
                      'longer', minimum=0.0)
@@ -70,8 +89,9 @@ class BaseChannel(NamedTuple):
     ----------
     delay : int
         Dead time [velocity periods].
-    max_speed, max_change : float
-        Of a setpoint, and of its change in one velocity period; infinite where there is none.
+    max_speed, max_change, max_fall : float
+        Of a setpoint, and of its change in one velocity period, away from zero and towards it; infinite where there is
+        none.
     dead_zone, quantum : float
         0 where there is none.
     response : Channel
@@ -81,9 +101,24 @@ class BaseChannel(NamedTuple):
     delay: int
     max_speed: float
     max_change: float
+    max_fall: float
     dead_zone: float
     quantum: float
     response: Channel
+
+
+class Mixing(NamedTuple):
+    """
+    The velocities of a base whose wheels are unlike or skid, from those of its setpoint.
+
+    Attributes
+    ----------
+    linear, angular : BodyVelocity
+        By which the setpoint's velocities are multiplied and summed.
+    """
+
+    linear: BodyVelocity
+    angular: BodyVelocity
 
 
 class DiscreteBase(NamedTuple):
@@ -102,6 +137,12 @@ class DiscreteBase(NamedTuple):
         Of the quadrature in one velocity period; 0 where there is no lag.
     dt : float
         Of one substep, or of the period where there are none [s].
+    jitter, seed : int
+        Of the longest jitter of a command [velocity periods]; of its random numbers.
+    is_mixed : bool
+        Whether wheels are unlike or skid.
+    mixing : Mixing
+        How.
     """
 
     robot: Robot
@@ -110,6 +151,10 @@ class DiscreteBase(NamedTuple):
     taken: Events
     substeps: int
     dt: float
+    jitter: int
+    seed: int
+    is_mixed: bool
+    mixing: Mixing
 
 
 def base_violations(base: Base, period: int, position_period: int) -> Iterator[str]:
@@ -118,15 +163,19 @@ def base_violations(base: Base, period: int, position_period: int) -> Iterator[s
         yield (f'base.command_rate = {base.command_rate} Hz is below {SLOWEST:g} Hz; take at least {SLOWEST:g} Hz, or '
                '0 for every command at once')
     elif queue_length(base, period, position_period) > LONGEST_QUEUE:
-        yield (f'base.dead_time = {list(base.dead_time)} s has more than {LONGEST_QUEUE} commands on their way; '
-               'shorten it, or lower base.command_rate or position_rate')
+        jitter = f' with base.command_jitter = {base.command_jitter} s' if base.command_jitter else ''
+        yield (f'base.dead_time = {list(base.dead_time)} s{jitter} has more than {LONGEST_QUEUE} commands on their '
+               'way; shorten it, or lower base.command_rate or position_rate')
 
 
 def queue_length(base: Base, period: int, position_period: int) -> int:
     """Return how many commands a base keeps; both periods in ns, of the velocity and of the position grid."""
-    longest = max(periods(time, period) for time in base.dead_time)
-    taken = _taken(base, period, position_period)
-    return _kept(longest, taken)
+    return _kept(_longest(base, period), _taken(base, period, position_period))
+
+
+def _longest(base: Base, period: int) -> int:
+    """Return after how many velocity periods a command acts at the latest."""
+    return max(periods(time, period) for time in base.dead_time) + periods(base.command_jitter, period)
 
 
 def _kept(longest: int, taken: Events) -> int:
@@ -144,12 +193,20 @@ def _taken(base: Base, period: int, position_period: int) -> Events:
     """
     if base.command_rate > 0.0:
         return events_at(base.command_rate, period)
-    longest, ratio = max(periods(time, period) for time in base.dead_time), position_period // period
+    longest, ratio = _longest(base, period), position_period // period
     grids = (Events(1, every) for every in range(1, ratio + 1) if ratio % every == 0)
     return next((grid for grid in grids if _kept(longest, grid) <= LONGEST_QUEUE), Events(1, ratio))
 
 
-def discretise_base(base: Base, robot: Robot, period: int, position_period: int) -> DiscreteBase:
+def _mixing(base: Base, robot: Robot) -> Mixing:
+    """Return how the wheels of a base mix its velocities."""
+    (right, left), half = base.wheel_gain, half_separation(robot)
+    mean, unlike = 0.5 * (right + left), 0.5 * (right - left)
+    return Mixing(BodyVelocity(mean, half * unlike),
+                  BodyVelocity(base.turn_gain * unlike / half, base.turn_gain * mean))
+
+
+def discretise_base(base: Base, robot: Robot, period: int, position_period: int, seed: int) -> DiscreteBase:
     """
     Discretise a base for steps of one velocity period.
 
@@ -161,6 +218,8 @@ def discretise_base(base: Base, robot: Robot, period: int, position_period: int)
         Physical constants; they give the wheels' velocities.
     period, position_period : int
         Of the velocity and the position grid [ns].
+    seed : int
+        Of the jitter.
 
     Returns
     -------
@@ -176,6 +235,7 @@ def discretise_base(base: Base, robot: Robot, period: int, position_period: int)
             periods(base.dead_time[n], period),
             base.max_speed[n] or math.inf,
             base.max_acceleration[n] * dt or math.inf,
+            (base.max_deceleration[n] or base.max_acceleration[n]) * dt or math.inf,
             base.dead_zone[n],
             base.quantum[n],
             channel(1.0 / base.lag[n] if base.lag[n] > 0.0 else math.inf, dt / max(1, substeps)),
@@ -183,4 +243,6 @@ def discretise_base(base: Base, robot: Robot, period: int, position_period: int)
 
     return DiscreteBase(
         robot, one(0), one(1), _taken(base, period, position_period), substeps, dt / max(1, substeps),
+        periods(base.command_jitter, period), seed, (*base.wheel_gain, base.turn_gain) != (1.0, 1.0, 1.0),
+        _mixing(base, robot),
     )

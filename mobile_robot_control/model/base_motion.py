@@ -4,11 +4,12 @@ import math
 from typing import NamedTuple
 
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.model.base import Base, BaseChannel, DiscreteBase, queue_length
+from mobile_robot_control.model.base import Base, BaseChannel, DiscreteBase, Mixing, queue_length
 from mobile_robot_control.model.discretisation import QUADRATURE
 from mobile_robot_control.model.dynamics import PlantState, mean_velocity, moved
-from mobile_robot_control.model.events import events_until, is_event
+from mobile_robot_control.model.events import events_until, is_event, step_of
 from mobile_robot_control.model.kinematics import along_arc
+from mobile_robot_control.model.noise import COMMAND_JITTER, jitter
 from mobile_robot_control.quantities import BodyVelocity
 
 
@@ -21,7 +22,7 @@ class BaseState(NamedTuple):
     commands : tuple of BodyVelocity
         Taken, newest first; as many as the longer dead time needs.
     setpoint : BodyVelocity
-        That the velocities lag behind.
+        That the velocities lag behind, before wheels that are unlike or skid.
     """
 
     commands: tuple[BodyVelocity, ...]
@@ -42,7 +43,32 @@ def _followed(asked: float, before: float, limits: BaseChannel) -> float:
     asked = min(max(asked, -limits.max_speed), limits.max_speed)
     if abs(asked) < limits.dead_zone:
         asked = 0.0
-    return min(max(asked, before - limits.max_change), before + limits.max_change)
+    down = limits.max_fall if before > 0.0 else limits.max_change
+    up = limits.max_fall if before < 0.0 else limits.max_change
+    return min(max(asked, before - down), before + up)
+
+
+@jitable
+def _age(k: int, delay: int, base: DiscreteBase, kept: int) -> int:
+    """Return how many commands ago the newest was taken that acts at step k; at a run's start, one of before it."""
+    newest = events_until(k, base.taken)
+    age = newest - events_until(k - delay, base.taken)
+    if base.jitter > 0:
+        while age < kept - 1:
+            event = newest - age
+            if step_of(event, base.taken) + delay + jitter(base.seed, COMMAND_JITTER, event, base.jitter) <= k:
+                break
+            age += 1
+    return age
+
+
+@jitable
+def _mixed(setpoint: BodyVelocity, mixing: Mixing) -> BodyVelocity:
+    """Return the velocities that unlike or skidding wheels make of a setpoint."""
+    return BodyVelocity(
+        mixing.linear.linear * setpoint.linear + mixing.linear.angular * setpoint.angular,
+        mixing.angular.linear * setpoint.linear + mixing.angular.angular * setpoint.angular,
+    )
 
 
 @jitable
@@ -81,22 +107,21 @@ def base_step(
         shifted = (command, *commands)
         commands = shifted[:-1]
     linear, angular = base.linear, base.angular
-    # which of the commands is a dead time old; at a run's start, one of before it
-    newest = events_until(k, base.taken)
-    v_age = newest - events_until(k - linear.delay, base.taken)
-    omega_age = newest - events_until(k - angular.delay, base.taken)
-    setpoint = BodyVelocity(
+    v_age = _age(k, linear.delay, base, len(commands))
+    omega_age = _age(k, angular.delay, base, len(commands))
+    followed = BodyVelocity(
         _followed(commands[v_age].linear, base_state.setpoint.linear, linear),
         _followed(commands[omega_age].angular, base_state.setpoint.angular, angular),
     )
+    setpoint = _mixed(followed, base.mixing) if base.is_mixed else followed
     if base.substeps == 0:
         distance, turn = setpoint.linear * base.dt, setpoint.angular * base.dt
         end = along_arc(state.pose, distance, turn)
         return moved(state, end.x - state.pose.x, end.y - state.pose.y, distance, turn, setpoint,
-                     base.robot), BaseState(commands, setpoint)
+                     base.robot), BaseState(commands, followed)
     for _ in range(base.substeps):
         state = _lagging(state, setpoint, base)
-    return state, BaseState(commands, setpoint)
+    return state, BaseState(commands, followed)
 
 
 @jitable

@@ -64,6 +64,12 @@ def events_until(k: int, events: Events) -> int:
 
 
 @jitable
+def step_of(event: int, events: Events) -> int:
+    """Return the step of the velocity grid at which an event is."""
+    return -(-event * events.periods // events.number)
+
+
+@jitable
 def is_event(k: int, events: Events) -> bool:
     """Return whether an event is at a step of the velocity grid."""
     return k * events.number % events.periods < events.number

@@ -12,8 +12,8 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
 _MASK = 0xFFFFFFFF
 _X, _Y, _HEADING, _RIGHT, _LEFT = 0, 1, 2, 3, 4
-RIGHT_SLIP, LEFT_SLIP = 5, 6
-"""Channels of the slip of the wheels."""
+RIGHT_SLIP, LEFT_SLIP, COMMAND_JITTER, ODOMETRY_JITTER = 5, 6, 7, 8
+"""Channels of what is random beside the noise."""
 
 
 class Noise(NamedTuple):
@@ -40,6 +40,12 @@ def _scrambled(x: int) -> int:
 
 
 @jitable
+def _hashed(seed: int, channel: int, k: int) -> int:
+    """Return the k-th number of a sequence, of 32 bits."""
+    return _scrambled((_scrambled((_scrambled(seed & _MASK) + k) & _MASK) + 2 * channel) & _MASK)
+
+
+@jitable
 def gaussian(seed: int, channel: int, k: int) -> float:
     """
     Return one number of a standard normal sequence: a function of its place, so that repeating changes nothing.
@@ -53,11 +59,17 @@ def gaussian(seed: int, channel: int, k: int) -> float:
     k : int
         Which number of it: the step of the velocity loop.
     """
-    place = _scrambled((_scrambled((_scrambled(seed & _MASK) + k) & _MASK) + 2 * channel) & _MASK)
+    place = _hashed(seed, channel, k)
     # never 0, where the logarithm is not finite
     first = (place + 0.5) / 4294967296.0
     second = _scrambled((place + 1) & _MASK) / 4294967296.0
     return math.sqrt(-2.0 * math.log(first)) * math.cos(2.0 * math.pi * second)
+
+
+@jitable
+def jitter(seed: int, channel: int, n: int, longest: int) -> int:
+    """Return the delay of the n-th of some events: a whole number from 0 to the longest, all equally likely."""
+    return _hashed(seed, channel, n) * (longest + 1) >> 32
 
 
 @jitable

@@ -46,6 +46,10 @@ class WheelOdometry(NamedTuple):
         float, Field('s', 'time from a sample of odometry to the odom that shows it, rounded up to velocity periods: '
                      'larger destabilises the position loop', minimum=0.0)
     ] = 0.0
+    jitter: Annotated[
+        float, Field('s', 'each sample of odometry arrives later by up to this time, drawn evenly with noise.seed and '
+                     'rounded up to velocity periods: larger makes the commands rougher', minimum=0.0)
+    ] = 0.0
 
 
 class Calibration(NamedTuple):
@@ -72,8 +76,8 @@ class OdometryConstants(NamedTuple):
         Periods of the velocity grid after which the slip within them acts: a position period.
     events : Events
         When it is sampled.
-    latency : int
-        From a sample to its arrival [velocity periods].
+    latency, jitter : int
+        From a sample to its arrival, and how much longer at most [velocity periods].
     """
 
     calibration: Calibration
@@ -82,6 +86,7 @@ class OdometryConstants(NamedTuple):
     slip_periods: int
     events: Events
     latency: int
+    jitter: int
 
 
 def odometry_constants(
@@ -101,6 +106,7 @@ def odometry_constants(
         ratio,
         events_at(odometry.rate, period) if odometry.rate > 0.0 else Events(1, ratio),
         periods(odometry.latency, period),
+        periods(odometry.jitter, period),
     )
 
 

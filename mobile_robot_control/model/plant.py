@@ -16,6 +16,7 @@ from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.model.odometry import WheelOdometry
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, flatten
+from mobile_robot_control.parameters.values import nearest
 from mobile_robot_control.quantities import WheelTorque
 
 TORQUE, VELOCITY = 'torque', 'velocity'
@@ -56,6 +57,10 @@ class PlantModel(NamedTuple):
     base: Base = Base()
     encoders: Encoders = Encoders()
     odometry: WheelOdometry = WheelOdometry()
+    ruled_out: Annotated[
+        str, Field('', 'parameters of the plant for effects that the robot was found not to have, such as '
+                   '"base.dead_time, base.turn_gain", or none: tune and study do not warn of these')
+    ] = 'none'
 
 
 @rule
@@ -67,6 +72,21 @@ def _drive_has_its_own_parameters(model: PlantModel) -> Iterator[str]:
         if value != ideal[name] and name.partition('.')[0] in _PARAMETERS_OF[other]:
             yield (f"{name} = {list(value) if isinstance(value, tuple) else value} is of plant.drive = '{other}', and "
                    f"drive is '{model.drive}'; leave it out, or change drive")
+
+
+@rule
+def _what_is_ruled_out_is_off(model: PlantModel) -> Iterator[str]:
+    given, ideal = flatten(model), flatten(PlantModel())
+    for name in split_names(model.ruled_out):
+        if name not in ideal:
+            yield f"ruled_out: the plant has no parameter '{name}'; {nearest(name, ideal)}"
+        elif given[name] != ideal[name]:
+            yield f'ruled_out: {name} is not off: leave it out here, or there'
+
+
+def split_names(names: str) -> list[str]:
+    """Return names that a text separates by commas."""
+    return [name.strip() for name in names.split(',') if name.strip() not in ('', 'none')]
 
 
 @jitable

@@ -77,7 +77,7 @@ def drive_constants(model: PlantModel, plant: DiscretePlant, grid: Grid) -> Any:
     """Return the constants of what moves the robot; () for ideal motors."""
     form = plant_form(model)
     if form.takes_velocity:
-        return discretise_base(model.base, plant.robot, *grid)
+        return discretise_base(model.base, plant.robot, *grid, model.imperfections.noise.seed)
     return drivetrain.discretise_drivetrain(plant, model.motor, model.friction) if form.has_motors else ()
 
 

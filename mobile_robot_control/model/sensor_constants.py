@@ -38,7 +38,7 @@ def sensor_constants(
 
 def samples_on_their_way(odometry: OdometryConstants) -> int:
     """Return how many samples are on their way at most."""
-    return -(-odometry.latency * odometry.events.number // odometry.events.periods)
+    return -(-(odometry.latency + odometry.jitter) * odometry.events.number // odometry.events.periods)
 
 
 def sensor_violations(
@@ -58,5 +58,6 @@ def sensor_violations(
     if count > MOST_SAMPLES:
         longest = MOST_SAMPLES * constants.events.periods // constants.events.number * period / 1e9
         rate = f'odometry.rate = {odometry.rate} Hz' if odometry.rate > 0.0 else 'a sample at each position tick'
-        yield (f'odometry.latency = {odometry.latency} s with {rate} keeps {count} samples on their way, more than '
-               f'{MOST_SAMPLES}; take a latency of at most {longest!r} s, or a lower odometry.rate')
+        jitter = f' and odometry.jitter = {odometry.jitter} s' if odometry.jitter else ''
+        yield (f'odometry.latency = {odometry.latency} s{jitter} with {rate} keeps {count} samples on their way, '
+               f'more than {MOST_SAMPLES}; take a latency of at most {longest!r} s, or a lower odometry.rate')

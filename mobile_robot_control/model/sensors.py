@@ -7,7 +7,7 @@ from mobile_robot_control.model.dynamics import PlantState, diverged
 from mobile_robot_control.model.encoders import WheelAngles, angle_velocity, encoder_angles
 from mobile_robot_control.model.events import events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.model.noise import measured_pose, measured_wheels
+from mobile_robot_control.model.noise import ODOMETRY_JITTER, jitter, measured_pose, measured_wheels
 from mobile_robot_control.model.odometry import dead_reckoned, odometer_motion, wheel_slip
 from mobile_robot_control.model.sensor_constants import SensorConstants, samples_on_their_way
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
@@ -145,8 +145,16 @@ def advance_sensors(
 @jitable
 def shown_sample(sensors: SensorState, k: int, constants: SensorConstants) -> OdometrySample:
     """Return the newest sample that has arrived at step k; its own step tells when it was taken."""
-    events, latency = constants.odometry.events, constants.odometry.latency
-    return sensors.samples[events_until(k, events) - events_until(k - latency, events)]
+    odometry = constants.odometry
+    age = events_until(k, odometry.events) - events_until(k - odometry.latency, odometry.events)
+    if odometry.jitter > 0:
+        while age < len(sensors.samples) - 1:
+            sampled = sensors.samples[age].k
+            late = odometry.latency + jitter(constants.noise.seed, ODOMETRY_JITTER, sampled, odometry.jitter)
+            if sampled + late <= k:
+                break
+            age += 1
+    return sensors.samples[age]
 
 
 @jitable

@@ -5,7 +5,7 @@ from html import escape
 
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.readable import quantity
-from mobile_robot_control.tuning.promises import Promise, promise_values, warnings_of
+from mobile_robot_control.tuning.promises import Promise, promise_values, spread_text, warnings_of
 
 _HEAD = ('loop', 'gain margin', 'lower gain margin', 'delay margin', 'least gain margin at', 'least delay margin at')
 
@@ -27,6 +27,8 @@ def promise_parts(found: Promise) -> Iterator[str]:
     modelled = [f'{effect}: {value}' for effect, value in values['modelled'].items()]
     left_out = values['margins']['not_in_margins']
     for title, texts in (('Modelled', modelled), ('Not modelled: the error of a robot that has any of it is unknown',
-                                                  values['not_modelled']), ('Not in the margins', left_out)):
+                                                  values['not_modelled']), ('Not in the margins', left_out),
+                          ('Ruled out', values['ruled_out']),
+                          ('Spread', [spread_text(found.spread)] if found.spread else [])):
         if texts:
             yield f'<h3>{escape(title)}</h3><p>{escape("; ".join(texts))}.</p>'

@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from mobile_robot_control.model.plant import split_names
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import Declaration, declarations, flatten
 from mobile_robot_control.parameters.nodes import Configuration
@@ -27,6 +29,10 @@ class Effect(NamedTuple):
         Whether it has a linearisation, and so is in the margins.
     unit : str
         Of its values, where the parameters have none.
+    find : str
+        How to find out whether a robot has it; '' where a promise may hold without it.
+    off : float
+        Value of parameters that model nothing.
 
     """
 
@@ -35,31 +41,47 @@ class Effect(NamedTuple):
     drives: tuple[str, ...] = BOTH
     smooth: bool = False
     unit: str = ''
+    find: str = ''
+    off: float = 0.0
 
 
 EFFECTS = (
-    Effect('lag of the base', ('plant.base.lag',), VELOCITY, True),
-    Effect('dead time of the base', ('plant.base.dead_time',), VELOCITY, True),
-    Effect('rate at which the base takes commands', ('plant.base.command_rate',), VELOCITY, True),
-    Effect('dead time of the motors', ('plant.delay.velocity_steps',), TORQUE, True, 'velocity periods'),
-    Effect('lag of the motors', ('plant.motor.time_constant',), TORQUE, True),
-    Effect('latency of odometry', ('plant.odometry.latency',), BOTH, True),
-    Effect('rate of odometry', ('plant.odometry.rate',), BOTH, True),
-    Effect('dead zone', ('plant.base.dead_zone',), VELOCITY),
+    Effect('lag of the base', ('plant.base.lag',), VELOCITY, True,
+           find='step the command and take the time to 63 % of the step'),
+    Effect('dead time of the base', ('plant.base.dead_time',), VELOCITY, True,
+           find='step the command and take the time until odom moves, less its latency'),
+    Effect('rate at which the base takes commands', ('plant.base.command_rate',), VELOCITY, True,
+           find='see its driver'),
+    Effect('dead time of the motors', ('plant.delay.velocity_steps',), TORQUE, True, 'velocity periods',
+           'step the torque and take the time until joint_states change'),
+    Effect('lag of the motors', ('plant.motor.time_constant',), TORQUE, True,
+           find='time constant of their current, from the data sheet'),
+    Effect('latency of odometry', ('plant.odometry.latency',), BOTH, True,
+           find='push the robot and take the time until odom moves'),
+    Effect('rate of odometry', ('plant.odometry.rate',), BOTH, True, find='ros2 topic hz odom'),
+    Effect('jitter of commands and odometry', ('plant.base.command_jitter', 'plant.odometry.jitter'),
+           find='ros2 topic hz odom, largest less smallest interval'),
+    Effect('unlike wheels', ('plant.base.wheel_gain',), VELOCITY, True, off=1.0,
+           find='command 3 m straight ahead and see it turn'),
+    Effect('turn lost by skidding', ('plant.base.turn_gain',), VELOCITY, True, off=1.0,
+           find='command ten turns on the spot and count'),
+    Effect('dead zone', ('plant.base.dead_zone',), VELOCITY, find='raise the command from zero until it moves'),
     Effect('quantisation of commands', ('plant.base.quantum',), VELOCITY),
     Effect('ticks of the encoders', ('plant.encoders.*',), BOTH, False, 'ticks'),
-    Effect('drift and slip of odometry', ('plant.odometry.*',)),
+    Effect('drift and slip of odometry', ('plant.odometry.*',), find='drive a lap and measure where it ends'),
     Effect('Coulomb friction', ('plant.friction.*',), TORQUE),
     Effect('torque-speed line of the motors', ('plant.motor.stall_torque', 'plant.motor.no_load_speed'), TORQUE),
-    Effect('limit of the torque', ('plant.max_wheel_torque', 'velocity_controller.max_wheel_torque'), TORQUE),
-    Effect('limit of the speed', ('plant.base.max_speed', 'position_controller.limits.*_velocity')),
-    Effect('limit of the acceleration', ('plant.base.max_acceleration', 'position_controller.limits.*_acceleration')),
+    Effect('limit of the torque', ('plant.max_wheel_torque', 'velocity_controller.max_wheel_torque'), TORQUE,
+           find='stall torque, from the data sheet'),
+    Effect('limit of the speed', ('plant.base.max_speed', 'position_controller.limits.*_velocity'),
+           find='command more than it can do'),
+    Effect('limit of the acceleration', (
+        'plant.base.max_acceleration', 'plant.base.max_deceleration', 'position_controller.limits.*_acceleration'),
+           find='command full speed from rest and take the slope of odom'),
     Effect('noise', ('plant.noise.pose', 'plant.noise.velocity')),
     Effect('disturbance', ('plant.disturbance.impulse', 'plant.disturbance.step'), TORQUE),
 )
 """The first effect that has a parameter's name counts."""
-DELAYING = EFFECTS[:2] + EFFECTS[5:6]
-"""What delays the motion of most bases, and is found on none of their data sheets."""
 _BASE = 'plant.base.'
 WALL_CLOCK = 'timing of the wall clock'
 
@@ -76,12 +98,18 @@ class Described(NamedTuple):
         Effects.
     not_in_margins : tuple of str
         Those modelled that margins leave out.
+    ruled_out : tuple of str
+        Effects that the robot does not have.
+    unknown : dict of str to str
+        Effects that are neither modelled nor ruled out and matter, each with how to find it out.
 
     """
 
     modelled: dict[str, str]
     not_modelled: tuple[str, ...]
     not_in_margins: tuple[str, ...]
+    ruled_out: tuple[str, ...] = ()
+    unknown: Mapping[str, str] = MappingProxyType({})
 
 
 def drive_of(configuration: Configuration) -> str:
@@ -100,8 +128,8 @@ def effect_of(name: str) -> Effect | None:
     return next((effect for effect in EFFECTS if any(fnmatchcase(name, one) for one in effect.parameters)), None)
 
 
-def _is_off(value: Any) -> bool:
-    return not any(value) if isinstance(value, tuple) else not value
+def _is_off(value: Any, off: float) -> bool:
+    return all(one == off for one in value) if isinstance(value, tuple) else value == off
 
 
 def _text(value: Any, units: str) -> str:
@@ -137,16 +165,20 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
     found: dict[str, list[str]] = {}
     drive = drive_of(configuration)
     for _, one, effect in _acting(configuration):
-        if not _is_off(one.default) and one.kind in (int, float, tuple):
+        if not _is_off(one.default, effect.off) and one.kind in (int, float, tuple):
             found.setdefault(effect.phrase, []).append(_text(one.default, one.field.unit or effect.unit))
     texts = {phrase: ', '.join(values) for phrase, values in found.items()} | dict(instead or {})
     modelled = {effect.phrase: texts[effect.phrase] for effect in EFFECTS if texts.get(effect.phrase)}
+    names = split_names(configuration.plant.model.ruled_out)
+    absent = [effect for effect in map(effect_of, (f'plant.{name}' for name in names)) if effect is not None]
     # motors and their friction are part of a base that is driven by velocity
-    missing = [effect.phrase for effect in EFFECTS
-               if effect.phrase not in modelled and (drive != 'velocity' or effect.drives != TORQUE)]
+    missing = [effect for effect in EFFECTS if effect.phrase not in modelled and effect not in absent
+               and (drive != 'velocity' or effect.drives != TORQUE)]
     wall_clock = () if configuration.plant.shared.lockstep else (WALL_CLOCK,)
-    return Described(modelled, (*missing, *wall_clock),
-                     tuple(effect.phrase for effect in EFFECTS if effect.phrase in modelled and not effect.smooth))
+    return Described(modelled, (*(effect.phrase for effect in missing), *wall_clock),
+                     tuple(effect.phrase for effect in EFFECTS if effect.phrase in modelled and not effect.smooth),
+                     tuple(dict.fromkeys(effect.phrase for effect in absent)),
+                     {effect.phrase: effect.find for effect in missing if effect.find and drive in effect.drives})
 
 
 def _off(one: Declaration) -> Any:

@@ -1,5 +1,6 @@
 """The objective of a search: Eq. (29) of each individual over all scenarios."""
 
+import math
 import statistics
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -15,12 +16,13 @@ from mobile_robot_control.simulation.trial import Outcome, Trial
 from mobile_robot_control.tuning import search_gains
 from mobile_robot_control.tuning.chromosome import Points
 from mobile_robot_control.tuning.genetic import Scores
-from mobile_robot_control.tuning.scenarios import Scenario, scenario_trial
+from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.tuning.search import WORST
 from mobile_robot_control.tuning.search_gains import Gains
 from mobile_robot_control.tuning.search_space import VELOCITY, Gene
 
 RunTrials = Callable[[Sequence[Trial]], list[Outcome]]
+_SEEDS = 20
 DEFAULT_SMOOTH = {'torque': 0.0, 'velocity': 0.5}
 """The weight `Goal.smooth` by how the plant is driven: Eq. (29) has a term for the torque, but none for the command."""
 COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistics.fmean, 'worst': max}
@@ -56,6 +58,14 @@ class Goal(NamedTuple):
     combine: str = 'mean'
     literal: bool = False
     smooth: float = 0.0
+
+
+def is_random(configuration: Configuration) -> bool:
+    """Return whether runs of a checked configuration depend on the seed."""
+    model = configuration.plant.model
+    noise, odometry = model.imperfections.noise, model.odometry
+    return any((*noise.pose, noise.velocity, model.base.command_jitter, odometry.jitter,
+                odometry.dead_reckoning and odometry.slip))
 
 
 class Objective:
@@ -105,6 +115,16 @@ class Objective:
     def score(self, gains: Gains) -> float:
         """Return the score of one controller, as in a generation."""
         return self._score(self._run(self._with(gains)))
+
+    def spread(self, configuration: Configuration) -> tuple[float, ...]:
+        """Return the RMS errors [m] of the configured run over some seeds, from the smallest on; () without noise."""
+        if not is_random(configuration):
+            return ()
+        scenario = configured_scenario(configuration)
+        trials = [scenario_trial(configuration, scenario._replace(noise=scenario.noise._replace(seed=seed)),
+                                 self._goal.laps, 0.0)._replace(form=self._trials[0].form) for seed in range(_SEEDS)]
+        return tuple(sorted(math.sqrt(one.totals.squared_position / one.totals.time) if one.totals.time else math.inf
+                            for one in self._run(trials)))
 
     def _can_run(self, gains: Gains) -> bool:
         """Return whether the gains keep their rules and the velocity loop is stable."""

@@ -1,14 +1,16 @@
 """What the numbers of a search or study hold for: what was modelled, and how much more the loops withstand."""
 
 import math
+import statistics
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
+from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.nodes import Configuration, counted_twice
 from mobile_robot_control.texts import as_lines
 from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins, loop_margins
 from mobile_robot_control.tuning.margins import LARGEST_GAIN, MOST_PERIODS, longest_delay
-from mobile_robot_control.tuning.modelled import DELAYING, Described, describe_model
+from mobile_robot_control.tuning.modelled import Described, describe_model, drive_of
 from mobile_robot_control.tuning.scenarios import Scenario
 
 THIN_GAIN = 2.0
@@ -37,6 +39,8 @@ class Promise(NamedTuple):
         Whether no sample of delay comes from the nodes.
     cautions : tuple of str
         Sentences about the configuration itself.
+    spread : tuple of float
+        RMS errors of the configured run over some seeds [m], from the smallest on; () where nothing is random.
 
     """
 
@@ -46,6 +50,7 @@ class Promise(NamedTuple):
     position_period: float
     lockstep: bool
     cautions: tuple[str, ...] = ()
+    spread: tuple[float, ...] = ()
 
 
 def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Promise:
@@ -59,12 +64,18 @@ def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Prom
 def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenario]) -> Described:
     """Return what is modelled in some scenarios, which set delay and noise themselves, of a checked configuration."""
     delays = sorted({one.delay for one in scenarios})
-    delay = f'{delays[0]} to {delays[-1]}' if len(delays) > 1 else f'{delays[0]}'
+    span = f'{delays[0]} to {delays[-1]}' if len(delays) > 1 else f'{delays[0]}'
+    times = [f'{span} velocity periods'] if delays[-1] else []
+    moved, base = 'motors', configuration.plant.model.base
+    if drive_of(configuration) == VELOCITY:
+        moved = 'base'
+        if any(base.dead_time):
+            times.insert(0, f'{" and ".join(f"{time:g}" for time in base.dead_time)} s')
     noise = scenarios[0].noise
     strength = ' and '.join(f'{value:g} {unit}' for value, unit in zip(
         (*noise.pose, noise.velocity), ('m', 'm', 'rad', 'rad/s'), strict=True))
     return describe_model(configuration, {
-        'dead time of the motors': f'{delay} velocity periods' if delays[-1] else '',
+        f'dead time of the {moved}': ' and '.join(times),
         'noise': strength if any((*noise.pose, noise.velocity)) else '',
     })
 
@@ -106,10 +117,10 @@ def warnings_of(found: Promise) -> list[str]:
         made += _shortfalls('velocity', margins.velocity, found.velocity_period, periods * found.velocity_period)
     made += _shortfalls('position', margins.position, found.position_period,
                         max(THIN_DELAY, THIN_PERIODS * found.position_period), margins.multiplier)
-    late = [effect.phrase for effect in DELAYING if effect.phrase not in found.described.modelled]
-    if late:
-        made.append(f'{_listed(late)} {"is" if len(late) == 1 else "are"} not modelled: on a robot that has any of it '
-                    f'the error is unknown{_room(found)}')
+    unknown = '; '.join(f'{phrase} ({find})' for phrase, find in found.described.unknown.items())
+    if unknown:
+        made.append(f'not modelled, and the error of a robot that has any of it is unknown: {unknown}. Find out, and '
+                    f'set it or name it in plant.ruled_out{_room(found)}')
     return made
 
 
@@ -118,12 +129,7 @@ def _room(found: Promise) -> str:
     gain, _, delay = found.margins.position.margins
     if not math.isfinite(delay) or gain <= 1.0 or found.margins.multiplier >= 1.0:
         return ''
-    return f', and there is room for {1e3 * delay * found.position_period:.0f} ms of delay before the loop is unstable'
-
-
-def _listed(words: Sequence[str]) -> str:
-    """Return words as a list in a sentence."""
-    return ' and '.join(filter(None, (', '.join(words[:-1]), words[-1])))
+    return f'; there is room for {1e3 * delay * found.position_period:.0f} ms of delay before the loop is unstable'
 
 
 def _place(time: float) -> str:
@@ -162,14 +168,25 @@ def promise_lines(found: Promise) -> list[str]:
     modelled = '; '.join(f'{phrase} ({text})' for phrase, text in described.modelled.items())
     texts = [f'modelled: {modelled or "none of what follows"}',
              f'not modelled: {"; ".join(described.not_modelled)}: {_UNKNOWN}']
+    if described.ruled_out:
+        texts.append(f'ruled out: {"; ".join(described.ruled_out)}')
     if margins.velocity is not None:
         texts.append(_loop_text('velocity', margins.velocity, found.velocity_period, MOST_PERIODS))
     texts.append(_loop_text('position', margins.position, found.position_period, longest_delay(found.position_period),
                             margins.multiplier))
+    if found.spread:
+        texts.append(spread_text(found.spread))
     if described.not_in_margins:
         texts.append(f'not in the margins: {"; ".join(described.not_in_margins)}')
     texts += [f'warning: {text}' for text in warnings_of(found)]
     return as_lines(texts)
+
+
+def spread_text(spread: Sequence[float]) -> str:
+    """Return in words how much the error of a run depends on what is random."""
+    smallest, median, largest = (100.0 * error for error in (spread[0], statistics.median(spread), spread[-1]))
+    return (f'RMS error of the configured run over {len(spread)} seeds: {median:.2f} cm, from {smallest:.2f} to '
+            f'{largest:.2f} cm')
 
 
 def promise_values(found: Promise) -> dict[str, Any]:
@@ -184,6 +201,8 @@ def promise_values(found: Promise) -> dict[str, Any]:
     return {
         'modelled': dict(found.described.modelled),
         'not_modelled': list(found.described.not_modelled),
+        'ruled_out': list(found.described.ruled_out),
+        'rms_position_error_over_seeds': [_finite(error) for error in found.spread],
         'margins': {'velocity_loop': of(found.margins.velocity, found.velocity_period),
                     'position_loop': of(found.margins.position, found.position_period),
                     'lap_multiplier': _finite(found.margins.multiplier),

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from mobile_robot_control.control.feedforward import Feedforward
@@ -16,6 +16,8 @@ from mobile_robot_control.parameters.values import nearest
 VELOCITY = 'velocity'
 """The search for the velocity gains alone; every other search has the name of a position law."""
 _VELOCITY_POPULATION = 51
+_EDGE = 0.01
+"""Of the width of a search."""
 
 
 class Gene(NamedTuple):
@@ -39,6 +41,14 @@ class Gene(NamedTuple):
     def short(self) -> str:
         """The name as in the chapter's chromosomes, Fig. 6 and 16, such as k1 or b1."""
         return _unbracketed(self.name.rpartition('.')[2])
+
+
+def at_the_edge(genes: Sequence[Gene], point: Sequence[float]) -> Iterator[str]:
+    """Yield, in words, the genes that a point in (0, 1] puts at an edge of their search."""
+    for gene, u in zip(genes, point, strict=True):
+        if not _EDGE < u < 1.0 - _EDGE:
+            yield (f'{gene.name} is at the {"lower" if u < _EDGE else "upper"} edge of its search, {gene.low:g} to '
+                   f'{gene.high:g}: a search with other --bounds may find better gains')
 
 
 class Place(NamedTuple):

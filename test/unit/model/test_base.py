@@ -22,7 +22,7 @@ ROBOT = Robot(wheel_radius=0.05, wheel_separation=0.4)
 
 def drive(base, commands, period=2 * MS, position_period=10 * MS, start=ORIGIN):
     """Return the states at the beginning and after each step, one command a step."""
-    discrete = discretise_base(base, ROBOT, period, position_period)
+    discrete = discretise_base(base, ROBOT, period, position_period, 0)
     state, inner = dynamics.at_rest(start), base_at_rest(base, period, position_period)
     states = [state]
     for k, command in enumerate(commands):
@@ -123,6 +123,35 @@ def test_dead_zone_and_quantisation():
         0.04, 0.06, -0.04, -0.06, 0.2])
 
 
+def test_a_base_brakes_harder_than_it_speeds_up():
+    base = Base(max_acceleration=(50.0, 0.0), max_deceleration=(100.0, 0.0))
+    assert speeds(drive(base, [(0.3, 0.0)] * 3 + [(-0.3, 0.0)] * 4)) == pytest.approx(
+        [0.1, 0.2, 0.3, 0.1, -0.1, -0.2, -0.3])
+
+
+def test_unlike_wheels_turn_and_skidding_ones_turn_less():
+    # rims at v ± R ω with R = 0.2 m: the right one 10 % faster than commanded
+    states = drive(Base(wheel_gain=(1.1, 1.0)), [(0.4, 0.5)])
+    assert states[-1].velocity == pytest.approx((0.5 * (1.1 * 0.5 + 0.3), (1.1 * 0.5 - 0.3) / 0.4))
+    states = drive(Base(turn_gain=0.7, lag=(0.002, 0.002)), [(0.4, 0.5)] * 50)
+    assert states[-1].velocity == pytest.approx((0.4, 0.35))
+
+
+def test_jitter_delays_each_command_by_up_to_its_length():
+    base = Base(command_jitter=0.01)
+    states = drive(base, [(float(k), 0.0) for k in range(2000)])
+    # the newest that acts: at most five periods old, and as often late as not
+    late = [k - one for k, one in enumerate(speeds(states))][10:]
+    assert {*late} == {0.0, 1.0, 2.0, 3.0, 4.0, 5.0}
+    assert speeds(drive(base, [(float(k), 0.0) for k in range(2000)])) == speeds(states)
+    alone = drive(Base(command_jitter=0.01, command_rate=20.0), [(float(k), 0.0) for k in range(2500)])
+    taken = [k for k, (now, before) in enumerate(zip(speeds(alone)[1:], speeds(alone), strict=False)) if now != before]
+    delays = [k + 1 - 25 * n for n, k in enumerate(taken, start=1)]
+    assert min(delays) == 0
+    assert max(delays) == 5
+    assert sum(delays) / len(delays) == pytest.approx(2.5, abs=0.5)
+
+
 @given(
     st.tuples(*[st.sampled_from([0.0, 0.001, 0.0123, 0.1])] * 2), st.sampled_from([0.0, 7.0, 20.0, 30.0, 1000.0]),
     st.sampled_from([1, 3, 10]), st.tuples(*[st.sampled_from([0.0, 0.02, 0.3])] * 2),
@@ -137,7 +166,7 @@ def test_it_follows_the_newest_command_that_is_old_enough(dead_time, rate, ratio
         taken = [tick for j in range(200) if (tick := -(-j * every // period)) <= k - delay]
         return commands[taken[-1]][n] if taken else 0.0
 
-    discrete = discretise_base(base, ROBOT, period, ratio * period)
+    discrete = discretise_base(base, ROBOT, period, ratio * period, 0)
     state, inner = dynamics.at_rest(Pose(0.0, 0.0, 0.0)), base_at_rest(base, period, ratio * period)
     assert len(inner.commands) == queue_length(base, period, ratio * period)
     for k, command in enumerate(commands):

@@ -6,6 +6,7 @@ import math
 import pytest
 
 from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins
@@ -83,10 +84,62 @@ def test_what_has_no_linearisation_is_off_and_the_rest_stays():
 
 
 def test_ample_margins_warn_of_nothing_but_what_is_not_modelled():
-    assert warnings_of(promised()) == [
-        'lag of the base, dead time of the base and latency of odometry are not modelled: on a robot that has any of '
-        'it the error is unknown, and there is room for 100 ms of delay before the loop is unstable']
-    assert warnings_of(promised(delay=math.inf))[0].endswith('the error is unknown')
+    found, = warnings_of(promised())
+    assert found.startswith('not modelled, and the error of a robot that has any of it is unknown: dead time of the '
+                            'motors (step the torque and take the time until joint_states change); lag of the motors (')
+    assert found.endswith('Find out, and set it or name it in plant.ruled_out; there is room for 100 ms of delay '
+                          'before the loop is unstable')
+    assert warnings_of(promised(delay=math.inf))[0].endswith('name it in plant.ruled_out')
+
+
+BASE_EFFECTS = {
+    'lag of the base': 'base.lag', 'dead time of the base': 'base.dead_time', 'unlike wheels': 'base.wheel_gain',
+    'rate at which the base takes commands': 'base.command_rate', 'jitter of commands and odometry': 'odometry.jitter',
+    'latency of odometry': 'odometry.latency', 'rate of odometry': 'odometry.rate', 'dead zone': 'base.dead_zone',
+    'turn lost by skidding': 'base.turn_gain', 'drift and slip of odometry': 'odometry.dead_reckoning',
+    'limit of the speed': 'base.max_speed', 'limit of the acceleration': 'base.max_acceleration',
+}
+A_VALUE = {'base.command_rate': 20.0, 'odometry.jitter': 0.02, 'odometry.latency': 0.06, 'odometry.rate': 30.0,
+           'base.turn_gain': 0.9, 'base.wheel_gain': [1.0, 0.95], 'odometry.dead_reckoning': True}
+
+
+def test_every_effect_of_a_base_is_warned_of_until_it_is_modelled_or_ruled_out():
+    def unknown(**values):
+        text = ' '.join(warnings_of(promised(configuration=configure({'plant': {'drive': 'velocity', **values}}))))
+        return {effect.phrase for effect in EFFECTS if f'{effect.phrase} (' in text}
+
+    assert unknown() == set(BASE_EFFECTS)
+    for phrase, name in BASE_EFFECTS.items():
+        assert unknown(ruled_out=name) == {*BASE_EFFECTS} - {phrase}
+        if name != 'odometry.dead_reckoning':  # what drifts has a number beside it
+            value = A_VALUE.get(name, [0.06, 0.08])
+            assert unknown(**{name: value}) == {*BASE_EFFECTS} - {phrase}
+    assert not warnings_of(promised(configuration=configure({'plant': {
+        'drive': 'velocity', 'ruled_out': ', '.join(BASE_EFFECTS.values())}})))
+
+
+def test_what_is_ruled_out_is_a_parameter_that_is_off():
+    def refused(**values):
+        with pytest.raises(ParameterError) as refusal:
+            configure({'plant': {'drive': 'velocity', **values}})
+        return str(refusal.value)
+
+    assert "ruled_out: the plant has no parameter 'base.dead'; did you mean 'base.dead_zone'?" in refused(ruled_out='base.dead')
+    assert 'ruled_out: base.lag is not off' in refused(ruled_out='base.lag', **{'base.lag': [0.1, 0.0]})
+
+
+def test_the_delays_of_scenarios_are_dead_time_of_a_base():
+    base = configure({'plant': {'drive': 'velocity', 'base.dead_time': [0.06, 0.02]}})
+    nominal = configured_scenario(base)
+    found = describe_scenarios(base, [nominal._replace(delay=delay) for delay in (0, 8)])
+    assert found.modelled == {'dead time of the base': '0.06 and 0.02 s and 0 to 8 velocity periods'}
+    assert not any('motors' in phrase for phrase in (*found.not_modelled, *found.unknown))
+
+
+def test_the_spread_over_seeds_is_told():
+    found = promised()._replace(spread=(0.01, 0.012, 0.02))
+    assert 'RMS error of the configured run over 3 seeds: 1.20 cm, from 1.00 to 2.00 cm' in promise_lines(found)
+    assert promise_values(found)['rms_position_error_over_seeds'] == [0.01, 0.012, 0.02]
 
 
 @pytest.mark.parametrize(('changed', 'warning'), [
