@@ -1,20 +1,25 @@
-"""A plant like the stand-in base of stand_in_model, and what is promised of it."""
+"""Plants of this package that are like the stand-in bases, and what is promised of them."""
 
 import math
 
 from harness import CONFIG
+from stand_in_model import Base
 
 from mobile_robot_control.parameters.configuration import at_cart_start, configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.simulation.batch import run_trials
 from mobile_robot_control.simulation.trial import make_trial
+from mobile_robot_control.tuning.promises import promise, warnings_of
+from mobile_robot_control.tuning.scenarios import configured_scenario
 
 FROM, UNTIL = 10.0, 32.0
-# the plant as the base is; its stamps tell the age of odometry
-LIKE_THE_BASE = ['plant.drive:=velocity', 'plant.base.max_speed:=[0.7, 0.0]', 'plant.base.dead_zone:=[0.05, 0.0]',
-                 'plant.base.command_rate:=20.0', 'plant.odometry.rate:=30.0', 'plant.odometry.latency:=0.06',
-                 '/**.odometry_stamped:=sampled', '/**.lockstep:=true']
-# found by tune for this plant at a lag of 0.15 s: backstepping --seed 1 --generations 60 --population 60
+BASES = {
+    'stand-in': Base(),
+    'unlike wheels': Base(lag=0.3, unlike=0.05),
+    'seldom, jitter, lost': Base(command_rate=10.0, odom_rate=15.0, jitter=0.02, lost=0.05),
+    'slow to speed up, encoders': Base(acceleration=0.5, ticks=2000),
+}
+# found by tune for the plant like the first base: backstepping --seed 1 --generations 60 --population 60
 # --curves trifolium lemniscate --start=0,0,0 --start=-0.2,0.1,0.3 --mass 0.5 1.2 --laps 2
 TUNED = [f'position_controller.backstepping.{gain}' for gain in ('p:=4.99878', 'q:=0.237305', 'f:=2.51953',
                                                                  'g:=19.9902')]
@@ -28,12 +33,38 @@ def fed(lag):
     return [*FED, f'position_controller.feedforward.lag:={lag}']
 
 
-def plant_like(lag, curve, gains):
+def model_of(base):
+    """Return the parameters of the plant that model a base, by name, all of them."""
+    return {
+        'base.lag': [base.lag, base.lag], 'base.dead_time': [base.dead_time, base.dead_time],
+        'base.command_rate': base.command_rate, 'base.dead_zone': [base.dead_zone, 0.0],
+        'base.max_speed': [base.fastest, 0.0], 'base.command_jitter': base.jitter, 'odometry.jitter': base.jitter,
+        'base.max_acceleration': [0.0 if math.isinf(base.acceleration) else base.acceleration, 0.0],
+        'base.wheel_gain': [1.0 + 0.5 * base.unlike, 1.0 - 0.5 * base.unlike], 'base.turn_gain': base.turn,
+        'odometry.rate': base.odom_rate, 'odometry.latency': base.latency,
+        'encoders.ticks': base.ticks, 'encoders.window': 1.0 / base.odom_rate if base.ticks else 0.0,
+        'odometry.dead_reckoning': base.ticks > 0, 'odometry.slip': 0.0,
+    }
+
+
+def plant_like(base, curve, given=(), lacking=()):
+    """Return the parameters of a plant like a base, whose effects that it does not have are ruled out."""
+    nothing = model_of(Base(command_rate=0.0, odom_rate=0.0, latency=0.0, lag=0.0, dead_zone=0.0, fastest=0.0))
+    modelled = {name: value for name, value in model_of(base).items() if name not in lacking}
+    absent = [name for name, value in modelled.items() if value == nothing[name]]
+    options = [f'plant.{name}:={str(value).lower()}' for name, value in modelled.items()]
+    stamps = 'position_controller.odom_latency:=0.06' if base.sent else '/**.odometry_stamped:=sampled'
     return at_cart_start(configure(load([CONFIG / 'wall_clock.yaml'], [
-        *LIKE_THE_BASE, f'plant.base.lag:=[{lag}, {lag}]', f'reference_cart.curve:={curve}', *gains])))
+        'plant.drive:=velocity', *options, f'plant.ruled_out:={", ".join(absent)}', '/**.lockstep:=true', stamps,
+        '/**.feedforward.enabled:=false', f'reference_cart.curve:={curve}', *given])))
 
 
 def promised(parameters):
     trial = make_trial(parameters, UNTIL, late=FROM)
     late = run_trials([trial], False)[0].late
     return math.sqrt(late.squared_position / late.time)
+
+
+def warned(parameters):
+    """Return the warnings of a search that ends with these parameters."""
+    return warnings_of(promise(parameters, [configured_scenario(parameters)]))

@@ -1,31 +1,43 @@
 """
-A base that is not of this package, in simulated time: takes velocity commands and gives odometry, both late and seldom.
+Bases that are not of this package, in simulated time: take velocity commands and give odometry, both late and seldom.
 
 A model of its own: small Euler steps, and none of the package's formulas.
 """
 
 import math
+import random
 from collections import deque
 from typing import NamedTuple
 
 STEP = 0.001
 """[s]"""
-
-
-_LEVER = 0.175
-"""[m] from the middle to a wheel."""
+LEVER, RADIUS = 0.175, 0.035
+"""[m] from the middle to a wheel, and of a wheel."""
 
 
 class Base(NamedTuple):
-    """What the base is like: rates [Hz], times [s], velocities [m/s]; the right wheel's excess size, as a share."""
+    """
+    What a base is like, in SI units.
+
+    `unlike` is by how much the right wheel is larger than the left one, `turn` the share of a turn that the wheels do
+    not lose, `lost` the share of messages that never arrive; `ticks` of a wheel's revolution make odometry dead
+    reckoning. `sent` tells whether odometry is stamped when it is sent; otherwise when it is sampled.
+    """
 
     command_rate: float = 20.0
     odom_rate: float = 30.0
     latency: float = 0.06
     lag: float = 0.15
+    dead_time: float = 0.0
     dead_zone: float = 0.05
     fastest: float = 0.7
+    acceleration: float = math.inf
     unlike: float = 0.0
+    turn: float = 1.0
+    jitter: float = 0.0
+    lost: float = 0.0
+    ticks: int = 0
+    sent: bool = False
 
 
 class StandIn:
@@ -39,36 +51,72 @@ class StandIn:
     commanded : tuple of float
         The newest command, set from outside.
     odometry : deque
-        Samples (time, pose, twist); the first is the newest that has arrived.
+        Samples (stamp, pose, twist); the first is the newest that has arrived.
 
     """
 
     def __init__(self, base, pose):
         self.base, self.pose = base, tuple(pose)
-        self.k, self.v, self.omega = 0, 0.0, 0.0
-        self.commanded = self._taken = (0.0, 0.0)
+        self.k, self.v, self.omega, self._ramped = 0, 0.0, 0.0, 0.0
+        self.commanded = (0.0, 0.0)
+        self._taken, self._coming = (0.0, 0.0), deque()
         self.odometry = deque([(0.0, self.pose, (0.0, 0.0))])
+        self._sampled = deque()
+        self._turned, self._counted, self._reckoned = [0.0, 0.0], [0, 0], self.pose
+        self._random = random.Random(7)  # noqa: S311 (a simulation)
+
+    def _late(self, time, latency):
+        """Return when a message arrives; None where it is lost."""
+        at = time + latency + self.base.jitter * self._random.random()
+        return None if self._random.random() < self.base.lost else at
+
+    def _odometer(self):
+        """Return the pose and the twist that odometry shows."""
+        if not self.base.ticks:
+            return self.pose, (self.v, self.omega)
+        tick = 2.0 * math.pi / self.base.ticks
+        counts = [round(angle / tick) for angle in self._turned]
+        right, left = (RADIUS * tick * (now - before) for now, before in zip(counts, self._counted, strict=True))
+        self._counted = counts
+        x, y, heading = self._reckoned
+        along, turn = (right + left) / 2.0, (right - left) / (2.0 * LEVER)
+        self._reckoned = (x + along * math.cos(heading + turn / 2.0), y + along * math.sin(heading + turn / 2.0),
+                          heading + turn)
+        return self._reckoned, (along * self.base.odom_rate, turn * self.base.odom_rate)
 
     def sample(self):
         """Sample odometry where it is due, and let what is late enough arrive."""
         time = self.k * STEP
         if _due(self.k, self.base.odom_rate):
-            self.odometry.append((time, self.pose, (self.v, self.omega)))
-        while len(self.odometry) > 1 and self.odometry[1][0] + self.base.latency <= time:
-            self.odometry.popleft()
+            arrives, seen = self._late(time, self.base.latency), self._odometer()
+            if arrives is not None:
+                self._sampled.append((arrives, time, *seen))
+        while self._sampled and self._sampled[0][0] <= time:
+            arrives, stamp, pose, twist = self._sampled.popleft()
+            self.odometry[0] = (time if self.base.sent else stamp, pose, twist)
 
     def move(self):
         """Take the command where it is due, and move."""
-        base = self.base
+        base, time = self.base, self.k * STEP
         if _due(self.k, base.command_rate):
-            v, omega = self.commanded
-            # each wheel turns as if both were alike
-            self._taken = (v + 0.5 * base.unlike * _LEVER * omega, omega + 0.5 * base.unlike * v / _LEVER)
-        asked = max(-base.fastest, min(base.fastest, self._taken[0]))
+            arrives = self._late(time, base.dead_time)
+            if arrives is not None:
+                self._coming.append((arrives, self.commanded))
+        while self._coming and self._coming[0][0] <= time:
+            self._taken = self._coming.popleft()[1]
+        v, omega = self._taken
+        asked = max(-base.fastest, min(base.fastest, v))
         if abs(asked) < base.dead_zone:
             asked = 0.0
-        self.v += STEP / base.lag * (asked - self.v)
-        self.omega += STEP / base.lag * (self._taken[1] - self.omega)
+        change = base.acceleration * STEP
+        self._ramped = max(self._ramped - change, min(self._ramped + change, asked))
+        # each wheel turns as if both were alike, and as if it did not skid
+        v, omega = (self._ramped + 0.5 * base.unlike * LEVER * omega,
+                    base.turn * (omega + 0.5 * base.unlike * self._ramped / LEVER))
+        self.v += STEP / base.lag * (v - self.v)
+        self.omega += STEP / base.lag * (omega - self.omega)
+        for wheel, side in enumerate((1.0, -1.0)):
+            self._turned[wheel] += STEP * (self.v + side * LEVER * self.omega) / RADIUS
         x, y, heading = self.pose
         heading += STEP * self.omega
         self.pose = (x + STEP * self.v * math.cos(heading), y + STEP * self.v * math.sin(heading), heading)

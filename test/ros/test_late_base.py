@@ -11,6 +11,7 @@ import pytest
 from harness import CONFIG
 from nav_msgs.msg import Odometry
 from promising import TUNED, fed, plant_like, promised
+from stand_in_model import Base
 
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
@@ -27,7 +28,7 @@ def by_time(messages):
 @pytest.mark.soak
 @pytest.mark.parametrize(('given', 'bound'), [(TUNED, 0.015), ([*TUNED, *fed(0.15)], 0.005)], ids=['', 'feedforward'])
 def test_tuned_gains_keep_their_promise_on_a_base_of_its_own_on_the_wall_clock(robot, given, bound):
-    parameters = plant_like(0.15, 'trifolium', given)
+    parameters = plant_like(Base(), 'trifolium', given)
     truth, cart = [], []
     for topic, found in (('ground_truth', truth), ('reference', cart)):
         robot.recorder.create_subscription(Odometry, topic, found.append, 100)

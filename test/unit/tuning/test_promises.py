@@ -124,7 +124,7 @@ def test_what_is_ruled_out_is_a_parameter_that_is_off():
             configure({'plant': {'drive': 'velocity', **values}})
         return str(refusal.value)
 
-    assert "ruled_out: the plant has no parameter 'base.dead'; did you mean 'base.dead_zone'?" in refused(ruled_out='base.dead')
+    assert "the plant has no parameter 'base.dead'; did you mean 'base.dead_zone'?" in refused(ruled_out='base.dead')
     assert 'ruled_out: base.lag is not off' in refused(ruled_out='base.lag', **{'base.lag': [0.1, 0.0]})
 
 
