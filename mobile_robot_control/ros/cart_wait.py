@@ -1,6 +1,5 @@
 """The reference cart that waits for the robot, on the wall clock: its clock, its log, its diagnostics."""
 
-import time
 from collections.abc import Callable
 from itertools import accumulate
 
@@ -20,6 +19,7 @@ from mobile_robot_control.reference.waiting import (
 )
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.input_monitor import InputMonitor
+from mobile_robot_control.ros.robot_clock import RobotClock
 
 _HELD_UP = 0.5
 """[s], and three periods at least, between two steps: the node was held up, and the cart has stood meanwhile."""
@@ -27,12 +27,14 @@ _HELD_UP = 0.5
 
 class CartWait:
     """
-    Moves the cart by the steady clock while the robot comes along.
+    Moves the cart by the robot's time while the robot comes along.
 
     Parameters
     ----------
     node : Node
         For the log.
+    clock : RobotClock
+        Of the node.
     monitor : InputMonitor
         Has the age of odometry.
     wait_distance : float
@@ -47,10 +49,11 @@ class CartWait:
     """
 
     def __init__(
-        self, node: Node, monitor: InputMonitor, wait_distance: float, period: float,
+        self, node: Node, clock: RobotClock, monitor: InputMonitor, wait_distance: float, period: float,
         reference_at: Callable[[float], Reference], horizon: int = 0,
     ) -> None:
-        self._node, self._monitor, self._longest = node, monitor, max(_HELD_UP, 3.0 * period)
+        self._node, self._clock, self._monitor = node, clock, monitor
+        self._longest = max(_HELD_UP, 3.0 * period)
         self._period, self._horizon = period, horizon
         self._wait_distance, self._reference_at = wait_distance, reference_at
         self._cart: WaitingCart | None = None
@@ -65,7 +68,7 @@ class CartWait:
         """Bring the cart to the start of another curve, where it waits for the robot."""
         self._at = self._reference_at(0.0).pose
         if self._cart is not None:
-            self._cart = begin_waiting(time.monotonic(), self._pose)
+            self._cart = begin_waiting(self._clock.now(), self._pose)
             self._log_wait(self._cart)
 
     def _log_wait(self, cart: WaitingCart) -> None:
@@ -75,11 +78,11 @@ class CartWait:
         """Take in the robot's pose; the first one brings the cart to its start."""
         self._pose = pose
         if self._cart is None:
-            self._cart = begin_waiting(time.monotonic(), pose)
+            self._cart = begin_waiting(self._clock.now(), pose)
 
     def references(self) -> tuple[Reference, ...]:
         """Return the reference now, and those of the steps ahead."""
-        now = time.monotonic()
+        now = self._clock.now()
         before = self._cart or begin_waiting(now, self._pose)
         if now - before.now > self._longest:
             before = after_a_pause(before, now)

@@ -69,7 +69,7 @@ class Diagnostics:
     validator : InputValidator
         Counts refused messages.
     monitor : InputMonitor
-        Has the ages of the inputs.
+        Has the ages of the inputs and of their stamps.
     watch : PublisherWatch
         Names other publishers, and endpoints that do not fit.
     pace : OverrunCounter or None
@@ -107,7 +107,7 @@ class Diagnostics:
             self._intervals.append(now - self._last_step)
         self._last_step = now
         for topic, ages in self._ages.items():
-            ages.append(self._monitor.age(topic))
+            ages.append(self._monitor.stamp_age(topic))
         self._steps += 1
         self._saturated += saturated
         self._ever_stepped, self._stopped = True, []
@@ -128,16 +128,20 @@ class Diagnostics:
             return Condition(DiagnosticStatus.ERROR, 'stopped', self._stopped)
         if not self._steps:
             return Condition(DiagnosticStatus.ERROR if missing else DiagnosticStatus.WARN, 'waiting', missing,
-                             '; '.join(self._watch.problems()))
+                             '; '.join(self.problems()))
         wrong = (
             bool(missing)
             or self._validator.refused.total() > self._refused_before
             or self._overruns() > self._overruns_before
             or self._saturated > _OFTEN_SATURATED * self._steps
-            or bool(self._watch.problems())
+            or bool(self.problems())
         )
         return Condition(DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK, 'running', missing,
-                         '; '.join(self._watch.problems()))
+                         '; '.join(self.problems()))
+
+    def problems(self) -> list[str]:
+        """List what is wrong with endpoints and stamps, in words."""
+        return [*self._watch.problems(), *self._monitor.problems()]
 
     def _overruns(self) -> int:
         return self._pace.overruns if self._pace is not None else 0
@@ -153,6 +157,7 @@ class Diagnostics:
 
     def _report(self) -> None:
         self._watch.look()
+        self._monitor.note_second()
         self._publish(self.condition())
         self._refused_before, self._overruns_before = self._validator.refused.total(), self._overruns()
         self._begin_period()
@@ -185,7 +190,7 @@ class Diagnostics:
             values['period mean [s]'] = f'{sum(self._intervals) / len(self._intervals):.6f}'
             values['period max [s]'] = f'{max(self._intervals):.6f}'
         for topic, ages in self._ages.items():
-            values[f'{topic} age now [s]'] = f'{self._monitor.age(topic):.6f}'
+            values[f'{topic} age now [s]'] = f'{self._monitor.stamp_age(topic):.6f}'
             if ages:
                 ages.sort()
                 values[f'{topic} age median [s]'] = f'{ages[len(ages) // 2]:.6f}'

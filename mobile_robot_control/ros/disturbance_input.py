@@ -16,7 +16,7 @@ from mobile_robot_control.quantities import Push
 from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.qos import SUBSCRIBED
 from mobile_robot_control.ros.run_events import RunEvents
-from mobile_robot_control.ros.stamp_policy import StampDecision, WallClockStampPolicy
+from mobile_robot_control.ros.stamp_policy import StampDecision, StampPolicy, WallClockStampPolicy
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.topics import DISTURBANCE
 
@@ -25,7 +25,7 @@ _MOST = 1000
 """Pushes that wait for their steps."""
 
 
-class _Grid:
+class _Grid(StampPolicy):
     """Takes every stamp of the velocity grid, in lockstep; stamp 0 everywhere, which asks for the next step."""
 
     accepted = None

@@ -127,7 +127,7 @@ class InputValidator:
         except RefusedMessageError as refusal:
             self._note_refusal(topic, refusal)
             return None
-        self._monitor.note_input(topic)
+        self._monitor.note_input(topic, policy.age(stamp))
         return ValidInput(stamp, decision, value)
 
     def _asked_again(self, topic: str, stamp: int) -> bool:

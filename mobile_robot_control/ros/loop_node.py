@@ -26,6 +26,7 @@ from mobile_robot_control.ros.parameter_bridge import declare
 from mobile_robot_control.ros.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.publisher_watch import PublisherWatch
 from mobile_robot_control.ros.qos import SENSORS, SUBSCRIBED, publish_on, subscribe_to
+from mobile_robot_control.ros.robot_clock import RobotClock
 from mobile_robot_control.ros.run_events import RunEvents
 from mobile_robot_control.ros.stamp_policy import StampDecision
 from mobile_robot_control.topics import ALL_LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_INPUTS, OTHER_TOPICS, LoopGraph
@@ -61,7 +62,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     """
 
     exit_code: int | None = None
-    _in_run = False
+    _in_run = _has_run = False
 
     def __init__(self, name: str, group: type[NodeGroup]) -> None:
         super().__init__(name, start_parameter_services=False)
@@ -70,7 +71,8 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._values = declare(self, group)
         self._shared = self._values.shared
         self._loop = self._loop_graph()
-        self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout)
+        self._robot_clock = RobotClock(self, self._shared.lockstep, self._begin_anew_in_time)
+        self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout, self._robot_clock)
         self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
         watched = [*self._loop.topics_of(name), *(topic for topic, nodes in OTHER_INPUTS.items() if name in nodes)]
         self._watch = PublisherWatch(
@@ -80,7 +82,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     def _start(self, rate: float, tick: Callable[[], None], pace: OverrunCounter | None = None) -> None:
         """Begin to serve parameters, to publish diagnostics and, on the wall clock, to tick at a rate [Hz]."""
         if pace is None and not self._shared.lockstep:
-            pace = FixedRateTimer(self, rate, tick)
+            pace = FixedRateTimer(self._robot_clock, rate, tick)
         self._diagnostics = Diagnostics(self, self._validator, self._monitor, self._watch, pace, self._condition)
         CheckedParameterService(self, type(self._values), self._apply, self._refusals)
         self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
@@ -111,9 +113,19 @@ class LoopNode(Node, Generic[NodeGroup]):
         if decision is StampDecision.JOIN:
             self.get_logger().info(f'joined a run under way at t = {stamp / 1e9:g} s')
         else:
-            self.get_logger().info('a new run begins' if self._in_run else 'a run begins')
-            self._events.begin_run(self._in_run)
-        self._in_run = True
+            self.get_logger().info('a new run begins' if self._has_run else 'a run begins')
+            self._events.begin_run(self._has_run)
+        self._in_run = self._has_run = True
+
+    def _begin_anew_in_time(self) -> None:
+        """Forget what belongs to a run whose simulated time has jumped back; a stop stays."""
+        self.get_logger().warning('/clock has jumped back: a new run begins with the next inputs')
+        self._in_run = False
+        self._monitor.forget()
+        self._forget()
+
+    def _forget(self) -> None:
+        """Forget inputs and states of a run on the wall clock."""
 
     def _awaited(self) -> list[str]:
         """Return what the node waits for before a run begins."""

@@ -1,13 +1,13 @@
 """Odometry of several publishers that contradict each other: no robot moves from one message to the next."""
 
 import math
-import time
 
 from rclpy.node import Node
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.ros.publisher_watch import PublisherWatch
+from mobile_robot_control.ros.robot_clock import RobotClock
 
 CONFLICT = 'odom has several publishers that contradict each other'
 _POSITION, _HEADING = 0.05, 0.1
@@ -55,20 +55,22 @@ class OdomConflict:
         Whose odometry.
     watch : PublisherWatch
         Counts its publishers.
+    clock : RobotClock
+        Of the node.
     hold : float
-        Wall time for which a conflict is present after the last contradiction [s].
+        Time for which a conflict is present after the last contradiction [s].
 
     """
 
-    def __init__(self, node: Node, watch: PublisherWatch, hold: float) -> None:
-        self._node, self._watch, self._hold = node, watch, hold
+    def __init__(self, node: Node, watch: PublisherWatch, clock: RobotClock, hold: float) -> None:
+        self._node, self._watch, self._clock, self._hold = node, watch, clock, hold
         self._last: tuple[int, Pose, BodyVelocity] | None = None
         self._until = -math.inf
 
     @property
     def present(self) -> bool:
         """Whether there is a conflict now."""
-        return time.monotonic() < self._until
+        return self._clock.now() < self._until
 
     def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
         """Take in an odometry, with its stamp [ns]."""
@@ -77,4 +79,4 @@ class OdomConflict:
             if not self.present:
                 self._node.get_logger().error(f'{CONFLICT}; stop all but one. The robot stands meanwhile, unless '
                                               'stop_on_odom_conflict is false')
-            self._until = time.monotonic() + self._hold
+            self._until = self._clock.now() + self._hold

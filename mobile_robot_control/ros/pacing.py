@@ -6,13 +6,14 @@ from collections.abc import Callable
 from rclpy.node import Node
 from rclpy.timer import Timer
 
+from mobile_robot_control.ros.robot_clock import RobotClock
 from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy
 from mobile_robot_control.ros.timers import create_steady_timer
 
 REPEAT_AFTER = 0.1
 """[s] of wall time without an answer."""
-_LONGEST_LAG = 0.1
-"""[s]: a run or a node that falls further behind the wall clock does not catch up."""
+_LONGEST_LAG, _LONGEST_STEP = 0.1, 1.0
+"""[s]: a run or a node that falls further behind the wall clock, or simulated time, does not catch up."""
 
 
 class LockstepPacer:
@@ -95,35 +96,39 @@ class LockstepPacer:
 
 class FixedRateTimer:
     """
-    Calls a step at a fixed rate by the steady clock.
+    Calls a step at a fixed rate of a robot's time.
 
     Parameters
     ----------
-    node : Node
-        Whose timer it is.
+    clock : RobotClock
+        The node's.
     rate : float
         [Hz].
     tick : callable
-        The step. After a delay it is called as often as was missed, up to 0.1 s worth of it.
+        The step. After a delay it is called as often as was missed, up to 0.1 s worth of it, or 1 s of simulated time,
+        whose clock may go on in large steps.
 
     Attributes
     ----------
     overruns : int
-        Ticks that came a whole period late or were left out.
+        Ticks that came a whole period late or were left out; those of simulated time are not counted.
 
     """
 
-    def __init__(self, node: Node, rate: float, tick: Callable[[], None]) -> None:
+    def __init__(self, clock: RobotClock, rate: float, tick: Callable[[], None]) -> None:
         self.overruns = 0
-        self._period, self._tick = 1.0 / rate, tick
-        self._due = time.monotonic() + self._period
-        create_steady_timer(self._period, self._run, node)
+        self._period, self._tick, self._clock = 1.0 / rate, tick, clock
+        self._due = clock.now() + self._period
+        clock.call_every(self._period, self._run)
 
     def _run(self) -> None:
-        now = time.monotonic()
-        late = int((now - self._due) / self._period) if now > self._due else 0
-        self.overruns += late
-        self._due = max(self._due, now - _LONGEST_LAG)
+        now = self._clock.now()
+        if self._clock.is_simulated:
+            if abs(now - self._due) > _LONGEST_STEP:  # the first message on /clock, or another run
+                self._due = now
+        else:
+            self.overruns += int((now - self._due) / self._period) if now > self._due else 0
+            self._due = max(self._due, now - _LONGEST_LAG)
         # half a period of slack: the timer and this count must not beat against each other
         while self._due <= now + 0.5 * self._period:
             self._due += self._period

@@ -19,6 +19,7 @@ from mobile_robot_control.parameters.rcl_yaml import parse_yaml
 from mobile_robot_control.parameters.values import check_value, nearest
 
 _EXPONENT = re.compile(r'(?<![\w.])-?\d+e[-+]?\d')  # of a number that Python writes without a decimal point
+_READ_ONLY = '{} is read-only while the node runs; write it into a parameter file and start the node again'
 _TYPES = [kind.value for kind in Parameter.Type]
 
 
@@ -156,7 +157,9 @@ class CheckedParameterService(ParameterService):
         elif declared is None:
             if not (is_ros_parameter(name) and self._get_node().has_parameter(name)):
                 yield f"unknown parameter '{name}'; {nearest(name, self._declared)}"
+            elif name == 'use_sim_time' and self._value(message) != self._get_node().get_parameter(name).value:
+                yield _READ_ONLY.format(name)
         elif not declared.field.live and not self._is_unchanged(message):
-            yield f'{name} is read-only while the node runs; write it into a parameter file and start the node again'
+            yield _READ_ONLY.format(name)
         elif message.value.type == Parameter.Type.NOT_SET.value:
             yield f'{name} cannot be removed; it must have a value'

@@ -5,6 +5,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import PlantParameters, loop_of
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 from mobile_robot_control.ros.diagnostics import Condition
@@ -36,6 +37,9 @@ class Plant(LoopNode[PlantParameters]):
     def __init__(self) -> None:
         super().__init__('plant', PlantParameters)
         shared = self._shared
+        if self._robot_clock.is_simulated:
+            raise ParameterError(['use_sim_time = True with lockstep = False: the plant moves by the wall clock and is '
+                                  'a simulator itself; start it without use_sim_time, or in lockstep'])
         self._period, self._position_period = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
         self._steps = round(self._values.duration * shared.velocity_rate)
         self._robot = SimulatedRobot(self._values)

@@ -50,7 +50,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         )
         self._law = LawRunner(self, self._values.control, 1.0 / shared.position_rate, self._tell_failure)
         self._twist, self._age = OdomTwist(self), OdomAge(shared)
-        self._conflict = OdomConflict(self, self._watch, self._values.input_timeout)
+        self._conflict = OdomConflict(self, self._watch, self._robot_clock, self._values.input_timeout)
         self._drive = WallClockDrive(self, shared.lockstep, self._law, self._validator, self._act)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._odom_time: tuple[int, int] | None = None
@@ -76,12 +76,20 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._subscribe('reference_horizon', self._on_horizon)
         self._subscribe('reference', self._on_reference)
         self._tracking, self._stopped = False, ''
+        self._monitor.latencies['odom'] = self._values.odom_latency
         for text in counted_twice(self._values):
             self.get_logger().warning(text)
         self._start(shared.position_rate, self._tick)
 
+    def _forget(self) -> None:
+        self._odom = self._reference = self._horizon = self._answer = None
+        self._tracking = False
+        self._conflict = OdomConflict(self, self._watch, self._robot_clock, self._values.input_timeout)
+        self._publish_command(self._clock_stamp(), _ZERO)
+
     def _change(self, values: PositionControllerParameters, waits: bool) -> None:
         super()._change(values, waits)
+        self._monitor.latencies['odom'] = values.odom_latency
         self._law.change(values.control)
 
     def _on_odom(self, message: bytes) -> None:
@@ -221,10 +229,11 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if self._drive.stop.reason:
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._drive.stop.reason)
         if self._in_conflict():
-            return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *self._watch.problems()]))
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join(
+                [CONFLICT, *self._diagnostics.problems()]))
         if self._twist.problem and self._tracking:
             return Condition(DiagnosticStatus.WARN, 'running', detail='; '.join(
-                [self._twist.problem, *self._watch.problems()]))
+                [self._twist.problem, *self._diagnostics.problems()]))
         return None
 
     def _last_condition(self) -> Condition:

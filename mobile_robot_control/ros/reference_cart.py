@@ -1,6 +1,5 @@
 """The node `reference_cart`: moves the virtual robot that the real one follows."""
 
-import time
 from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
@@ -52,9 +51,15 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._began: float | None = None
         waiting = self._values.waiting
         self._wait = None if shared.lockstep or not waiting.wait else CartWait(
-            self, self._monitor, waiting.wait_distance, 1.0 / shared.position_rate,
+            self, self._robot_clock, self._monitor, waiting.wait_distance, 1.0 / shared.position_rate,
             self._course.reference, horizon)
         self._start(shared.position_rate, self._tick)
+
+    def _forget(self) -> None:
+        self._began = self._answer = None
+        self._course.begin(self._values.curve)
+        if self._wait is not None:
+            self._wait.begin_anew()
 
     def _publish_path(self) -> None:
         self._path.publish(writing.path_message(self._shared.odom_frame_id, self._course.lap()))
@@ -95,7 +100,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             return (self._policy.accepted or 0) / 1e9
         if self._wait is not None:
             return self._wait.time
-        return 0.0 if self._began is None else time.monotonic() - self._began
+        return 0.0 if self._began is None else self._robot_clock.now() - self._began
 
     def _on_odom(self, message: bytes) -> None:
         valid = self._validator.validate('odom', message, self._read, self._policy)
@@ -103,7 +108,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             return
         if valid.decision is StampDecision.HOLD:
             if self._began is None:
-                self._began = time.monotonic()
+                self._began = self._robot_clock.now()
                 self._note_run(StampDecision.HOLD)
             if self._wait is not None:
                 self._wait.note(valid.value[0])
@@ -129,7 +134,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """On the wall clock, the curve's time starts at the first odometry, and stands while the cart waits."""
         if self._began is not None:
             stamp = self._clock_stamp()
-            self._publish(stamp, self._course.references(round((time.monotonic() - self._began) * 1e9))
+            self._publish(stamp, self._course.references(round((self._robot_clock.now() - self._began) * 1e9))
                           if self._wait is None else self._wait.references())
             self._diagnostics.note_step()
             if self._events.pending:

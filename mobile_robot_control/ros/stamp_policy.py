@@ -33,8 +33,12 @@ class StampPolicy(Protocol):
     def forget(self) -> bool:
         """Leave the run that the policy was in, to join another one; return whether it can."""
 
+    def age(self, _stamp: int) -> float:
+        """Return the age of a stamp [s]; 0 where stamps are of no clock."""
+        return 0.0
 
-class LockstepStampPolicy:
+
+class LockstepStampPolicy(StampPolicy):
     """
     Accepts the next stamp of a grid, in lockstep.
 
@@ -83,7 +87,7 @@ class LockstepStampPolicy:
         self.accepted = stamp
 
 
-class AnswerStampPolicy:
+class AnswerStampPolicy(StampPolicy):
     """
     Accepts the answer to the plant's present question, in lockstep.
 
@@ -127,7 +131,7 @@ class AnswerStampPolicy:
         return False
 
 
-class WallClockStampPolicy:
+class WallClockStampPolicy(StampPolicy):
     """
     Holds messages whose stamps are neither old nor in the future, until the node's own clock asks for them.
 
@@ -152,15 +156,15 @@ class WallClockStampPolicy:
 
     def decide(self, stamp: int) -> StampDecision:
         """Return HOLD or REFUSED for a stamp [ns]."""
-        return StampDecision.HOLD if abs(self._age(stamp)) <= self._tolerance else StampDecision.REFUSED
+        return StampDecision.HOLD if abs(self.age(stamp)) <= self._tolerance else StampDecision.REFUSED
 
     def refusal(self, stamp: int) -> RefusedMessageError:
         """Return why a stamp [ns] is refused."""
-        age = self._age(stamp)
+        age = self.age(stamp)
         reason = 'stamp too old' if age > 0.0 else 'stamp in the future'
         return RefusedMessageError(
             reason, f'by {abs(age):.3f} s; stamp_tolerance is {self._tolerance} s: stamp messages with the time at '
-            'which they are sent, set the clocks of both machines alike, or raise it')
+            'which they are sent, and set the clocks of both machines alike')
 
     def forget(self) -> bool:
         """Do nothing: there are no runs on the wall clock."""
@@ -169,7 +173,7 @@ class WallClockStampPolicy:
     def accept(self, stamp: int) -> None:
         """Do nothing: no stamp is answered on the wall clock."""
 
-    def _age(self, stamp: int) -> float:
+    def age(self, stamp: int) -> float:
         """Return the age of a stamp [s]."""
         return (int(self._clock.now().nanoseconds) - stamp) / 1e9
 

@@ -54,6 +54,11 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._commands.subscribe(self, shared.stamped_cmd_vel, self._subscribe)
         self._start(shared.velocity_rate, self._tick)
 
+    def _forget(self) -> None:
+        self._wheels = self._command = self._acceleration = None
+        self._state, self._torque = VelocityPiState(), WheelTorque(0.0, 0.0)
+        self._publish(self._clock_stamp())
+
     def _change(self, values: VelocityControllerParameters, _waits: bool) -> None:
         self._changed = values  # used from a position tick on
 

@@ -6,6 +6,8 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from harness import CONFIG
+from nav_msgs.msg import Odometry
+from rclpy.duration import Duration
 
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.ros.qos import PUBLISHED
@@ -143,3 +145,21 @@ def test_refused_commands_are_counted_and_refresh_no_timeout(robot, change, reas
     # a refused message refreshes no timeout: the command has fallen to zero
     robot.spin_until(lambda: reports.newest('velocity_controller').message == 'stopped, waits for position_controller')
     assert 'refused a message on cmd_vel' in robot.log('velocity_controller')
+
+
+def test_a_clock_that_differs_is_told_on_diagnostics(robot):
+    reports, node = Reports(robot), robot.recorder
+    publisher = node.create_publisher(Odometry, 'odom', PUBLISHED)
+    message = Odometry(child_frame_id='base_link')
+    message.header.frame_id = 'odom'
+    message.pose.pose.orientation.w = 1.0
+
+    def publish():
+        message.header.stamp = (node.get_clock().now() + Duration(seconds=0.2)).to_msg()
+        publisher.publish(message)
+
+    node.create_timer(0.02, publish)
+    robot.start('position_controller', 'reference_cart', arguments=WALL_CLOCK)
+    robot.spin_until(lambda: 'odom is stamped 0.' in reports.newest('position_controller').message)
+    assert reports.newest('position_controller').level == DiagnosticStatus.WARN
+    assert float(reports.values('position_controller')['odom age median [s]']) < -0.05

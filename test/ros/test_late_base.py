@@ -1,6 +1,8 @@
-"""The promise of a plant like the stand-in base, on the base as a node on the wall clock."""
+"""The promise of a plant like a stand-in base, on the base as a node: on the wall clock and in simulated time."""
 
+import contextlib
 import math
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +10,7 @@ from pathlib import Path
 import late_base
 import numpy as np
 import pytest
+from geometry_msgs.msg import TwistStamped
 from harness import CONFIG
 from nav_msgs.msg import Odometry
 from promising import TUNED, fed, plant_like, promised
@@ -16,7 +19,7 @@ from stand_in_model import Base
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 
-LAP = 16.0
+LAG, LAP = 0.15, 16.0
 
 
 def by_time(messages):
@@ -25,30 +28,98 @@ def by_time(messages):
                       message.pose.pose.position.y] for message in messages]).T
 
 
-@pytest.mark.soak
-@pytest.mark.parametrize(('given', 'bound'), [(TUNED, 0.015), ([*TUNED, *fed(0.15)], 0.005)], ids=['', 'feedforward'])
-def test_tuned_gains_keep_their_promise_on_a_base_of_its_own_on_the_wall_clock(robot, given, bound):
-    parameters = plant_like(Base(), 'trifolium', given)
-    truth, cart = [], []
-    for topic, found in (('ground_truth', truth), ('reference', cart)):
-        robot.recorder.create_subscription(Odometry, topic, found.append, 100)
-    curve = parameters.reference_cart.curve
-    start = reference_at(CURVES[curve.curve], 0.0, curve.placement).pose
-    base = subprocess.Popen([sys.executable, Path(late_base.__file__), '--lag', '0.15', '--pose', *map(str, start)])
-    try:
+class Driven:
+    """A base that the nodes drive along the trifolium; its messages are kept."""
+
+    def __init__(self, robot, given, factor):
+        self.robot, self.parameters = robot, plant_like(Base(lag=LAG), 'trifolium', given)
+        self.truth, self.cart, self.commands = [], [], []
+        for topic, kind, found in (('ground_truth', Odometry, self.truth), ('reference', Odometry, self.cart),
+                                   ('cmd_vel', TwistStamped, self.commands)):
+            robot.recorder.create_subscription(kind, topic, found.append, 100)
+        curve = self.parameters.reference_cart.curve
+        self.start = reference_at(CURVES[curve.curve], 0.0, curve.placement).pose
+        self.base = subprocess.Popen([sys.executable, Path(late_base.__file__), '--lag', str(LAG), '--factor',
+                                      str(factor), '--pose', *map(str, self.start)])
         robot.start('position_controller', 'reference_cart', arguments=[
-            '--params-file', CONFIG / 'wall_clock.yaml', '-p', 'odometry_stamped:=sampled',
+            '--params-file', CONFIG / 'wall_clock.yaml', '-p', 'odometry_stamped:=sampled', '-p',
+            'feedforward.enabled:=false', '-p', f'use_sim_time:={str(factor > 0.0).lower()}',
             *(word for one in given
               for word in ('-p', one.removeprefix('/**.').replace('controller.', 'controller:')))])
-        robot.spin_until(lambda: len(cart) > 50 * 2.5 * LAP, 60.0)
-    finally:
-        base.kill()
-        base.wait()
-    stamps, x, y = by_time(cart)
-    then, true_x, true_y = by_time(truth)
-    late = stamps > stamps[0] + 10.0
-    apart = np.hypot(np.interp(stamps[late], then, true_x) - x[late], np.interp(stamps[late], then, true_y) - y[late])
-    rms = math.sqrt(float((apart**2).mean()))
-    print(f'RMS error {100.0 * rms:.2f} cm, promised {100.0 * promised(parameters):.2f} cm')
+
+    def rms(self, since):
+        """Return the RMS of the true error from a time after the first reference on [s]."""
+        stamps, x, y = by_time(self.cart)
+        then, true_x, true_y = by_time(self.truth)
+        late = stamps > stamps[0] + since
+        apart = np.hypot(np.interp(stamps[late], then, true_x) - x[late],
+                         np.interp(stamps[late], then, true_y) - y[late])
+        return math.sqrt(float((apart**2).mean()))
+
+    def forget(self):
+        """Forget all messages."""
+        for kept in (self.truth, self.cart, self.commands):
+            kept.clear()
+
+
+@pytest.fixture
+def drive(robot):
+    """Drive a base with some parameters, at a factor of simulated time."""
+    with contextlib.ExitStack() as stack:
+        def made(given, factor=0.0):
+            driven = Driven(robot, given, factor)
+            stack.callback(driven.base.wait)
+            stack.callback(driven.base.kill)
+            return driven
+
+        yield made
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize('factor', [0.0, 0.2, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize(('given', 'bound'), [(TUNED, 0.015), ([*TUNED, *fed(LAG)], 0.005)], ids=['', 'feedforward'])
+def test_tuned_gains_keep_their_promise_on_a_base_of_its_own(drive, given, bound, factor):
+    driven = drive(given, factor)
+    driven.robot.spin_until(lambda: len(driven.cart) > 50 * 2.5 * LAP, 60.0 / (factor or 1.0))
+    rms, foreseen = driven.rms(10.0), promised(driven.parameters)
+    print(f'RMS error {100.0 * rms:.2f} cm, promised {100.0 * foreseen:.2f} cm')
     assert rms < bound
-    assert rms == pytest.approx(promised(parameters), rel=0.3, abs=0.0015)
+    assert rms == pytest.approx(foreseen, rel=0.3, abs=0.0015)
+
+
+def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_stays(drive):
+    driven = drive(TUNED, 2.0)
+    robot = driven.robot
+    robot.spin_until(lambda: len(driven.cart) > 50 * 7.0)
+    assert driven.rms(3.0) < 0.03
+    stamps, x, y = by_time(driven.cart)
+    curve = driven.parameters.reference_cart.curve
+    there = reference_at(CURVES[curve.curve], stamps[-1] - stamps[0], curve.placement).pose
+    assert math.hypot(x[-1] - there.x, y[-1] - there.y) < 0.02
+
+    driven.base.send_signal(signal.SIGUSR1)
+    robot.listen(0.5)
+    driven.forget()
+    robot.listen(0.5)
+    assert (driven.cart, driven.commands) == ([], [])
+    driven.base.send_signal(signal.SIGUSR1)
+    robot.spin_until(lambda: len(driven.cart) > 100)
+    assert driven.rms(0.0) < 0.05
+
+    driven.base.send_signal(signal.SIGUSR2)
+    robot.spin_until(lambda: all('/clock has jumped back' in robot.log(name)
+                                 for name in ('position_controller', 'reference_cart')))
+    robot.listen(0.5)
+    driven.forget()
+    robot.spin_until(lambda: len(driven.cart) > 100)
+    assert all(robot.log(name).count('a new run begins\n') == 1 for name in ('position_controller', 'reference_cart'))
+    assert driven.cart[0].header.stamp.sec < 5
+    assert driven.rms(0.0) < 0.1
+
+    assert robot.trigger('position_controller/stop')[0]
+    driven.base.send_signal(signal.SIGUSR2)
+    robot.spin_until(lambda: robot.log('position_controller').count('/clock has jumped back') == 2)
+    robot.listen(0.2)
+    driven.forget()
+    robot.spin_until(lambda: len(driven.commands) > 50)
+    assert not any(message.twist.linear.x or message.twist.angular.z for message in driven.commands)

@@ -33,6 +33,7 @@ NODE_BAD = {
                        ['gains.k1 = 128.444', 'spectral radius', 'slowest stable rate is 1577']),
     'unknown curve': ('reference_cart', '{curve: square}', ["'square'", 'lemniscate']),
     'too short': ('plant', '{initial_pose: [1.0, 2.0]}', ['initial_pose', '3 elements']),
+    'two simulators': ('plant', '{lockstep: false, use_sim_time: true}', ['use_sim_time = True', 'lockstep = False']),
     "another node's": ('plant', '{controller_type: fuzzy}', ['controller_type', 'position_controller']),
 }
 CASES = [(name, 'plant', *case) for name, case in BAD.items()]

@@ -7,7 +7,6 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
-from mobile_robot_control.ros import cart_wait
 from mobile_robot_control.ros.cart_wait import CartWait
 
 START = Pose(0.0, 0.0, 0.0)
@@ -21,13 +20,13 @@ def line(time):
 class Cart:
     """A cart at a rate [Hz], whose steady clock and whose odometry the test moves."""
 
-    def __init__(self, monkeypatch, rate):
+    def __init__(self, rate):
         self.now, self.age, self.logged = 100.0, 0.0, []
-        monkeypatch.setattr(cart_wait, 'time', types.SimpleNamespace(monotonic=lambda: self.now))
         log = types.SimpleNamespace(warning=self.logged.append, info=self.logged.append)
         monitor = types.SimpleNamespace(age=lambda topic: self.age, missing=lambda: [])
         self._period = 1.0 / rate
-        self.wait = CartWait(types.SimpleNamespace(get_logger=lambda: log), monitor, 0.5, self._period, line)
+        node, clock = types.SimpleNamespace(get_logger=lambda: log), types.SimpleNamespace(now=lambda: self.now)
+        self.wait = CartWait(node, clock, monitor, 0.5, self._period, line)
 
     def run(self, seconds, follows=True):
         """Return the last reference; the robot is where the cart is, or stays."""
@@ -40,8 +39,8 @@ class Cart:
 
 
 @pytest.mark.parametrize('rate', [50.0, 4.0, 0.5])
-def test_the_cart_drives_at_any_rate(monkeypatch, rate):
-    cart = Cart(monkeypatch, rate)
+def test_the_cart_drives_at_any_rate(rate):
+    cart = Cart(rate)
     cart.wait.note(START)
     reference = cart.run(20.0)
     assert reference.velocity.linear == 0.3
@@ -49,8 +48,8 @@ def test_the_cart_drives_at_any_rate(monkeypatch, rate):
     assert cart.wait.condition() is None
 
 
-def test_what_it_waits_for_is_logged_once_and_reported(monkeypatch):
-    cart = Cart(monkeypatch, 50.0)
+def test_what_it_waits_for_is_logged_once_and_reported():
+    cart = Cart(50.0)
     cart.wait.note(START)
     cart.run(5.0)
     assert cart.logged == ['the cart drives']
@@ -70,8 +69,8 @@ def test_what_it_waits_for_is_logged_once_and_reported(monkeypatch):
     assert cart.logged[2:] == ['the cart drives']
 
 
-def test_a_node_that_was_held_up_finds_its_cart_where_it_was(monkeypatch):
-    cart = Cart(monkeypatch, 50.0)
+def test_a_node_that_was_held_up_finds_its_cart_where_it_was():
+    cart = Cart(50.0)
     cart.wait.note(START)
     before = cart.run(5.0)
     cart.now += 3.0

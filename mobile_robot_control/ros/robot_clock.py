@@ -1,0 +1,57 @@
+"""The time in which a robot on the wall clock drives: the steady clock's or, with use_sim_time, that of /clock."""
+
+import time
+from collections.abc import Callable
+
+from rclpy.clock import JumpThreshold, TimeJump
+from rclpy.duration import Duration
+from rclpy.node import Node
+
+from mobile_robot_control.ros.timers import create_steady_timer
+
+
+class RobotClock:
+    """
+    Tells the time of a node's ticks, timeouts and waits; peers and processes are timed by the steady clock.
+
+    Parameters
+    ----------
+    node : Node
+        Whose parameter `use_sim_time` counts.
+    lockstep : bool
+        Whether it runs in lockstep, where stamps are the time and `use_sim_time` changes nothing.
+    begin_anew : callable
+        Called when simulated time has jumped back.
+
+    Attributes
+    ----------
+    is_simulated : bool
+        Whether it follows /clock.
+
+    """
+
+    def __init__(self, node: Node, lockstep: bool, begin_anew: Callable[[], None]) -> None:
+        self._node, self._begin_anew = node, begin_anew
+        self._tick: Callable[[], None] | None = None
+        self.is_simulated = not lockstep and bool(node.get_parameter('use_sim_time').value)
+        if self.is_simulated:
+            every = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1),
+                                  on_clock_change=False)
+            self._jumps = node.get_clock().create_jump_callback(every, post_callback=self._on_clock)
+
+    def now(self) -> float:
+        """Return the time [s]; 0 before the first message on /clock."""
+        return int(self._node.get_clock().now().nanoseconds) / 1e9 if self.is_simulated else time.monotonic()
+
+    def call_every(self, period: float, tick: Callable[[], None]) -> None:
+        """Call a function once a period [s] of the steady clock, or whenever /clock goes on."""
+        if self.is_simulated:
+            self._tick = tick
+        else:
+            create_steady_timer(period, tick, self._node)
+
+    def _on_clock(self, jump: TimeJump) -> None:
+        if jump.delta.nanoseconds < 0:
+            self._begin_anew()
+        if self._tick is not None:
+            self._tick()
