@@ -20,7 +20,11 @@ _STUDY = '--runs 300 --seed 1'
 VARIED = {
     'create3': '--variation 0.5 --longest-delay 8',
     'kobuki': '--variation 0.5 --longest-delay 8',
+    'jackal': '--variation 0.5 --longest-delay 8',
     'turtlebot3_burger': '--variation 0.5 --longest-delay 2',
+    'turtlebot3_burger_base': '--variation 0.5 --longest-delay 8',
+    'turtlebot3_waffle': '--variation 0.5 --longest-delay 8',
+    'turtlebot4': '--variation 0.5 --longest-delay 8',
 }
 """Options of the study by robot, where what it varies is a placeholder: lag, dead zone and dead time, or friction."""
 

@@ -8,8 +8,9 @@ from mobile_robot_control.parameters.robot_files import shipped_robots
 from mobile_robot_control.simulation.batch import run_trials
 from mobile_robot_control.simulation.trial import make_trial
 
-BOUNDS = {'chapter': (0.015, 0.04), 'create3': (0.012, 0.02), 'kobuki': (0.025, 0.06),
-          'turtlebot3_burger': (0.02, 0.04)}
+BOUNDS = {'chapter': (0.015, 0.04), 'create3': (0.012, 0.02), 'jackal': (0.1, 0.18), 'kobuki': (0.025, 0.06),
+          'turtlebot3_burger': (0.02, 0.04), 'turtlebot3_burger_base': (0.022, 0.04),
+          'turtlebot3_waffle': (0.012, 0.02), 'turtlebot4': (0.012, 0.02)}
 """[m]: RMS error of a lap from rest on the path, and the largest; odometry drifts in it."""
 
 

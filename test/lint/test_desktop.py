@@ -2,6 +2,7 @@
 
 import importlib
 import math
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -12,7 +13,7 @@ from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.parameters.shared import Shared
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 DESKTOP = Path(__file__).parents[2] / 'config' / 'desktop'
 # how many numbers an attribute has
@@ -159,3 +160,18 @@ def test_the_launch_file_starts_the_four_nodes_from_one_file():
              for part in (DESKTOP / 'robot.launch.xml').read_text(encoding='utf-8').split(share)[1:]]
     assert len(named) > 2
     assert all((DESKTOP.parents[1] / file).is_file() for file in named)
+
+
+def test_the_launch_file_of_a_real_robot_starts_its_nodes_on_the_wall_clock():
+    launch = parse((DESKTOP / 'real_robot.launch.xml').read_text(encoding='utf-8'))
+    nodes = {node.get('exec'): node for node in launch.findall('node')}
+    assert list(nodes) == ['position_controller', 'velocity_controller', 'reference_cart']
+    assert [name for name, node in nodes.items() if node.get('if')] == ['velocity_controller']
+    arguments = {argument.get('name') for argument in launch.findall('arg')}
+    for name, node in nodes.items():
+        values = {one.get('name'): one.get('value') for one in node.findall('param')}
+        assert values == {None: None, 'lockstep': 'false', 'use_sim_time': '$(var use_sim_time)'}
+        inputs = {topic for loop in LOOPS.values() for topic in loop.topics_of(name)}
+        assert {one.get('from') for one in node.findall('remap')} == inputs & {'odom', 'cmd_vel'}
+    text = (DESKTOP / 'real_robot.launch.xml').read_text(encoding='utf-8')
+    assert set(re.findall(r'var (\w+)', text)) == arguments

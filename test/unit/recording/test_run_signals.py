@@ -184,6 +184,13 @@ def test_on_the_wall_clock_a_gap_is_reported_and_jitter_is_not():
         '25 of 50 messages missing on cmd_vel, in 1 gap; the longest from t = 0.387 s to 0.907 s']
 
 
+def test_topics_that_another_robot_never_had_are_no_fault():
+    never = dict.fromkeys(('joint_states', 'wheel_torques', 'tracking_error'), empty_signal())
+    assert not list(gaps.describe_gaps(_wall_clock() | never))
+    del never['joint_states']
+    assert list(gaps.describe_gaps(_wall_clock() | never)) == ['no messages on wheel_torques, tracking_error']
+
+
 def test_without_messages_there_are_no_samples():
     signals = Collector().signals
     assert not list(joined(signals))
