@@ -5,6 +5,9 @@ LAGGING = {**BASE, 'plant.base.lag': [0.15, 0.1], 'plant.base.dead_time': [0.02,
            'plant.base.max_acceleration': [1.0, 4.0]}
 COARSE = {**BASE, 'plant.base.max_speed': [0.7, 2.0], 'plant.base.dead_zone': [0.01, 0.02],
           'plant.base.quantum': [0.001, 0.01], 'plant.base.command_rate': 30.0}
+UNEVEN = {**BASE, 'plant.base.wheel_gain': [1.02, 0.98], 'plant.base.turn_gain': 0.9,
+          'plant.base.max_deceleration': [2.0, 0.0]}
+JITTER = {'plant.base.command_jitter': 0.012, 'plant.odometry.jitter': 0.015}
 MOTORS = {'plant.motor.stall_torque': 2.0, 'plant.motor.no_load_speed': 30.0, 'plant.motor.time_constant': 0.01}
 FRICTION = {'plant.friction.coulomb': 0.05}
 LATE = {'plant.odometry.rate': 30.0, 'plant.odometry.latency': 0.05}
@@ -18,7 +21,8 @@ STAMPED = {'/**.odometry_stamped': 'sampled'}
 PUSHED = {'plant.disturbance.time': 0.5, 'plant.disturbance.impulse': [0.002, -0.001]}
 
 ROBOTS = {
-    'base with everything': {**LAGGING, **COARSE, **LATE, **TICKS, **DRIFTING, **NOISE, **COMPENSATED},
+    'base with everything': {**LAGGING, **COARSE, **UNEVEN, **LATE, **JITTER, **TICKS, **DRIFTING, **NOISE,
+                             **COMPENSATED},
     'torques with everything': {**MOTORS, **FRICTION, **LATE, **TICKS, **DRIFTING, **NOISE, **COMPENSATED, **DELAY,
                                 **PUSHED, **STAMPED},
 }
@@ -29,6 +33,7 @@ MORE = {
     'lagging, late, drifting': {**LAGGING, **LATE, **DRIFTING},
     'coarse, ticks, noise': {**COARSE, **TICKS, **NOISE},
     'coarse, late, compensated': {**COARSE, **LATE, **COMPENSATED, **STAMPED},
+    'uneven, jitter, compensated': {**UNEVEN, **LATE, **JITTER, **COMPENSATED, **STAMPED},
     'motors, ticks, compensated, pushed': {**MOTORS, **TICKS, **COMPENSATED, **PUSHED},
     'motors, late, noise': {**MOTORS, **LATE, **NOISE},
     'friction, drifting, delay': {**FRICTION, **DRIFTING, **DELAY},

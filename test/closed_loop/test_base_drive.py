@@ -21,6 +21,7 @@ TRACK = ['plant.drive:=velocity', f'/**.velocity_rate:={RATE}', f'/**.position_r
          'reference_cart.curve:=lissajous', 'reference_cart.scale:=0.7', 'reference_cart.center:=[1.1, 0.9]',
          'reference_cart.period:=30.0']
 ROUGH = {
+    'base.wheel_gain': [1.02, 0.98], 'base.turn_gain': 0.9, 'base.command_jitter': 0.012, 'odometry.jitter': 0.015,
     'drive': 'velocity', 'base.lag': [0.15, 0.1], 'base.dead_time': [0.02, 0.043], 'base.max_speed': [0.7, 2.0],
     'base.max_acceleration': [1.0, 4.0], 'base.dead_zone': [0.01, 0.02], 'base.quantum': [0.001, 0.01],
     'base.command_rate': 30.0, 'encoders.ticks': 2000, 'encoders.window': 0.01, 'odometry.dead_reckoning': True,

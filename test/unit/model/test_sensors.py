@@ -79,6 +79,16 @@ def test_odometry_of_other_rates_and_latencies(rate, latency, first):
     assert shown_steps(WheelOdometry(rate=rate, latency=latency), PERIOD, 11) == first
 
 
+def test_jitter_delays_each_sample_by_up_to_its_length():
+    odometry = WheelOdometry(rate=20.0, latency=0.02, jitter=0.01)
+    shown = shown_steps(odometry, PERIOD, 5000)
+    late = [k - shown[k] - 10 for k in range(1, len(shown)) if shown[k] != shown[k - 1]]
+    assert len(late) == 5000 // 25 - 1
+    assert {*late} == {0, 1, 2, 3, 4, 5}
+    assert statistics.fmean(late) == pytest.approx(2.5, abs=0.3)
+    assert shown == shown_steps(odometry, PERIOD, 5000)
+
+
 @pytest.mark.parametrize(('rate', 'period', 'step', 'number'), [
     (30.0, 2_000_000, 500 * 86400 * 365, 30 * 86400 * 365), (60.0, 2_000_000, 50, 6),
     (1.0 / 0.033, 33_000_000, 10**9, 10**9), (62.5, 1_000_000, 16 * 10**9, 10**9), (0.001, 10_000, 10**8, 1),

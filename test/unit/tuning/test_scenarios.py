@@ -223,3 +223,13 @@ def test_the_summary_contains_success_rate_and_quantiles():
     found = summarise_runs(judged)
     assert (found['runs'], found['successes'], found['success_rate']) == (100, 97, 0.97)
     assert found['metrics']['energy'] == {'median': 50.0, '95_percent': 95.0, 'worst': None}
+
+
+def test_the_spread_over_seeds_is_that_of_the_configured_run_where_something_is_random():
+    noisy = short_lap(plant={'initial_pose': [0.05, 0.0, 0.5 * math.pi], 'noise.pose': [0.001, 0.001, 0.002]})
+    errors = Objective(noisy, goal(configured_scenario(noisy)), run).spread(noisy)
+    assert len(errors) == 20
+    assert sorted(set(errors)) == list(errors)
+    outcome, = run([make_trial(noisy, 1.0)])
+    assert math.sqrt(outcome.totals.squared_position / outcome.totals.time) in errors
+    assert Objective(short_lap(), goal(configured_scenario(short_lap())), run).spread(short_lap()) == ()

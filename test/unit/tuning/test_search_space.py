@@ -16,7 +16,14 @@ from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning import chromosome, search_gains
 from mobile_robot_control.tuning.search_gains import decode
-from mobile_robot_control.tuning.search_space import bounded, population_of, search_genes, searches, without
+from mobile_robot_control.tuning.search_space import (
+    at_the_edge,
+    bounded,
+    population_of,
+    search_genes,
+    searches,
+    without,
+)
 
 
 def test_twelve_bits_encode_4096_evenly_spaced_points():
@@ -149,3 +156,13 @@ def test_gains_that_break_a_rule_around_a_kept_one_are_named():
 def test_an_unknown_gain_to_keep_is_refused_with_the_nearest_name():
     with pytest.raises(ParameterError, match="no gene 'k3' here; did you mean 'k"):
         without(search_genes('backstepping'), ['k3'])
+
+
+def test_gains_at_the_edge_of_their_search_are_named():
+    genes = bounded(search_genes('backstepping'), {'p': (0.0, 2.0)})
+    inside = [0.5] * len(genes)
+    assert list(at_the_edge(genes, inside)) == []
+    assert list(at_the_edge(genes, [0.999, *inside[1:]])) == [
+        'position_controller.backstepping.p is at the upper edge of its search, 0 to 2: a search with other --bounds '
+        'may find better gains']
+    assert [text.split()[0] for text in at_the_edge(genes, [0.001] * len(genes))] == [gene.name for gene in genes]
