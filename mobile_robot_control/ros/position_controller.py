@@ -84,6 +84,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _forget(self) -> None:
         self._odom = self._reference = self._horizon = self._answer = None
         self._tracking = False
+        self._age.begin()
         self._conflict = OdomConflict(self, self._watch, self._robot_clock, self._values.input_timeout)
         self._publish_command(self._clock_stamp(), _ZERO)
 

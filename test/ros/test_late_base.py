@@ -47,14 +47,18 @@ class Driven:
             *(word for one in given
               for word in ('-p', one.removeprefix('/**.').replace('controller.', 'controller:')))])
 
-    def rms(self, since):
-        """Return the RMS of the true error from a time after the first reference on [s]."""
+    def rms(self, since=None, last=0.0):
+        """Return the RMS of the true error from a time after the first reference on, or of the last seconds."""
         stamps, x, y = by_time(self.cart)
         then, true_x, true_y = by_time(self.truth)
-        late = stamps > stamps[0] + since
+        late = stamps > (stamps[-1] - last if since is None else stamps[0] + since)
         apart = np.hypot(np.interp(stamps[late], then, true_x) - x[late],
                          np.interp(stamps[late], then, true_y) - y[late])
         return math.sqrt(float((apart**2).mean()))
+
+    def follows(self):
+        """Spin until the base follows the cart: within 3 cm over 2 s of its time."""
+        self.robot.spin_until(lambda: len(self.cart) > 120 and len(self.truth) > 1 and self.rms(last=2.0) < 0.03)
 
     def forget(self):
         """Forget all messages."""
@@ -90,12 +94,11 @@ def test_tuned_gains_keep_their_promise_on_a_base_of_its_own(drive, given, bound
 def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_stays(drive):
     driven = drive(TUNED, 2.0)
     robot = driven.robot
-    robot.spin_until(lambda: len(driven.cart) > 50 * 7.0)
-    assert driven.rms(3.0) < 0.03
+    driven.follows()
+    # the cart's own time is that of its stamps: it drives as far as it says
     stamps, x, y = by_time(driven.cart)
-    curve = driven.parameters.reference_cart.curve
-    there = reference_at(CURVES[curve.curve], stamps[-1] - stamps[0], curve.placement).pose
-    assert math.hypot(x[-1] - there.x, y[-1] - there.y) < 0.02
+    speeds = [message.twist.twist.linear.x for message in driven.cart[1:]]
+    assert np.hypot(np.diff(x), np.diff(y)).sum() == pytest.approx((speeds * np.diff(stamps)).sum(), rel=0.02)
 
     driven.base.send_signal(signal.SIGUSR1)
     robot.listen(0.5)
@@ -103,18 +106,15 @@ def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_s
     robot.listen(0.5)
     assert (driven.cart, driven.commands) == ([], [])
     driven.base.send_signal(signal.SIGUSR1)
-    robot.spin_until(lambda: len(driven.cart) > 100)
-    assert driven.rms(0.0) < 0.05
+    driven.follows()
 
     driven.base.send_signal(signal.SIGUSR2)
     robot.spin_until(lambda: all('/clock has jumped back' in robot.log(name)
                                  for name in ('position_controller', 'reference_cart')))
-    robot.listen(0.5)
+    robot.spin_until(lambda: driven.cart and driven.cart[-1].header.stamp.sec < 5)
     driven.forget()
-    robot.spin_until(lambda: len(driven.cart) > 100)
+    driven.follows()
     assert all(robot.log(name).count('a new run begins\n') == 1 for name in ('position_controller', 'reference_cart'))
-    assert driven.cart[0].header.stamp.sec < 5
-    assert driven.rms(0.0) < 0.1
 
     assert robot.trigger('position_controller/stop')[0]
     driven.base.send_signal(signal.SIGUSR2)
@@ -123,3 +123,4 @@ def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_s
     driven.forget()
     robot.spin_until(lambda: len(driven.commands) > 50)
     assert not any(message.twist.linear.x or message.twist.angular.z for message in driven.commands)
+    robot.stop()
