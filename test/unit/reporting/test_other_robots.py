@@ -108,7 +108,6 @@ def test_the_page_of_another_robot_has_its_metrics_and_no_word_of_torques(sample
         assert found[name] == pytest.approx(expected[name], rel=0.03)
     assert found['duration'] == pytest.approx(DURATION, abs=0.1)
     assert found['problems'] == [
-        'no messages on joint_states, wheel_torques, tracking_error',
         'the tracking error is computed from odom and reference, which is taken to be on straight lines between its '
         'messages']
     assert 'Measured error (odometry)' in page
