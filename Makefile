@@ -23,7 +23,7 @@ READY := $(VENV)/.ready
 # where it is set, each of the thousand processes that the tests start compiles every module again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo figures test test-dds soak bench fingerprint lint pages docs clean
+.PHONY: setup demo figures test test-dds soak bench fingerprint mutants lint pages docs clean
 
 setup: $(READY)
 
@@ -60,6 +60,14 @@ bench: setup
 # one checksum an output, to compare two checkouts: see test/fingerprint.py
 fingerprint: setup
 	@$(BIN)/python test/fingerprint.py
+
+# do the tests notice small changes of what moves the robot? see test/mutants.py; half an hour
+mutants: $(VENV)/.mutants
+	$(BIN)/python test/mutants.py
+
+$(VENV)/.mutants: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --editable '.[$(EXTRAS),mutants]'
+	@touch $@
 
 lint: setup
 	$(BIN)/python -m pytest test/lint

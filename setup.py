@@ -69,6 +69,11 @@ setup(
             'numpydoc==1.11.0',
             'sphinx==8.1.3',
         ],
+        'mutants': [
+            'cosmic-ray==8.7.0',
+            'coverage==7.10.7',
+            'pytest-cov==7.1.0',
+        ],
         'test': [
             'colcon-core==0.21.3',
             'colcon-package-information==0.4.1',
