@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Collection, Iterator
 from typing import Any, NoReturn
 
+from mobile_robot_control import __version__
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.values import nearest
 from mobile_robot_control.plugins import load_plugins
@@ -53,6 +54,7 @@ def make_parser(name: str, documentation: str | None) -> argparse.ArgumentParser
     """
     # an abbreviated --law would be read after the options that need its law
     made = _CommandParser(prog=name, description=(documentation or '').partition(': ')[2], allow_abbrev=False)
+    made.add_argument('--version', action='version', version=f'{name} {__version__}')
     made.add_argument('--robot', metavar='NAME|FILE', help='robot of this package, or parameter file of a robot; read '
                       'before the other parameter files')
     made.add_argument('--params-file', action='append', default=[], metavar='FILE', dest='params_files',

@@ -4,6 +4,7 @@ import argparse
 
 import pytest
 
+from mobile_robot_control import __version__
 from mobile_robot_control.cli import experiment, report, simulate, study, tune
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.options import configuration, make_main, positive, writable_file
@@ -87,3 +88,10 @@ def test_a_folder_that_ros_cannot_take_is_refused_before_anything_starts(capsys)
         experiment.main(['--duration', '1', '--output', '\udcff'])
     assert ended.value.code == 2
     assert 'is not UTF-8, as ROS needs it' in capsys.readouterr().err
+
+
+def test_every_command_tells_the_version_of_the_package(capsys):
+    with pytest.raises(SystemExit) as ending:
+        make_parser('simulate', '').parse_args(['--version'])
+    assert ending.value.code == 0
+    assert capsys.readouterr().out == f'simulate {__version__}\n'
