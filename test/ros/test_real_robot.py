@@ -43,13 +43,13 @@ def test_nodes_and_simulate_agree(domain, quick_discovery, tmp_path, options):
     assert metrics['error'] == 'true'
 
 
-def _messages(folder, drive, options):
+def _messages(folder, drive, options, use_sim_time):
     """Run the nodes composed, as fast as they go; returns the bytes of each topic by stamp."""
     robots = Robots(folder, drive=drive)
     try:
         given = [word for one in assignments(options) for word in ('-p', one.removeprefix('/**.').replace('.', ':', 1))]
         robots.start(composed=True, arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p',
-                                               'paused:=true', *given])
+                                               'paused:=true', '-p', f'use_sim_time:={use_sim_time}', *given])
         robots.resume()
         robots.finish()
         return robots.messages()
@@ -60,7 +60,9 @@ def _messages(folder, drive, options):
 @pytest.mark.parametrize(('drive', 'name'), [
     ('velocity', 'base with everything'), ('torque', 'torques with everything')])
 def test_two_runs_are_equal_to_the_last_bit(domain, lossless, tmp_path, drive, name):
-    first, second = (_messages(tmp_path / run, drive, ROBOTS[name]) for run in ('first', 'second'))
+    # in lockstep /clock changes no bit
+    first, second = (_messages(tmp_path / use_sim_time, drive, ROBOTS[name], use_sim_time)
+                     for use_sim_time in ('false', 'true'))
     assert first == second
     assert len(first['joint_states']) == 501
     assert len(first['cmd_vel']) == len(first['odom']) == 101
