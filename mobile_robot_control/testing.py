@@ -106,7 +106,7 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def _run(options: argparse.Namespace) -> int:
     """Check what a file has; return 1 if any check fails."""
-    from mobile_robot_control.conformance.loading import records_of  # noqa: PLC0415
+    from mobile_robot_control.conformance.checks import records_of  # noqa: PLC0415
 
     law, curve = records_of(options.file)
     checks: list[Callable[[], Conformance]] = []

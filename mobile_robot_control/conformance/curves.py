@@ -6,10 +6,18 @@ from contextlib import ExitStack
 from functools import partial
 from random import Random
 
-from mobile_robot_control.conformance.bits import bits_of
-from mobile_robot_control.conformance.checks import Check, Conformance, LeftOutError, refused, run_checks, with_dds
-from mobile_robot_control.conformance.holding import holding
-from mobile_robot_control.conformance.over_dds import equal_over_dds, file_option
+from mobile_robot_control.conformance.checks import (
+    Check,
+    Conformance,
+    LeftOutError,
+    equal_over_dds,
+    file_option,
+    holding,
+    refused,
+    run_checks,
+    with_dds,
+)
+from mobile_robot_control.conformance.sampling import bits_of
 from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.parameters.checking import rule_violations
 from mobile_robot_control.reference.cart import CurveParameters

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from mobile_robot_control.conformance.bits import bits_of
+from mobile_robot_control.conformance.sampling import bits_of
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.driven import driven_step
 from mobile_robot_control.model.drivetrain import discretise_drivetrain

@@ -7,9 +7,8 @@ import pytest
 from broken_laws import Gains
 
 from mobile_robot_control import BodyVelocity, Law
-from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError
+from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError, holding
 from mobile_robot_control.conformance.compiled_form import compiled_equals_plain
-from mobile_robot_control.conformance.holding import holding
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 
 pytest.importorskip('numba')

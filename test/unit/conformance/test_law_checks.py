@@ -8,10 +8,8 @@ import pytest
 from broken_laws import BROKEN, MIXED, PAIR, SOLVING, SOUND, Count
 
 from mobile_robot_control import Field
-from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, run_checks
-from mobile_robot_control.conformance.holding import holding
+from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, file_option, holding, run_checks
 from mobile_robot_control.conformance.laws import LAW_CHECKS
-from mobile_robot_control.conformance.over_dds import file_option
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 from mobile_robot_control.testing import check_law
 

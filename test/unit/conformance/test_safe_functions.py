@@ -8,8 +8,8 @@ from random import Random
 
 import pytest
 
-from mobile_robot_control.conformance.bits import bits_of
-from mobile_robot_control.conformance.suspects import DIFFERENT, UNCOMPILED, suspects
+from mobile_robot_control.conformance.compiled_form import DIFFERENT, UNCOMPILED, suspects
+from mobile_robot_control.conformance.sampling import bits_of
 
 PAGE = (Path(__file__).parents[3] / 'docs' / 'extending.md').read_text(encoding='utf-8')
 

@@ -6,7 +6,7 @@ from functools import partial
 import broken_laws
 import pytest
 
-from mobile_robot_control.conformance.suspects import suspects
+from mobile_robot_control.conformance.compiled_form import suspects
 
 
 def _fourth_power(x):
