@@ -95,8 +95,8 @@ class InputMonitor:
         self._ill_timed = found
 
     def problems(self) -> list[str]:
-        """List what is wrong about stamps, in words."""
-        return list(self._ill_timed.values())
+        """List what is wrong about time and stamps, in words."""
+        return [*self._clock.problems(), *self._ill_timed.values()]
 
     def forget(self) -> None:
         """Forget the inputs of a run that has ended."""

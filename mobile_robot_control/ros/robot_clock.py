@@ -9,6 +9,10 @@ from rclpy.node import Node
 
 from mobile_robot_control.ros.timers import create_steady_timer
 
+_PATIENCE = 2.0
+"""[s] of wall time without a message on /clock."""
+_STANDS = '/clock stands still or is not published: with use_sim_time nothing moves until it goes on'
+
 
 class RobotClock:
     """
@@ -33,11 +37,14 @@ class RobotClock:
     def __init__(self, node: Node, lockstep: bool, begin_anew: Callable[[], None]) -> None:
         self._node, self._begin_anew = node, begin_anew
         self._tick: Callable[[], None] | None = None
+        self._stands = False
         self.is_simulated = not lockstep and bool(node.get_parameter('use_sim_time').value)
         if self.is_simulated:
             every = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1),
                                   on_clock_change=False)
             self._jumps = node.get_clock().create_jump_callback(every, post_callback=self._on_clock)
+            self._heard = time.monotonic()
+            create_steady_timer(_PATIENCE / 2.0, self._listen, node)
 
     def now(self) -> float:
         """Return the time [s]; 0 before the first message on /clock."""
@@ -50,7 +57,21 @@ class RobotClock:
         else:
             create_steady_timer(period, tick, self._node)
 
+    def problems(self) -> list[str]:
+        """List what is wrong with the clock, in words."""
+        return [_STANDS] if self._stands else []
+
+    def _listen(self) -> None:
+        """Log once where /clock is silent, and once where it goes on."""
+        stands = time.monotonic() - self._heard > _PATIENCE
+        if stands and not self._stands:
+            self._node.get_logger().warning(_STANDS)
+        elif self._stands and not stands:
+            self._node.get_logger().info('/clock goes on')
+        self._stands = stands
+
     def _on_clock(self, jump: TimeJump) -> None:
+        self._heard = time.monotonic()
         if jump.delta.nanoseconds < 0:
             self._begin_anew()
         if self._tick is not None:

@@ -105,6 +105,8 @@ def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_s
     driven.forget()
     robot.listen(0.5)
     assert (driven.cart, driven.commands) == ([], [])
+    robot.spin_until(lambda: all('/clock stands still' in robot.log(name)
+                                 for name in ('position_controller', 'reference_cart')))
     driven.base.send_signal(signal.SIGUSR1)
     driven.follows()
 

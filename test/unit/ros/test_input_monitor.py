@@ -16,7 +16,7 @@ def make(monkeypatch):
 
     def made(is_simulated=False):
         logged = []
-        clock = types.SimpleNamespace(time=100.0, is_simulated=is_simulated)
+        clock = types.SimpleNamespace(time=100.0, is_simulated=is_simulated, problems=list)
         clock.now = lambda: clock.time
         node = types.SimpleNamespace(get_logger=lambda: types.SimpleNamespace(warning=logged.append))
         return InputMonitor(node, {'odom': 'plant'}, 2.0, clock), clock, logged
