@@ -2,22 +2,50 @@
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from mobile_robot_control.cli.command_parser import make_parser
 from mobile_robot_control.cli.namespace_option import add_namespace_option
 from mobile_robot_control.cli.options import configuration, distinct, make_main
 from mobile_robot_control.cli.progress import tqdm
-from mobile_robot_control.cli.topic_option import TopicNames
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.files import load
 from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.recording.bag_topics import NAMES
 from mobile_robot_control.reporting.run_files import UnreadableRunError
 from mobile_robot_control.reporting.run_reading import RecordedRun, read_run
 from mobile_robot_control.texts import printable
+
+_TOPIC = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
+
+
+class TopicNames(argparse.Action):
+    """Collects NAME:=TOPIC, given again and again, into a dict; bad usage where a name is none of the loop's."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Add one NAME:=TOPIC."""
+        text = str(values)
+        name, separator, topic = text.partition(':=')
+        if not separator:
+            parser.error(f"{option_string} '{text}': write NAME:=TOPIC, such as odom:=/base/odom")
+        if name not in NAMES:
+            parser.error(f"{option_string} '{text}': '{name}' is no topic of the loop; take one of {', '.join(NAMES)}")
+        if not _TOPIC.fullmatch(topic):
+            parser.error(f"{option_string} '{text}': '{topic}' is no name of a topic; write one such as /base/odom")
+        chosen = dict(getattr(namespace, self.dest))
+        if chosen.get(name, topic) != topic:
+            parser.error(f"{option_string} '{text}': {name} is {chosen[name]} already; name each topic once")
+        if topic in [other for known, other in chosen.items() if known != name]:
+            parser.error(f"{option_string} '{text}': {topic} is taken already; name each topic once")
+        setattr(namespace, self.dest, {**chosen, name: topic})
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:

@@ -5,7 +5,7 @@ import csv
 import io
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from mobile_robot_control.cli.command_parser import make_parser
@@ -20,7 +20,6 @@ from mobile_robot_control.cli.options import (
     writable_file,
 )
 from mobile_robot_control.cli.progress import tqdm
-from mobile_robot_control.cli.study_replays import replayed_runs
 from mobile_robot_control.cli.study_run import (
     StudiedController,
     as_cell,
@@ -32,18 +31,44 @@ from mobile_robot_control.cli.study_run import (
     study_values,
 )
 from mobile_robot_control.cli.worker_options import add_worker_options, runner
+from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.files import write_atomically
 from mobile_robot_control.model.actuators import LONGEST_DELAY
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.reporting.series import collect
 from mobile_robot_control.reporting.starts_map import Start, Starts, draw_starts_map
-from mobile_robot_control.reporting.study_page import Judgement, StudiedRuns, write_study_page
+from mobile_robot_control.reporting.study_page import Judgement, StudiedRuns, chosen_runs, write_study_page
+from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.indices import BAND
+from mobile_robot_control.simulation.rollout import trial_rollout
 from mobile_robot_control.texts import printable
 from mobile_robot_control.tuning.comparison import COMPARED
 from mobile_robot_control.tuning.monte_carlo import METRICS, WITHIN
+from mobile_robot_control.tuning.scenarios import scenario_trial
 from mobile_robot_control.tuning.splits import best_split
+
+
+def replayed_runs(studied: StudiedController, laps: float) -> dict[int, RecordedRun]:
+    """Return some runs of a controller by their index: failures, and successes in the middle."""
+    found = {}
+    for n in chosen_runs(studied.judged):
+        trial = scenario_trial(studied.parameters, studied.scenarios[n], laps, 0.75 * laps)
+        samples = list(_until_failure(trial_rollout(trial, studied.parameters)))
+        if samples:
+            kind = 'success' if studied.judged[n].success else 'failure'
+            found[n] = RecordedRun(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
+    return found
+
+
+def _until_failure(samples: Iterator[Sample]) -> Iterator[Sample]:
+    """Yield samples up to the one at which a law fails, if any does."""
+    try:
+        yield from samples
+    except LawFailedError:
+        return
 
 
 def parse_study(arguments: Sequence[str] | None, writes: bool = True) -> argparse.Namespace:

@@ -18,7 +18,6 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.control import backstepping
-from mobile_robot_control.dashboard.happenings import Happenings
 from mobile_robot_control.dashboard.kicks import Kicks
 from mobile_robot_control.dashboard.loop_topics import LoopTopics
 from mobile_robot_control.dashboard.node_states import NodeStates
@@ -26,9 +25,38 @@ from mobile_robot_control.dashboard.parameter_book import ParameterBook
 from mobile_robot_control.dashboard.polling import PolledTopic
 from mobile_robot_control.dashboard.sampling import message_text
 from mobile_robot_control.dashboard.service_calls import ServiceCalls
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import TrackingError
 from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.texts import shortened
 from mobile_robot_control.topics import EVENTS
+
+_KIND = 'diagnostic_msgs/msg/DiagnosticArray'
+_KEPT_CHANGES = 12
+
+
+class Happenings:
+    """The last changes: parameters, resets, pushes, each with the first stamp that it affects."""
+
+    def __init__(self) -> None:
+        self._kept: deque[dict[str, Any]] = deque(maxlen=_KEPT_CHANGES)
+
+    def take(self, message: bytes) -> None:
+        """Take in a message; one that is not readable changes nothing."""
+        try:
+            stamp = serialised_stamp(message)
+            array = read_or_refuse(_KIND, (partial(deserialise, _KIND),), message)
+        except RefusedMessageError:
+            return
+        for status in array.status[:_KEPT_CHANGES]:
+            self._kept.append({'stamp': stamp / 1e9, 'node': shortened(status.name, 100),
+                               'text': shortened(status.message, 200)})
+
+    def newest_first(self) -> list[dict[str, Any]]:
+        """Return them with stamp [s], node and text, as JSON has them."""
+        return list(reversed(self._kept))
+
 
 PERIOD = 0.05
 """[s] of wall time between two looks."""

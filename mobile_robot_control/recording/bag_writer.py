@@ -3,6 +3,7 @@
 import errno
 import os
 from contextlib import suppress
+from importlib import metadata
 from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO
@@ -13,7 +14,31 @@ from rosbags.typesys import Stores, get_typestore
 from mobile_robot_control.files import is_disk_full
 from mobile_robot_control.recording import bag_metadata
 from mobile_robot_control.recording.bag_metadata import BagTopic
-from mobile_robot_control.recording.distribution import ros_distribution
+
+_WHEELS = ('kilted', 'jazzy')
+
+
+def ros_distribution() -> str:
+    """
+    Name the distribution: the sourced one, or that of the installed wheels.
+
+    Returns
+    -------
+    str
+        Such as 'jazzy'; 'unknown', as rosbag2 has it, where neither is found.
+
+    """
+    sourced = os.environ.get('ROS_DISTRO')
+    if sourced:
+        return sourced
+    for name in _WHEELS:
+        try:
+            metadata.version(f'ros-{name}-rclpy')
+        except metadata.PackageNotFoundError:
+            continue
+        return name
+    return 'unknown'
+
 
 _FLUSH = 500_000_000
 """[ns] of wall time after which messages are handed to the operating system."""

@@ -3,17 +3,39 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from mobile_robot_control.messages import writing
+from mobile_robot_control.messages.writing import planar_quaternion
 from mobile_robot_control.parameters.nodes import PlantParameters, has_exact_odometry
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.simulated_robot import SimulatedRobot
-from mobile_robot_control.ros.transforms import make_broadcaster
-from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.stamps import NANOSECONDS, period_nanoseconds
+
+
+def make_broadcaster(node: Node, frame: str, child_frame: str) -> Callable[[int, Pose], None] | None:
+    """Make a function that publishes a stamp [ns] and a pose of the child frame on /tf; None without tf2_ros."""
+    try:
+        from tf2_ros import TransformBroadcaster  # noqa: PLC0415 (not among the wheels)
+    except ImportError:
+        return None
+    broadcaster = TransformBroadcaster(node)
+
+    def broadcast(stamp: int, pose: Pose) -> None:
+        sent = TransformStamped(child_frame_id=child_frame)
+        sent.header.frame_id = frame
+        sent.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
+        sent.transform.translation.x, sent.transform.translation.y = pose.x, pose.y
+        sent.transform.rotation.z, sent.transform.rotation.w = planar_quaternion(pose.heading)
+        broadcaster.sendTransform(sent)
+
+    return broadcast
+
 
 _LAST = 3.0
 """[s] of wall time at most in which the last messages are to arrive; a recorder on a busy machine needs some of it."""

@@ -9,7 +9,7 @@ from bag_making import record
 
 from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.recording import bag_reader
-from mobile_robot_control.recording.distribution import ros_distribution
+from mobile_robot_control.recording.bag_writer import ros_distribution
 from mobile_robot_control.simulation.rollout import rollout
 
 

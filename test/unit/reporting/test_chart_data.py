@@ -13,8 +13,8 @@ from mobile_robot_control.reporting.chart_data import chart_data, difference, to
 from mobile_robot_control.reporting.deviation import deviation
 from mobile_robot_control.reporting.lines import Line
 from mobile_robot_control.reporting.panels import Panel
+from mobile_robot_control.reporting.report_writing import step_note
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES, over_time_figure
-from mobile_robot_control.reporting.run_notes import step_note
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.series import Series, collect
 from mobile_robot_control.simulation.rollout import rollout

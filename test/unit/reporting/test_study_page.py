@@ -7,7 +7,7 @@ import pytest
 from measuring import configuration
 from processes import wait_until
 
-from mobile_robot_control.cli.study_replays import replayed_runs
+from mobile_robot_control.cli.study import replayed_runs
 from mobile_robot_control.cli.study_run import StudiedController
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model.noise import Noise
