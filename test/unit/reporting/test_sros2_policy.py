@@ -49,7 +49,8 @@ def test_a_loop_topic_is_published_by_its_publisher_alone_and_read_by_its_subscr
     rules = allowed(policy())[f'{ROOM}/experiment']
     assert [node for node in rules if ('publish', f'/{topic.name}') in rules[node]] == [f'/{topic.publisher}']
     # where a run stalls, the plant looks for the answer that is missing
-    stalled = {'/plant'} if any(topic.name == answer for loop in LOOPS.values() for _, answer in loop.answers) else set()
+    answers = {answer for loop in LOOPS.values() for _, answer in loop.answers}
+    stalled = {'/plant'} if topic.name in answers else set()
     assert {node for node in rules if ('subscribe', f'/{topic.name}') in rules[node]} == stalled | {
         '/recorder', *(f'/{node}' for loop in LOOPS.values() if topic.name in loop.topics
                        for node in loop.topics[topic.name].subscribers)}
