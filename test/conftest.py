@@ -10,6 +10,9 @@ from hypothesis import settings
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
 
+# what only `make mutants` installs
+collect_ignore = ['mutants.py']
+
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
 

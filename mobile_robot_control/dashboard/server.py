@@ -29,6 +29,8 @@ _STATE = 0.5
 """[s] of wall time between two looks at the state."""
 _RECONNECT = 20.0
 """[s] after which a browser that does not answer counts as gone; a busy machine answers late."""
+_RESENT = 100
+"""Messages that are sent again after a moment without a connection; without them nicegui loads the page again."""
 _UNOPENED = 16
 """Pages that were fetched and have not opened their socket yet; older ones are forgotten."""
 _TITLE = 'mobile_robot_control'
@@ -103,8 +105,8 @@ class PageServer:
             folder.mkdir(parents=True, exist_ok=True)
             app.add_static_files(f'/{name}', folder, max_cache_age=0)
         outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-        ui.run_with(outer, title=_TITLE, show_welcome_message=False, tailwind=False, message_history_length=0,
-                    dark=None, binding_refresh_interval=None, reconnect_timeout=_RECONNECT)
+        ui.run_with(outer, title=_TITLE, show_welcome_message=False, tailwind=False, dark=None,
+                    message_history_length=_RESENT, binding_refresh_interval=None, reconnect_timeout=_RECONNECT)
         self._gate = AccessGate(outer, hosts, token)
 
     def _page(self, client: Client) -> None:
