@@ -263,6 +263,17 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     assert 'is not complete' not in shown, shown.partition('What is missing')[2][:400]
 
 
+def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
+    # messages on their way are lost, as where a network fails
+    page.driver.execute_script('const engine = window.socket.io.engine; engine.transport.ws.onmessage = () => {};'
+                               'window.kept = true; setTimeout(() => engine.close(), 1000)')
+    page.wait(lambda: page.driver.execute_script('return !window.socket.connected'))
+    page.wait(lambda: page.driver.execute_script('return window.socket.connected'))
+    before = page.text('run')
+    page.wait(lambda: page.text('run') != before)
+    assert page.driver.execute_script('return window.kept')
+
+
 def test_a_wish_whose_answer_is_lost_is_answered_in_words(page):
     answer = page.driver.execute_async_script(
         'const later = window.setTimeout; window.setTimeout = (act) => later(act, 0); window.emitEvent = () => {};'
