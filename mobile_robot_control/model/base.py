@@ -138,7 +138,7 @@ class DiscreteBase(NamedTuple):
     dt : float
         Of one substep, or of the period where there are none [s].
     jitter, seed : int
-        Of the longest jitter of a command [velocity periods]; of its random numbers.
+        Longest jitter of a command [velocity periods], and the seed of its random numbers.
     is_mixed : bool
         Whether wheels are unlike or skid.
     mixing : Mixing

@@ -56,7 +56,8 @@ def sensor_violations(
     constants = odometry_constants(odometry, Robot(), period, position_period)
     count = samples_on_their_way(constants)
     if count > MOST_SAMPLES:
-        longest = MOST_SAMPLES * constants.events.periods // constants.events.number * period / 1e9
+        room = MOST_SAMPLES * constants.events.periods // constants.events.number - constants.jitter
+        longest = max(0, room) * period / 1e9
         rate = f'odometry.rate = {odometry.rate} Hz' if odometry.rate > 0.0 else 'a sample at each position tick'
         jitter = f' and odometry.jitter = {odometry.jitter} s' if odometry.jitter else ''
         yield (f'odometry.latency = {odometry.latency} s{jitter} with {rate} keeps {count} samples on their way, '

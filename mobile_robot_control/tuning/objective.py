@@ -123,8 +123,10 @@ class Objective:
         scenario = configured_scenario(configuration)
         trials = [scenario_trial(configuration, scenario._replace(noise=scenario.noise._replace(seed=seed)),
                                  self._goal.laps, 0.0)._replace(form=self._trials[0].form) for seed in range(_SEEDS)]
-        return tuple(sorted(math.sqrt(one.totals.squared_position / one.totals.time) if one.totals.time else math.inf
-                            for one in self._run(trials)))
+        # a run that diverges has no error to compare
+        return tuple(sorted(math.sqrt(outcome.totals.squared_position / outcome.totals.time)
+                            if outcome.steps == trial.steps else math.inf
+                            for trial, outcome in zip(trials, self._run(trials), strict=True)))
 
     def _can_run(self, gains: Gains) -> bool:
         """Return whether the gains keep their rules and the velocity loop is stable."""
