@@ -6,10 +6,12 @@ Print one checksum for each output that a change of the code's structure must le
     diff <(make -s -C OLD fingerprint) <(make -s -C NEW fingerprint)
 
 Covered: the CSV and JSON of `simulate` for every shipped parameter file and for the options of the plant, the files of
-`tune` and `study` with a seed, and the messages on the loop's topics in lockstep bags.
+`tune` and `study` with a seed, the messages on the loop's topics in lockstep bags with the metrics and the report of
+each, and a run as Python has it: simulated, and read from a CSV file and from a bag.
 """
 
 import hashlib
+import json
 import os
 import subprocess
 import sys
@@ -17,6 +19,8 @@ import tempfile
 from pathlib import Path
 
 from mcap.reader import make_reader
+
+import mobile_robot_control as mrc
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
 LOOP = ('joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error')
@@ -84,8 +88,10 @@ def _bags(folder):
         ('all options', _overrides(text for texts in PLANT.values() for text in texts)),
     ):
         output = folder / name.replace(' ', '_')
-        _run('experiment', '--duration', 2, '--output', output, '--composed', '--no-report',
-             '-p', 'plant.real_time_factor:=0.0', *arguments, folder=folder)
+        _run('experiment', '--duration', 2, '--output', output, '--composed', '-p',
+             'plant.real_time_factor:=0.0', *arguments, folder=folder)
+        for file in ('metrics', 'report'):
+            _report(f'bag {name}: {file}.json', (output / f'{file}.json').read_bytes())
         with (output / 'bag' / 'bag.mcap').open('rb') as file:
             # a repeated message is the same, and counts once
             recorded = {(channel.topic, message.data) for _, channel, message in make_reader(file).iter_messages()
@@ -96,9 +102,23 @@ def _bags(folder):
                 _report(f'bag {name}: {len(messages)} messages on {topic}', b''.join(messages))
 
 
+def _run_in_python(folder):
+    file = CONFIG / 'backstepping.yaml'
+    simulated = mrc.simulate(file, duration=2.0, parameters={'plant.noise.velocity': 0.05})
+    simulated.save(folder / 'python.csv')
+    _run('experiment', '--duration', 2, '--output', 'python', '--composed', '--no-report', '-p',
+         'plant.real_time_factor:=0.0', '--params-file', file, '-p', 'plant.noise.velocity:=0.05',
+         folder=folder)
+    for name, run in (('simulated', simulated), ('read from a CSV file', mrc.load(folder / 'python.csv')),
+                      ('read from a bag', mrc.load(folder / 'python'))):
+        for column, values in run.columns().items():
+            _report(f'run {name}: {column}', values.tobytes())
+        _report(f'run {name}: metrics', json.dumps(run.metrics).encode())
+
+
 if __name__ == '__main__':
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', str(os.getpid() % 230 + 1))
     with tempfile.TemporaryDirectory() as place:
-        for part in (_simulations, _searches, _studies, _bags):
+        for part in (_simulations, _searches, _studies, _bags, _run_in_python):
             part(Path(place))
