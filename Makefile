@@ -77,6 +77,7 @@ lint: setup
 # examples/tutorial. Where the searches behind the table of the laws have changed, they run again: some ten minutes,
 # which can be interrupted. The last one, the replay that moves, needs chromium
 pages: setup
+	$(BIN)/python tools/package_drawing.py
 	$(BIN)/python -m mobile_robot_control.reporting.parameter_table docs/parameters.md docs/nodes/*.md
 	$(BIN)/python -m mobile_robot_control.reporting.robots_table docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.robot_results docs/robots.md

@@ -8,6 +8,8 @@ used, so that a node does not pay for what it does not use.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from mobile_robot_control import former_names
+
 if TYPE_CHECKING:
     # the same names as below, for type checkers and editors
     from mobile_robot_control.api.loading import load as load
@@ -17,15 +19,15 @@ if TYPE_CHECKING:
     from mobile_robot_control.api.simulating import simulate as simulate
     from mobile_robot_control.api.studying import Study as Study
     from mobile_robot_control.api.studying import study as study
+    from mobile_robot_control.configuration.configure import configure as configure
+    from mobile_robot_control.configuration.nodes import Configuration as Configuration
     from mobile_robot_control.control.law import Law as Law
     from mobile_robot_control.control.law import NoState as NoState
     from mobile_robot_control.control.laws import LAWS as LAWS
     from mobile_robot_control.jit import jitable as jitable
     from mobile_robot_control.parameters.checking import ParameterError as ParameterError
     from mobile_robot_control.parameters.checking import rule as rule
-    from mobile_robot_control.parameters.configuration import configure as configure
     from mobile_robot_control.parameters.declaration import Field as Field
-    from mobile_robot_control.parameters.nodes import Configuration as Configuration
     from mobile_robot_control.plugins import register as register
     from mobile_robot_control.quantities import BodyVelocity as BodyVelocity
     from mobile_robot_control.quantities import Observation as Observation
@@ -46,7 +48,7 @@ _HOMES = {
     'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
     'Run': 'api.runs', 'Tuned': 'api.searching', 'Study': 'api.studying',
     # a run, sample by sample
-    'configure': 'parameters.configuration', 'Configuration': 'parameters.nodes',
+    'configure': 'configuration.configure', 'Configuration': 'configuration.nodes',
     'ParameterError': 'parameters.checking', 'rollout': 'simulation.rollout', 'measure': 'simulation.rollout',
     'summary': 'simulation.metrics',
     # a law or a curve of one's own
@@ -58,6 +60,8 @@ _HOMES = {
     'LAWS': 'control.laws', 'CURVES': 'reference.curves',
 }
 __all__ = ['__version__', *_HOMES]  # noqa: PLE0604 (texts)
+
+former_names.install()
 
 
 def __getattr__(name: str) -> Any:

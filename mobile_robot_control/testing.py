@@ -96,12 +96,12 @@ def check_curve(curve: 'Curve', over_dds: bool = True) -> 'Conformance':
     return checked_curve(curve, over_dds)
 
 
-def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = argparse.ArgumentParser(prog='mobile_robot_control.testing', allow_abbrev=False,
+def _parser() -> argparse.ArgumentParser:
+    made = argparse.ArgumentParser(prog='testing', allow_abbrev=False,
                                    description='check the LAW and the CURVE of a Python file')
     made.add_argument('file', metavar='FILE.py', help='has a LAW, a CURVE or both')
     made.add_argument('--no-dds', action='store_false', dest='over_dds', help='leave out the run over DDS')
-    return made.parse_args(arguments)
+    return made
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -135,9 +135,9 @@ def _printed(check: 'Callable[[], Conformance]') -> bool:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check a file; return the exit code: 0 passed, 1 failed, 2 for a file that cannot be checked."""
-    from mobile_robot_control.cli.options import make_main  # noqa: PLC0415
+    from mobile_robot_control.cli.main import make_main  # noqa: PLC0415
 
-    return int(make_main('testing', _parse, _run)(arguments))
+    return int(make_main(_parser, _run)(arguments))
 
 
 if __name__ == '__main__':

@@ -51,8 +51,8 @@ def registered():
     """Registers laws and curves for one test; what comes from files is forgotten after it, too."""
     from mobile_robot_control.plugins import REGISTRIES, register
 
-    before = [set(registry) for registry in REGISTRIES]
+    before = {kind: set(registry) for kind, registry in REGISTRIES.items()}
     yield register
-    for registry, names in zip(REGISTRIES, before, strict=True):
-        for name in set(registry) - names:
+    for kind, registry in REGISTRIES.items():
+        for name in set(registry) - before[kind]:
             registry.remove(name)

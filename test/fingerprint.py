@@ -51,6 +51,14 @@ def _overrides(texts):
     return [word for text in texts for word in ('-p', text)]
 
 
+def _numbers(path):
+    """Return the content of a JSON file without what it was made with."""
+    def kept(found):
+        return {name: value for name, value in found.items() if name != 'provenance'}
+
+    return json.dumps(json.loads(path.read_text(), object_hook=kept), indent=2).encode() + b'\n'
+
+
 def _report(name, content):
     print(f'{hashlib.sha256(content).hexdigest()[:32]}  {name}', flush=True)
 
@@ -78,8 +86,8 @@ def _studies(folder):
     files = [CONFIG / f'{law}.yaml' for law in ('backstepping', 'hybrid_backstepping', 'fuzzy')]
     _run('study', '--runs', 30, '--seed', 1, '--output', 'study', '--compare', *files, '--noise-velocity', 0.02,
          '--longest-delay', 2, '-p', 'plant.max_wheel_torque:=3.0', folder=folder)
-    for name in ('runs.csv', 'study.json'):
-        _report(f'study {name}', (folder / 'study' / name).read_bytes())
+    _report('study runs.csv', (folder / 'study' / 'runs.csv').read_bytes())
+    _report('study study.json', _numbers(folder / 'study' / 'study.json'))
 
 
 def _bags(folder):
@@ -91,7 +99,7 @@ def _bags(folder):
         _run('experiment', '--duration', 2, '--output', output, '--composed', '-p',
              'plant.real_time_factor:=0.0', *arguments, folder=folder)
         for file in ('metrics', 'report'):
-            _report(f'bag {name}: {file}.json', (output / f'{file}.json').read_bytes())
+            _report(f'bag {name}: {file}.json', _numbers(output / f'{file}.json'))
         with (output / 'bag' / 'bag.mcap').open('rb') as file:
             # a repeated message is the same, and counts once
             recorded = {(channel.topic, message.data) for _, channel, message in make_reader(file).iter_messages()

@@ -17,8 +17,8 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
-from mobile_robot_control.cli import fastdds_profiles
-from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.experiment import fastdds_profiles
+from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import BagWriter
@@ -29,6 +29,14 @@ from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 CONFIG = Path(__file__).parents[1] / 'config'
 PERIOD = 2_000_000
 """[ns] of the velocity grid in lockstep, unless a test chooses another."""
+
+
+def numbers_in(path):
+    """Return the content of a JSON file without what it was made with."""
+    def numbers(found):
+        return {name: value for name, value in found.items() if name != 'provenance'}
+
+    return json.loads(path.read_text(), object_hook=numbers)
 
 
 def run_command(name, *arguments, timeout=180):
@@ -44,7 +52,7 @@ def experiment(output, *arguments, report=False):
     done = run_command('experiment', '--output', output, '-p', 'plant.real_time_factor:=0.0',
                        *([] if report else ['--no-report']), *arguments)
     assert done.returncode == 0, done.stderr
-    return json.loads((output / 'metrics.json').read_text()), bag_reader.read_bag(output / 'bag')
+    return numbers_in(output / 'metrics.json'), bag_reader.read_bag(output / 'bag')
 
 
 def start_experiment(output, *arguments, report=False):

@@ -1,7 +1,7 @@
 """Configurations, rollouts and their metrics, in one process without ROS."""
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure, rollout
 

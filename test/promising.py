@@ -5,12 +5,12 @@ import math
 from harness import CONFIG
 from stand_in_model import Base
 
-from mobile_robot_control.parameters.configuration import at_cart_start, configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.analysis.promises import promise, warnings_of
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation.batch import run_trials
+from mobile_robot_control.simulation.scenarios import configured_scenario
 from mobile_robot_control.simulation.trial import make_trial
-from mobile_robot_control.tuning.promises import promise, warnings_of
-from mobile_robot_control.tuning.scenarios import configured_scenario
 
 FROM, UNTIL = 10.0, 32.0
 BASES = {

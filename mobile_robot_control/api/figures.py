@@ -11,7 +11,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reporting.palette import LINES, style
 from mobile_robot_control.reporting.panels import Named, plain
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.texts import printable
 
 
 def draw(name: str, runs: Sequence[Run]) -> Figure:

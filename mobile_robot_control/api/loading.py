@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
-from mobile_robot_control.api.command_lines import File
 from mobile_robot_control.api.runs import Run
 from mobile_robot_control.api.sample_rows import SampleRows
-from mobile_robot_control.cli.report import load_run, name_of
+from mobile_robot_control.configuration.sources import File
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.joining import joined
+from mobile_robot_control.reporting.reports import load_run, name_of
 from mobile_robot_control.reporting.run_files import UnreadableRunError
 
 
@@ -51,4 +51,4 @@ def load(
     for _ in rows.taking(joined(run.series.signals)):
         pass
     return Run(name=run.name, **rows.arrays(run.series), metrics=run.metrics, parameters=run.parameters,
-               problems=run.problems, series=run.series)
+               problems=run.problems, series=run.series, provenance=run.provenance)

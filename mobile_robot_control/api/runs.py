@@ -3,17 +3,17 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.parameters.values import nearest
 from mobile_robot_control.reporting.lines import Floats
 from mobile_robot_control.reporting.series import Series
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.texts import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mobile_robot_control.api.command_lines import File
+    from mobile_robot_control.configuration.sources import File
 
 _POSE, _VELOCITY, _WHEELS = ('x', 'y', 'heading'), ('linear', 'angular'), ('right', 'left')
 _ERROR = ('longitudinal', 'lateral', 'heading')
@@ -67,6 +67,9 @@ class Run(NamedTuple):
         Sentences about what is missing, or why the run did not reach its end.
     series : Series
         Its topics, each with its own stamps.
+    provenance : dict of str to object
+        Call, versions and parameters that it was made with; of a run that was read, as it was recorded; {} where
+        nothing is known.
     """
 
     name: str
@@ -85,6 +88,7 @@ class Run(NamedTuple):
     parameters: Configuration | None
     problems: tuple[str, ...]
     series: Series
+    provenance: dict[str, Any] = {}  # noqa: RUF012 (never changed)
 
     def __repr__(self) -> str:
         last = f', to t = {self.time[-1]:g} s' if self.time.size else ''

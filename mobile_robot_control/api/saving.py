@@ -3,14 +3,14 @@
 import json
 from pathlib import Path
 
-from mobile_robot_control.api.command_lines import File
 from mobile_robot_control.api.runs import Run
-from mobile_robot_control.cli.options import configuration_text, writable_file
-from mobile_robot_control.files import naming_errors, write_atomically
+from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.configuration.sources import File
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.csv_table import write_csv
 from mobile_robot_control.recording.joining import joined
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.files import naming_errors, writable_file, write_atomically
+from mobile_robot_control.system.texts import printable
 
 
 def save_run(run: Run, file: File) -> None:
@@ -27,4 +27,5 @@ def save_run(run: Run, file: File) -> None:
         beside.unlink(missing_ok=True)
     else:
         write_atomically(beside, configuration_text(run.parameters))
-    write_atomically(path.with_suffix('.metrics.json'), json.dumps(run.metrics, indent=2) + '\n')
+    content = {**run.metrics, 'provenance': run.provenance}
+    write_atomically(path.with_suffix('.metrics.json'), json.dumps(content, indent=2) + '\n')

@@ -2,19 +2,21 @@
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mobile_robot_control import __version__
-from mobile_robot_control.api.command_lines import File, parsed_without_files, several, shared_arguments
-from mobile_robot_control.cli.progress import tqdm
-from mobile_robot_control.cli.search_run import search_goal, search_settings, with_gains
-from mobile_robot_control.cli.tune import parse_tune, searched_configuration
-from mobile_robot_control.cli.worker_options import runner
-from mobile_robot_control.files import write_atomically
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.provenance import call_text, provenance
+from mobile_robot_control.configuration.sources import File, parameter_sources
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.tuning import result, search_gains
 from mobile_robot_control.tuning.objective import Objective
 from mobile_robot_control.tuning.search import Generation, no_result, run_search
+from mobile_robot_control.tuning.searching import Search, SearchRequest
+from mobile_robot_control.tuning.workers import runner
 
 
 class Tuned(NamedTuple):
@@ -33,6 +35,8 @@ class Tuned(NamedTuple):
         Number, best score, mean score and lost individuals of each generation.
     configuration : Configuration
         The configured loop with the gains found.
+    provenance : dict of str to object
+        Call, versions and parameters that it was made with.
     """
 
     controller: str
@@ -40,6 +44,7 @@ class Tuned(NamedTuple):
     parameters: dict[str, object]
     history: tuple[Generation, ...]
     configuration: Configuration
+    provenance: dict[str, Any]
 
     def __repr__(self) -> str:
         gains = ', '.join(f'{name.partition(".")[2].removeprefix(f"{self.controller}.")} = {value}'
@@ -56,6 +61,14 @@ class Tuned(NamedTuple):
         notes = [f'{self.controller} gains found by mobile_robot_control {__version__}',
                  f'objective {self.objective!r} after {len(self.history)} generations']
         write_atomically(Path(file), result.parameter_file(self.configuration, kept, notes))
+
+
+def refuse_files(options: Collection[str]) -> None:
+    """Raise ParameterError where options of a command are among these that name files."""
+    unused = [f'{name}: nothing is written to files from Python; leave it out and keep what is returned'
+              for name in ('output', 'overwrite', 'resume') if name in options]
+    if unused:
+        raise ParameterError(unused)
 
 
 def tune(
@@ -107,15 +120,15 @@ def tune(
     RuntimeError
         If no individual could be scored.
     """
-    given = {'generations': generations, 'population': population, 'algorithm': algorithm, 'bounds': bounds,
-             'keep': several(keep), 'workers': workers, **options}
-    chosen = parsed_without_files(
-        parse_tune, [controller, f'--seed={seed}', *shared_arguments(files, robot, parameters)], given)
-    configured = searched_configuration(chosen)
-    goal = search_goal(chosen, configured)
-    settings = search_settings(chosen, goal)
-    with runner(chosen) as run, tqdm(total=settings.generations, disable=not progress, unit='generation') as bar:
-        objective = Objective(configured, goal, run)
+    refuse_files(options)
+    sources = parameter_sources(files, robot, parameters)
+    asked = {'controller': controller, 'seed': seed, 'generations': generations, 'population': population,
+             'algorithm': algorithm, 'bounds': bounds, 'keep': keep, 'workers': workers, **options}
+    request = make_request(SearchRequest, {'sources': sources, **asked})
+    search = Search(request)
+    goal, settings = search.goal, search.settings
+    with runner(request.where) as run, tqdm(total=settings.generations, disable=not progress, unit='generation') as bar:
+        objective = Objective(search.parameters, goal, run)
 
         def progressed(generation: Generation) -> None:
             bar.set_postfix_str(f'best {generation.best:.4f}', refresh=False)
@@ -129,4 +142,6 @@ def tune(
         score = objective.score(gains)
     named = {f'{node}.{name}': value for node, values in search_gains.parameters(goal.genes, gains).items()
              for name, value in values.items()}
-    return Tuned(controller, score, named, found.history, with_gains(configured, gains))
+    tuned = search.tuned(gains)
+    call = call_text('tune', *files, robot=robot, parameters=parameters, **asked)
+    return Tuned(controller, score, named, found.history, tuned, provenance(call, tuned))

@@ -3,25 +3,16 @@
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 
-from mobile_robot_control.api.command_lines import File, option_arguments, parsed, shared_arguments
 from mobile_robot_control.api.runs import Run
 from mobile_robot_control.api.sample_rows import SampleRows
-from mobile_robot_control.cli.options import configuration
-from mobile_robot_control.cli.progress import tqdm
-from mobile_robot_control.cli.run_length import ONE_RUN, check_run_length
-from mobile_robot_control.cli.simulate import noting_failure, outcome_text, parse_simulate
+from mobile_robot_control.configuration.provenance import call_text, provenance
+from mobile_robot_control.configuration.sources import File, parameter_sources
+from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.rollout import measure, rollout
-
-
-def _collecting(samples: Iterable[Sample], collector: Collector) -> Iterator[Sample]:
-    """Yield samples, and collect their topics."""
-    for sample in samples:
-        collector.add_sample(sample)
-        yield sample
+from mobile_robot_control.simulation.simulate import Simulation, SimulationRequest
+from mobile_robot_control.system.progress import tqdm
 
 
 def simulate(
@@ -69,21 +60,21 @@ def simulate(
     (True, 'completed')
 
     """
-    options = parsed(parse_simulate, [*shared_arguments(files, robot, parameters),
-                                      *option_arguments({'duration': duration})])
-    chosen = configuration(options)
-    rate = chosen.plant.shared.velocity_rate
-    check_run_length(f'duration = {options.duration:g}', options.duration, rate, ONE_RUN)
-    law = chosen.position_controller.control.controller_type
+    sources = parameter_sources(files, robot, parameters)
+    simulation = Simulation(make_request(SimulationRequest, {'sources': sources, 'duration': duration}))
+    law = simulation.parameters.position_controller.control.controller_type
     rows, collector = SampleRows(), Collector()
-    failures: list[str] = []
-    with tqdm(rows.taking(noting_failure(rollout(chosen, options.duration), failures)), leave=False,
-              total=round(options.duration * rate) + 1, disable=not progress) as samples:
-        metrics = summary(measure(chosen, options.duration, _collecting(samples, collector)))
-    why = outcome_text(metrics, law, failures)
-    if why:
-        warnings.warn(why, RuntimeWarning, stacklevel=2)
-    ran_with = chosen._replace(plant=chosen.plant._replace(duration=options.duration))
+
+    def kept(samples: Iterable[Sample]) -> Iterator[Sample]:
+        for sample in rows.taking(tqdm(samples, leave=False, total=simulation.steps, disable=not progress)):
+            collector.add_sample(sample)
+            yield sample
+
+    metrics, failure = simulation.run(kept)
+    if failure:
+        warnings.warn(failure, RuntimeWarning, stacklevel=2)
     series = Series(collector.signals)
-    return Run(name=law if name is None else name, **rows.arrays(series), metrics=metrics, parameters=ran_with,
-               problems=tuple(filter(None, [why])), series=series)
+    call = call_text('simulate', *files, duration=duration, robot=robot, parameters=parameters)
+    return Run(name=law if name is None else name, **rows.arrays(series), metrics=metrics,
+               parameters=simulation.parameters, problems=tuple(filter(None, [failure])), series=series,
+               provenance=provenance(call, simulation.parameters))

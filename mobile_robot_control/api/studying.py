@@ -6,20 +6,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_robot_control.api.command_lines import (
-    File,
-    overrides,
-    parsed_without_files,
-    several,
-    shared_arguments,
-)
 from mobile_robot_control.api.runs import as_dataframe
-from mobile_robot_control.cli.options import configuration
-from mobile_robot_control.cli.progress import tqdm
-from mobile_robot_control.cli.study import parse_study, study_controllers
-from mobile_robot_control.cli.study_run import check_study, run_study, study_columns, study_rows, study_values
-from mobile_robot_control.cli.worker_options import runner
-from mobile_robot_control.texts import printable
+from mobile_robot_control.api.searching import refuse_files
+from mobile_robot_control.configuration.provenance import call_text, provenance
+from mobile_robot_control.configuration.sources import File, parameter_sources
+from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.texts import printable
+from mobile_robot_control.tuning.studying import (
+    StudyRequest,
+    run_study,
+    studied_controllers,
+    study_columns,
+    study_rows,
+    study_values,
+)
+from mobile_robot_control.tuning.workers import runner
 
 Compared = Mapping[str, File | Mapping[str, object]] | Sequence[File] | File
 
@@ -31,14 +33,17 @@ class Study(NamedTuple):
     Attributes
     ----------
     values : dict of str to object
-        As `study.json`.
+        As `study.json`, without its provenance.
     runs : dict of str to array, each of shape (n,)
         The columns of `runs.csv`, a row for each run of each controller; `success` is an array of bool, and what is not
         known is nan.
+    provenance : dict of str to object
+        Call, versions and parameters that it was made with.
     """
 
     values: dict[str, Any]
     runs: dict[str, NDArray[Any]]
+    provenance: dict[str, Any]
 
     def __repr__(self) -> str:
         lines = [f'  {printable(name)}: {_in_words(found)}' for name, found in self.controllers.items()]
@@ -115,19 +120,16 @@ def study(
     ParameterError
         Naming every violation, with the remedy.
     """
-    by_name = compare if isinstance(compare, Mapping) else {}
-    given = {'laps': laps, 'curves': several(curves), 'scales': several(scales), 'workers': workers,
-             'compare': [] if by_name else [str(file) for file in several(compare)], **options}
-    chosen = parsed_without_files(
-        parse_study, [f'--runs={runs}', f'--seed={seed}', *shared_arguments(files, robot, parameters)], given)
-    controllers = {
-        name: configuration(chosen, extra=overrides(one)) if isinstance(one, Mapping)
-        else configuration(chosen, extra_files=[str(one)])
-        for name, one in by_name.items()
-    } or study_controllers(chosen)
-    check_study(chosen, controllers)
-    with runner(chosen) as run, tqdm(total=runs * len(controllers), disable=not progress, unit='run') as bar:
-        results = run_study(chosen, controllers, run, bar.update, lambda: False)
+    refuse_files(options)
+    sources = parameter_sources(files, robot, parameters)
+    asked = {'runs': runs, 'seed': seed, 'compare': compare, 'laps': laps, 'curves': curves or None,
+             'scales': scales or None, 'workers': workers, **options}
+    request = make_request(StudyRequest, {'sources': sources, **asked})
+    controllers = studied_controllers(request)
+    with runner(request.where) as run, tqdm(total=runs * len(controllers), disable=not progress, unit='run') as bar:
+        results = run_study(request, controllers, run, bar.update, lambda: False)
     columns = zip(*study_rows(results), strict=True)
     table = {name: np.array(column) for name, column in zip(study_columns(results), columns, strict=True)}
-    return Study(study_values(chosen, results, interrupted=False), {**table, 'success': table['success'].astype(bool)})
+    call = call_text('study', *files, robot=robot, parameters=parameters, **asked)
+    return Study(study_values(request, results, interrupted=False),
+                 {**table, 'success': table['success'].astype(bool)}, provenance(call, controllers))

@@ -1,15 +1,21 @@
-"""The parser of a command: the options that all commands take, laws and curves from files first."""
+"""The parser of a command: its options are the fields of its requests; laws and curves from files come first."""
 
 import argparse
+import contextlib
+import shlex
 import sys
-from collections.abc import Callable, Collection, Iterator
-from typing import Any, NoReturn
+from collections.abc import Callable, Collection
+from typing import Any, NoReturn, TypeVar
 
 from mobile_robot_control import __version__
+from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.values import nearest
+from mobile_robot_control.parameters.requests import Option, assemble, options_of
+from mobile_robot_control.parameters.values import describe_bounds, nearest
 from mobile_robot_control.plugins import load_plugins
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.texts import printable
+
+Request = TypeVar('Request')
 
 
 def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
@@ -39,18 +45,32 @@ class _CommandParser(argparse.ArgumentParser):
             # argparse names what is missing first, and takes a word with a space for a value
             if name.startswith('--') and ' ' not in word and name not in self._option_string_actions:
                 self.error(f"unknown option '{name}'; {nearest(name, self._option_string_actions)}")
-        return super().parse_known_args(args, namespace)
+        found, rest = super().parse_known_args(args, namespace)
+        found.command_line = shlex.join([self.prog, *given])
+        return found, rest
 
     def error(self, message: str) -> NoReturn:
         # the values that it quotes may contain anything
         super().error(printable(message))
 
 
-def make_parser(name: str, documentation: str | None) -> argparse.ArgumentParser:
+def make_parser(
+    name: str, documentation: str | None, *requests: type, positional: Collection[str] = ()
+) -> argparse.ArgumentParser:
     """
-    Make a command's parser with what all take: ``--robot``, ``--params-file``, ``-p``, ``--law`` and ``--curve``.
+    Make a command's parser: what all commands take, and an option for each field of its requests.
 
-    Its description is what follows the colon in its module's docstring, which is None where Python drops docstrings.
+    Parameters
+    ----------
+    name : str
+        Of the command.
+    documentation : str or None
+        Its module's docstring, whose text after the colon describes it; None where Python drops docstrings.
+    *requests : type
+        NamedTuples whose fields are declared with `Field`; read them from the options with `request_of`.
+    positional : collection of str
+        Fields that are arguments without a name.
+
     """
     # an abbreviated --law would be read after the options that need its law
     made = _CommandParser(prog=name, description=(documentation or '').partition(': ')[2], allow_abbrev=False)
@@ -61,29 +81,72 @@ def make_parser(name: str, documentation: str | None) -> argparse.ArgumentParser
                       help='ROS 2 parameter file, as the nodes take it; again and again: later wins')
     made.add_argument('-p', action='append', default=[], metavar='NODE.PARAMETER:=VALUE', dest='overrides',
                       help="one parameter, such as plant.max_wheel_torque:=3.0 or '/**.position_rate:=50.0'")
+    for request in requests:
+        for option in options_of(request).values():
+            _add_option(made, option, option.name in positional)
     _add_plugin_options(made)
     return made
 
 
-class Lazy(Collection[str]):
-    """
-    Choices of an option that are known only once ``--law`` and ``--curve`` are read.
+def _add_option(parser: argparse.ArgumentParser, option: Option, positional: bool) -> None:
+    """Declare an option for a field of a request; what is not given is left to the request."""
+    flag = f'--{option.name.replace("_", "-")}'
+    if option.kind is bool:
+        parser.add_argument(f'--no-{flag[2:]}' if option.default else flag, dest=option.name, default=argparse.SUPPRESS,
+                            action='store_false' if option.default else 'store_true', help=_help(option))
+        return
+    words: dict[str, Any] = {'type': _element(option), 'metavar': _form(option), 'help': _help(option)}
+    if option.is_several and option.reader and option.reader.again:
+        words['action'] = 'append'
+    elif option.is_several:
+        words['nargs'] = option.field.length or '+'
+        if not (positional or option.field.length):
+            words['action'] = 'extend'
+    if positional:
+        parser.add_argument(option.name, **words)
+    else:
+        parser.add_argument(flag, dest=option.name, required=option.is_required, default=argparse.SUPPRESS, **words)
 
-    Parameters
-    ----------
-    names : callable
-        Returns the present choices, in the order to name them.
 
-    """
+def _form(option: Option) -> str:
+    """Return what stands for a value in the help."""
+    if option.reader:
+        return option.reader.form
+    return 'N' if option.kind is int else option.name.upper() if option.kind is str else 'X'
 
-    def __init__(self, names: Callable[[], Collection[str]]) -> None:
-        self._names = names
 
-    def __contains__(self, name: object) -> bool:
-        return name in self._names()
+def _help(option: Option) -> str:
+    """Return the description of an option, with its unit, its bounds and its default."""
+    field, default = option.field, option.default
+    unit = f' [{field.unit}]' if field.unit else ''
+    bounds = '' if option.kind is bool else describe_bounds(field._replace(unit='', length=None))
+    shown = '' if default in (None, ()) else ' '.join(map(str, default)) if option.is_several else default
+    more = [*filter(None, [bounds]), *([f'default {shown}'] if shown != '' else [])]
+    return (f'{field.description}{unit}' + (f' ({"; ".join(more)})' if more else '')).replace('%', '%%')
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names())
 
-    def __len__(self) -> int:
-        return len(list(self._names()))
+def _element(option: Option) -> Callable[[str], Any]:
+    """Make a function that reads a value, or an element of it, for an option's ``type``."""
+    def read(text: str) -> Any:
+        value: Any = text
+        if option.reader is None and option.kind in (int, float):
+            with contextlib.suppress(ValueError):
+                value = option.kind(text)
+        try:
+            return option.element(value)
+        except ParameterError as error:
+            raise argparse.ArgumentTypeError('; '.join(error.violations)) from None
+
+    return read
+
+
+def request_of(request: type[Request], options: argparse.Namespace) -> Request:
+    """Return the request that the options of `make_parser` make."""
+    given = {name: getattr(options, name) for name in options_of(request) if hasattr(options, name)}
+    values = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
+    return assemble(request, {**values, 'sources': sources_of(options)})
+
+
+def sources_of(options: argparse.Namespace) -> ParameterSources:
+    """Return where the options that all commands take find the loop's parameters."""
+    return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides))

@@ -1,225 +1,33 @@
 """The command `report`: metrics and figures of one run, or of several side by side."""
 
 import argparse
-import os
-import re
 import sys
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-from mobile_robot_control.cli.command_parser import make_parser
-from mobile_robot_control.cli.namespace_option import add_namespace_option
-from mobile_robot_control.cli.options import configuration, distinct, make_main
-from mobile_robot_control.cli.progress import tqdm
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.recording.bag_topics import NAMES
-from mobile_robot_control.reporting.run_files import UnreadableRunError
-from mobile_robot_control.reporting.run_reading import RecordedRun, read_run
-from mobile_robot_control.texts import printable
-
-_TOPIC = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
+from mobile_robot_control.cli.command_parser import make_parser, request_of
+from mobile_robot_control.cli.main import make_main
+from mobile_robot_control.reporting.reports import ReportRequest, name_of, report, topic_names
+from mobile_robot_control.system.texts import printable
 
 
-class TopicNames(argparse.Action):
-    """Collects NAME:=TOPIC, given again and again, into a dict; bad usage where a name is none of the loop's."""
-
-    def __call__(
-        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: str | Sequence[Any] | None,
-        option_string: str | None = None,
-    ) -> None:
-        """Add one NAME:=TOPIC."""
-        text = str(values)
-        name, separator, topic = text.partition(':=')
-        if not separator:
-            parser.error(f"{option_string} '{text}': write NAME:=TOPIC, such as odom:=/base/odom")
-        if name not in NAMES:
-            parser.error(f"{option_string} '{text}': '{name}' is no topic of the loop; take one of {', '.join(NAMES)}")
-        if not _TOPIC.fullmatch(topic):
-            parser.error(f"{option_string} '{text}': '{topic}' is no name of a topic; write one such as /base/odom")
-        chosen = dict(getattr(namespace, self.dest))
-        if chosen.get(name, topic) != topic:
-            parser.error(f"{option_string} '{text}': {name} is {chosen[name]} already; name each topic once")
-        if topic in [other for known, other in chosen.items() if known != name]:
-            parser.error(f"{option_string} '{text}': {topic} is taken already; name each topic once")
-        setattr(namespace, self.dest, {**chosen, name: topic})
-
-
-def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    made = make_parser('report', __doc__)
-    made.add_argument('runs', nargs='+', metavar='RUN',
-                      help='a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN names it in the report')
-    made.add_argument('--output', required=True, metavar='DIR', help='folder for the page and the figures')
-    add_namespace_option(made, 'in which the nodes of a bag ran')
-    made.add_argument('--topic', action=TopicNames, default={}, metavar='NAME:=TOPIC',
-                      help='the name that a topic of the loop has in a bag, such as odom:=/base/odom; may be repeated')
-    made.add_argument('--animation', action='store_true', help='write an animation (GIF) of each run too')
-    return made.parse_args(arguments)
-
-
-def name_of(text: str) -> tuple[str, Path]:
-    """
-    Read RUN or NAME=RUN; return the run's name and its path.
-
-    Examples
-    --------
-    >>> name_of('runs/fuzzy/bag')[0], name_of('best=a.csv')[0]
-    ('fuzzy', 'best')
-    """
-    name, separator, place = text.partition('=')
-    # os.path refuses no path, such as a link to itself
-    if name and separator and not os.path.exists(text):
-        return name, Path(place)
-    path = Path(text)
-    folder = Path(os.path.realpath(text))
-    if folder.name == 'bag':
-        folder = folder.parent
-    return (folder.stem if os.path.isfile(text) else folder.name) or text, path
-
-
-def load_run(
-    name: str, path: Path, namespace: str = '/', outcome: str | None = None, quiet: bool = False,
-    topics: Mapping[str, str] | None = None,
-) -> RecordedRun:
-    """
-    Read and measure a run, with progress.
-
-    Parameters
-    ----------
-    name : str
-        For legends and tables.
-    path : Path
-        A bag, the folder of an experiment or a CSV file.
-    namespace : str
-        In which the nodes of a bag ran.
-    outcome : str or None
-        How it ended; where None, as written beside it.
-    quiet : bool
-        Without a progress bar.
-    topics : mapping of str to str
-        Topics of the loop that have another name in a bag.
-
-    Raises
-    ------
-    UnreadableRunError
-        If nothing can be drawn of it.
-    """
-    with tqdm(total=100, desc=f'read {name}', disable=quiet or None, leave=False, unit='%') as bar:
-        def progress(done: int, total: int) -> None:
-            bar.update(int(100 * done / max(1, total)) - bar.n)
-
-        return read_run(path, name, namespace, lambda file: configure(load([file], namespace=namespace)), progress,
-                        outcome, topics)
-
-
-def draw_report(
-    runs: Sequence[RecordedRun], output: Path, animation: bool = False, quiet: bool = False, absent: Sequence[str] = ()
-) -> None:
-    """
-    Write a report, with progress.
-
-    Parameters
-    ----------
-    runs : sequence of RecordedRun
-        At least one.
-    output : Path
-        Folder; made if it does not exist.
-    animation : bool
-        Whether to write animations.
-    quiet : bool
-        Without a progress bar.
-    absent : sequence of str
-        Which runs could not be read, and why.
-    """
-    # imported late: Matplotlib takes a second, which only drawing should cost
-    from mobile_robot_control.reporting.report_writing import count_steps, write_report  # noqa: PLC0415
-
-    with tqdm(total=count_steps(runs, animation), desc='draw', disable=quiet or None, leave=False) as bar:
-        def step(title: str) -> None:
-            bar.set_postfix_str(title)
-            bar.update()
-
-        write_report(runs, output, step, animation, absent)
-
-
-def refuse_too_many(runs: int) -> None:
-    """Raise ParameterError for more runs than a reader can tell apart."""
-    from mobile_robot_control.reporting.report_writing import MOST  # noqa: PLC0415 (late, as above)
-
-    if runs > MOST:
-        raise ParameterError([f'{runs} runs are more than a reader can tell apart; name {MOST} at the most'])
-
-
-def report(
-    named: Sequence[tuple[str, Path]], output: Path, namespace: str = '/', assumed: Configuration | None = None,
-    animation: bool = False, quiet: bool = False, topics: Mapping[str, str] | None = None,
-) -> list[str]:
-    """
-    Read runs and write their report; what is missing is printed to the standard error.
-
-    Parameters
-    ----------
-    named : sequence of (str, Path)
-        Names and places.
-    output : Path
-        Folder; made if it does not exist.
-    namespace : str
-        In which the nodes of a bag ran.
-    assumed : Configuration or None
-        Parameters of a run that has none recorded beside it.
-    animation : bool
-        Whether to write animations.
-    quiet : bool
-        Without progress bars.
-    topics : mapping of str to str
-        Topics of the loop that have another name in bags.
-
-    Returns
-    -------
-    list of str
-        Which runs could not be read, and why; the page lists them too.
-
-    Raises
-    ------
-    ParameterError
-        If no run can be read at all, or there are too many.
-    """
-    refuse_too_many(len(named))
-    runs, unreadable = [], []
-    for name, (_, path) in zip(distinct([printable(name) for name, _ in named]), named, strict=True):
-        try:
-            run = load_run(name, path, namespace, quiet=quiet, topics=topics)
-        except UnreadableRunError as error:
-            unreadable.append(printable(str(error)))
-            if len(named) > 1:
-                print(f'report: {unreadable[-1]}', file=sys.stderr)
-        else:
-            runs.append(run if run.parameters else run._replace(parameters=assumed))
-            for problem in run.problems:
-                print(f'report: {name}: {printable(problem)}', file=sys.stderr)
-    if not runs:
-        raise ParameterError(unreadable)
-    draw_report(runs, output, animation, quiet, unreadable)
-    return unreadable
+def parser() -> argparse.ArgumentParser:
+    """Make the parser of `report`."""
+    return make_parser('report', __doc__, ReportRequest, positional=('runs',))
 
 
 def _run(options: argparse.Namespace) -> int:
-    assumed = None
-    if options.robot is not None or options.params_files or options.overrides:
-        assumed = configuration(options, options.namespace)
-    output = Path(options.output)
+    request = request_of(ReportRequest, options)
+    assumed = request.sources.configuration(request.namespace) if request.sources.are_given else None
+    output = Path(request.output)
     unreadable = report(
-        [name_of(text) for text in options.runs], output, options.namespace, assumed, options.animation,
-        topics=options.topic,
+        [name_of(text) for text in request.runs], output, options.command_line, request.namespace, assumed,
+        request.animation, topics=topic_names(request.topic),
     )
     print(f'report: {printable(str((output / "report.html").resolve()))}')
     return 1 if unreadable else 0
 
 
-main = make_main('report', _parse, _run)
+main = make_main(parser, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -11,14 +11,14 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
 from mobile_robot_control.plugins import plugin_environment
+from mobile_robot_control.plugins.registry import BUILT_IN, PluginError, Registry
 from mobile_robot_control.reference.curve import Curve
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.registry import BUILT_IN, PluginError, Registry
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.rollout import rollout
 

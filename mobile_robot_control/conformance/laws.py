@@ -8,6 +8,8 @@ from itertools import cycle, islice
 from random import Random
 from typing import Any
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.conformance.checks import (
     Check,
     Conformance,
@@ -47,8 +49,6 @@ from mobile_robot_control.control.law import Law, LawFailedError
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, groups_of
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.nodes import NODES, Configuration
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.cart_motion import cart_motion, references

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import BodyVelocity, Observation
-from mobile_robot_control.texts import describe_error
+from mobile_robot_control.system.texts import describe_error
 
 
 class NoState(NamedTuple):

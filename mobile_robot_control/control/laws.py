@@ -12,8 +12,8 @@ from mobile_robot_control.control.feedforward import Feedforward
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
-from mobile_robot_control.registry import Registry, Source, name_violations
-from mobile_robot_control.texts import describe_error, shortened
+from mobile_robot_control.plugins.registry import Registry, Source, name_violations
+from mobile_robot_control.system.texts import describe_error, shortened
 
 BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (
     'backstepping',
@@ -88,8 +88,8 @@ def _field_violations(declared: Declaration) -> Iterator[str]:
 
 
 LAWS: Registry[Law] = Registry(
-    Source('law', 'LAW', 'mobile_robot_control.laws', 'MOBILE_ROBOT_CONTROL_LAWS'), BUILT_IN, law_violations,
-    lambda law: law.step)
+    Source('law', 'LAW', 'mobile_robot_control.laws', 'MOBILE_ROBOT_CONTROL_LAWS'), Law, BUILT_IN,
+    law_violations, lambda law: law.step)
 
 
 _GROUPS: dict[str, Any] = {'limits': Limits(), 'feedforward': Feedforward()}

@@ -12,11 +12,11 @@ from mobile_robot_control.dashboard.lessons import chapter_numbers, surface_numb
 from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
-from mobile_robot_control.files import explain
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.texts import describe_error, shortened
+from mobile_robot_control.system.files import explain
+from mobile_robot_control.system.texts import describe_error, shortened
 
 _MOST = 50
 """Parameters that one wish may name."""

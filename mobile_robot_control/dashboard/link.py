@@ -29,7 +29,7 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import TrackingError
 from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS
 
 _KIND = 'diagnostic_msgs/msg/DiagnosticArray'

@@ -5,7 +5,7 @@ import math
 import sys
 import time
 
-from mobile_robot_control.texts import describe_error, shortened
+from mobile_robot_control.system.texts import describe_error, shortened
 
 _QUIET = 10.0
 """[s] after a line in which others are only counted."""

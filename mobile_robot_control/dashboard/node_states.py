@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 
 _KIND = 'diagnostic_msgs/msg/DiagnosticArray'
 _SILENT = 3.0

@@ -11,11 +11,11 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from mobile_robot_control.configuration.files import is_ros_parameter
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.dashboard.parameter_entries import Entry, described_entry, known_entries, plain_value
 from mobile_robot_control.dashboard.service_calls import NoAnswerError, ServiceCalls
-from mobile_robot_control.parameters.files import is_ros_parameter
-from mobile_robot_control.parameters.nodes import NODES
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 
 _FOUND_BY = {'plant': ('joint_states', 'odom'), 'velocity_controller': ('wheel_torques',),
              'position_controller': ('cmd_vel',), 'reference_cart': ('reference',)}

@@ -4,10 +4,10 @@ import math
 import re
 from typing import Any, NamedTuple
 
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.declaration import Declaration, declarations
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.parameters.values import describe_bounds
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 
 _LONGEST = 400
 _KINDS = {1: 'bool', 2: 'int', 3: 'float', 4: 'str', 7: 'array', 8: 'array'}

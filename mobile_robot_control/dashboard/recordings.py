@@ -11,10 +11,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.files import write_atomically
-from mobile_robot_control.parameters.files import parameter_file_text
+from mobile_robot_control.configuration.files import parameter_file_text
 from mobile_robot_control.plugins import plugin_environment
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.system.texts import shortened
 
 _STATE = ('paused', 'hold_at')
 """What is the state of a run rather than a parameter of the next one."""
@@ -63,7 +63,7 @@ class _Recording:
     def __init__(self, folder: Path, namespace: str) -> None:
         self.folder, self._stopping = folder, False
         self._process = subprocess.Popen(  # noqa: S603 (our own module)
-            [sys.executable, '-m', 'mobile_robot_control.dashboard.recording_process', str(folder), namespace],
+            [sys.executable, '-m', 'mobile_robot_control.experiment.recording_process', str(folder), namespace],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
             env=os.environ | plugin_environment())
         # kept here: on a full disk there is no log that could tell so

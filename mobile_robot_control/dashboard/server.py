@@ -20,7 +20,7 @@ from mobile_robot_control.dashboard.link import PERIOD, RobotLink
 from mobile_robot_control.dashboard.log_lines import log_in_lines
 from mobile_robot_control.dashboard.markup import HEAD, SKELETON
 from mobile_robot_control.dashboard.snapshot import shown_parameters
-from mobile_robot_control.texts import describe_error
+from mobile_robot_control.system.texts import describe_error
 from mobile_robot_control.web.packing import pack
 
 _UNANSWERED = 40

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
-from mobile_robot_control.cli.options import configuration_text
-from mobile_robot_control.files import write_atomically
-from mobile_robot_control.parameters.nodes import Configuration, loop_of
+from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.configuration.nodes import Configuration, loop_of
+from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.system.files import write_atomically
 
 
 class StartedNodes:

@@ -21,7 +21,7 @@ from mobile_robot_control.quantities import (
     WheelVelocity,
 )
 from mobile_robot_control.stamps import NANOSECONDS
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 
 _POINT_TOLERANCE = 1000
 """[ns] by which the time of a point may differ."""

@@ -25,8 +25,8 @@ class Field(NamedTuple):
         SI unit, '' for a pure number or a text.
     description : str
         What it is or what a larger value does, and the chapter's symbol or source where there is one.
-    above, minimum, maximum : float or None
-        Bounds: value > above, value >= minimum, value <= maximum; for an array, of each element.
+    above, minimum, maximum, below : float or None
+        Bounds: value > above, value >= minimum, value <= maximum, value < below; for an array, of each element.
     length : int or None
         Number of elements of an array.
     choices : collection of str
@@ -47,6 +47,7 @@ class Field(NamedTuple):
     choices: Collection[str] = ()
     live: bool = False
     search: tuple[Any, ...] = ()
+    below: float | None = None
 
 
 class Inline(NamedTuple):

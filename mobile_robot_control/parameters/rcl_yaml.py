@@ -9,7 +9,7 @@ from yaml.events import AliasEvent
 from yaml.tokens import DirectiveToken
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 
 _DEEPEST = 32
 """Levels of nesting; a parameter's name has a few."""

@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import sys
 from collections.abc import Iterable
 from typing import Any
 
@@ -20,7 +21,8 @@ def describe_bounds(field: Field) -> str:
     """Return the values that a field allows in words, such as 'above 0.0 kg'; '' where any is allowed."""
     unit = f' {field.unit}' if field.unit else ''
     parts = [f'{word} {limit}{unit}'
-             for word, limit in (('above', field.above), ('at least', field.minimum), ('at most', field.maximum))
+             for word, limit in (('above', field.above), ('at least', field.minimum), ('at most', field.maximum),
+                                 ('below', field.below))
              if limit is not None]
     if field.choices:
         parts.append('one of ' + ', '.join(field.choices))
@@ -65,10 +67,12 @@ def _out_of_range(field: Field, numbers: Iterable[float]) -> str:
     """Return what is wrong with the size of numbers, whatever their own bounds are; '' if nothing is."""
     if not all(map(math.isfinite, numbers)):
         return 'is not finite; it must be a finite number'
-    if any(abs(number) > LARGEST for number in numbers):
+    if any(abs(number) > max(LARGEST, field.maximum or 0.0) for number in numbers):
         return f'is beyond {LARGEST:g}; write a smaller number'
     if field.above == 0.0 and any(0.0 < number < SMALLEST for number in numbers):
         return f'is below {SMALLEST:g}; write a larger number'
+    if any(0.0 < abs(number) < sys.float_info.min for number in numbers):
+        return 'is too small for parameter files of ROS; write 0.0'
     return ''
 
 
@@ -96,9 +100,9 @@ def check_value(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
     what = f'{declared.name} = {value!r}'
     if typed is None:
         unit = f' [{field.unit}]' if field.unit else ''
-        return None, [f'{what} is of type {type(value).__name__}; write {_KINDS[declared.kind]}{unit}, '
-                      f'such as {_as_yaml(declared.default)}']
-    numbers = typed if declared.kind is tuple else (typed,) if declared.kind in (float, int) else ()
+        example = '' if declared.default is None else f', such as {_as_yaml(declared.default)}'
+        return None, [f'{what} is of type {type(value).__name__}; write {_KINDS[declared.kind]}{unit}{example}']
+    numbers = (typed if declared.kind is tuple else (_number(typed) or 0.0,) if declared.kind in (float, int) else ())
     allowed = describe_bounds(field)
     unfit = _out_of_range(field, numbers)
     if unfit:
@@ -107,6 +111,7 @@ def check_value(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
         any(field.above is not None and number <= field.above for number in numbers)
         or any(field.minimum is not None and number < field.minimum for number in numbers)
         or any(field.maximum is not None and number > field.maximum for number in numbers)
+        or any(field.below is not None and number >= field.below for number in numbers)
         or (field.length is not None and len(numbers) != field.length)
         or (bool(field.choices) and typed not in field.choices)
     )

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.system.files import write_atomically
 
 _FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 

@@ -23,7 +23,7 @@ from mobile_robot_control.recording.mcap_stream import Message, ProgressCallback
 from mobile_robot_control.recording.receipt import stamped_by_receipt
 from mobile_robot_control.recording.signals import GROUND_TRUTH, READ, Signal, begun_when_recorded, empty_signal
 from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS
 
 _LATEST = 1 << 63

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from mobile_robot_control.recording.bag_files import BagFiles
 from mobile_robot_control.recording.signals import GROUND_TRUTH, Signal
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS
 
 NAMES = (*LOOP_TOPICS, GROUND_TRUTH)

@@ -11,9 +11,9 @@ from typing import Any, BinaryIO
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mobile_robot_control.files import is_disk_full
 from mobile_robot_control.recording import bag_metadata
 from mobile_robot_control.recording.bag_metadata import BagTopic
+from mobile_robot_control.system.files import is_disk_full
 
 _WHEELS = ('kilted', 'jazzy')
 

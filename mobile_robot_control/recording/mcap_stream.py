@@ -12,9 +12,9 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
 from mcap.writer import MCAP0_MAGIC
 
-from mobile_robot_control.files import BAG, open_bounded
 from mobile_robot_control.recording.unpacking import LARGEST, TooLargeError, unpack
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.files import BAG, open_bounded
+from mobile_robot_control.system.texts import shortened
 
 ProgressCallback = Callable[[int, int], None]
 """Takes how much has been read, and of how much."""

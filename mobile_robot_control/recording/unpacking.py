@@ -5,7 +5,7 @@ from pathlib import Path
 
 from mcap.records import Chunk
 
-from mobile_robot_control.files import BAG, open_bounded
+from mobile_robot_control.system.files import BAG, open_bounded
 
 LARGEST = 1 << 28
 """Bytes of a record, packed or not; recorders write chunks of one or a few megabytes."""

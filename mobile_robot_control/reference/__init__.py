@@ -1,1 +1,3 @@
 """The curves that the reference cart drives."""
+
+import mobile_robot_control.reference.curves  # noqa: F401 (so that they are registered)

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.plugins.registry import Registry, Source, name_violations
 from mobile_robot_control.reference.curve import Curve, CurvePoint
-from mobile_robot_control.registry import Registry, Source, name_violations
-from mobile_robot_control.texts import describe_error
+from mobile_robot_control.system.texts import describe_error
 
 
 @jitable
@@ -149,5 +149,5 @@ def curve_violations(curve: Any) -> Iterator[str]:
 
 
 CURVES: Registry[Curve] = Registry(
-    Source('curve', 'CURVE', 'mobile_robot_control.curves', 'MOBILE_ROBOT_CONTROL_CURVES'), BUILT_IN, curve_violations,
-    lambda curve: curve.point)
+    Source('curve', 'CURVE', 'mobile_robot_control.curves', 'MOBILE_ROBOT_CONTROL_CURVES'), Curve, BUILT_IN,
+    curve_violations, lambda curve: curve.point)

@@ -8,7 +8,7 @@ from mobile_robot_control.reporting.metrics_table import comparable_runs
 from mobile_robot_control.reporting.readable import readable, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.run_words import peak_torque, run_end, run_facts, run_sentence
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 
 _NAME = 40
 """Characters of a run's name in the sentence."""

@@ -7,7 +7,7 @@ from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.answer import key_numbers, sentence
 from mobile_robot_control.reporting.replay_data import replay_data
 from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.web.assets import asset
 
 _SCRIPTS = ('arrays.js', 'clock.js', 'scene.js', 'replay.js', 'report.js')

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.readable import Unit, described_change, quantities, quantity, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun

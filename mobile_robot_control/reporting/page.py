@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -164,3 +164,26 @@ def warning(title: str, sentences: Iterable[str]) -> str:
     """Return a highlighted list of sentences under a title, as HTML; all arguments are plain text."""
     items = ''.join(f'<li>{escape(sentence)}</li>' for sentence in sentences)
     return f'<div class="warning"><h2>{escape(title)}</h2><ul>{items}</ul></div>'
+
+
+def made_with(made: Mapping[str, Mapping[str, Any]]) -> str:
+    """
+    Return where the numbers of a page come from, folded, as HTML.
+
+    Parameters
+    ----------
+    made : mapping of str to mapping
+        By the name of a run or a controller, what `provenance` returns; '' stands for the one that there is.
+    """
+    first = next(iter(made.values()))
+    versions = ', '.join(f'{name} {version}' for name, version in first['versions'].items() if version)
+    parameters = ''.join(f'<h3>{escape(name)}</h3><pre><code>{escape(_lines(one["parameters"]))}</code></pre>'
+                         for name, one in made.items() if one['parameters'] is not None)
+    return (f'<details class="made"><summary>How this was made</summary><pre class="command"><code>'
+            f'{escape(first["command_line"])}</code></pre><p>{escape(versions)}</p>{parameters}</details>')
+
+
+def _lines(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return parameters by node as lines."""
+    return '\n'.join(f'{node}.{name}: {json.dumps(value)}' for node, values in parameters.items()
+                     for name, value in values.items())

@@ -11,7 +11,7 @@ from mobile_robot_control.reporting.lines import Line, thinned
 from mobile_robot_control.reporting.palette import FAINT, GREY, INK, LINES, line_widths, style
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.reporting.spikes import ordinary_size, stretch
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.texts import printable
 
 WIDTH = 5.6
 """[in]: as wide as a page shows a figure, so that its text is as large as that of the page."""

@@ -5,9 +5,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.parameters.declaration import Declaration, declarations
-from mobile_robot_control.parameters.nodes import NODES
-from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.parameters.values import describe_bounds
 
 _END = '<!-- end of parameters -->'

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from html import escape
 
+from mobile_robot_control.analysis.promises import Promise, promise_values, spread_text, warnings_of
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.readable import quantity
-from mobile_robot_control.tuning.promises import Promise, promise_values, spread_text, warnings_of
 
 _HEAD = ('loop', 'gain margin', 'lower gain margin', 'delay margin', 'least gain margin at', 'least delay margin at')
 

@@ -1,12 +1,12 @@
 """The report: a page with metrics, figures, timing and parameters of one run, or of several side by side."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.recording.gaps import period
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.animation import animate
@@ -19,7 +19,8 @@ from mobile_robot_control.reporting.panels import Named, plain
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES, RunFigure
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.timing import TIMING_FIGURES, timed, timing_table
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.system.texts import shortened
 
 
 def run_description(run: RecordedRun) -> str:
@@ -113,7 +114,8 @@ def _charts(drawn: Sequence[_Drawn], runs: Sequence[RecordedRun]) -> str:
 
 
 def _parts(
-    runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool, absent: Sequence[str]
+    runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool, absent: Sequence[str],
+    made: Mapping[str, Mapping[str, Any]],
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     over_dds = [run for run in runs if timed(run.series)]
@@ -143,7 +145,7 @@ def _parts(
         tables = [part for run in over_dds
                   for part in ([f'<h3>{escape(run.name)}</h3>'] if len(runs) > 1 else []) + [timing_table(run.series)]]
         yield page.section('timing', 'Timing', *tables, page.grid(one.html for one in timing))
-    yield page.section('configuration', 'Configuration', configuration_table(runs))
+    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with(made))
     yield _charts([*figures, *timing], runs)
 
 
@@ -172,7 +174,8 @@ def count_steps(runs: Sequence[RecordedRun], animation: bool = False) -> int:
 
 
 def write_report(
-    runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool = False, absent: Sequence[str] = ()
+    runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool = False, absent: Sequence[str] = (),
+    command_line: str = '',
 ) -> Path:
     """
     Write a report.
@@ -190,6 +193,8 @@ def write_report(
         Whether to animate each run.
     absent : sequence of str
         Which runs could not be read, and why.
+    command_line : str
+        Recorded with the report.
 
     Returns
     -------
@@ -198,9 +203,10 @@ def write_report(
     """
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'
-    parts = _parts(runs, folder / 'figures', step, animation, absent)
+    made = {run.name: provenance(command_line, run.parameters) for run in runs}
+    parts = _parts(runs, folder / 'figures', step, animation, absent, made)
     styles, scripts = [*replay_styles(), *chart_styles()], [*replay_scripts(), *chart_scripts()]
     write_atomically(file, page.page(_title(runs), parts, styles, scripts))
-    metrics = {run.name: run.metrics | {'problems': list(run.problems)} for run in runs}
+    metrics = {run.name: run.metrics | {'problems': list(run.problems), 'provenance': made[run.name]} for run in runs}
     write_atomically(folder / 'report.json', json.dumps(metrics, indent=2) + '\n')
     return file

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.robot_files import shipped_robots
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.robot_files import shipped_robots
 from mobile_robot_control.reporting.command_output import output_of
 from mobile_robot_control.reporting.page_part import PagePart, table_row
 

@@ -2,9 +2,10 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
-from mobile_robot_control.files import METRICS, parse_json, read_bounded
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.files import METRICS, parse_json, read_bounded
+from mobile_robot_control.system.texts import shortened
 
 _BAGS = ('.mcap', '.db3')
 """Endings of the files in a bag."""
@@ -46,10 +47,12 @@ def is_bag(run: Path) -> bool:
     return run.is_dir() or run.suffix in _BAGS
 
 
-def recorded_outcome(file: Path) -> str | None:
-    """Read the outcome from a file of metrics; None if there is none in it."""
+def beside_a_run(file: Path | None) -> tuple[str | None, dict[str, Any]]:
+    """Read the outcome and the provenance from a file of metrics; None and {} where they are not in it."""
     try:
-        outcome = parse_json(read_bounded(file, METRICS))['outcome']
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return shortened(outcome, 40) if isinstance(outcome, str) else None
+        content = parse_json(read_bounded(file, METRICS)) if file else {}
+    except (OSError, ValueError):
+        content = {}
+    found = content if isinstance(content, dict) else {}
+    outcome, made = found.get('outcome'), found.get('provenance')
+    return shortened(outcome, 40) if isinstance(outcome, str) else None, made if isinstance(made, dict) else {}

@@ -5,9 +5,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mobile_robot_control.files import TABLE, open_bounded
+from mobile_robot_control.configuration.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.recording import bag_reader, csv_table, gaps
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.recording.errors import with_errors
@@ -16,17 +15,18 @@ from mobile_robot_control.recording.mcap_stream import BagError, ProgressCallbac
 from mobile_robot_control.recording.signals import Signal, has_torques, origin
 from mobile_robot_control.reporting.run_files import (
     UnreadableRunError,
+    beside_a_run,
     companion,
     is_bag,
     locate,
-    recorded_outcome,
 )
 from mobile_robot_control.reporting.run_words import RECORDED
 from mobile_robot_control.reporting.series import Series
 from mobile_robot_control.simulation.index_meter import IndexMeter
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE, RunMeter, summary
 from mobile_robot_control.simulation.rollout import is_complete
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.files import TABLE, open_bounded
+from mobile_robot_control.system.texts import printable
 
 _WALL_CLOCK_TOLERANCE = 0.5
 """[s]: by how much a complete run on the wall clock may be shorter than asked for."""
@@ -50,6 +50,8 @@ class RecordedRun(NamedTuple):
         As in `metrics.json`; only what could be measured.
     parameters : Configuration or None
         Of the run; None if they were not recorded.
+    provenance : dict of str to object
+        As `metrics.json` beside it has it; {} where nothing is known.
     """
 
     name: str
@@ -57,6 +59,7 @@ class RecordedRun(NamedTuple):
     problems: tuple[str, ...]
     metrics: dict[str, Any]
     parameters: Configuration | None
+    provenance: dict[str, Any] = {}  # noqa: RUF012 (never changed)
 
 
 def _from_csv(path: Path, progress: ProgressCallback) -> tuple[dict[str, Signal], list[str]]:
@@ -175,8 +178,8 @@ def read_run(
     try:
         run = locate(path)
         beside, measured = companion(run, 'parameters.yaml'), companion(run, 'metrics.json')
-        if outcome is None and measured:
-            outcome = recorded_outcome(measured)
+        recorded_outcome, made = beside_a_run(measured)
+        outcome = recorded_outcome if outcome is None else outcome
         signals, problems = (_from_bag(run, namespace, topics, progress, outcome) if is_bag(run)
                              else _from_csv(run, progress))
     except OSError as error:
@@ -195,4 +198,4 @@ def read_run(
     if series.origin and metrics.get('outcome') in ('completed', RECORDED) and series.time('joint_states').size:
         # on the wall clock the other nodes continue for a moment after the plant has ended
         series = series.until(series.time('joint_states')[-1])
-    return RecordedRun(name, series, tuple(map(printable, problems)), metrics, parameters)
+    return RecordedRun(name, series, tuple(map(printable, problems)), metrics, parameters, made)

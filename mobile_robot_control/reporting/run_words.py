@@ -2,11 +2,11 @@
 
 from typing import Any
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.model.plant import VELOCITY
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.reporting.readable import readable
 from mobile_robot_control.simulation.metrics import MEASURED
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 
 RECORDED = 'recorded'
 """Outcome of a recording that someone begins and ends while a run goes on."""

@@ -1,11 +1,11 @@
 """The page of a search: how it converged, the loop before and after, and what holds of it."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.analysis.promises import Promise
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.chart_page import chart_numbers, chart_scripts, chart_styles
 from mobile_robot_control.reporting.first_screen import first_screen, replay_scripts, replay_styles
@@ -14,7 +14,7 @@ from mobile_robot_control.reporting.panels import Named
 from mobile_robot_control.reporting.promise_page import promise_parts
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.tuning.promises import Promise
+from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.tuning.search import Generation
 from mobile_robot_control.web.assets import asset
 
@@ -30,7 +30,8 @@ def convergence(history: Sequence[Generation]) -> dict[str, list[Any]]:
 
 
 def _parts(
-    title: str, history: Sequence[Generation], runs: Sequence[RecordedRun], holds: Promise, svg: str
+    title: str, history: Sequence[Generation], runs: Sequence[RecordedRun], holds: Promise, svg: str,
+    made: Mapping[str, Any],
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     named = [Named(run.name, run.series) for run in runs]
@@ -49,13 +50,14 @@ def _parts(
     yield page.section('holds', 'What holds', *promise_parts(holds))
     yield page.section('figures', 'Figures', page.grid(
         page.live(figure.title, figure.caption, figure.name) for figure in figures))
-    yield page.section('configuration', 'Configuration', configuration_table(runs))
+    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with({'': made}))
     yield chart_numbers(figures, runs)
     yield page.json_block('search-data', convergence(history))
 
 
 def write_search_page(
-    file: Path, title: str, history: Sequence[Generation], runs: Sequence[RecordedRun], holds: Promise, svg: str
+    file: Path, title: str, history: Sequence[Generation], runs: Sequence[RecordedRun], holds: Promise, svg: str,
+    made: Mapping[str, Any],
 ) -> None:
     """
     Write the page of a search.
@@ -74,7 +76,9 @@ def write_search_page(
         Of the gains found.
     svg : str
         The picture of the search, for paper and where there are no scripts.
+    made : mapping of str to object
+        What `provenance` returns.
     """
-    parts = _parts(title, history, runs, holds, svg)
+    parts = _parts(title, history, runs, holds, svg, made)
     write_atomically(file, page.page(title, parts, [*replay_styles(), *chart_styles()],
                                      [*replay_scripts(), *chart_scripts(), asset('search.js')]))

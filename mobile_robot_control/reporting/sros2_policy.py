@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from mobile_robot_control.parameters.addressing import namespace_fault
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.addressing import namespace_fault
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.topics import (
     ALL_LOOP_TOPICS,
     DISTURBANCE,

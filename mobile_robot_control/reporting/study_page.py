@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.files import write_atomically
+from mobile_robot_control.analysis.promises import Promise
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.chart_page import UPLOT_SCRIPT, chart_styles
 from mobile_robot_control.reporting.first_screen import replay_scripts, replay_styles
@@ -18,11 +18,11 @@ from mobile_robot_control.reporting.readable import quantities
 from mobile_robot_control.reporting.replay_data import replay_data
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.simulation.indices import BAND
+from mobile_robot_control.simulation.scenarios import Scenario
+from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.tuning.comparison import COMPARED, comparison_texts
 from mobile_robot_control.tuning.failures import failure_texts
 from mobile_robot_control.tuning.monte_carlo import Judged, metric_labels, success_text, summarise_runs
-from mobile_robot_control.tuning.promises import Promise
-from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.web.assets import asset
 from mobile_robot_control.web.packing import pack
 
@@ -144,7 +144,7 @@ def _paragraphs(texts: Sequence[str]) -> str:
 
 
 def _parts(
-    controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, interrupted: bool
+    controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any], interrupted: bool
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     numbers = {name: summarise_runs(runs.judged) for name, runs in controllers.items()}
@@ -176,11 +176,13 @@ def _parts(
     holds = [part for name, runs in controllers.items()
              for part in (f'<h3>{escape(name)}</h3>', *promise_parts(runs.promise))]
     yield page.section('holds', 'What holds', *holds)
+    yield page.made_with({name: {**made, 'parameters': one} for name, one in made['parameters'].items()})
     yield page.json_block('study-data', study_data(controllers, judgement))
 
 
 def write_study_page(
-    file: Path, controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, interrupted: bool = False
+    file: Path, controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any],
+    interrupted: bool = False,
 ) -> None:
     """
     Write the page of a study.
@@ -195,9 +197,11 @@ def write_study_page(
         How the runs are judged.
     svg : str
         The map of starts, for paper and where there are no scripts.
+    made : mapping of str to object
+        What `provenance` returns of all controllers by name.
     interrupted : bool
         Whether runs are missing.
     """
     scripts = [*replay_scripts(), *map(asset, (UPLOT_SCRIPT, 'charts.js', 'study.js'))]
-    parts = _parts(controllers, judgement, svg, interrupted)
+    parts = _parts(controllers, judgement, svg, made, interrupted)
     write_atomically(file, page.page('Study', parts, [*replay_styles(), *chart_styles()], scripts))

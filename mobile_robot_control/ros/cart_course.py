@@ -1,6 +1,6 @@
 """The course of the reference cart: its curve, changed while it drives."""
 
-from mobile_robot_control.parameters.nodes import ReferenceCartParameters
+from mobile_robot_control.configuration.nodes import ReferenceCartParameters
 from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.reference.cart import (
     CurveParameters,

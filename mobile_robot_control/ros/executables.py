@@ -7,7 +7,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.ros.environment import check_environment
 from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
 from mobile_robot_control.ros.stop import Stop
-from mobile_robot_control.streams import prepare_streams
+from mobile_robot_control.system.streams import prepare_streams
 
 
 def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: bool = False) -> int:

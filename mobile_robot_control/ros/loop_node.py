@@ -15,9 +15,9 @@ try:
 except ImportError:  # before iron
     from rclpy.qos_event import PublisherEventCallbacks, SubscriptionEventCallbacks
 
+from mobile_robot_control.configuration.nodes import with_options
+from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import with_options
-from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.ros.diagnostics import Condition, Diagnostics, OverrunCounter
 from mobile_robot_control.ros.input_monitor import InputMonitor
 from mobile_robot_control.ros.input_validation import InputValidator

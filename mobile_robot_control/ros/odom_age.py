@@ -1,8 +1,8 @@
 """How old odometry is: by its stamp, by what the parameters say, and by how often it repeats a sample."""
 
+from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.control.feedforward import advanced
 from mobile_robot_control.control.latency import NO_ODOMETRY, carried_forward, held_age, held_odometry
-from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 from mobile_robot_control.stamps import period_nanoseconds
 

@@ -5,9 +5,9 @@ from typing import TypeVar
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.node import Node
 
+from mobile_robot_control.configuration.files import is_declared, is_ros_parameter
 from mobile_robot_control.parameters.checking import build
 from mobile_robot_control.parameters.declaration import Declaration, declarations
-from mobile_robot_control.parameters.files import is_declared, is_ros_parameter
 from mobile_robot_control.parameters.values import describe_bounds
 
 Group = TypeVar('Group')

@@ -12,9 +12,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
+from mobile_robot_control.configuration.files import is_ros_parameter
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.files import is_ros_parameter
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
 from mobile_robot_control.parameters.values import check_value, nearest
 

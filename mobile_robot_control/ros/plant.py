@@ -5,8 +5,8 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from mobile_robot_control.configuration.nodes import PlantParameters, loop_of
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import PlantParameters, loop_of
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.disturbance_input import DisturbanceInput

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+from mobile_robot_control.configuration.nodes import PlantParameters
 from mobile_robot_control.messages.parsing import read_torque
-from mobile_robot_control.parameters.nodes import PlantParameters
 from mobile_robot_control.quantities import BodyVelocity, WheelTorque
 from mobile_robot_control.ros.command_input import CommandInput
 from mobile_robot_control.ros.input_validation import InputValidator, ValidInput, make_reader

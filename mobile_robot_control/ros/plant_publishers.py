@@ -9,9 +9,9 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
+from mobile_robot_control.configuration.nodes import PlantParameters, has_exact_odometry
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.writing import planar_quaternion
-from mobile_robot_control.parameters.nodes import PlantParameters, has_exact_odometry
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.simulated_robot import SimulatedRobot

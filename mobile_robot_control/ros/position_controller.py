@@ -6,12 +6,12 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 
+from mobile_robot_control.configuration.nodes import PositionControllerParameters, counted_twice
 from mobile_robot_control.control.feedforward import mean_acceleration
 from mobile_robot_control.control.latency import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_horizon, read_odometry, read_time
-from mobile_robot_control.parameters.nodes import PositionControllerParameters, counted_twice
 from mobile_robot_control.quantities import (
     NO_ACCELERATION,
     BodyAcceleration,

@@ -20,7 +20,7 @@ from mobile_robot_control.messages.types import DiagnosticArray
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
 from mobile_robot_control.ros.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.timers import create_steady_timer
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS, SHARED_TOPICS, LoopGraph
 
 _DEPTH = 5000

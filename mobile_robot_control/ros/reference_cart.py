@@ -6,9 +6,9 @@ from typing import Any
 
 from nav_msgs.msg import Path
 
+from mobile_robot_control.configuration.nodes import ReferenceCartParameters
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_odometry
-from mobile_robot_control.parameters.nodes import ReferenceCartParameters
 from mobile_robot_control.quantities import Reference
 from mobile_robot_control.ros.cart_course import PERIOD, CartCourse
 from mobile_robot_control.ros.cart_wait import CartWait

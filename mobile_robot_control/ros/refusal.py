@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterable
 
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.texts import printable
 
 LOAD_ERRORS = (ImportError, OSError, MemoryError)
 """What an import of ROS's packages may raise where one is missing, or memory is."""

@@ -4,12 +4,12 @@ import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from mobile_robot_control.parameters.addressing import addressed_nodes, full_names, namespace_fault, namespace_of
+from mobile_robot_control.configuration.addressing import addressed_nodes, full_names, namespace_fault, namespace_of
+from mobile_robot_control.configuration.files import merge_sections, read_parameter_file
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.files import merge_sections, read_parameter_file
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.texts import printable
 
 _Options = Sequence[tuple[str, str]]
 

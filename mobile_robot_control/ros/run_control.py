@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from mobile_robot_control.parameters.nodes import PlantParameters
+from mobile_robot_control.configuration.nodes import PlantParameters
 from mobile_robot_control.stamps import period_nanoseconds
 
 RESET, STEP = '~/reset', '~/step'

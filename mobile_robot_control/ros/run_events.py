@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from mobile_robot_control.parameters.nodes import PACE
+from mobile_robot_control.configuration.nodes import PACE
 from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.stamps import NANOSECONDS
 from mobile_robot_control.topics import EVENTS, MOST_EVENTS, RUN_KEY

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from mobile_robot_control.configuration.nodes import PlantParameters
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.disturbance import with_push
@@ -20,7 +21,6 @@ from mobile_robot_control.model.plant_form import (
 )
 from mobile_robot_control.model.sensor_covariance import sensed_pose_variances, sensed_twist_variances
 from mobile_robot_control.model.sensors import shown_sample
-from mobile_robot_control.parameters.nodes import PlantParameters
 from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorque, WheelVelocity
 from mobile_robot_control.stamps import period_nanoseconds
 

@@ -13,10 +13,10 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.deadline import LEAVING, exit_after
 from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
 from mobile_robot_control.ros.ros_arguments import check_ros_arguments
 from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.system.supervisor import LEAVING, exit_after
 
 RCLError = rclpy_implementation.RCLError
 """What rclpy raises where rcl refuses."""

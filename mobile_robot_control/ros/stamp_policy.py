@@ -5,8 +5,8 @@ from typing import Protocol
 
 from rclpy.clock import Clock
 
+from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.messages.parsing import RefusedMessageError
-from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.stamps import period_nanoseconds
 
 

@@ -17,7 +17,7 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import read_or_refuse
 from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.qos import LATCHED
-from mobile_robot_control.texts import shortened
+from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import STOP_MEMORY, STOPPED
 
 _KIND = 'std_msgs/msg/String'

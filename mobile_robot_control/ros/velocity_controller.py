@@ -2,12 +2,12 @@
 
 from functools import partial
 
+from mobile_robot_control.configuration.nodes import VelocityControllerParameters
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import read_acceleration, read_wheel_velocity
 from mobile_robot_control.model.kinematics import body_velocity
-from mobile_robot_control.parameters.nodes import VelocityControllerParameters
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, WheelTorque, WheelVelocity
 from mobile_robot_control.ros.command_input import CommandInput
 from mobile_robot_control.ros.input_validation import ValidInput, make_reader

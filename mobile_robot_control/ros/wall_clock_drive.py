@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
+from mobile_robot_control.configuration.nodes import PositionControllerParameters
 from mobile_robot_control.control.approach import stands_still
 from mobile_robot_control.control.tracking_error import distance
-from mobile_robot_control.parameters.nodes import PositionControllerParameters
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Reference
 from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.law_runner import LawRunner

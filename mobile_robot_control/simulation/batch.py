@@ -28,7 +28,7 @@ from mobile_robot_control.simulation.indices import MeasuredMotion
 from mobile_robot_control.simulation.path_table import converted
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.trial import Outcome, Trial, prepared_loop
-from mobile_robot_control.texts import describe_error
+from mobile_robot_control.system.texts import describe_error
 
 try:
     import numba

@@ -2,8 +2,8 @@
 
 import math
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
 from mobile_robot_control.reference.cart import CurveParameters
 from mobile_robot_control.reference.curves import CURVES

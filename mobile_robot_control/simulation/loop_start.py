@@ -1,5 +1,6 @@
 """The closed loop of a configuration: which functions it is made of, its constants, and its state at t = 0."""
 
+from mobile_robot_control.configuration.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.control.feedforward import lead
 from mobile_robot_control.control.latency import NO_ODOMETRY
 from mobile_robot_control.control.laws import select
@@ -15,7 +16,6 @@ from mobile_robot_control.model.plant_form import (
     sensor_values,
     sensors_at_rest,
 )
-from mobile_robot_control.parameters.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Pose
 from mobile_robot_control.simulation.closed_loop import Coming, Loop, LoopState
 from mobile_robot_control.simulation.ticks import Form

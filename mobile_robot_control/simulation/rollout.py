@@ -5,12 +5,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control.law import LawFailedError, is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.plant_form import sensing
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Pose, Push, Truth, WheelTorque
 from mobile_robot_control.reference.cart import references_along
 from mobile_robot_control.reference.curves import CURVES
@@ -22,7 +22,7 @@ from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.trial import Trial, make_trial, prepared_loop
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.texts import describe_error
+from mobile_robot_control.system.texts import describe_error
 
 
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:

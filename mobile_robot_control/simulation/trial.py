@@ -6,11 +6,11 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState
 from mobile_robot_control.simulation.indices import (
@@ -28,7 +28,7 @@ from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_positio
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
 from mobile_robot_control.simulation.variation import Variation, variation_step
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.texts import describe_error
+from mobile_robot_control.system.texts import describe_error
 
 _NOTHING, _UNVARIED = Totals(), Variation()
 _NO_TORQUE = WheelTorque(0.0, 0.0)

@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.tuning.monte_carlo import Judged
-from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.tuning.splits import FEW, QUANTITIES, Quantity, best_split, shown
 
 _ENDS = {'completed': 'too far from the reference over the last quarter', 'diverged': 'diverged',

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from mobile_robot_control.files import JOURNAL, parse_json, read_bounded, write_atomically
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.system.files import JOURNAL, parse_json, read_bounded, write_atomically
 from mobile_robot_control.tuning.chromosome import Points
 from mobile_robot_control.tuning.genetic import Scores
 

@@ -16,10 +16,11 @@ from mobile_robot_control.simulation.indices import (
     index_labels,
     index_values,
 )
+from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.simulation.totals import Totals, objective
 from mobile_robot_control.simulation.trial import Outcome, Trial, outcome_name
-from mobile_robot_control.tuning.scenarios import Scenario
 
+LARGEST_SEED = 2**64 - 1
 WITHIN = 0.10
 """[m]: a run succeeds if the robot stays nearer to the reference than this from the late step on, unless asked."""
 

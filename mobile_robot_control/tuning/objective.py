@@ -7,16 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control.feedforward import lead
 from mobile_robot_control.control.laws import declared_gains
 from mobile_robot_control.control.velocity_stability import is_stable
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.simulation.totals import objective
 from mobile_robot_control.simulation.trial import Outcome, Trial
 from mobile_robot_control.tuning import search_gains
 from mobile_robot_control.tuning.chromosome import Points
 from mobile_robot_control.tuning.genetic import Scores
-from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.tuning.search import WORST
 from mobile_robot_control.tuning.search_gains import Gains
 from mobile_robot_control.tuning.search_space import VELOCITY, Gene
@@ -35,7 +35,7 @@ class Goal(NamedTuple):
     Attributes
     ----------
     controller : str
-        What is searched, of `searches`.
+        What is searched, of SEARCHES.
     genes : tuple of Gene
         With their bounds.
     scenarios : tuple of Scenario

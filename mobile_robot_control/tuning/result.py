@@ -5,11 +5,11 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.parameters.declaration import declarations, flatten
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml
-from mobile_robot_control.parameters.shared import Shared
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.texts import printable
 from mobile_robot_control.tuning.search import Generation
 
 _ALWAYS = {

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.parameters.checking import rule_violations
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning.search_space import Gene, Place, place_of
 
 

@@ -80,9 +80,20 @@ def _unbracketed(name: str) -> str:
     return re.sub(r'\[(\d+)\]$', r'\1', name)
 
 
-def searches() -> list[str]:
-    """List what can be searched: the velocity gains alone, and each position law."""
-    return [VELOCITY, *LAWS]
+class _Searches(Collection[str]):
+    """What can be searched: the velocity gains alone, and each position law, those of files that come later too."""
+
+    def __contains__(self, name: object) -> bool:
+        return name == VELOCITY or name in LAWS
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((VELOCITY, *LAWS))
+
+    def __len__(self) -> int:
+        return 1 + len(LAWS)
+
+
+SEARCHES = _Searches()
 
 
 def population_of(search: str) -> int:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.quantities import Pose
+from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.tuning.monte_carlo import CONFIDENCE, Judged
-from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.tuning.tail_probabilities import log_hypergeometric_tail
 
 _PARTS = 20

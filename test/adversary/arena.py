@@ -32,7 +32,7 @@ def main_of(command):
         module = __import__(f'mobile_robot_control.cli.{command}', fromlist=['main'])
         return module.main
     from mobile_robot_control.ros.spin import spin
-    from mobile_robot_control.streams import prepare_streams
+    from mobile_robot_control.system.streams import prepare_streams
 
     def run_node():
         prepare_streams()
@@ -158,9 +158,9 @@ def run(case):
 
 def compile_rollout():
     """Compile the rollout of the configured law once, for all cases to come."""
-    from mobile_robot_control.parameters.nodes import Configuration
+    from mobile_robot_control.configuration.nodes import Configuration
     from mobile_robot_control.simulation.batch import run_trials
-    from mobile_robot_control.tuning.scenarios import configured_scenario, scenario_trial
+    from mobile_robot_control.simulation.scenarios import configured_scenario, scenario_trial
 
     parameters = Configuration()
     run_trials([scenario_trial(parameters, configured_scenario(parameters), 0.01, 0.0)])
@@ -173,7 +173,7 @@ def main():
     os.dup2(2, 1)
     for command in COMMANDS:
         main_of(command)
-    import mobile_robot_control.cli.experiment_run
+    import mobile_robot_control.experiment.recorded_run
     import mobile_robot_control.reporting.report_writing
     import mobile_robot_control.ros.spin  # noqa: F401 (imported once for all cases)
     if 'warm' in sys.argv:

@@ -4,7 +4,7 @@ import os
 import re
 import signal
 
-from mobile_robot_control.texts import printable
+from mobile_robot_control.system.texts import printable
 
 LARGEST_MEMORY = 1000
 """[MB]."""

@@ -12,7 +12,7 @@ from adversary.case import Place, listing, make_case, make_place
 from adversary.judging import faults
 from adversary.kinds import KINDS
 from mobile_robot_control.cli import simulate
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.tuning.journal import Journal
 

@@ -13,7 +13,7 @@ from harness import Robots
 from rclpy.serialization import deserialize_message
 
 from adversary.contents import spoilt_bytes
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.ros.qos import message_class
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 

@@ -13,7 +13,7 @@ from bench.graph import CONFIG, Graph, alternate, cpu_seconds, graphs, proportio
 from bench.odometer import Odometer
 from bench.progress import show
 from bench.row import Row, at_least, at_most, median_ratio
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 
 WINDOWS, SECONDS = 8, 2.0
 MEGABYTES, SHARE = 150.0, 0.25

@@ -7,11 +7,11 @@ The median of five seeds for each search and algorithm: one lap of the 1 m trifo
 import statistics
 from pathlib import Path
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation.batch import Pool
+from mobile_robot_control.simulation.scenarios import configured_scenario
 from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.scenarios import configured_scenario
 from mobile_robot_control.tuning.search import ALGORITHMS, SearchSettings, run_search
 from mobile_robot_control.tuning.search_space import bounded, population_of, search_genes
 

@@ -126,7 +126,7 @@ def test_a_pool_keeps_the_order(workers):
 def test_without_numba_trials_run_with_one_warning():
     code = (
         'import sys; sys.modules["numba"] = None\n'
-        'from mobile_robot_control.parameters.configuration import configure\n'
+        'from mobile_robot_control.configuration.configure import configure\n'
         'from mobile_robot_control.simulation import batch\n'
         'from mobile_robot_control.simulation.trial import make_trial\n'
         'if __name__ == "__main__":\n'

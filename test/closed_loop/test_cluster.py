@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from processes import wait_until
 
-from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.plugins import load_plugins
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.simulation.scenarios import configured_scenario
 from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.scenarios import configured_scenario
 from mobile_robot_control.tuning.search import SearchSettings, run_search
 from mobile_robot_control.tuning.search_space import bounded, search_genes
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation.metrics import RunMeter
 from mobile_robot_control.simulation.rollout import rollout
 

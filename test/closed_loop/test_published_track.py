@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure, rollout
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from mobile_robot_control.parameters.configuration import at_cart_start, configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.robot_files import shipped_robots
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.robot_files import shipped_robots
 from mobile_robot_control.simulation.batch import run_trials
 from mobile_robot_control.simulation.trial import make_trial
 

@@ -6,8 +6,8 @@ import statistics
 import pytest
 from harness import CONFIG
 
-from mobile_robot_control.parameters.configuration import at_cart_start, configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation.rollout import rollout
 
 # tune hybrid_backstepping --seed 1 --smooth 1 --params-file config/hybrid_backstepping.yaml

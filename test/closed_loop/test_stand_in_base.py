@@ -6,17 +6,17 @@ import pytest
 from harness import CONFIG
 from stand_in_model import Base, drive
 
+from mobile_robot_control.analysis.promises import promise, warnings_of
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.latency import carried_forward
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.parameters.configuration import at_cart_start, configure
-from mobile_robot_control.parameters.files import load
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.tuning.promises import promise, warnings_of
-from mobile_robot_control.tuning.scenarios import configured_scenario
+from mobile_robot_control.simulation.scenarios import configured_scenario
 
 PARAMETERS = configure(load([CONFIG / 'wall_clock.yaml']))
 

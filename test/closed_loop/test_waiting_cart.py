@@ -8,8 +8,8 @@ from following import Following
 from harness import CONFIG
 from stand_in_model import Base, drive
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 
 PARAMETERS = configure(load([CONFIG / 'wall_clock.yaml']))
 LAWS = ['backstepping', 'hybrid_backstepping', 'fuzzy']

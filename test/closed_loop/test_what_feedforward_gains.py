@@ -6,21 +6,21 @@ from typing import Annotated, NamedTuple
 
 import pytest
 
+from mobile_robot_control.analysis.lap import followed_lap, lap_loop
+from mobile_robot_control.analysis.linearisation import linear_velocity_loop
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import at_cart_start, configure
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.reference.cart import accelerated_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.batch import run_trials
 from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.simulation.scenarios import configured_scenario, scenario_trial
 from mobile_robot_control.simulation.trial import make_trial
-from mobile_robot_control.tuning.lap import followed_lap, lap_loop
-from mobile_robot_control.tuning.linearisation import linear_velocity_loop
-from mobile_robot_control.tuning.scenarios import configured_scenario, scenario_trial
 
 LAP = 16.0
 

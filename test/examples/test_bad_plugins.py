@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from mobile_robot_control import register
-from mobile_robot_control.registry import PluginError
+from mobile_robot_control.plugins.registry import PluginError
 
 LAW = '''
 from typing import Annotated, NamedTuple
@@ -158,5 +158,5 @@ def test_two_installed_laws_of_one_name_are_refused_with_both_origins(tmp_path):
 
 
 def test_what_is_no_record_is_refused_by_hand_too():
-    with pytest.raises(PluginError, match=r'LAW is of type str; write LAW = Law\(name, step, Gains\)'):
+    with pytest.raises(PluginError, match="'mine' is neither a law nor a curve; make a record Law"):
         register('mine')

@@ -1,5 +1,6 @@
 """docs/architecture.md and the package agree: every room is described, and every path in it exists."""
 
+import importlib.util
 import re
 from pathlib import Path
 
@@ -23,3 +24,10 @@ def test_every_path_on_the_page_exists():
     assert len(paths) > 20
     for word in paths:
         assert (PACKAGE / word).exists() or (ROOT / word).exists() or (PACKAGE / f'{word}.py').exists(), word
+
+
+def test_the_drawing_is_that_of_the_present_imports():
+    spec = importlib.util.spec_from_file_location('package_drawing', ROOT / 'tools' / 'package_drawing.py')
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    assert tool.PICTURE.read_text(encoding='utf-8') == tool.drawing(), 'make pages draws it again'

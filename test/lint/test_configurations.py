@@ -10,12 +10,12 @@ import pytest
 import yaml
 
 from mobile_robot_control.cli import tune
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load, read_parameter_file
+from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.control.laws import BUILT_IN, PositionControl
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import declarations, flatten
-from mobile_robot_control.parameters.files import load, read_parameter_file
-from mobile_robot_control.parameters.nodes import NODES, Configuration
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reporting.robots_table import PLACEHOLDER, head, sourced_parameters
@@ -153,7 +153,7 @@ def test_every_node_starts_with_every_shipped_file(domain):
     code = (
         'import sys, rclpy\n'
         'from mobile_robot_control.ros.spin import make_node\n'
-        'from mobile_robot_control.parameters.nodes import NODES\n'
+        'from mobile_robot_control.configuration.nodes import NODES\n'
         'for path in sys.argv[1:]:\n'
         '    rclpy.init(args=["--ros-args", "--params-file", path])\n'
         '    for name in NODES:\n'

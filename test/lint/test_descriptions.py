@@ -2,8 +2,8 @@
 
 import pytest
 
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.nodes import NODES
 
 ALL = {name: declared for group in NODES.values() for name, declared in declarations(group).items()}
 # places, pauses and positions in time: a larger value does nothing to the robot

@@ -9,10 +9,10 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters.nodes import NODES
-from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 DESKTOP = Path(__file__).parents[2] / 'config' / 'desktop'

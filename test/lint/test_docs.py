@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
@@ -16,12 +16,12 @@ from mobile_robot_control.reporting.robots_table import insert_robots
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
+from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.simulation.totals import Totals
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 from mobile_robot_control.tuning.comparison import comparison_values
 from mobile_robot_control.tuning.failures import failure_values
 from mobile_robot_control.tuning.monte_carlo import Judged, summarise_runs
-from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.tuning.search import Generation
 
 DOCS = Path(__file__).parents[2] / 'docs'
@@ -65,7 +65,7 @@ def test_its_topics_are_those_of_the_node(domain):
     code = (
         'import rclpy\n'
         'from mobile_robot_control.ros.spin import make_node\n'
-        'from mobile_robot_control.parameters.nodes import NODES\n'
+        'from mobile_robot_control.configuration.nodes import NODES\n'
         'rclpy.init()\n'
         'for name in NODES:\n'
         '    node = make_node(name)\n'

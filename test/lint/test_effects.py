@@ -2,8 +2,8 @@
 
 from fnmatch import fnmatchcase
 
-from mobile_robot_control.parameters.nodes import parameter_names
-from mobile_robot_control.tuning.modelled import EFFECTS, effect_of
+from mobile_robot_control.analysis.modelled import EFFECTS, effect_of
+from mobile_robot_control.configuration.nodes import parameter_names
 
 # groups of the plant that model departures from the ideal robot, but for what only says when, or belongs to the node
 GROUPS = ('base', 'delay', 'disturbance', 'encoders', 'friction', 'motor', 'noise', 'odometry')

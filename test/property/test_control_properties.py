@@ -22,7 +22,7 @@ from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Pose, Reference, TrackingError, WheelTorque
 
 FINITE = st.floats(-1e15, 1e15)
-ORDINARY = st.floats(-5.0, 5.0)
+ORDINARY = st.floats(-5.0, 5.0, allow_subnormal=False)
 DIRECTIONS = st.floats(-math.pi, math.pi, exclude_min=True)
 POSES = st.builds(Pose, ORDINARY, ORDINARY, DIRECTIONS)
 ERRORS = st.builds(TrackingError, ORDINARY, ORDINARY, DIRECTIONS)
@@ -44,12 +44,12 @@ def seeking_gains(draw):
 @st.composite
 def fuzzy_gains(draw):
     """Draw memberships and outputs that pass the check of the parameters."""
-    angles = st.floats(0.0, math.pi)
+    angles = st.floats(SMALLEST, math.pi)
     b2, b3, b4 = sorted(draw(st.lists(angles, min_size=3, max_size=3, unique=True)))
     b1, b5, b6 = draw(angles), draw(angles), draw(angles)
     c, d = (tuple(sorted(draw(st.lists(ORDINARY, min_size=n, max_size=n)))) for n in (5, 3))
     try:
-        return build(FuzzyGains, {'a': draw(st.floats(0.0, 10.0, exclude_min=True)), 'b': (b1, b2, b3, b4, b5, b6),
+        return build(FuzzyGains, {'a': draw(st.floats(SMALLEST, 10.0)), 'b': (b1, b2, b3, b4, b5, b6),
                                   'c': c, 'd': d})
     except ParameterError:
         assume(False)

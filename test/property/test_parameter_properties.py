@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load, parameter_file_text
+from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import declarations, flatten
-from mobile_robot_control.parameters.files import load, parameter_file_text
-from mobile_robot_control.parameters.nodes import NODES, Configuration
 
 # numbers below 2.2e-308 are texts for rcl
 FLOATS = st.floats(allow_nan=False, allow_infinity=False, allow_subnormal=False)
@@ -39,8 +39,8 @@ def test_written_parameters_are_read_back_to_the_last_bit(path, values, pose, te
 
 
 @settings(max_examples=30)
-@given(gains=st.tuples(*[st.floats(0.01, 1.0)] * 4), d=st.lists(st.floats(-9.0, 9.0), min_size=3, max_size=3),
-       mass=st.floats(5.0, 50.0))
+@given(gains=st.tuples(*[st.floats(0.01, 1.0)] * 4), mass=st.floats(5.0, 50.0),
+       d=st.lists(st.floats(-9.0, 9.0, allow_subnormal=False), min_size=3, max_size=3))
 def test_a_configuration_is_read_back_from_its_file(path, gains, d, mass):
     values = {node: {'robot.mass': mass} for node in NODES}
     values['position_controller'].update({'backstepping.p': gains[0], 'fuzzy.d': sorted(d)})

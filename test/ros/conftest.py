@@ -6,7 +6,7 @@ import re
 import pytest
 from harness import QUIET, Robots
 
-from mobile_robot_control.cli import fastdds_profiles
+from mobile_robot_control.experiment import fastdds_profiles
 
 QUICK = """<?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com">

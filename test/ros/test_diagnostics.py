@@ -9,7 +9,7 @@ from harness import CONFIG
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.ros.qos import PUBLISHED
 
 WALL_CLOCK = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'peer_timeout:=1.0']

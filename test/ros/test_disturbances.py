@@ -6,8 +6,8 @@ from geometry_msgs.msg import WrenchStamped
 from harness import CONFIG, Robots
 from rclpy.node import Node
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.quantities import Push
 from mobile_robot_control.simulation.rollout import rollout
 

@@ -10,9 +10,9 @@ from geometry_msgs.msg import WrenchStamped
 from harness import CONFIG, PERIOD
 from nav_msgs.msg import Path
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.ros.qos import LATCHED

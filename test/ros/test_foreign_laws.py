@@ -10,8 +10,8 @@ from harness import CONFIG, experiment, run_command
 from rcl_interfaces.srv import DescribeParameters
 from watching import Timeline
 
-from mobile_robot_control.parameters.configuration import at_cart_start, configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.plugins import load_plugins
 from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.simulation.rollout import rollout

@@ -17,10 +17,10 @@ from geometry_msgs.msg import TwistStamped
 from harness import CONFIG
 from nav_msgs.msg import Odometry
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.messages import parsing
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.shared import Shared
 from mobile_robot_control.quantities import LARGEST
 from mobile_robot_control.ros import input_validation, pacing, recorder
 from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED

@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.ros.qos import LATCHED, PUBLISHED, SUBSCRIBED
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 

@@ -1,6 +1,6 @@
 """Nodes log one line when they wait, when a run begins and when it ends, and a start far from the cart."""
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 
 
 def _texts(robot, name):

@@ -7,9 +7,9 @@ from harness import CONFIG, PERIOD, Robots
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.simulation.rollout import rollout
 
 HYBRID = CONFIG / 'hybrid_backstepping.yaml'

@@ -6,9 +6,9 @@ from harness import CONFIG
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.ros.ros_arguments import check_ros_arguments
 
 # numbers of which rclpy's client makes texts

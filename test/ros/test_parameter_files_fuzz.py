@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from parameter_calls import DECLARED
 from rclpy.signals import SignalHandlerOptions
 
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.ros import spin
 
 _STOPPED = types.SimpleNamespace(requested=True)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from parameter_calls import DECLARED, Call, calls, of, plain, wild
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 
 SLOW = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'lockstep:=true', '-p', 'real_time_factor:=0.2']
 _KINDS = {'get_parameters': GetParameters, 'set_parameters': SetParameters,

@@ -7,9 +7,9 @@ import pytest
 from harness import CONFIG, experiment
 from mcap_ros2.reader import read_ros2_messages
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
 from mobile_robot_control.simulation.rollout import rollout
 
 

@@ -17,7 +17,7 @@ from policy_reading import allowed
 from rclpy.node import Node, NodeNameNonExistentError
 from std_msgs.msg import String
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.reporting.sros2_policy import policy
 
 TF2 = """

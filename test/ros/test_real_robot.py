@@ -6,8 +6,8 @@ import pytest
 from harness import Robots, experiment
 from real_robot import MORE, ROBOTS, assignments
 
-from mobile_robot_control.parameters.configuration import at_cart_start, configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation.rollout import rollout
 
 CASES = [*(pytest.param(options, id=name) for name, options in ROBOTS.items()),

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from watching import Timeline
 
-from mobile_robot_control.cli.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)

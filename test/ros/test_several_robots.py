@@ -11,10 +11,10 @@ import rclpy
 from harness import CONFIG, Robots
 from nav_msgs.msg import Odometry
 
+from mobile_robot_control.configuration.files import parameter_file_text
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.parameters.files import parameter_file_text
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.ros.qos import SUBSCRIBED
 
 ROBOTS = {

@@ -8,7 +8,7 @@ import time
 import pytest
 from processes import catches_sigterm, wait_until
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

@@ -14,7 +14,7 @@ import pytest
 from harness import CONFIG
 from processes import catches_sigterm, processes_of, wait_until
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.recording import bag_reader
 
 SHARED_MEMORY = Path('/dev/shm')

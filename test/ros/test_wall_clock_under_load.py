@@ -11,7 +11,7 @@ import rclpy
 from harness import CONFIG, Robots
 from watching import Timeline, first_below, settled_below
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 
 SOAK = float(os.environ.get('SOAK_SECONDS', '120'))
 LAP = 16.0

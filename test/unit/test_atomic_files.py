@@ -5,10 +5,11 @@ import os
 
 import pytest
 
-from mobile_robot_control.cli.evaluation import evaluate
-from mobile_robot_control.cli.options import make_main
-from mobile_robot_control.files import explain, write_atomically
+from mobile_robot_control.cli.command_parser import make_parser
+from mobile_robot_control.cli.main import make_main
+from mobile_robot_control.experiment.evaluation import evaluate
 from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.system.files import explain, write_atomically
 
 
 def _full(*_arguments, **_options):
@@ -47,7 +48,7 @@ def test_a_full_disk_is_a_failed_run_and_a_wrong_place_is_bad_usage(number, code
     def run(_):
         raise OSError(number, os.strerror(number), 'run/parameters.yaml')
 
-    assert make_main('experiment', lambda _: None, run)([]) == code
+    assert make_main(lambda: make_parser('experiment', ''), run)([]) == code
     assert f'experiment: run/parameters.yaml: {os.strerror(number)}; ' in capsys.readouterr().err
 
 
@@ -55,7 +56,7 @@ def test_metrics_that_cannot_be_written_are_returned_all_the_same(tmp_path, monk
     with BagWriter(tmp_path / 'bag'):
         pass
     monkeypatch.setattr(os, 'fsync', _full)
-    evaluated = evaluate(tmp_path, '/', 'interrupted')
+    evaluated = evaluate(tmp_path, '/', 'interrupted', 'experiment')
     assert evaluated.metrics == {'outcome': 'interrupted', 'duration': 0.0}
     assert evaluated.unwritten == (
         f'{tmp_path}/metrics.json: No space left on device; make room there, or name a place elsewhere',)
@@ -63,7 +64,7 @@ def test_metrics_that_cannot_be_written_are_returned_all_the_same(tmp_path, monk
 
 
 def test_a_missing_bag_is_reported(tmp_path, capsys):
-    evaluated = evaluate(tmp_path, '/', 'interrupted')
+    evaluated = evaluate(tmp_path, '/', 'interrupted', 'experiment')
     assert evaluated.metrics == {'outcome': 'interrupted', 'duration': 0.0}
     assert f'{tmp_path}/bag: does not exist' in capsys.readouterr().err
     assert (tmp_path / 'metrics.json').is_file()

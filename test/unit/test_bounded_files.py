@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.files import (
+from mobile_robot_control.system.files import (
     METRICS,
     PARAMETER_FILE,
     check_regular,

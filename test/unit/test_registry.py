@@ -10,15 +10,15 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from mobile_robot_control import BodyVelocity, Curve, CurvePoint, Field, Law, jitable
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, select
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.files import load
 from mobile_robot_control.plugins import load_plugins, load_sources, plugin_environment, plugin_sources
+from mobile_robot_control.plugins.registry import PluginError
 from mobile_robot_control.reference.cart import CurveParameters
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.registry import PluginError
 
 PLUGINS = Path(__file__).parents[1] / 'plugins'
 LAW = '''
@@ -197,7 +197,7 @@ def test_files_are_handed_on_to_other_processes(registered):
 def test_the_environment_names_files_and_what_fails_harms_nothing(tmp_path):
     broken = written(tmp_path, 'import nowhere', 'broken.py')
     code = ('from mobile_robot_control.control.laws import LAWS; print(list(LAWS));'
-            'from mobile_robot_control.parameters.configuration import configure;'
+            'from mobile_robot_control.configuration.configure import configure;'
             "configure({'position_controller': {'controller_type': 'broken'}})")
     done = subprocess.run(
         [sys.executable, '-c', code], capture_output=True, text=True, check=False,

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mobile_robot_control.texts import printable, shortened
+from mobile_robot_control.system.texts import printable, shortened
 
 TEXTS = st.text(st.characters(codec=None), max_size=40)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.topics import (
     LOOP_TOPICS,
     LOOPS,

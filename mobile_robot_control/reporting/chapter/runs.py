@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control import hybrid_backstepping
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_pi import VelocityGains
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Observation
 from mobile_robot_control.recording.collector import Collector
 from mobile_robot_control.reporting.series import Series

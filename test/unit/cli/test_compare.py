@@ -7,8 +7,9 @@ import pytest
 from bag_making import record
 from harness import CONFIG
 
-from mobile_robot_control.cli import experiment, experiment_run, report
-from mobile_robot_control.cli.experiment_result import ExperimentResult
+from mobile_robot_control.cli import experiment, report
+from mobile_robot_control.experiment import recorded_run
+from mobile_robot_control.experiment.result import ExperimentResult
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
@@ -21,13 +22,13 @@ def ran(monkeypatch):
     parameters_by_name = {}
     monkeypatch.delenv('ROS_DOMAIN_ID')
 
-    def run(parameters, output, namespace, composed, patience, stop, bar, watchdog, drive):
+    def run(parameters, output, namespace, composed, patience, stop, bar, supervisor, course):
         parameters_by_name[output.name] = parameters
         record(output / 'bag', rollout(parameters, parameters.plant.duration))
         stop.requested = output.name == 'stopped'
         return ExperimentResult(*(('node_died', 'no answer') if output.name == 'broken' else ('completed', '')))
 
-    monkeypatch.setattr(experiment_run, 'run_experiment', run)
+    monkeypatch.setattr(recorded_run, 'run_experiment', run)
     monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
     return parameters_by_name
@@ -83,7 +84,7 @@ def test_no_run_starts_when_one_file_or_folder_is_refused(ran, tmp_path, capsys)
 
 
 def test_a_refused_run_leaves_its_folder_as_it_was_and_those_of_the_runs_before_it(ran, tmp_path, monkeypatch, capsys):
-    run = experiment_run.run_experiment
+    run = recorded_run.run_experiment
 
     def refuse_the_second(parameters, output, *arguments, **options):
         if ran:
@@ -91,7 +92,7 @@ def test_a_refused_run_leaves_its_folder_as_it_was_and_those_of_the_runs_before_
             raise ParameterError(['another node publishes'])
         return run(parameters, output, *arguments, **options)
 
-    monkeypatch.setattr(experiment_run, 'run_experiment', refuse_the_second)
+    monkeypatch.setattr(recorded_run, 'run_experiment', refuse_the_second)
     out = tmp_path / 'out'
     (out / 'hybrid_backstepping').mkdir(parents=True)
     (out / 'hybrid_backstepping' / 'notes.txt').write_text('mine')

@@ -2,9 +2,9 @@
 
 import pytest
 
-from mobile_robot_control.cli.experiment_folders import experiment_folders
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.experiment.folders import experiment_folders
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import Configuration
 
 
 @pytest.fixture

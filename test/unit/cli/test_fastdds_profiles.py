@@ -3,7 +3,7 @@
 import os
 from xml.etree import ElementTree
 
-from mobile_robot_control.cli import fastdds_profiles
+from mobile_robot_control.experiment import fastdds_profiles
 
 
 def test_settings_are_written_to_a_file_named_in_the_environment(tmp_path, monkeypatch):

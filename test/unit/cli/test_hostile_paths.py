@@ -6,7 +6,7 @@ import pytest
 from harness import CONFIG
 
 from mobile_robot_control.cli import experiment, report, simulate, study, tune
-from mobile_robot_control.cli.options import distinct
+from mobile_robot_control.system.texts import distinct
 
 TUNE = ['velocity', '--seed', '1', '--generations', '1', '--population', '5', '--workers', '1']
 

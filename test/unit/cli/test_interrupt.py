@@ -16,7 +16,7 @@ def test_an_interrupted_simulation_writes_what_was_done(tmp_path, monkeypatch, c
                 os.kill(os.getpid(), signal.SIGINT)
             yield sample
 
-    monkeypatch.setattr(simulate, 'rollout', interrupted)
+    monkeypatch.setattr('mobile_robot_control.simulation.simulate.rollout', interrupted)
     output = tmp_path / 'run.csv'
     before = signal.getsignal(signal.SIGINT)
     assert simulate.main(['--duration', '16', '--output', str(output), '--json']) == 1
@@ -26,7 +26,9 @@ def test_an_interrupted_simulation_writes_what_was_done(tmp_path, monkeypatch, c
     assert metrics['outcome'] == 'interrupted'
     assert 0.3 < metrics['duration'] < 0.5
     assert f'simulate: interrupted at t = {metrics["duration"]} s' in errors
-    assert json.loads(output.with_suffix('.metrics.json').read_text()) == metrics
+    written = json.loads(output.with_suffix('.metrics.json').read_text())
+    assert written.pop('provenance')['command_line'].startswith('simulate --duration 16')
+    assert written == metrics
     with output.open() as file:
         rows = Rows(file)
         assert [sample.time for sample in rows][-1] == metrics['duration']

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.cli import search_run, simulate, study, tune
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.api import search_files
+from mobile_robot_control.cli import simulate, study, tune
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation import batch
 
 PLUGINS = Path(__file__).parents[2] / 'plugins'
@@ -21,7 +22,7 @@ SEARCH = ['my_kanayama', '--seed', '3', '--population', '7', '--workers', '1', '
 @pytest.fixture(autouse=True)
 def plain(registered, monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_run, 'draw_search', lambda *_: '')
+    monkeypatch.setattr(search_files, 'draw_search', lambda *_: '')
 
 
 def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):

@@ -30,7 +30,7 @@ RAISES = ['KeyError("one\\ntwo\\x1b[2J")', 'SystemExit(3)', 'GeneratorExit', 'Ba
 def test_a_value_that_is_refused_is_one_line(capsys):
     with pytest.raises(SystemExit):
         simulate.main(['--duration', 'one\ntwo\x1b[2J'])
-    assert "'one\\ntwo\\x1b[2J' is not a positive number" in capsys.readouterr().err
+    assert "'one\\ntwo\\x1b[2J' is of type str; write a number [s]" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('raised', RAISES)

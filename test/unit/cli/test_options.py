@@ -1,14 +1,19 @@
 """Options shared by the commands, and errors as messages and exit codes."""
 
-import argparse
-
+import numpy as np
 import pytest
 
 from mobile_robot_control import __version__
 from mobile_robot_control.cli import experiment, report, simulate, study, tune
-from mobile_robot_control.cli.command_parser import make_parser
-from mobile_robot_control.cli.options import configuration, make_main, positive, writable_file
+from mobile_robot_control.cli.command_parser import make_parser, request_of, sources_of
+from mobile_robot_control.cli.main import make_main
+from mobile_robot_control.configuration.sources import parameter_sources
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.system.files import writable_file
+from mobile_robot_control.tuning.searching import SearchRequest
+from mobile_robot_control.tuning.studying import StudyRequest
+from mobile_robot_control.tuning.workers import Workers
 
 
 def _raising(error):
@@ -19,7 +24,7 @@ def _raising(error):
 
 
 def _exit_code(run):
-    return make_main('name', lambda _: None, run)([])
+    return make_main(lambda: make_parser('name', ''), run)([])
 
 
 def test_main_returns_the_exit_code_of_the_command():
@@ -47,15 +52,41 @@ def test_later_files_and_overrides_take_precedence(tmp_path):
         '--params-file', str(tmp_path / 'first'), '--params-file', str(tmp_path / 'second'),
         '-p', '/**.robot.inertia:=7', '-p', 'plant.duration:=3.0',
     ])
-    made = configuration(options, extra=['plant.duration:=4.0'])
+    made = sources_of(options).with_values({'plant.duration': 4.0}).configuration()
     assert (made.plant.shared.robot.mass, made.plant.shared.robot.inertia, made.plant.duration) == (2.0, 7.0, 4.0)
 
 
-@pytest.mark.parametrize('text', ['0', '-1', 'nan', 'inf', 'long'])
-def test_a_duration_must_be_positive(text):
-    with pytest.raises(argparse.ArgumentTypeError, match='not a positive number'):
-        positive(text)
-    assert positive('16') == 16.0
+@pytest.mark.parametrize(('text', 'reason'), [
+    ('0', 'it must be above 0.0 s'), ('-1', 'it must be above 0.0 s'), ('nan', 'it must be a finite number'),
+    ('inf', 'it must be a finite number'), ('long', 'write a number [s]'),
+])
+def test_a_duration_must_be_positive(capsys, text, reason):
+    with pytest.raises(SystemExit):
+        simulate.parser().parse_args(['--duration', text])
+    assert reason in capsys.readouterr().err
+
+
+def test_a_request_has_what_the_options_and_what_keywords_say():
+    options = tune.parser().parse_args([
+        'fuzzy', '--seed', '1', '--start=-0.2,0,0', '--start', '0,1,2', '--mass', '0.8', '1.2', '--bounds', 'k1=0:5',
+        '--with-velocity', '--workers', '2', '--robot', 'chapter', '--output', 'x.yaml'])
+    made = make_request(SearchRequest, {
+        'sources': parameter_sources(robot='chapter'), 'controller': 'fuzzy', 'seed': 1, 'mass': np.array([0.8, 1.2]),
+        'start': [(-0.2, 0, 0), (0, 1, 2)], 'bounds': {'k1': (0, 5)}, 'with_velocity': True, 'workers': 2})
+    assert request_of(SearchRequest, options) == made
+    assert made.where == Workers(2)
+    assert made.scenarios.friction == (1.0,)
+
+
+def test_keywords_are_refused_all_at_once():
+    with pytest.raises(ParameterError) as raised:
+        make_request(SearchRequest, {'controller': 'fuzy', 'seed': -1, 'laps': '2', 'variation': 1.0, 'lap': 3,
+                                     'start': [(0.0, 1.0)], 'curves': 'circle'})
+    assert [violation.partition(' is ')[0] for violation in raised.value.violations] == [
+        "unknown option 'lap'; did you mean 'laps'?", "controller = 'fuzy'", 'seed = -1', "laps = '2'",
+        'start = (0.0, 1.0): write DX,DY,DYAW, such as --start=-0.2,0,0, or three numbers', 'variation = 1.0']
+    with pytest.raises(ParameterError, match='runs is missing; it is needed: random runs of each controller'):
+        make_request(StudyRequest, {'seed': 1})
 
 
 def test_writable_file_makes_its_folder_and_keeps_what_is_there(tmp_path):

@@ -6,12 +6,11 @@ import json
 import pytest
 
 from mobile_robot_control.cli import report, simulate, study, tune
-from mobile_robot_control.cli.command_parser import make_parser
-from mobile_robot_control.cli.experiment_folders import experiment_folders
-from mobile_robot_control.cli.options import configuration, configuration_text
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.cli.command_parser import make_parser, sources_of
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import configuration_text, load
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.experiment.folders import experiment_folders
 
 COMMANDS = {
     'simulate': ['--duration', '1'],
@@ -48,7 +47,7 @@ def test_parameter_files_and_overrides_win_over_the_robot(tmp_path, robot):
     (tmp_path / 'file.yaml').write_text('/**: {ros__parameters: {robot.inertia: 0.4, robot.wheel_radius: 0.04}}')
     options = make_parser('name', 'what it does').parse_args(
         ['-p', '/**.robot.wheel_radius:=0.05', '--params-file', str(tmp_path / 'file.yaml'), '--robot', robot])
-    made = configuration(options).plant.shared.robot
+    made = sources_of(options).configuration().plant.shared.robot
     assert (made.mass, made.inertia, made.wheel_radius) == (3.0, 0.4, 0.05)
 
 
@@ -107,7 +106,7 @@ def test_a_study_is_made_of_the_robot_with_the_compared_gains_on_top(capsys, tmp
 
 def test_a_report_takes_the_robot_for_a_run_that_has_no_parameters(capsys, tmp_path, robot, monkeypatch):
     assumed = []
-    monkeypatch.setattr(report, 'report', lambda *arguments, **_: assumed.append(arguments[3]) or [])
+    monkeypatch.setattr(report, 'report', lambda *arguments, **_: assumed.append(arguments[4]) or [])
     for options in ([], ['--robot', robot]):
         assert report.main(['run.csv', '--output', str(tmp_path / 'out'), *options]) == 0
     capsys.readouterr()

@@ -3,9 +3,9 @@
 import pytest
 
 from mobile_robot_control.cli import experiment, simulate, study, tune
-from mobile_robot_control.cli.run_length import ONE_RUN, check_run_length
+from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
+from mobile_robot_control.simulation.run_length import ONE_RUN, check_run_length
 
 TUNE = ['backstepping', '--seed', '1']
 STUDY = ['--runs', '1', '--seed', '1']
@@ -18,11 +18,9 @@ def no_signal_handlers(monkeypatch):
 
 
 @pytest.mark.parametrize(('command', 'arguments', 'refusal'), [
-    (simulate, ['--duration', '1e300'], '--duration 1e+300: 5e+302 steps at velocity_rate = 500 Hz would take too'),
-    (simulate, ['--duration', '1.7e308'], '--duration 1.7e+308: inf steps'),
+    (simulate, ['--duration', '1e11'], 'duration = 1e+11: 5e+13 steps at velocity_rate = 500 Hz would take too'),
     (simulate, ['--duration', '1e-9'], 'is too short for a step at velocity_rate = 500 Hz; ask for at least 0.002 s'),
     (experiment, ['--duration', '1e-9'], 'duration = 1e-09 s is too short for a step'),
-    (experiment, ['--duration', '1e300'], 'duration = 1e+300 is beyond 1e+12'),
     (tune, [*TUNE, '--laps', '1e9'], '--laps 1e+09 of reference_cart.period = 16.0 s: 8e+12 steps'),
     (tune, [*TUNE, '--laps', '1e-9'], '--laps 1e-09 of reference_cart.period = 16.0 s: 1.6e-08 s is too short'),
     (tune, [*TUNE, '-p', 'reference_cart.period:=1e12'], 'reference_cart.period = 1000000000000.0 s: 5e+14 steps'),
@@ -36,6 +34,7 @@ def test_a_run_without_a_step_or_an_end_is_refused(tmp_path, capsys, command, ar
 
 
 @pytest.mark.parametrize(('command', 'arguments'), [
+    (simulate, ['--duration', '1e300']), (experiment, ['--duration', '1.7e308']),
     (tune, [*TUNE, '--population', '1000000000']), (tune, [*TUNE, '--generations', 400 * '9']),
     (tune, [*TUNE, '--random', '1000000000']), (tune, [*TUNE, '--workers', '1000000']),
     (tune, [*TUNE, '--delays', '1', '9']),
@@ -45,7 +44,8 @@ def test_a_number_without_measure_is_bad_usage(tmp_path, capsys, command, argume
     with pytest.raises(SystemExit) as ended:
         command.main([*arguments, '--output', str(tmp_path / 'out')])
     assert ended.value.code == 2
-    assert 'is too large; ask for at most' in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert 'at most' in error or 'is beyond 1e+12; write a smaller number' in error or 'is not finite' in error
 
 
 def test_one_step_and_the_longest_run_pass():

@@ -4,40 +4,38 @@ import json
 
 import pytest
 
-from mobile_robot_control.cli import simulate
-from mobile_robot_control.cli.command_parser import make_parser
-from mobile_robot_control.cli.options import configuration
-from mobile_robot_control.cli.scenario_options import add_scenario_options, scenarios
-from mobile_robot_control.parameters.configuration import at_cart_start, configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.cli import simulate, tune
+from mobile_robot_control.cli.command_parser import request_of
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.quantities import Pose
+from mobile_robot_control.tuning.searching import Search, SearchRequest
 
 
-def _options(*arguments):
-    parser = make_parser('name', '')
-    add_scenario_options(parser)
-    return parser.parse_args(arguments)
+def _search(*arguments):
+    words = ['backstepping', '--seed', '1', '--output', 'unused.yaml', *arguments]
+    return Search(request_of(SearchRequest, tune.parser().parse_args(words)))
 
 
 @pytest.mark.parametrize('curve', ['trifolium', 'lemniscate', 'circle', 'line'])
 def test_the_robot_starts_at_the_cart_with_its_heading(curve):
-    options = _options('-p', f'reference_cart.curve:={curve}', '-p', 'reference_cart.scale:=2.0', '-p',
+    search = _search('-p', f'reference_cart.curve:={curve}', '-p', 'reference_cart.scale:=2.0', '-p',
                        'reference_cart.phase:=0.25', '-p', 'reference_cart.center:=[1.0, -3.0]')
-    parameters = configuration(options)
+    parameters = search.parameters
     assert parameters == at_cart_start(parameters)
     assert parameters.plant.initial_pose != configure({}).plant.initial_pose
 
 
 def test_the_default_curve_starts_where_a_plant_without_parameters_does():
-    assert configuration(_options()) == configure({})
+    assert _search().parameters == configure({})
 
 
 def test_a_given_pose_stays(tmp_path):
     given = 'plant.initial_pose:=[0.8, 0.1, 0.2]'
-    assert configuration(_options('-p', given, '-p', 'reference_cart.scale:=2.0')).plant.initial_pose == (0.8, 0.1, 0.2)
+    assert _search('-p', given, '-p', 'reference_cart.scale:=2.0').parameters.plant.initial_pose == (0.8, 0.1, 0.2)
     file = tmp_path / 'pose.yaml'
     file.write_text('/**/plant: {ros__parameters: {initial_pose: [0.8, 0.1, 0.2]}}')
-    assert configuration(_options('--params-file', str(file))).plant.initial_pose == (0.8, 0.1, 0.2)
+    assert _search('--params-file', str(file)).parameters.plant.initial_pose == (0.8, 0.1, 0.2)
 
 
 def test_a_larger_curve_is_followed_from_the_start(capsys):
@@ -53,5 +51,5 @@ def test_the_pose_that_was_used_is_recorded(tmp_path, capsys):
 
 def test_scenarios_start_with_the_cart_unless_a_pose_is_given():
     for arguments, start in (((), Pose(0.0, 0.0, 0.0)), (('-p', 'plant.initial_pose:=[1.0, 0.0, 0.0]'), None)):
-        options = _options('--scales', '0.5', '2.0', *arguments)
-        assert [scenario.start for scenario in scenarios(options, configuration(options))] == [start, start]
+        search = _search('--scales', '0.5', '2.0', *arguments)
+        assert [scenario.start for scenario in search.goal.scenarios] == [start, start]

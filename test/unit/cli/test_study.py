@@ -1,16 +1,17 @@
 """The command `study`: its numbers, files and exit codes."""
 
 import csv
-import json
 import math
 import os
 import signal
 
 import pytest
+from harness import numbers_in
 
-from mobile_robot_control.cli import study, study_run
+from mobile_robot_control.cli import study
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.indices import INDICES
+from mobile_robot_control.tuning import studying
 
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
 SCALES = ['--scales', '0.05', '0.1', '--within', '0.5']
@@ -27,7 +28,7 @@ def run(folder, *arguments):
 
 def read(folder):
     with (folder / 'runs.csv').open() as file:
-        return json.loads((folder / 'study.json').read_text()), list(csv.DictReader(file))
+        return numbers_in(folder / 'study.json'), list(csv.DictReader(file))
 
 
 def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
@@ -175,14 +176,14 @@ def test_a_study_is_replaced_only_where_that_is_asked_for(tmp_path, capsys):
 
 
 def test_an_interrupted_study_holds_what_was_done(tmp_path, monkeypatch, capsys):
-    judge = study_run.judge
+    judge = studying.judge
 
     def interrupted(trial, outcome, within):
         os.kill(os.getpid(), signal.SIGINT)
-        monkeypatch.setattr(study_run, 'judge', judge)
+        monkeypatch.setattr(studying, 'judge', judge)
         return judge(trial, outcome, within)
 
-    monkeypatch.setattr(study_run, 'judge', interrupted)
+    monkeypatch.setattr(studying, 'judge', interrupted)
     assert run(tmp_path, '--runs', 150) == 1
     found, rows = read(tmp_path)
     assert found['outcome'] == 'interrupted'

@@ -11,9 +11,10 @@ import time
 import pytest
 from processes import wait_until
 
-from mobile_robot_control.cli import search_run, tune
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
+from mobile_robot_control.api import search_files
+from mobile_robot_control.cli import tune
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
@@ -30,8 +31,8 @@ START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.
 def plain(request, monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
     if 'picture' not in request.node.name:
-        monkeypatch.setattr(search_run, 'draw_search', lambda *_: '')
-        monkeypatch.setattr(search_run, 'write_search_page', lambda *_: None)
+        monkeypatch.setattr(search_files, 'draw_search', lambda *_: '')
+        monkeypatch.setattr(search_files, 'write_search_page', lambda *_: None)
 
 
 def run(*arguments):

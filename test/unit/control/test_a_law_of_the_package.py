@@ -28,7 +28,7 @@ def test_a_law_is_one_file_and_one_line(tmp_path):
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)['outcome'] == 'completed'
     helped = subprocess.run(
-        [sys.executable, '-c', 'from mobile_robot_control.tuning.search_space import searches; print(searches())'],
+        [sys.executable, '-c', 'from mobile_robot_control.tuning.search_space import SEARCHES; print([*SEARCHES])'],
         capture_output=True, text=True, check=True, cwd=tmp_path, env=os.environ | {'PYTHONPATH': str(tmp_path)})
     laws_before = [law.name for law in BUILT_IN]
     assert ast.literal_eval(helped.stdout) == ['velocity', *laws_before[:3], 'my_kanayama', *laws_before[3:]]

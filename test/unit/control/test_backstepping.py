@@ -5,11 +5,11 @@ import math
 import pytest
 from observation import observed
 
+from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 GAINS = BacksteppingGains(p=1.5, q=0.5, alpha=1.0, f=2.0, g=3.0)

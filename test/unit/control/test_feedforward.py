@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control.bumpless_transfer import begin, change, step
 from mobile_robot_control.control.feedforward import Feedforward, inverse_dynamics
 from mobile_robot_control.control.laws import PositionControl
@@ -16,8 +18,6 @@ from mobile_robot_control.model.dynamics import at_rest
 from mobile_robot_control.model.dynamics import step as move
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.quantities import (
     BodyAcceleration,
     BodyVelocity,

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.control.latency import (
     NO_ODOMETRY,
     HeldOdometry,
@@ -13,7 +14,6 @@ from mobile_robot_control.control.latency import (
     held_age,
     held_odometry,
 )
-from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.batch import run_trials

@@ -3,6 +3,8 @@
 import pytest
 from observation import observed
 
+from mobile_robot_control.configuration.files import is_ros_parameter
+from mobile_robot_control.configuration.nodes import PositionControllerParameters
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.dynamic_feedback_linearization import CompensatorState
@@ -13,8 +15,6 @@ from mobile_robot_control.control.membership import FuzzyGains
 from mobile_robot_control.control.sliding_mode import SlidingState
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.files import is_ros_parameter
-from mobile_robot_control.parameters.nodes import PositionControllerParameters
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 PARAMETERS = PositionControl(

@@ -5,11 +5,11 @@ from concurrent.futures import Future
 
 import pytest
 
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.dashboard.actions import Actions
 from mobile_robot_control.dashboard.recordings import save_parameters
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import Configuration
 
 
 class Book:

@@ -3,9 +3,9 @@
 import pytest
 from rcl_interfaces.msg import ParameterDescriptor, ParameterValue
 
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.dashboard.parameter_entries import described_entry, known_entries, plain_value
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.nodes import NODES
 from mobile_robot_control.ros.parameter_bridge import declare
 
 TYPES = {bool: 1, int: 2, float: 3, str: 4, list: 8}

@@ -2,9 +2,9 @@
 
 import pytest
 
-from mobile_robot_control.parameters.addressing import addressed_nodes, full_names, namespace_fault, unreached
+from mobile_robot_control.configuration.addressing import addressed_nodes, full_names, namespace_fault, unreached
+from mobile_robot_control.configuration.files import load, merge_sections
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.files import load, merge_sections
 
 RENAMED = full_names('/', {'position_controller': 'pc'})
 

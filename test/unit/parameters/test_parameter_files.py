@@ -2,17 +2,17 @@
 
 import pytest
 
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.parameters.files import (
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import (
     load,
     merge_sections,
     parameter_file_text,
     read_override,
     read_parameter_file,
 )
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import flatten
 
 
 @pytest.fixture
@@ -23,6 +23,10 @@ def file(tmp_path):
         path.write_text(text, encoding='utf-8')
         return path
     return make
+
+
+def _value(text):
+    return read_override(text)[1:]
 
 
 def only(call, *arguments, **options):
@@ -139,17 +143,17 @@ def test_numbers_are_read_as_rcl_reads_them(file, text, number):
 
 @pytest.mark.parametrize('text', ['e3', '1e', '1e3x', '1-e3', 'odom1e3'])
 def test_texts_that_only_resemble_numbers_stay_texts(text):
-    assert read_override(f'plant.odom_frame_id:={text}') == ('plant', {'odom_frame_id': text})
+    assert _value(f'plant.odom_frame_id:={text}') == ('plant', {'odom_frame_id': text})
 
 
 def test_an_override_is_split_into_node_parameter_and_value():
-    assert read_override('plant.duration:=5') == ('plant', {'duration': 5})
-    assert read_override('/plant.duration:=1e1') == ('/plant', {'duration': 10.0})
-    assert read_override('/**.position_rate:=50.0') == ('/**', {'position_rate': 50.0})
-    assert read_override('velocity_controller.gains.k1:=2.5') == ('velocity_controller', {'gains.k1': 2.5})
-    assert read_override('plant.initial_pose:=[1.0, 0.0, 0.5]') == ('plant', {'initial_pose': [1.0, 0.0, 0.5]})
-    assert read_override('plant.odom_frame_id:=a:=b') == ('plant', {'odom_frame_id': 'a:=b'})
-    assert read_override('plant.publish_clock:=false') == ('plant', {'publish_clock': False})
+    assert _value('plant.duration:=5') == ('plant', {'duration': 5})
+    assert _value('/plant.duration:=1e1') == ('/plant', {'duration': 10.0})
+    assert _value('/**.position_rate:=50.0') == ('/**', {'position_rate': 50.0})
+    assert _value('velocity_controller.gains.k1:=2.5') == ('velocity_controller', {'gains.k1': 2.5})
+    assert _value('plant.initial_pose:=[1.0, 0.0, 0.5]') == ('plant', {'initial_pose': [1.0, 0.0, 0.5]})
+    assert _value('plant.odom_frame_id:=a:=b') == ('plant', {'odom_frame_id': 'a:=b'})
+    assert _value('plant.publish_clock:=false') == ('plant', {'publish_clock': False})
 
 
 @pytest.mark.parametrize('text', [

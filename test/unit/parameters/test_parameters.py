@@ -224,3 +224,8 @@ def test_nearest_offers_one_name_or_all():
 ])
 def test_bounds_are_described_in_words(field, text):
     assert describe_bounds(field) == text
+
+
+def test_a_number_that_nodes_would_read_as_a_text_is_refused():
+    with pytest.raises(ParameterError, match=r'pose = .*2\.2e-311.* is too small for parameter files of ROS; write 0'):
+        build(Cart, {'pose': [0.0, 0.0, 2.2e-311]})

@@ -6,8 +6,8 @@ import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
+from mobile_robot_control.configuration.files import load, read_override
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.files import load, read_override
 from mobile_robot_control.parameters.rcl_yaml import as_rcl, dump_yaml, parse_yaml
 from mobile_robot_control.ros.ros_arguments import check_ros_arguments
 

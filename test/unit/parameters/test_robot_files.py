@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.robot_files import robot_file, shipped_robots
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.parameters.robot_files import robot_file, shipped_robots
 
 ROBOTS = Path(__file__).parents[3] / 'config' / 'robots'
 
@@ -65,6 +65,6 @@ def test_an_unknown_name_is_refused_with_the_names_there_are(robot):
 
 
 def test_a_package_without_robots_says_so(monkeypatch):
-    monkeypatch.setattr('mobile_robot_control.parameters.robot_files.shipped_robots', dict)
+    monkeypatch.setattr('mobile_robot_control.configuration.robot_files.shipped_robots', dict)
     with pytest.raises(ParameterError, match=r"'chapter': the package is installed without its robots; name a par"):
         robot_file('chapter')

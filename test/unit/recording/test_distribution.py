@@ -7,7 +7,7 @@ import pytest
 import yaml
 from bag_making import record
 
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import ros_distribution
 from mobile_robot_control.simulation.rollout import rollout

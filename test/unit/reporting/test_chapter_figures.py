@@ -9,11 +9,10 @@ import pytest
 from harness import CONFIG
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mobile_robot_control.cli.command_parser import make_parser
-from mobile_robot_control.cli.options import positive
+from mobile_robot_control.cli import simulate
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.hybrid_backstepping import HybridState
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
 from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.reporting.chapter import chromosomes, fuzzy_gains, index
 from mobile_robot_control.reporting.chapter.membership_figures import EVOLVED_FIGURES
@@ -38,10 +37,7 @@ def test_the_command_of_a_figure_has_valid_options_and_files(figure):
     for line in figure.command.splitlines():
         words = shlex.split(line)
         if words[0] == 'simulate':
-            made = make_parser('simulate', '')
-            made.add_argument('--duration', type=positive)
-            made.add_argument('--output')
-            options = made.parse_args(words[1:])
+            options = simulate.parser().parse_args(words[1:])
             configure(load([CONFIG.parent / name for name in options.params_files], options.overrides))
         elif words[0] == 'cat':
             assert (CONFIG.parent / words[1]).is_file()

@@ -12,6 +12,7 @@ from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.reporting import first_screen, report_writing
 from mobile_robot_control.reporting.chart_page import chart_scripts
 from mobile_robot_control.reporting.first_screen import replay_scripts
+from mobile_robot_control.reporting.reports import load_run
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.run_files import UnreadableRunError
 from mobile_robot_control.reporting.starts_map import Start, Starts, draw_starts_map
@@ -71,7 +72,7 @@ def test_a_file_whose_name_is_no_utf_8_is_drawn_and_shown(table, tmp_path):
 
 def _read(path):
     """Read a run as the command does, without drawing it."""
-    return report.load_run('run', path, quiet=True)
+    return load_run('run', path, quiet=True)
 
 
 def test_broken_parameters_beside_a_run_hide_no_run(table, tmp_path, capsys):

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.cli import search_run, tune
+from mobile_robot_control.api import search_files
+from mobile_robot_control.cli import tune
+from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.reporting import law_results, law_searches
 from mobile_robot_control.reporting.law_results import (
     CURVES,
@@ -173,7 +174,7 @@ def test_a_search_that_was_interrupted_goes_on_and_one_that_is_done_does_not_run
         '--seed 1 --population 5 --generations 3 --laps 0.5 -p /**.velocity_rate:=100.0 -p /**.position_rate:=50.0 '
         '-p reference_cart.period:=0.5 -p reference_cart.scale:=0.05 --workers 1 --keep k1 ti1 k2 ti2'))
     monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_run, 'draw_search', lambda *_: '<svg/>')
+    monkeypatch.setattr(search_files, 'draw_search', lambda *_: '<svg/>')
     ran = []
 
     def run(command, *more, progress=False):

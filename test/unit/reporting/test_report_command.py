@@ -7,13 +7,13 @@ import shutil
 
 import pytest
 from bag_making import record
-from harness import CONFIG
+from harness import CONFIG, numbers_in
 from measuring import configuration
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from mobile_robot_control.cli import report, simulate
-from mobile_robot_control.cli.options import configuration_text
+from mobile_robot_control.configuration.files import configuration_text
 from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.metrics_table import metrics_table
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
@@ -55,7 +55,7 @@ def fingerprint(folder):
 def reported(output, *arguments):
     """Run the command; return its metrics by run and its page."""
     assert report.main([*map(str, arguments), '--output', str(output)]) == 0
-    return json.loads((output / 'report.json').read_text()), (output / 'report.html').read_text()
+    return numbers_in(output / 'report.json'), (output / 'report.html').read_text()
 
 
 def assert_same(first, second):
@@ -80,7 +80,7 @@ def test_a_bag_and_a_table_of_one_run_give_the_same_page_but_for_the_timing(runs
     of_bag, bag_page = reported(tmp_path / 'bag', runs / 'run')
     assert of_table['run']['problems'] == []
     assert_same(of_bag, of_table)
-    assert_same(json.loads((runs / 'run.metrics.json').read_text()) | {'problems': []}, of_table['run'])
+    assert_same(numbers_in(runs / 'run.metrics.json') | {'problems': []}, of_table['run'])
     timing = re.compile(r'<section id="timing">.*(?=<section id="configuration">)|<li><a href="#timing">.*?</li>',
                         re.DOTALL)
     assert timing.search(bag_page)
@@ -88,7 +88,8 @@ def test_a_bag_and_a_table_of_one_run_give_the_same_page_but_for_the_timing(runs
     assert 'no message was lost' in bag_page
     assert 'no row of its table is missing' in table_page
     # numbers and drawings differ in the last digits of what went through a quaternion
-    plain = re.compile(r'base64,[^"]+|<script type="application/json".*?</script>|no [^.<]+(was lost|is missing)\.')
+    plain = re.compile(r'base64,[^"]+|<script type="application/json".*?</script>|no [^.<]+(was lost|is missing)\.'
+                       '|<pre class="command">.*?</pre>')
     assert plain.sub('', timing.sub('', bag_page)) == plain.sub('', table_page)
     assert 'hybrid_backstepping' in table_page
     assert fingerprint(runs) == before
@@ -178,7 +179,7 @@ TORQUES = {'initial_wheel_torque', 'peak_wheel_torque', 'peak_wheel_power', 'ene
 ], ids='-'.join)
 def test_a_bag_with_odometry_and_reference_has_the_metrics_that_follow_from_its_topics(runs, tmp_path, topics):
     metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, *topics))
-    found, expected = metrics[tmp_path.name], json.loads((runs / 'run.metrics.json').read_text())
+    found, expected = metrics[tmp_path.name], numbers_in(runs / 'run.metrics.json')
     assert f'no messages on {", ".join(topic for topic in LOOP_TOPICS if topic in topics)}' in page
     assert ('tracking error is computed from odom and reference' in page) == ('tracking_error' in topics)
     if 'joint_states' in topics:

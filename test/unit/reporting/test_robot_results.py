@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.parameters.robot_files import shipped_robots
+from mobile_robot_control.configuration.robot_files import shipped_robots
 from mobile_robot_control.reporting import robot_results
 from mobile_robot_control.reporting.robot_results import (
     PART,

@@ -5,14 +5,15 @@ import math
 import pytest
 from measuring import configuration
 
+from mobile_robot_control.analysis.promises import promise
+from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.search_page import convergence, write_search_page
 from mobile_robot_control.reporting.series import collect
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import recorded
-from mobile_robot_control.tuning.promises import promise
-from mobile_robot_control.tuning.scenarios import configured_scenario
+from mobile_robot_control.simulation.scenarios import configured_scenario
 from mobile_robot_control.tuning.search import Generation
 
 HISTORY = [Generation(1, 8.0, 20.0, 3), Generation(2, 6.5, math.nan, 41), Generation(3, 4.2, 9.0, 0)]
@@ -40,7 +41,7 @@ def test_the_history_is_complete_and_a_mean_that_is_not_known_is_none():
 def test_the_page_of_a_search_has_convergence_both_loops_and_what_holds(browser, holds, tmp_path, width, scheme):
     file = tmp_path / 'found.html'
     write_search_page(file, 'fuzzy: objective <4.2>', HISTORY, [run('before', 'backstepping'), run('after', 'fuzzy')],
-                      holds, SVG)
+                      holds, SVG, provenance('tune fuzzy', None))
     browser.show(file, width, scheme)
     assert browser.errors() == []
     assert browser.requests() == [file.as_uri()]
@@ -62,7 +63,8 @@ def test_the_page_of_a_search_has_convergence_both_loops_and_what_holds(browser,
 
 def test_a_search_of_one_generation_whose_loop_did_not_move_before_has_a_page(browser, holds, tmp_path):
     file = tmp_path / 'found.html'
-    write_search_page(file, 'fuzzy', [Generation(1, 4.2, math.nan, 8)], [run('after', 'fuzzy')], holds, SVG)
+    write_search_page(file, 'fuzzy', [Generation(1, 4.2, math.nan, 8)], [run('after', 'fuzzy')], holds, SVG,
+                      provenance('tune fuzzy', None))
     browser.show(file, 1280)
     assert browser.errors() == []
     assert 'mean not known' in browser.evaluate('document.querySelector("#search .legend").textContent')

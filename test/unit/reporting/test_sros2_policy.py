@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from policy_reading import allowed, faults
 
-from mobile_robot_control.parameters.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.reporting.sros2_policy import policy, write_policy
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 

@@ -7,8 +7,9 @@ import pytest
 from measuring import configuration
 from processes import wait_until
 
-from mobile_robot_control.cli.study import replayed_runs
-from mobile_robot_control.cli.study_run import StudiedController
+from mobile_robot_control.analysis.promises import promise
+from mobile_robot_control.api.study_files import replayed_runs
+from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.reference.cart import reference_at
@@ -23,10 +24,10 @@ from mobile_robot_control.reporting.study_page import (
     write_study_page,
 )
 from mobile_robot_control.simulation.rollout import trial_rollout
+from mobile_robot_control.simulation.scenarios import scenario_trial
 from mobile_robot_control.simulation.trial import make_rollout
 from mobile_robot_control.tuning.monte_carlo import Judged, ScenarioDistribution, draw_scenarios, judge
-from mobile_robot_control.tuning.promises import promise
-from mobile_robot_control.tuning.scenarios import scenario_trial
+from mobile_robot_control.tuning.studying import StudiedController
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
 PARAMETERS = configuration(100.0, 50.0, reference_cart={'period': 1.0})
@@ -87,7 +88,8 @@ def test_the_numbers_of_a_study_can_be_written_where_a_run_diverged(runs):
 def written(runs, tmp_path_factory):
     file = tmp_path_factory.mktemp('study') / 'study.html'
     others = runs._replace(judged=runs.judged[:4])
-    write_study_page(file, {'<b>law</b>': runs, 'other': others}, NEAR, SVG, interrupted=True)
+    made = provenance('study <x>', dict.fromkeys(('<b>law</b>', 'other'), configuration()))
+    write_study_page(file, {'<b>law</b>': runs, 'other': others}, NEAR, SVG, made, interrupted=True)
     return file
 
 

@@ -1,15 +1,15 @@
 """Reports name the error that they mean, and take the true one wherever it is known: from tables and from bags."""
 
 import io
-import json
 import math
 
 import pytest
 from bag_making import record
+from harness import numbers_in
 from measuring import configuration, measured
 
 from mobile_robot_control.cli import report, simulate
-from mobile_robot_control.cli.options import configuration_text
+from mobile_robot_control.configuration.files import configuration_text
 from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS, TRUTH_COLUMNS, Rows, write_csv
 from mobile_robot_control.reporting import report_writing
@@ -37,7 +37,7 @@ def quick(monkeypatch):
 
 def reported(folder, run):
     assert report.main([f'run={run}', '--output', str(folder)]) == 0
-    return json.loads((folder / 'report.json').read_text())['run'], (folder / 'report.html').read_text()
+    return numbers_in(folder / 'report.json')['run'], (folder / 'report.html').read_text()
 
 
 def experiment(folder, parameters):
@@ -76,7 +76,7 @@ def test_a_table_has_the_truth_where_odometry_is_not_exact(tmp_path):
         head = tuple((tmp_path / f'{name}.csv').read_text().partition('\n')[0].split(','))
         assert head == ((*CSV_COLUMNS, *TRUTH_COLUMNS) if plant else CSV_COLUMNS)
         metrics, _ = reported(tmp_path / name, tmp_path / f'{name}.csv')
-        expected = json.loads((tmp_path / f'{name}.metrics.json').read_text())
+        expected = numbers_in(tmp_path / f'{name}.metrics.json')
         assert metrics['error'] == expected['error'] == 'true'
         for key in NAMES:
             assert metrics[key] == pytest.approx(expected[key], rel=1e-9)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mobile_robot_control.parameters.shared import Shared
+from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
 from mobile_robot_control.ros.odom_age import OdomAge
 

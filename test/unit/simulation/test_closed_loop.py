@@ -8,6 +8,7 @@ import pytest
 from measuring import configuration, measured
 from observation import observed
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control import backstepping, velocity_pi
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.control.tracking_error import tracking_error
@@ -16,7 +17,6 @@ from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES

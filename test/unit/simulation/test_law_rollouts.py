@@ -6,9 +6,9 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from mobile_robot_control import BodyVelocity, Field, Law, Observation, jitable
+from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.batch import Pool, run_trials
 from mobile_robot_control.simulation.rollout import measure, rollout

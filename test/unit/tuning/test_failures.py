@@ -7,9 +7,9 @@ import pytest
 
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
+from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.tuning.failures import failure_texts, failure_values
 from mobile_robot_control.tuning.monte_carlo import Judged, ScenarioDistribution, draw_scenarios
-from mobile_robot_control.tuning.scenarios import Scenario
 from mobile_robot_control.tuning.splits import QUANTITIES, best_split
 
 DISTRIBUTION = ScenarioDistribution(('trifolium', 'lemniscate'), (0.5, 1.0), longest_delay=2)

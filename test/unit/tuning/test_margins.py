@@ -8,28 +8,28 @@ import pytest
 from harness import CONFIG
 
 from mobile_robot_control import BodyVelocity, Pose
-from mobile_robot_control.control.hybrid_backstepping import TRACKING
-from mobile_robot_control.control.velocity_stability import spectral_radius
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.quantities import WheelTorque
-from mobile_robot_control.reference.cart import references_along
-from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.simulation.ticks import make_position_tick
-from mobile_robot_control.tuning.lap import followed_lap, lap_loop
-from mobile_robot_control.tuning.lap_margins import loop_margins
-from mobile_robot_control.tuning.linearisation import (
+from mobile_robot_control.analysis.lap import followed_lap, lap_loop
+from mobile_robot_control.analysis.lap_margins import loop_margins
+from mobile_robot_control.analysis.linearisation import (
     LinearLoop,
     linear_position_loop,
     linear_velocity_loop,
     numbers_of,
     with_numbers,
 )
-from mobile_robot_control.tuning.margins import UNSTABLE, Margins, margins_of, spectral_radius_of
-from mobile_robot_control.tuning.modelled import pattern_of, smooth_part
-from mobile_robot_control.tuning.promises import promise, warnings_of
-from mobile_robot_control.tuning.scenarios import configured_scenario
+from mobile_robot_control.analysis.margins import UNSTABLE, Margins, margins_of, spectral_radius_of
+from mobile_robot_control.analysis.modelled import pattern_of, smooth_part
+from mobile_robot_control.analysis.promises import promise, warnings_of
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.control.hybrid_backstepping import TRACKING
+from mobile_robot_control.control.velocity_stability import spectral_radius
+from mobile_robot_control.quantities import WheelTorque
+from mobile_robot_control.reference.cart import references_along
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.simulation.scenarios import configured_scenario
+from mobile_robot_control.simulation.ticks import make_position_tick
 
 RATES = {'velocity_rate': 200.0, 'position_rate': 50.0}
 

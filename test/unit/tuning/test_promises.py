@@ -5,15 +5,21 @@ import math
 
 import pytest
 
+from mobile_robot_control.analysis.lap_margins import LapMargins, LoopMargins
+from mobile_robot_control.analysis.margins import UNKNOWN, UNSTABLE, Margins
+from mobile_robot_control.analysis.modelled import EFFECTS, describe_model, drive_of, pattern_of, smooth_part
+from mobile_robot_control.analysis.promises import (
+    Promise,
+    describe_scenarios,
+    promise_lines,
+    promise_values,
+    warnings_of,
+)
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.nodes import Configuration
-from mobile_robot_control.tuning.lap_margins import LapMargins, LoopMargins
-from mobile_robot_control.tuning.margins import UNKNOWN, UNSTABLE, Margins
-from mobile_robot_control.tuning.modelled import EFFECTS, describe_model, drive_of, pattern_of, smooth_part
-from mobile_robot_control.tuning.promises import Promise, describe_scenarios, promise_lines, promise_values, warnings_of
-from mobile_robot_control.tuning.scenarios import configured_scenario
+from mobile_robot_control.simulation.scenarios import configured_scenario
 
 IDEAL = Configuration()
 ROUGH = configure({

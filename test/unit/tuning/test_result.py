@@ -2,9 +2,9 @@
 
 import yaml
 
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.files import load
-from mobile_robot_control.parameters.nodes import Configuration
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.tuning.result import parameter_file
 
 

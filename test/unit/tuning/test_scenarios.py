@@ -7,14 +7,15 @@ from itertools import product
 import numpy as np
 import pytest
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.parameters.configuration import configure
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.quantities import Pose, TrackingError
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
+from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
 from mobile_robot_control.simulation.totals import Totals, add_error, objective
 from mobile_robot_control.simulation.trial import make_trial
 from mobile_robot_control.tuning.monte_carlo import (
@@ -26,7 +27,6 @@ from mobile_robot_control.tuning.monte_carlo import (
     wilson_interval,
 )
 from mobile_robot_control.tuning.objective import DEFAULT_SMOOTH, Goal, Objective
-from mobile_robot_control.tuning.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
 from mobile_robot_control.tuning.search import WORST
 from mobile_robot_control.tuning.search_gains import configured_gains
 from mobile_robot_control.tuning.search_space import bounded, search_genes

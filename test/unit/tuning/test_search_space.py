@@ -8,20 +8,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.membership import FuzzyGains, repair
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.parameters.configuration import configure
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.parameters.nodes import Configuration
 from mobile_robot_control.tuning import chromosome, search_gains
 from mobile_robot_control.tuning.search_gains import decode
 from mobile_robot_control.tuning.search_space import (
+    SEARCHES,
     at_the_edge,
     bounded,
     population_of,
     search_genes,
-    searches,
     without,
 )
 
@@ -41,7 +41,7 @@ def test_genes_and_populations_are_those_of_the_chapter():
     assert (population_of('backstepping'), population_of('fuzzy')) == (51, 101)
 
 
-@pytest.mark.parametrize('controller', searches())
+@pytest.mark.parametrize('controller', SEARCHES)
 @settings(max_examples=60)
 @given(data=st.data())
 def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller, data):
@@ -64,7 +64,7 @@ def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller
 
 
 def test_the_corners_of_the_unit_cube_decode_to_valid_controllers():
-    for genes in map(search_genes, searches()):
+    for genes in map(search_genes, SEARCHES):
         for point in ([1.0] * len(genes), [chromosome.LOWEST_POINT] * len(genes)):
             found = decode(genes, point, search_gains.configured_gains(Configuration()))
             assert build(PositionControl, flatten(found.control)) == found.control

@@ -1,0 +1,197 @@
+"""
+Both loops, opened and linearised around following the reference, by differences through their own functions.
+
+A loop is opened where its controller's output acts: the position loop at the command, the velocity loop at the torque.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_robot_control.analysis.lap import FollowedTick, LapLoop
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.quantities import BodyVelocity, Pose
+from mobile_robot_control.simulation.closed_loop import LoopState
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_STEP = 1e-6
+"""Of the differences, relative to numbers above 1."""
+_AGREEMENT = 1e-3
+"""Relative difference between two derivatives of a function that has one."""
+
+
+class LinearLoop(NamedTuple):
+    """
+    A sampled loop, opened and linearised over one period: x' = A x + Σ_j B_j u_j, and asked y = C x.
+
+    Attributes
+    ----------
+    state : array, shape (states, states)
+        A.
+    inputs : array, shape (parts, states, 2)
+        B_j, of the input that acts in the j-th of the equal parts of the period.
+    asked : array, shape (2, states)
+        C: what the controller asks for at the period's start.
+
+    """
+
+    state: Array
+    inputs: Array
+    asked: Array
+
+
+_NO_DERIVATIVE = LinearLoop(*(np.full(shape, np.nan) for shape in ((1, 1), (1, 1, 2), (2, 1))))
+
+
+def numbers_of(value: Any, frame: Pose) -> list[float]:
+    """Return the floats of nested tuples; those of a pose relative to a frame that goes along with the reference."""
+    if isinstance(value, Pose):
+        return list(tracking_error(value, frame))
+    if isinstance(value, float):
+        return [value]
+    return [number for part in value for number in numbers_of(part, frame)] if isinstance(value, tuple) else []
+
+
+def with_numbers(value: Any, numbers: Iterator[float], frame: Pose) -> Any:
+    """Return nested tuples with other floats, in the order of `numbers_of`; what is no float stays."""
+    if isinstance(value, Pose):
+        ahead, aside, turn = next(numbers), next(numbers), next(numbers)
+        cos, sin = math.cos(frame.heading), math.sin(frame.heading)
+        return Pose(frame.x + cos * ahead - sin * aside, frame.y + sin * ahead + cos * aside, frame.heading + turn)
+    if isinstance(value, float):
+        return next(numbers)
+    if not isinstance(value, tuple):
+        return value
+    parts = [with_numbers(part, numbers, frame) for part in value]
+    return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
+
+
+def slopes_of(function: Callable[[Array], Array], at: Array) -> Array:
+    """Return the matrix of derivatives of a function, by central differences."""
+    columns = []
+    for n, number in enumerate(at):
+        step = np.zeros(len(at))
+        step[n] = _STEP * max(1.0, abs(number))
+        columns.append((function(at + step) - function(at - step)) / (2.0 * step[n]))
+    return np.array(columns).T
+
+
+def reached(links: Flags, first: Any) -> Any:
+    """Return which states are reached from the first ones over links, where links[i, j] leads from j to i."""
+    found = first
+    for _ in range(len(links)):
+        found = found | np.any(links[:, found], axis=1)
+    return found
+
+
+class Opened(NamedTuple):
+    """A function (x, u) -> (x', y), where it is linearised, and the number of states in x."""
+
+    period: Callable[[Array], Array]
+    at: Array
+    states: int
+
+
+def _linear(opened: Sequence[Opened]) -> tuple[LinearLoop, ...]:
+    """
+    Linearise consecutive periods, and keep the states that lie between input and output.
+
+    What the input does not reach, or never shows in the output, such as the angles of the wheels, would only put poles
+    on the unit circle. All numbers are nan where a function has no derivative, as at a law's switch.
+    """
+    slopes = [slopes_of(one.period, one.at) for one in opened]
+    n = opened[0].states
+    linked: Flags = np.any([part != 0.0 for part in slopes], axis=0)
+    links = linked[:n, :n]
+    kept = reached(links, np.any(linked[:n, n:], axis=1)) & reached(links.T, np.any(linked[n:, :n], axis=0))
+    return tuple(
+        LinearLoop(
+            part[:n, :n][np.ix_(kept, kept)],
+            part[:n, n:][kept].reshape(kept.sum(), (part.shape[1] - n) // 2, 2).transpose(1, 0, 2),
+            part[n:, :n][:, kept],
+        ) if is_smooth(one, part, kept) else _NO_DERIVATIVE
+        for one, part in zip(opened, slopes, strict=True)
+    )
+
+
+def is_smooth(opened: Opened, slopes: Array, kept: Flags) -> bool:
+    """Return whether differences in a direction of its own, and half as long, give the same slope: no jump does."""
+    direction = np.cos(np.arange(1.0, len(opened.at) + 1.0)) * (0.5 * _STEP) * np.maximum(1.0, abs(opened.at))
+    direction[:opened.states][~kept] = 0.0
+    apart = 0.5 * (opened.period(opened.at + direction) - opened.period(opened.at - direction))
+    seen = np.concatenate([kept, np.ones(len(slopes) - opened.states, dtype=bool)])
+    scale = abs(slopes) @ abs(direction) + _STEP * _AGREEMENT
+    return bool((abs(apart - slopes @ direction) < _AGREEMENT * scale)[seen].all())
+
+
+def _position_period(lap: LapLoop, tick: FollowedTick) -> Opened:
+    """Return the period that begins with a position tick, opened at the command of each of its velocity ticks."""
+    start, end = tick.reference.pose, tick.next_reference.pose
+    at = np.array([*numbers_of(tick.state, start), *(lap.ratio * [*tick.command])])
+    states = len(at) - 2 * lap.ratio
+
+    def period(numbers: Array) -> Array:
+        values = numbers.tolist()
+        before = with_numbers(tick.state, iter(values[:states]), start)
+        state = lap.position_tick(before, tick.references, tick.k, tick.time, lap.loop)[0]
+        asked: BodyVelocity = state.command
+        for j in range(lap.ratio):
+            state = state._replace(command=BodyVelocity(*values[states + 2 * j:states + 2 * j + 2]))
+            state = lap.velocity_tick(state, tick.k + j, lap.loop)[0]
+        return np.array([*numbers_of(state, end), *asked])
+
+    return Opened(period, at, states)
+
+
+def linear_position_loop(lap: LapLoop, ticks: Sequence[FollowedTick]) -> tuple[LinearLoop, ...]:
+    """
+    Linearise the position loop over the periods that begin with consecutive ticks, opened at the command.
+
+    Returns
+    -------
+    tuple of LinearLoop
+        u_j: command [m/s], [rad/s] at the j-th velocity tick of the period; y: the command that the law asks for.
+
+    """
+    return _linear([_position_period(lap, tick) for tick in ticks])
+
+
+def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, ...]:
+    """
+    Linearise the velocity loop over the velocity period that begins with a tick, opened at the torque.
+
+    Returns
+    -------
+    tuple of LinearLoop
+        One; u_0: torque [N m] of the right and the left wheel; y: the torque that the velocity law asks for.
+
+    """
+    frame = tick.reference.pose
+    after = tick.state._replace(command=tick.command)
+    at = np.array([*numbers_of(after, frame), *lap.velocity_tick(after, tick.k, lap.loop)[1]])
+    states = len(at) - 2
+
+    gains = lap.loop.velocity_gains
+    opened = lap.loop._replace(velocity_gains=gains._replace(k1=0.0, k2=0.0))
+    if opened.nominal:
+        # a feedforward is not in the loop
+        opened = opened._replace(nominal=opened.nominal._replace(
+            mass=0.0, inertia=0.0, wheel_inertia=0.0, viscous_friction=0.0))
+
+    def period(numbers: Array) -> Array:
+        values = numbers.tolist()
+        state: LoopState = with_numbers(after, iter(values[:states]), frame)
+        closed, asked, _ = lap.velocity_tick(state, tick.k, lap.loop)
+        # without gains the torque is that of the integral terms alone
+        right, left = values[states:]
+        driven = lap.velocity_tick(
+            state._replace(pi=VelocityPiState(0.5 * (right + left), 0.5 * (right - left))), tick.k, opened)[0]
+        return np.array([*numbers_of(driven._replace(pi=closed.pi), frame), *asked])
+
+    return _linear([Opened(period, at, states)])

@@ -1,0 +1,126 @@
+"""Gain and delay margins of a linear loop."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.analysis.linearisation import LinearLoop
+
+LARGEST_GAIN = 20.0
+"""Margins are searched up to this factor, and down to its inverse."""
+MOST_PERIODS = 20
+"""Delay margins are searched up to so many periods of the loop."""
+
+_MOST_TIME = 0.1
+"""[s]: delay margins of the position loop are searched up to this at least."""
+"""Of the lap."""
+_GAIN_STEPS = 25
+_RESOLUTION = 1e-3
+
+
+def longest_delay(period: float) -> int:
+    """Return up to which the delay margin of a position loop with a period [s] is searched [periods]."""
+    return max(MOST_PERIODS, math.ceil(_MOST_TIME / period - 1e-9))
+
+
+class Margins(NamedTuple):
+    """
+    The stability margins of a loop.
+
+    Attributes
+    ----------
+    gain : float
+        Least factor above 1 on the controller's output with which the loop is no longer stable; infinite if none up to
+        LARGEST_GAIN is known.
+    lowest_gain : float
+        Largest factor below 1 with which it is not stable; 0 if none down to 1 / LARGEST_GAIN is known.
+    delay : float
+        Least further delay of the output with which it is no longer stable [periods]; infinite if none up to
+        `longest_delay` is known.
+
+    """
+
+    gain: float
+    lowest_gain: float
+    delay: float
+
+
+UNSTABLE = Margins(1.0, 1.0, 0.0)
+"""Of a loop that is not stable as it is."""
+UNKNOWN = Margins(math.nan, math.nan, math.nan)
+"""Of a loop that has no linearisation."""
+
+
+def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: float = 0.0) -> float:
+    """
+    Return the spectral radius of a closed loop, for one period.
+
+    Parameters
+    ----------
+    loop : sequence of LinearLoop
+        Consecutive periods, after which the loop repeats.
+    gain : float
+        Factor on the controller's output.
+    delay : float
+        Further delay of the output [periods]. Between two velocity ticks the two inputs are averaged: what a period's
+        end sees of it is exact to first order in the velocity period.
+
+    """
+    whole, parts = math.floor(delay), len(loop[0].inputs)
+    late = (delay - whole) * parts
+    n = len(loop[0].state)
+    product = np.eye(n + 2 * (whole + 1))
+    for one in loop:
+        # the share of each part of the period in which the older of two inputs still acts
+        older = np.clip(late - np.arange(parts), 0.0, 1.0)
+        old, new = (np.tensordot(share, one.inputs, 1) for share in (older, 1.0 - older))
+        closed = np.zeros_like(product)
+        # the state is followed by the outputs of earlier periods, the newest first
+        closed[:n, :n] = one.state
+        closed[:n, n + 2 * whole:] += gain * old
+        if whole:
+            closed[:n, n + 2 * (whole - 1):n + 2 * whole] += gain * new
+        else:
+            closed[:n, :n] += gain * new @ one.asked
+        closed[n:n + 2, :n] = one.asked
+        closed[n + 2:, n:-2] = np.eye(2 * whole)
+        product = closed @ product
+    if not np.isfinite(product).all():
+        return math.inf
+    return float(max(abs(np.linalg.eigvals(product))) ** (1.0 / len(loop)))
+
+
+def _first_unstable(radius: Callable[[float], float], grid: Sequence[float]) -> float:
+    """Return where a loop that is stable at the first value of a grid first is not; infinite if it is on all."""
+    first = next((n for n, value in enumerate(grid) if radius(value) >= 1.0), 0)
+    if not first:
+        return math.inf
+    stable, unstable = grid[first - 1], grid[first]
+    while unstable - stable > _RESOLUTION * unstable:
+        middle = 0.5 * (stable + unstable)
+        stable, unstable = (stable, middle) if radius(middle) >= 1.0 else (middle, unstable)
+    return stable
+
+
+def _delays(longest: int) -> list[float]:
+    """Return the delays that are tried, closer together where they are short."""
+    found = [0]
+    while found[-1] < longest:
+        found.append(min(longest, found[-1] + max(1, found[-1] // 8)))
+    return [float(delay) for delay in found]
+
+
+def margins_of(loop: Sequence[LinearLoop], longest: int = MOST_PERIODS) -> Margins:
+    """Return the margins of a loop that repeats after some periods; delays are searched up to the longest [periods]."""
+    if not all(np.isfinite(part).all() for one in loop for part in one):
+        return UNKNOWN
+    if spectral_radius_of(loop) >= 1.0:
+        return UNSTABLE
+    gains = np.geomspace(1.0, LARGEST_GAIN, _GAIN_STEPS).tolist()
+    return Margins(
+        _first_unstable(lambda gain: spectral_radius_of(loop, gain), gains),
+        1.0 / _first_unstable(lambda lower: spectral_radius_of(loop, 1.0 / lower), gains),
+        _first_unstable(lambda delay: spectral_radius_of(loop, 1.0, delay), _delays(longest)),
+    )

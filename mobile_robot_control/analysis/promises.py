@@ -1,0 +1,215 @@
+"""What the numbers of a search or study hold for: what was modelled, and how much more the loops withstand."""
+
+import math
+import statistics
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from mobile_robot_control.analysis.lap_margins import LapMargins, LoopMargins, loop_margins
+from mobile_robot_control.analysis.margins import LARGEST_GAIN, MOST_PERIODS, longest_delay
+from mobile_robot_control.analysis.modelled import Described, describe_model, drive_of
+from mobile_robot_control.configuration.nodes import Configuration, counted_twice
+from mobile_robot_control.model.plant import VELOCITY
+from mobile_robot_control.simulation.scenarios import Scenario
+from mobile_robot_control.system.texts import as_lines
+
+THIN_GAIN = 2.0
+"""6 dB: a gain margin below it is thin."""
+THIN_PERIODS = 2.0
+"""A delay margin of fewer periods of its loop is thin."""
+THIN_DELAY = 0.05
+"""[s]: a delay margin of the position loop below it is thin."""
+
+_UNKNOWN = 'the error of a robot that has any of it is unknown'
+
+
+class Promise(NamedTuple):
+    """
+    What holds of the numbers that a command gives for a controller.
+
+    Attributes
+    ----------
+    described : Described
+        What was modelled.
+    margins : LoopMargins
+        Of both loops.
+    velocity_period, position_period : float
+        [s]
+    lockstep : bool
+        Whether no sample of delay comes from the nodes.
+    cautions : tuple of str
+        Sentences about the configuration itself.
+    spread : tuple of float
+        RMS errors of the configured run over some seeds [m], from the smallest on; () where nothing is random.
+
+    """
+
+    described: Described
+    margins: LoopMargins
+    velocity_period: float
+    position_period: float
+    lockstep: bool
+    cautions: tuple[str, ...] = ()
+    spread: tuple[float, ...] = ()
+
+
+def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Promise:
+    """Return what holds of numbers that were found with a checked configuration in some scenarios."""
+    shared = configuration.plant.shared
+    return Promise(describe_scenarios(configuration, scenarios), loop_margins(configuration),
+                   1.0 / shared.velocity_rate, 1.0 / shared.position_rate, shared.lockstep,
+                   tuple(counted_twice(configuration.position_controller)))
+
+
+def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenario]) -> Described:
+    """Return what is modelled in some scenarios, which set delay and noise themselves, of a checked configuration."""
+    delays = sorted({one.delay for one in scenarios})
+    span = f'{delays[0]} to {delays[-1]}' if len(delays) > 1 else f'{delays[0]}'
+    times = [f'{span} velocity periods'] if delays[-1] else []
+    moved, base = 'motors', configuration.plant.model.base
+    if drive_of(configuration) == VELOCITY:
+        moved = 'base'
+        if any(base.dead_time):
+            times.insert(0, f'{" and ".join(f"{time:g}" for time in base.dead_time)} s')
+    noise = scenarios[0].noise
+    strength = ' and '.join(f'{value:g} {unit}' for value, unit in zip(
+        (*noise.pose, noise.velocity), ('m', 'm', 'rad', 'rad/s'), strict=True))
+    return describe_model(configuration, {
+        f'dead time of the {moved}': ' and '.join(times),
+        'noise': strength if any((*noise.pose, noise.velocity)) else '',
+    })
+
+
+def _shrink(multiplier: float) -> str:
+    return f'shrink to {multiplier:.2g} of themselves in a lap'
+
+
+def _shortfalls(
+    name: str, found: LapMargins, period: float, least: float, multiplier: float = math.nan
+) -> Iterator[str]:
+    """Yield what is thin of a loop's margins; the delay margin must be at least so long [s]."""
+    gain, lowest, delay = found.margins
+    if multiplier >= 1.0:
+        yield f'the {name} loop is not stable: an error grows to {multiplier:.3g} of itself in a lap; lower the gains'
+        return
+    if gain <= 1.0:
+        yield (f'the {name} loop is not stable at {_place(found.gain_time)}; lower the gains' if math.isnan(multiplier)
+               else f'errors of the {name} loop grow around {_place(found.gain_time)}, and {_shrink(multiplier)}: no '
+               'margin is known there')
+        return
+    if gain < THIN_GAIN:
+        yield f'the {name} loop has a thin gain margin, {gain:.2f}, and {THIN_GAIN:g} is usual: lower the gains'
+    if lowest > 1.0 / THIN_GAIN:
+        yield (f'the {name} loop has a thin lower gain margin, {lowest:.2f}, and {1.0 / THIN_GAIN:g} is usual: raise '
+               'the gains')
+    if delay * period < least:
+        yield (f'the {name} loop has a thin delay margin, {1e3 * delay * period:.1f} ms, and {1e3 * least:g} ms are '
+               'little: lower the gains, or model what is late on the robot and search again')
+
+
+def warnings_of(found: Promise) -> list[str]:
+    """Return what must not be expected of a robot, each in a sentence."""
+    margins = found.margins
+    made: list[str] = [*found.cautions, *([f'the margins are unknown: {margins.reason}'] if margins.reason else [])]
+    if margins.velocity is not None:
+        # on the wall clock the nodes take one or two samples of it
+        periods = THIN_PERIODS if found.lockstep else 2.0 * THIN_PERIODS
+        made += _shortfalls('velocity', margins.velocity, found.velocity_period, periods * found.velocity_period)
+    made += _shortfalls('position', margins.position, found.position_period,
+                        max(THIN_DELAY, THIN_PERIODS * found.position_period), margins.multiplier)
+    unknown = '; '.join(f'{phrase} ({find})' for phrase, find in found.described.unknown.items())
+    if unknown:
+        made.append(f'not modelled, and the error of a robot that has any of it is unknown: {unknown}. Find out, and '
+                    f'set it or name it in plant.ruled_out{_room(found)}')
+    return made
+
+
+def _room(found: Promise) -> str:
+    """Return for how much delay there is room, in words."""
+    gain, _, delay = found.margins.position.margins
+    if not math.isfinite(delay) or gain <= 1.0 or found.margins.multiplier >= 1.0:
+        return ''
+    return f'; there is room for {1e3 * delay * found.position_period:.0f} ms of delay before the loop is unstable'
+
+
+def _place(time: float) -> str:
+    return f't = {time:.3g} s of the lap'
+
+
+def _gain_text(found: LapMargins) -> str:
+    """Return a gain margin in words."""
+    gain, lowest, _ = found.margins
+    lower = f', lower gain margin {lowest:.2f}' if lowest else ''
+    if math.isinf(gain):
+        return f'gain margin more than {LARGEST_GAIN:g}{lower}'
+    return f'gain margin {gain:.2f} at {_place(found.gain_time)}{lower}'
+
+
+def _loop_text(name: str, found: LapMargins, period: float, longest: int, multiplier: float = math.nan) -> str:
+    """Return the margins of a loop in words; the delay margin was searched up to the longest [periods]."""
+    if multiplier >= 1.0:
+        return f'{name} loop: not stable, an error grows to {multiplier:.3g} of itself in a lap'
+    lap = '' if math.isnan(multiplier) else f'; errors {_shrink(multiplier)}'
+    delay = found.margins.delay
+    if math.isnan(delay):
+        return f'{name} loop: margins unknown'
+    if found.margins.gain <= 1.0:
+        place = _place(found.gain_time)
+        return f'{name} loop: errors grow around {place}{lap}' if lap else f'{name} loop: not stable at {place}'
+    periods = f'more than {longest}' if math.isinf(delay) else f'{delay:.1f}'
+    at = '' if math.isinf(delay) else f' at {_place(found.delay_time)}'
+    return (f'{name} loop: {_gain_text(found)}, delay margin {1e3 * min(delay, longest) * period:.4g} ms '
+            f'({periods} {name} periods){at}{lap}')
+
+
+def promise_lines(found: Promise) -> list[str]:
+    """Return what holds, as lines of text of at most 100 characters."""
+    described, margins = found.described, found.margins
+    modelled = '; '.join(f'{phrase} ({text})' for phrase, text in described.modelled.items())
+    texts = [f'modelled: {modelled or "none of what follows"}',
+             f'not modelled: {"; ".join(described.not_modelled)}: {_UNKNOWN}']
+    if described.ruled_out:
+        texts.append(f'ruled out: {"; ".join(described.ruled_out)}')
+    if margins.velocity is not None:
+        texts.append(_loop_text('velocity', margins.velocity, found.velocity_period, MOST_PERIODS))
+    texts.append(_loop_text('position', margins.position, found.position_period, longest_delay(found.position_period),
+                            margins.multiplier))
+    if found.spread:
+        texts.append(spread_text(found.spread))
+    if described.not_in_margins:
+        texts.append(f'not in the margins: {"; ".join(described.not_in_margins)}')
+    texts += [f'warning: {text}' for text in warnings_of(found)]
+    return as_lines(texts)
+
+
+def spread_text(spread: Sequence[float]) -> str:
+    """Return in words how much the error of a run depends on what is random."""
+    smallest, median, largest = (100.0 * error for error in (spread[0], statistics.median(spread), spread[-1]))
+    return (f'RMS error of the configured run over {len(spread)} seeds: {median:.2f} cm, from {smallest:.2f} to '
+            f'{largest:.2f} cm')
+
+
+def promise_values(found: Promise) -> dict[str, Any]:
+    """Return what holds, as in `study.json`; numbers that are beyond what was searched are None."""
+    def of(loop: LapMargins | None, period: float) -> dict[str, float | None] | None:
+        if loop is None:
+            return None
+        return {'gain': _finite(loop.margins.gain), 'lowest_gain': _finite(loop.margins.lowest_gain),
+                'gain_time': _finite(loop.gain_time), 'delay': _finite(loop.margins.delay * period),
+                'delay_time': _finite(loop.delay_time)}
+
+    return {
+        'modelled': dict(found.described.modelled),
+        'not_modelled': list(found.described.not_modelled),
+        'ruled_out': list(found.described.ruled_out),
+        'rms_position_error_over_seeds': [_finite(error) for error in found.spread],
+        'margins': {'velocity_loop': of(found.margins.velocity, found.velocity_period),
+                    'position_loop': of(found.margins.position, found.position_period),
+                    'lap_multiplier': _finite(found.margins.multiplier),
+                    'not_in_margins': list(found.described.not_in_margins)},
+        'warnings': warnings_of(found),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

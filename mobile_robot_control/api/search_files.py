@@ -1,0 +1,226 @@
+"""A search with its files: compared with the one that is there, interrupted, resumed, written."""
+
+import math
+import shlex
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control import __version__
+from mobile_robot_control.analysis.promises import promise, promise_lines
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.provenance import provenance
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import Field, flatten
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.reporting.search_page import write_search_page
+from mobile_robot_control.reporting.search_picture import draw_search
+from mobile_robot_control.reporting.series import collect
+from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import recorded
+from mobile_robot_control.system.files import check_regular, write_atomically
+from mobile_robot_control.system.interrupt import Interrupt
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.texts import printable
+from mobile_robot_control.tuning import result, search_gains, search_space
+from mobile_robot_control.tuning.journal import Journal
+from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.search import Found, Generation, SearchSettings, no_result, run_search
+from mobile_robot_control.tuning.search_gains import Gains
+from mobile_robot_control.tuning.searching import Search, SearchRequest
+from mobile_robot_control.tuning.workers import TrialRunner, runner
+
+
+class SearchFiles(NamedTuple):
+    """Where the result of a search goes."""
+
+    output: Annotated[str, Field('', 'parameter file to write; beside it go the history (.csv), a picture (.png), a '
+                                 'page (.html) and, until the search is done, its journal (.yaml.journal)')]
+    resume: Annotated[bool, Field('', 'go on from the journal')] = False
+    overwrite: Annotated[bool, Field('', 'replace a better file, and a journal')] = False
+
+
+def search_into_files(request: SearchRequest, files: SearchFiles, command_line: str) -> int:
+    """Search and write; return 0, or 1 where there is no result, an interrupt, or a better file that stays."""
+    search = Search(request)
+    with runner(request.where) as run:
+        return SearchRun(request, search, files, command_line, run).run()
+
+
+def search_purpose(parameters: Configuration, goal: Goal, settings: SearchSettings) -> dict[str, Any]:
+    """Return everything that the scores of a search depend on, by name."""
+    kept = {name: value for name, value in settings._asdict().items() if name not in ('generations', 'seconds')}
+    loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
+            for name, value in flatten(group).items()}
+    # a search without it depends on nothing of it, and goes on from journals that lack it
+    wanted = {name: value for name, value in goal._asdict().items() if name != 'smooth' or value}
+    return {'version': __version__, **kept, **wanted, **loop, **_checksums(parameters, goal)}
+
+
+def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
+    """Return checksums of the source of the law and of the curves that are searched with."""
+    law = parameters.position_controller.control.controller_type
+    curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve) for one in goal.scenarios}
+    return {f"source of the law '{law}'": LAWS.checksum(law), **curves}
+
+
+def without_place(command_line: str) -> str:
+    """Return a command without the options that change no result: where it ran, and after which interruptions."""
+    words = shlex.split(command_line)
+    return shlex.join(
+        text for text, before in zip(words, ('', *words), strict=False)
+        if text.partition('=')[0] not in ('--resume', '--workers', '--scheduler')
+        and before not in ('--workers', '--scheduler'))
+
+
+def search_notes(
+    request: SearchRequest, command_line: str, goal: Goal, settings: SearchSettings, found: Found,
+    metrics: Mapping[str, Any],
+) -> list[str]:
+    """Return where gains come from, as comments at the head of their parameter file; metrics of the configured run."""
+    torque = metrics['peak_wheel_torque']
+    robot = '' if request.sources.robot is None else f' for the robot {request.sources.robot}'
+    return [
+        f'{goal.controller} gains{robot} found by mobile_robot_control {__version__} with',
+        f'  {command_line}',
+        f'{settings.algorithm}, seed {settings.seed}, {len(found.history)} generations of {settings.population}, '
+        f'{len(goal.scenarios)} scenario{"s" * (len(goal.scenarios) != 1)} of {goal.laps:g} laps',
+        f'objective {found.score!r}: {goal.combine} of Eq. (29) with max '
+        f'{"tau as printed" if goal.literal else "|tau|"}'
+        + (f', and {goal.smooth:g} times the variation per second' if goal.smooth else ''),
+        f'the configured run: objective {metrics["objective"]:.4f}, RMS error '
+        f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm'
+        + (f', largest |torque| {max(torque.values()):.3f} N m' if torque else ''),
+    ]
+
+
+def _standing(file: Path, objective: Objective, controller: str) -> float:
+    """Return the score of the parameter file that is there already; infinite where there is none."""
+    if not file.exists():
+        return math.inf
+    try:
+        gains = search_gains.configured_gains(configure(load([file])))
+        ours = controller in (search_space.VELOCITY, gains.control.controller_type)
+    except ParameterError:
+        ours = False
+    if not ours:
+        raise ParameterError([f'{file}: exists and holds no {controller} controller to compare with; name another '
+                              '--output, or give --overwrite'])
+    return objective.score(gains)
+
+
+class _Driven(NamedTuple):
+    """The loop that was run once with some gains, for the page, and its samples."""
+
+    run: RecordedRun
+    samples: list[Sample]
+
+
+class SearchRun:
+    """A search from its request to the files that it writes."""
+
+    def __init__(
+        self, request: SearchRequest, search: Search, files: SearchFiles, command_line: str, run: TrialRunner
+    ) -> None:
+        self._request, self._search, self._files, self._command_line = request, search, files, command_line
+        self._parameters, self._goal, self._settings = search.parameters, search.goal, search.settings
+        self._output, self._shown = Path(files.output), printable(files.output)
+        self._objective = Objective(self._parameters, self._goal, run)
+        self._journal_file = self._output.parent / f'{self._output.name}.journal'
+
+    def run(self) -> int:
+        """Search and write; return the exit code."""
+        check_regular(self._output)
+        self._output.parent.mkdir(parents=True, exist_ok=True)
+        standing = math.inf
+        if not self._files.overwrite:
+            standing = _standing(self._output, self._objective, self._goal.controller)
+        if self._journal_file.exists() and not (self._files.resume or self._files.overwrite):
+            raise ParameterError([f'{self._journal_file}: holds a search that was not finished; --resume goes on with '
+                                  'it, --overwrite begins anew'])
+        journal = Journal(self._journal_file, search_purpose(self._parameters, self._goal, self._settings),
+                          self._files.resume and not self._files.overwrite)
+        with Interrupt() as interrupt, tqdm(total=self._settings.generations, disable=None, unit='generation') as bar:
+            def progress(generation: Generation) -> None:
+                bar.set_postfix_str(f'best {generation.best:.4f}, mean {generation.mean:.4g}', refresh=False)
+                bar.update()
+
+            try:
+                found = run_search(self._settings, self._objective, journal, progress, lambda: interrupt.requested)
+            except OSError as error:
+                return self._lost(error, standing)
+            finally:
+                journal.close()
+        return self._done(found, standing, interrupt.requested)
+
+    def _lost(self, error: OSError, standing: float) -> int:
+        """Keep what can be kept when the journal or the cluster is gone."""
+        found: Found | None = getattr(error, 'found', None)
+        print(f'tune: {printable(str(error.filename or self._journal_file))}: {error.strerror or error}; what was '
+              'scored before is kept: mend that and go on with --resume', file=sys.stderr)
+        if found is not None and found.point is not None:
+            gains = search_gains.parameters(self._goal.genes, self._objective.gains(found.point.tolist()))
+            print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: {gains}',
+                  file=sys.stderr)
+            self._write(found, standing)
+        return 1
+
+    def _done(self, found: Found, standing: float, interrupted: bool) -> int:
+        why = no_result(found)
+        if why:
+            before = found.point is None and interrupted
+            print(f'tune: {"interrupted before the first generation was scored" if before else why}', file=sys.stderr)
+            return 1
+        better = self._write(found, standing)
+        generations = len(found.history)
+        if generations >= self._settings.generations:
+            self._journal_file.unlink(missing_ok=True)
+        elif interrupted:
+            print(f'tune: interrupted after {generations} of {self._settings.generations} generations; '
+                  '--resume goes on', file=sys.stderr)
+            return 1
+        return 0 if better else 1
+
+    def _write(self, found: Found, standing: float) -> bool:
+        """Write all files, unless a better one is there already."""
+        assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
+        gains = search_gains.rounded(self._objective.gains(found.point.tolist()))
+        return self.write(gains, found._replace(score=self._objective.score(gains)), standing)
+
+    def write(self, gains: Gains, found: Found, standing: float) -> bool:
+        """Write all files for gains with their score, unless a better one is there already."""
+        if standing <= found.score:
+            print(f'tune: {self._shown} has the objective {standing:.6g} and stays, {found.score:.6g} was '
+                  'found; --overwrite replaces it', file=sys.stderr)
+            return standing == found.score
+        tuned = self._search.tuned(gains)
+        after = self._drive('after', tuned)
+        named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
+        held = promise(tuned, self._goal.scenarios)
+        edges = () if found.point is None else search_space.at_the_edge(self._goal.genes, found.point.tolist())
+        held = held._replace(cautions=(*held.cautions, *edges), spread=self._objective.spread(tuned))
+        holds = promise_lines(held)
+        notes = search_notes(self._request, without_place(self._command_line), self._goal, self._settings, found,
+                             after.run.metrics)
+        write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))
+        write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
+        driven = [self._drive('before', self._parameters), after]
+        title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
+        svg = draw_search(found.history, {one.run.name: one.samples for one in driven}, title,
+                          self._output.with_suffix('.png'))
+        write_search_page(self._output.with_suffix('.html'), title, found.history,
+                          [one.run for one in driven if one.samples], held, svg, provenance(self._command_line, tuned))
+        print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations', *holds, sep='\n')
+        return True
+
+    def _drive(self, name: str, parameters: Configuration) -> _Driven:
+        """Run the configured loop once."""
+        duration = self._goal.laps * parameters.reference_cart.curve.placement.period
+        run, samples = recorded(parameters, duration)
+        return _Driven(RecordedRun(name, collect(samples), (), summary(run), parameters), samples)

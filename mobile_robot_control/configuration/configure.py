@@ -1,0 +1,73 @@
+"""The parameters of all four nodes of a run, checked as a whole."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from mobile_robot_control.configuration.nodes import NODES, Configuration, velocity_loop_is_stable
+from mobile_robot_control.configuration.shared import Shared
+from mobile_robot_control.model.plant import VELOCITY
+from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+
+
+def _disagreements(configuration: Configuration) -> Iterator[str]:
+    """Yield the shared parameters that differ between the nodes."""
+    ours = {node: declarations(type(part.shared), defaults=part.shared) for node, part
+            in configuration._asdict().items()}
+    for name in declarations(Shared):
+        values = {node: shared[name].default for node, shared in ours.items()}
+        if len(set(values.values())) > 1:
+            told = ', '.join(f'{node} {value}' for node, value in values.items())
+            yield f"{name} differs between the nodes ({told}); write it once, under '/**'"
+
+
+def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
+    """
+    Make the configuration of a run from each node's values, checked as a whole.
+
+    Parameters
+    ----------
+    values : mapping of str to mapping
+        By node name, values by dotted parameter name; a node not named keeps its defaults.
+
+    Returns
+    -------
+    Configuration
+        The parameters of all four nodes.
+
+    Raises
+    ------
+    ParameterError
+        Naming every violation, each once, with the nodes concerned before it.
+
+    Examples
+    --------
+    >>> configure({'plant': {'duration': 3}}).plant.duration
+    3.0
+
+    """
+    parts: dict[str, Any] = {}
+    violations: dict[str, list[str]] = {}
+    unused = (velocity_loop_is_stable,) if values.get('plant', {}).get('drive') == VELOCITY else ()
+    for node, group in NODES.items():
+        try:
+            parts[node] = build(group, values.get(node, {}), without=unused)
+        except ParameterError as error:
+            for violation in error.violations:
+                violations.setdefault(violation, []).append(node)
+    if violations:
+        raise ParameterError(f'{", ".join(nodes)}: {violation}' for violation, nodes in violations.items())
+    configuration = Configuration(**parts)
+    disagreements = tuple(_disagreements(configuration))
+    if disagreements:
+        raise ParameterError(disagreements)
+    return configuration
+
+
+def at_cart_start(configuration: Configuration) -> Configuration:
+    """Return a configuration whose robot starts where the reference cart does, with the same heading."""
+    curve = configuration.reference_cart.curve
+    start = reference_at(CURVES[curve.curve], 0.0, curve.placement).pose
+    return configuration._replace(plant=configuration.plant._replace(initial_pose=tuple(start)))

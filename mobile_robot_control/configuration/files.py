@@ -1,0 +1,230 @@
+"""Parameter files and command-line overrides, read as ROS 2 reads them."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from mobile_robot_control.configuration.addressing import addressed_nodes, elsewhere, full_names, is_section, unreached
+from mobile_robot_control.configuration.nodes import NODES, Configuration, parameter_names
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
+from mobile_robot_control.parameters.values import nearest
+from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded
+from mobile_robot_control.system.texts import printable, shortened
+
+Values = dict[str, dict[str, Any]]
+Override = str | tuple[str, Any]
+"""One parameter: ``NODE.PARAMETER:=VALUE`` with its value in YAML, or name and value."""
+
+
+def _flat(tree: Mapping[Any, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
+    """Yield dotted name and value of each leaf of a tree."""
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f'{prefix}{key}.')
+        else:
+            yield f'{prefix}{key}', value
+
+
+def _sections(tree: Mapping[Any, Any], path: str, source: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield node name (with its namespace, if written) and values of each section, in the file's order."""
+    for key, value in tree.items():
+        name = f'{path}/{str(key).strip("/")}' if path else str(key)
+        if key == 'ros__parameters':
+            if not path:
+                raise ParameterError([f"{source}: 'ros__parameters' stands outside a node; "
+                                      "write '/**: {ros__parameters: {...}}'"])
+            if not isinstance(value, Mapping) or not value:
+                raise ParameterError([f"{source}: 'ros__parameters' of '{path}' is empty; "
+                                      "write 'name: value' under it"])
+            if not is_section(path):
+                raise ParameterError([f"{source}: '{shortened(path, 60)}' is no name of a node, and nodes refuse the "
+                                      "file; write one such as 'plant', '/robot1/plant' or '/**'"])
+            yield path, dict(_flat(value))
+        elif isinstance(value, Mapping):
+            yield from _sections(value, name, source)
+        else:
+            raise ParameterError([f"{source}: '{name}' stands outside a node's 'ros__parameters'; "
+                                  f"write '/**: {{ros__parameters: {{{key}: ...}}}}'"])
+
+
+def is_declared(name: str) -> bool:
+    """Return whether any of the four nodes declares a parameter of this dotted name."""
+    return any(name in declared for declared in parameter_names().values())
+
+
+def is_ros_parameter(name: str) -> bool:
+    """Return whether a parameter is one that every ROS node has, such as `use_sim_time` or `qos_overrides.*`."""
+    return name in ('use_sim_time', 'start_type_description_service') or name.startswith('qos_overrides.')
+
+
+def _law_hint(name: str, known: Iterable[str]) -> str:
+    """Return what to do about a parameter of a group that no node has."""
+    group = name.partition('.')[0]
+    if group == name or any(one.startswith(f'{group}.') for one in known):
+        return ''
+    return f"; if '{group}' is a law of your own, name its file with --law"
+
+
+def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], source: str) -> Iterator[str]:
+    """Yield what is wrong with the names of a section that is for some of our nodes."""
+    known = set().union(*(parameter_names()[node] for node in nodes))
+    for name, value in values.items():
+        if name in known or is_ros_parameter(name):
+            if value is None:
+                yield f"{source}: '{name}' of '{section}' has no value; write one, or leave the line out"
+            elif isinstance(value, list) and len({type(element) for element in value}) > 1:
+                yield (f"{source}: '{name}' of '{section}' = {value} mixes kinds of numbers, which ROS refuses; "
+                       f'write a decimal point in each: {[float(v) if type(v) is int else v for v in value]}')
+            continue
+        owners = [node for node, declared in parameter_names().items() if name in declared]
+        if owners:
+            yield f"{source}: '{name}' of '{section}' belongs to {' and '.join(owners)}; write it there"
+        else:
+            yield f"{source}: unknown parameter '{name}' of '{section}'; {nearest(name, known)}{_law_hint(name, known)}"
+
+
+def read_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
+    """
+    Read one ROS 2 parameter file.
+
+    Returns section names and values by dotted name, in the file's order. Raises ParameterError if the file is missing,
+    empty, unreadable or not a parameter file.
+    """
+    source = str(path)
+    try:
+        text = read_bounded(Path(path), PARAMETER_FILE).decode()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
+        raise ParameterError([f'{source}: cannot be read ({reason}); name an existing parameter file']) from error
+    tree = parse_yaml(text, source)
+    if tree is None:
+        raise ParameterError([f"{source}: is empty; write '/**: {{ros__parameters: {{...}}}}' or leave the file out"])
+    if not isinstance(tree, Mapping):
+        raise ParameterError([f'{source}: holds {type(tree).__name__}, not node names with their ros__parameters'])
+    return list(_sections(tree, '', source))
+
+
+def _plain(value: Any) -> Any:
+    """Return a Python value as YAML would give it: no types of NumPy, and no array of whole and other numbers."""
+    value = value.tolist() if hasattr(value, 'tolist') else value
+    if not isinstance(value, list | tuple):
+        return value
+    numbers = [_plain(element) for element in value]
+    return [float(number) if type(number) is int and any(isinstance(one, float) for one in numbers) else number
+            for number in numbers]
+
+
+def read_override(override: Override) -> tuple[str, str, dict[str, Any]]:
+    """
+    Read one parameter whose NODE may be ``/**``.
+
+    Returns its source for messages, the section's name, and the one value by its dotted name. Raises ParameterError if
+    it has another form.
+
+    Examples
+    --------
+    >>> read_override('plant.duration:=5')
+    ("-p 'plant.duration:=5'", 'plant', {'duration': 5})
+    >>> read_override(('plant.duration', 5.0))[1:]
+    ('plant', {'duration': 5.0})
+
+    """
+    if isinstance(override, str):
+        target, separator, text = override.partition(':=')
+        source = f"-p '{override}'"
+    else:
+        target, separator, value = str(override[0]), ':=', _plain(override[1])
+        source = f"-p '{target}:={value!r}'"
+    section, dot, name = target.partition('.')
+    if not (separator and dot and section and name):
+        raise ParameterError([f'{source}: write NODE.PARAMETER:=VALUE, such as plant.duration:=16.0'])
+    if section != '/**' and section.strip('/') not in NODES:
+        raise ParameterError([f"{source}: there is no node '{section}'; {nearest(section, ['/**', *NODES])}"])
+    return source, section, {name: parse_yaml(text, source) if isinstance(override, str) else value}
+
+
+def merge_sections(
+    sources: Iterable[tuple[str, str, Mapping[str, Any]]], names: Mapping[str, str] | None = None
+) -> Values:
+    """
+    Merge sections (source for messages, section name, values) into values by node name; a later one wins.
+
+    The nodes have their full names in the namespace '/', unless others are given. Raises ParameterError naming every
+    parameter that no node declares or that stands in a wrong section, every section that misses a node of ours, and
+    every source that reaches none; sections for nodes of other packages pass.
+    """
+    names = full_names() if names is None else names
+    values: Values = {node: {} for node in NODES}
+    violations: list[str] = []
+    reaching: set[str] = set()
+    astray: dict[str, str] = {}
+    for source, section, given in sources:
+        nodes = addressed_nodes(section, names)
+        if nodes:
+            reaching.add(source)
+            violations += _check_names(section, given, nodes, source)
+        elif missed := unreached(section, names):
+            reaching.add(source)
+            violations.append(f'{source}: {missed}')
+        elif reason := elsewhere(section, names):
+            astray.setdefault(source, f'{source}: {reason}')
+        for node in nodes:
+            values[node].update({name: value for name, value in given.items() if name in parameter_names()[node]})
+    violations += [reason for source, reason in astray.items() if source not in reaching]
+    if violations:
+        raise ParameterError(violations)
+    return values
+
+
+def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namespace: str = '/') -> Values:
+    """
+    Read parameter files and overrides into values for each node.
+
+    Parameters
+    ----------
+    files : sequence of path
+        Later ones win.
+    overrides : sequence of (str or (str, object))
+        ``NODE.PARAMETER:=VALUE``, or name and value; they win over files.
+    namespace : str
+        In which the nodes run.
+
+    Returns
+    -------
+    dict of str to dict
+        By node name, its values; not yet checked against types and bounds (see `configure`).
+
+    Raises
+    ------
+    ParameterError
+        If a file or an override cannot be read, or names what no node declares.
+
+    """
+    sources = [(str(path), section, values) for path in files for section, values in read_parameter_file(path)]
+    for override in overrides:
+        source, section, values = read_override(override)
+        # a node is named without its namespace there
+        sources.append((source, section if section == '/**' else f'/**/{section.strip("/")}', values))
+    return merge_sections(sources, full_names(namespace))
+
+
+def parameter_file_text(values: Mapping[str, Mapping[str, Any]]) -> str:
+    """
+    Return values by node and dotted name as the text of a ROS 2 parameter file.
+
+    One section a node; reading it back gives the same numbers to the last bit.
+    """
+    tree = {
+        f'/**/{node}': {'ros__parameters': {
+            name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}}
+        for node, given in values.items() if given
+    }
+    return dump_yaml(tree)
+
+
+def configuration_text(parameters: Configuration, robot: str | None = None) -> str:
+    """Return a configuration as a parameter file that gives the same numbers to the last bit, headed by its robot."""
+    text = parameter_file_text({node: flatten(part) for node, part in parameters._asdict().items()})
+    return text if robot is None else f'# robot: {printable(robot)}\n{text}'

@@ -1,0 +1,223 @@
+"""The parameters of the four nodes, and the rules that hold between those of one node."""
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.configuration.shared import Shared
+from mobile_robot_control.control.approach import ApproachParameters
+from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.control.tracking_limit import TrackingLimit
+from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.control.velocity_stability import instability
+from mobile_robot_control.model.base import base_violations
+from mobile_robot_control.model.plant import VELOCITY, PlantModel
+from mobile_robot_control.model.sensor_constants import is_ideal, sensor_violations
+from mobile_robot_control.parameters.checking import ParameterError, rule
+from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
+from mobile_robot_control.reference.cart import CurveParameters, too_fast_to_send
+from mobile_robot_control.reference.waiting import WaitParameters
+from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.topics import LOOPS, LoopGraph, extended, with_truth
+
+_LONGEST_STEP = 3600.0
+"""Wall time that a step may take where simulated time is slowed down [s]."""
+
+
+class PlantParameters(NamedTuple):
+    """Parameters of the node `plant`."""
+
+    shared: Annotated[Shared, INLINE] = Shared()
+    initial_pose: Annotated[
+        tuple[float, ...],
+        Field('m, m, rad', "where the robot starts: x, y, yaw; the commands start it at the cart's start if not given; "
+              'a change acts at the next reset', length=3, live=True)
+    ] = (1.0, 0.0, 0.5 * math.pi)
+    duration: Annotated[
+        float, Field('s', 'length of the run; 0 for no end', minimum=0.0)
+    ] = 0.0
+    real_time_factor: Annotated[
+        float, Field('', 'simulated time per wall time in lockstep, 0 for as fast as possible: larger runs faster',
+                     minimum=0.0, live=True)
+    ] = 1.0
+    paused: Annotated[
+        bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock joint_states alone',
+                    live=True)
+    ] = False
+    hold_at: Annotated[
+        float, Field('s', 'time from the start at which the run holds as if paused, until this is raised; 0 means none',
+                     minimum=0.0, live=True)
+    ] = 0.0
+    publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
+    publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True
+    torque_timeout: Annotated[
+        float, Field('s', 'wall clock: time without wheel_torques after which the torque falls to zero: larger '
+                     'drives on longer', above=0.0)
+    ] = 0.1
+    pose_covariance_diagonal: Annotated[
+        tuple[float, ...], Field('m², rad²', 'diagonal of the covariance of odom.pose', minimum=0.0, length=6)
+    ] = (0.0,) * 6
+    twist_covariance_diagonal: Annotated[
+        tuple[float, ...], Field('m²/s², rad²/s²', 'diagonal of the covariance of odom.twist', minimum=0.0, length=6)
+    ] = (0.0,) * 6
+    model: Annotated[PlantModel, INLINE] = PlantModel()
+
+
+class VelocityControllerParameters(NamedTuple):
+    """Parameters of the node `velocity_controller`."""
+
+    shared: Annotated[Shared, INLINE] = Shared()
+    gains: VelocityGains = VelocityGains()
+    cmd_vel_timeout: Annotated[
+        float, Field('s', 'wall clock: time without cmd_vel after which the command falls to zero, 0 for never: larger '
+                     'drives on longer',
+                     minimum=0.0)
+    ] = 0.5
+    max_wheel_torque: Annotated[
+        float, Field('N m', 'limit of each torque asked for, with anti-windup, 0 for none: larger accelerates harder',
+                     minimum=0.0, live=True)
+    ] = 0.0
+
+
+class PositionControllerParameters(NamedTuple):
+    """Parameters of the node `position_controller`."""
+
+    shared: Annotated[Shared, INLINE] = Shared()
+    control: Annotated[PositionControl, INLINE] = PositionControl()
+    input_timeout: Annotated[
+        float, Field('s', 'wall clock: time without odom or reference after which cmd_vel falls to zero: larger '
+                     'drives on longer', above=0.0)
+    ] = 0.5
+    compensate_latency: Annotated[
+        bool, Field('', 'carry odometry forward along its arc by its age: odom_latency, on the wall clock plus the '
+                    'age of its stamp, in lockstep plus the steps for which it repeats a sample; on the wall clock '
+                    'the reference, too', live=True)
+    ] = False
+    odom_latency: Annotated[
+        float, Field('s', "age of odometry that its stamp does not show, and the base's dead time if you like: larger "
+                     'carries it farther forward', minimum=0.0, live=True)
+    ] = 0.0
+    stop_on_odom_conflict: Annotated[
+        bool, Field('', 'wall clock: stop the robot while odom has several publishers that contradict each other',
+                    live=True)
+    ] = True
+    # beside those of the command in `control`, which rollouts take
+    limits: TrackingLimit = TrackingLimit()
+    approach: ApproachParameters = ApproachParameters()
+
+
+class ReferenceCartParameters(NamedTuple):
+    """Parameters of the node `reference_cart`."""
+
+    shared: Annotated[Shared, INLINE] = Shared()
+    curve: Annotated[CurveParameters, INLINE] = CurveParameters()
+    waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
+
+
+class Configuration(NamedTuple):
+    """The parameters of all four nodes of a run, by node name."""
+
+    plant: PlantParameters = PlantParameters()
+    velocity_controller: VelocityControllerParameters = VelocityControllerParameters()
+    position_controller: PositionControllerParameters = PositionControllerParameters()
+    reference_cart: ReferenceCartParameters = ReferenceCartParameters()
+
+
+PACE = ('paused', 'hold_at', 'real_time_factor')
+"""Parameters of the plant that change no number of a run, and are no events."""
+NODES: dict[str, Any] = dict(Configuration.__annotations__)
+"""The parameters' class of each node, by node name."""
+
+
+def counted_twice(parameters: PositionControllerParameters) -> Iterator[str]:
+    """Yield, in words, an age of odometry that is compensated twice."""
+    if parameters.compensate_latency and parameters.odom_latency and parameters.shared.stamps_samples:
+        yield (f'odom_latency = {parameters.odom_latency:g} s is added to the age that the stamps of odom show '
+               '(odometry_stamped: sampled): leave it out, unless odometry is older than its stamps')
+
+
+def has_exact_odometry(plant: PlantParameters) -> bool:
+    """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
+    noise = plant.model.imperfections.noise
+    return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
+
+
+def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
+    """Return a loop with the topics that the parameters of all nodes ask for."""
+    return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled, shared.has_odom_time)
+
+
+def loop_of(plant: PlantParameters) -> LoopGraph:
+    """Return the loop that a plant is part of."""
+    loop = with_options(LOOPS[plant.model.drive], plant.shared)
+    return loop if has_exact_odometry(plant) else with_truth(loop)
+
+
+def parameter_names() -> dict[str, set[str]]:
+    """Return the dotted names of the parameters of each node, with the laws that are registered now."""
+    return _parameter_names(LAWS.version)
+
+
+@lru_cache(maxsize=1)
+def _parameter_names(_version: int) -> dict[str, set[str]]:
+    """Return the names, which depend on the registered laws alone."""
+    return {node: set(declarations(group)) for node, group in NODES.items()}
+
+
+@rule
+def _law_prepares(parameters: PositionControllerParameters) -> Iterator[str]:
+    try:
+        select(parameters.control, 1.0 / parameters.shared.position_rate)
+    except ParameterError as error:
+        yield from error.violations
+
+
+@rule
+def _horizon_is_long(parameters: PositionControllerParameters) -> Iterator[str]:
+    law, given = LAWS[parameters.control.controller_type], parameters.shared.reference_horizon
+    if law.horizon > given:
+        yield (f"the law '{law.name}' needs reference_horizon = {law.horizon} or more, which is {given}; write it "
+               "under '/**', and start the nodes again")
+
+
+@rule
+def _horizon_can_be_sent(parameters: ReferenceCartParameters) -> Iterator[str]:
+    if parameters.shared.reference_horizon:
+        yield from too_fast_to_send(parameters.curve)
+
+
+@rule
+def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
+    rate = plant.shared.velocity_rate
+    # without a step the run would have no end
+    if plant.duration > 0.0 and round(plant.duration * rate) < 1:
+        yield (f'duration = {plant.duration} s is too short for a step at velocity_rate = {rate} Hz; '
+               f'take at least {1.0 / rate:g} s, or 0 for no end')
+
+
+@rule
+def _a_step_ends(plant: PlantParameters) -> Iterator[str]:
+    factor, period = plant.real_time_factor, 1.0 / plant.shared.velocity_rate
+    # below some 1e-13 a step would last longer than a timer can wait
+    if factor > 0.0 and factor * _LONGEST_STEP < period:
+        yield (f'real_time_factor = {factor} is too small: a step would take {period / factor:.3g} s of wall time; '
+               f'write at least {period / _LONGEST_STEP:g}, or 0 for as fast as possible')
+
+
+@rule
+def _queues_are_short(plant: PlantParameters) -> Iterator[str]:
+    model, shared = plant.model, plant.shared
+    grid = period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate)
+    if model.drive == VELOCITY:
+        yield from base_violations(model.base, *grid)
+    yield from sensor_violations(model.encoders, model.odometry, *grid)
+
+
+@rule
+def velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
+    """Refuse gains that are unstable at the rate; a base that takes velocity commands has no such loop."""
+    shared = parameters.shared
+    found = instability(parameters.gains, shared.robot, shared.velocity_rate, shared.lockstep)
+    if found:
+        yield found

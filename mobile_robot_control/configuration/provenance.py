@@ -1,0 +1,93 @@
+"""Where a result comes from: the command, the parameters and the versions that it was made with."""
+
+import os
+import platform
+import shutil
+import subprocess
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from mobile_robot_control import __version__
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.system.texts import printable
+
+_CHECKOUT = Path(__file__).resolve().parents[2]
+
+
+def provenance(
+    command_line: str, parameters: Configuration | Mapping[str, Configuration] | None
+) -> dict[str, Any]:
+    """
+    Return where a result comes from, ready for JSON.
+
+    Parameters
+    ----------
+    command_line : str
+        The command, or the call in Python.
+    parameters : Configuration, or mapping of str to Configuration, or None
+        Of the loop, gains and seeds among them; of each controller by name; None where they are not known.
+
+    Returns
+    -------
+    dict of str to object
+        'command_line', 'versions', and 'parameters' by node and dotted name.
+
+    """
+    if parameters is None or isinstance(parameters, Configuration):
+        flat: Any = None if parameters is None else _flat(parameters)
+    else:
+        flat = {name: _flat(one) for name, one in parameters.items()}
+    return {'command_line': command_line, 'versions': versions(), 'parameters': flat}
+
+
+def _flat(parameters: Configuration) -> dict[str, dict[str, Any]]:
+    return {node: flatten(part) for node, part in parameters._asdict().items()}
+
+
+def call_text(function: str, *positional: object, **keywords: object) -> str:
+    """
+    Return a call of the Python API as text, without the keywords that are left out.
+
+    Examples
+    --------
+    >>> call_text('simulate', 'a.yaml', duration=2.0, robot=None)
+    "mobile_robot_control.simulate('a.yaml', duration=2.0)"
+
+    """
+    words = [*map(repr, positional), *(f'{name}={value!r}' for name, value in keywords.items()
+                                       if value is not None and value not in ((), {}))]
+    return printable(f'mobile_robot_control.{function}({", ".join(words)})')
+
+
+@lru_cache(maxsize=1)
+def versions() -> dict[str, str | None]:
+    """Return the versions of this package and of those that its numbers depend on; None where one is not there."""
+    return {
+        'mobile_robot_control': __version__, 'commit': _commit(), 'python': platform.python_version(),
+        'numpy': _installed('numpy'), 'numba': _installed('numba'),
+        'ros': os.environ.get('ROS_DISTRO'), 'rclpy': _installed('rclpy'),
+    }
+
+
+def _installed(name: str) -> str | None:
+    # imported late: most that read parameters ask for no version
+    from importlib import metadata  # noqa: PLC0415
+
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _commit() -> str | None:
+    """Return the commit of the checkout that this package is run from, with '-dirty' where it was changed since."""
+    git = shutil.which('git')
+    if git is None or not (_CHECKOUT / '.git').exists():
+        return None
+    done = subprocess.run(  # noqa: S603 (a program found on the path, with words of our own)
+        [git, '-C', str(_CHECKOUT), 'describe', '--always', '--dirty', '--abbrev=40', '--exclude=*'],
+        capture_output=True, text=True, check=False)
+    return done.stdout.strip() or None

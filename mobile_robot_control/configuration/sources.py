@@ -1,0 +1,91 @@
+"""Where the parameters of a loop come from: a robot, files, and single values; later ones win."""
+
+import contextlib
+import sys
+from collections.abc import Mapping, Sequence
+from os import PathLike, fspath
+from typing import Any, NamedTuple
+
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import Override, Values, load
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.robot_files import robot_file
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.system.texts import printable
+
+File = str | PathLike[str]
+
+
+class ParameterSources(NamedTuple):
+    """
+    Where the parameters of a loop come from.
+
+    Attributes
+    ----------
+    robot : str or None
+        One of the robots of this package, or the parameter file of one; read before the files.
+    files : tuple of str
+        ROS 2 parameter files; later ones win.
+    overrides : tuple of (str or (str, object))
+        Single parameters, which win over files: ``NODE.PARAMETER:=VALUE``, or name and value.
+
+    """
+
+    robot: str | None = None
+    files: tuple[str, ...] = ()
+    overrides: tuple[Override, ...] = ()
+
+    def with_files(self, *files: File) -> 'ParameterSources':
+        """Return these with further files, which win over those before."""
+        return self._replace(files=(*self.files, *(fspath(file) for file in files)))
+
+    def with_values(self, values: Mapping[str, object]) -> 'ParameterSources':
+        """Return these with further values by ``NODE.PARAMETER``, which win."""
+        return self._replace(overrides=(*self.overrides, *values.items()))
+
+    @property
+    def are_given(self) -> bool:
+        """Whether there is any."""
+        return self != ParameterSources()
+
+    def values(self, namespace: str = '/') -> Values:
+        """Read the values by node; raise ParameterError where a source cannot be read."""
+        robot = [] if self.robot is None else [robot_file(self.robot)]
+        return load([*robot, *self.files], self.overrides, namespace)
+
+    def configuration(self, namespace: str = '/') -> Configuration:
+        """
+        Make the configuration; where `plant.initial_pose` is not given, the robot starts at the cart's start.
+
+        Parameters
+        ----------
+        namespace : str
+            In which the nodes run.
+
+        Returns
+        -------
+        Configuration
+            Checked.
+
+        Raises
+        ------
+        ParameterError
+            Naming every violation.
+
+        """
+        values = self.values(namespace)
+        # what a law prints while it prepares its gains must not be among the results
+        with contextlib.redirect_stdout(sys.stderr):
+            made = configure(values)
+            return made if 'initial_pose' in values['plant'] else at_cart_start(made)
+
+
+def parameter_sources(
+    files: Sequence[File] = (), robot: File | None = None, parameters: Mapping[str, object] | None = None
+) -> ParameterSources:
+    """Return the sources that a function of the Python API is given; raise ParameterError where values lack names."""
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise ParameterError([f'parameters = {printable(repr(parameters))}: write them by NODE.PARAMETER, such as '
+                              "{'plant.max_wheel_torque': 3.0}; parameter files come before them, by position"])
+    given: dict[str, Any] = dict(parameters or {})
+    return ParameterSources(None if robot is None else fspath(robot)).with_files(*files).with_values(given)

@@ -1,0 +1,136 @@
+"""The live page served: with nodes of its own, or with those that run."""
+
+import contextlib
+import ipaddress
+import os
+import secrets
+import socket
+import time
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.configuration.addressing import read_namespace
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.experiment.fastdds_profiles import use_fastdds_profiles
+from mobile_robot_control.experiment.node_processes import START
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.ros.environment import check_environment
+from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.system.files import encodable_path
+from mobile_robot_control.system.supervisor import Supervisor
+from mobile_robot_control.system.texts import printable
+
+_SETTLE = 3.2
+"""[s] of wall time in which other publishers are looked for before nodes are started; DDS announces every 3 s."""
+_LOCAL = '127.0.0.1'
+
+
+def _read_address(text: str) -> str:
+    """Read an address; an empty one would be that of all."""
+    if not text.strip():
+        raise ValueError('is no address; write 127.0.0.1 for this machine alone, or 0.0.0.0 for all addresses')
+    return text
+
+
+class DashboardRequest(NamedTuple):
+    """What the live page is asked for."""
+
+    sources: ParameterSources
+    attach: Annotated[bool, Field('', 'start no nodes: watch and handle those that run, of a real robot too')] = False
+    namespace: Annotated[str, Field('', 'of the robot'), Reader(read_namespace, 'NS')] = '/'
+    port: Annotated[int, Field('', 'of the page; 0 takes any that is free', minimum=0, maximum=65535)] = 8080
+    host: Annotated[str, Field('', 'address that the page is served on; all but this machine need the token that is '
+                               'printed'), Reader(_read_address, 'ADDRESS')] = _LOCAL
+    output: Annotated[str, Field('', "folder for the nodes' logs, recordings and saved parameters"),
+                      Reader(encodable_path, 'DIR')] = 'runs/dashboard'
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens; raise ParameterError where another program has the port."""
+    try:
+        return socket.create_server((host, port), family=socket.AF_INET6 if ':' in host else socket.AF_INET)
+    except (OSError, TypeError, ValueError) as error:  # a name may have no encoding as a host
+        number = getattr(error, 'errno', None)
+        reason = os.strerror(number) if number and number > 0 else printable(str(error))
+        raise ParameterError([f'{printable(host)}:{port} cannot be served ({reason}); name another --port, or a --host '
+                              'that is an address of this machine']) from error
+
+
+def _check_extra() -> None:
+    """Raise ParameterError where the page server is not installed."""
+    try:
+        import nicegui  # noqa: F401, PLC0415 (an extra)
+    except ModuleNotFoundError as error:
+        raise ParameterError([f"the Python module {error.name} is missing; install the extra: "
+                              "pip install 'mobile_robot_control[dashboard]'"]) from error
+
+
+def serve(request: DashboardRequest, stop: Stop) -> None:
+    """Serve the page until a stop is requested; raise ParameterError where that cannot be done."""
+    parameters = request.sources.configuration(request.namespace)
+    _check_extra()
+    folder = Path(request.output)
+    (folder / 'log').mkdir(parents=True, exist_ok=True)
+    check_environment(folder / 'log')
+    listening = _listen(request.host, request.port)
+    port = listening.getsockname()[1]
+    token = '' if _is_local(request.host) else secrets.token_urlsafe(18)
+    # imported late: bad usage is reported at once
+    from mobile_robot_control.dashboard.actions import Actions  # noqa: PLC0415
+    from mobile_robot_control.dashboard.link import RobotLink  # noqa: PLC0415
+    from mobile_robot_control.dashboard.recordings import Recordings  # noqa: PLC0415
+    from mobile_robot_control.dashboard.server import PageServer, Served  # noqa: PLC0415
+    from mobile_robot_control.dashboard.snapshot import shown_state  # noqa: PLC0415
+    from mobile_robot_control.dashboard.started_nodes import StartedNodes  # noqa: PLC0415
+
+    with contextlib.ExitStack() as opened:
+        opened.callback(listening.close)
+        supervisor = opened.enter_context(Supervisor(START, name='dashboard'))
+        if not request.attach:
+            use_fastdds_profiles(folder / 'log')
+        link = RobotLink(request.namespace, supervisor.note_progress)
+        link.start()
+        opened.callback(link.close)
+        nodes = None
+        if not request.attach:
+            _refuse_others(link, stop)
+            nodes = StartedNodes(parameters, request.namespace, folder, supervisor.note_node)
+            opened.callback(nodes.stop)
+            nodes.start()
+        recordings = Recordings(folder / 'recordings', request.namespace)
+        opened.callback(recordings.close)
+        server = PageServer(
+            Served(link, Actions(link, recordings, folder / 'saved'),
+                   lambda: shown_state(link, nodes, recordings), folder),
+            _names(request.host, *listening.getsockname()[:2]), token)
+        address = f'http://{_shown(request.host)}:{port}/' + (f'?token={token}' if token else '')
+        print(f'dashboard: {printable(address)} (Ctrl-C ends it)', flush=True)
+        server.run(listening, lambda: stop.requested)
+
+
+def _refuse_others(link: object, stop: Stop) -> None:
+    """Raise ParameterError where other nodes publish on the topics of the nodes that are to be started."""
+    deadline = time.monotonic() + _SETTLE
+    while time.monotonic() < deadline and not stop.requested:
+        topics = link.submit(link.loop.published).result(10.0)  # type: ignore[attr-defined]
+        if topics:
+            raise ParameterError([f'another node publishes on {", ".join(topics)}; watch it with --attach, or choose '
+                                  'another --namespace or ROS_DOMAIN_ID'])
+        time.sleep(0.1)
+
+
+def _is_local(host: str) -> bool:
+    return host in (_LOCAL, 'localhost', '::1')
+
+
+def _shown(host: str) -> str:
+    return f'[{host}]' if ':' in host else host
+
+
+def _names(host: str, bound: str, port: int) -> frozenset[str]:
+    """Return the values of the header Host that name this page; none where any address of the machine serves it."""
+    if ipaddress.ip_address(bound.partition('%')[0]).is_unspecified:
+        return frozenset()
+    return frozenset(f'{_shown(name)}:{port}' for name in ({_LOCAL, 'localhost', '::1'} if _is_local(host) else {host}))

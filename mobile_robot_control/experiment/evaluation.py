@@ -1,0 +1,97 @@
+"""From a recorded run to its metrics and its report."""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mobile_robot_control.configuration.provenance import provenance
+from mobile_robot_control.reporting.reports import draw_report, load_run
+from mobile_robot_control.reporting.run_files import UnreadableRunError
+from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.system.files import explain, write_atomically
+from mobile_robot_control.system.texts import printable
+
+
+class Evaluated(NamedTuple):
+    """
+    The evaluation of a recorded run.
+
+    Attributes
+    ----------
+    metrics : dict of str to object
+        As `metrics.json`, without its provenance.
+    unwritten : tuple of str
+        What could not be written, naming the file, in words.
+
+    """
+
+    metrics: dict[str, Any]
+    unwritten: tuple[str, ...]
+
+
+def evaluate(
+    output: Path, namespace: str, outcome: str, command_line: str, quiet: bool = False, with_report: bool = True
+) -> Evaluated:
+    """
+    Measure and draw a recorded run.
+
+    Parameters
+    ----------
+    output : Path
+        Folder with the bag; takes `metrics.json` and the report.
+    namespace : str
+        In which the nodes ran.
+    outcome : str
+        'completed', 'diverged', 'interrupted', 'node_died', or 'recorded' for a part of a run.
+    command_line : str
+        Recorded with the results.
+    quiet : bool
+        Without progress bars.
+    with_report : bool
+        Whether to write the report.
+
+    Returns
+    -------
+    Evaluated
+        The metrics, and what could not be written.
+
+    """
+    metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
+    runs: list[RecordedRun] = []
+    try:
+        runs.append(load_run(printable(output.resolve().name), output / 'bag', namespace, outcome, quiet))
+    except UnreadableRunError as error:
+        print(f'experiment: no report: {error}', file=sys.stderr)
+    for run in runs:
+        for problem in run.problems:
+            print(f'experiment: {problem}', file=sys.stderr)
+        metrics |= run.metrics
+    made = provenance(command_line, runs[0].parameters if runs else None)
+    unwritten = [_write_metrics({**metrics, 'provenance': made}, output / 'metrics.json')]
+    if with_report:
+        unwritten += [_write_report(run, output, command_line, quiet) for run in runs]
+    return Evaluated(metrics, tuple(filter(None, unwritten)))
+
+
+def _write_metrics(metrics: dict[str, Any], path: Path) -> str:
+    """Write metrics.json; return what went wrong."""
+    try:
+        write_atomically(path, json.dumps(metrics, indent=2) + '\n')
+    except OSError as error:
+        return explain(error)
+    return ''
+
+
+def _write_report(run: RecordedRun, output: Path, command_line: str, quiet: bool) -> str:
+    """Write page and figures, or none of them; return what went wrong."""
+    try:
+        draw_report([run], output, command_line, quiet=quiet)
+    except OSError as error:
+        for name in ('report.html', 'report.json'):
+            (output / name).unlink(missing_ok=True)
+        shutil.rmtree(output / 'figures', ignore_errors=True)
+        # figures are written without their file's name in the error
+        return explain(OSError(error.errno, error.strerror or str(error), str(output / 'report.html')))
+    return ''

@@ -1,0 +1,208 @@
+"""Experiments that are asked for: one, several one after the other, or a recorded one done again."""
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from mobile_robot_control.configuration.addressing import read_namespace
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.experiment.folders import WRITTEN, experiment_folders
+from mobile_robot_control.experiment.node_processes import START
+from mobile_robot_control.experiment.result import ExperimentResult
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.ros.environment import check_environment
+from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault
+from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.system.files import encodable_path
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.supervisor import Supervisor
+from mobile_robot_control.system.texts import distinct, printable
+
+if TYPE_CHECKING:
+    from mobile_robot_control.experiment.runner import Course
+
+
+class ExperimentRequest(NamedTuple):
+    """What an experiment is asked for."""
+
+    sources: ParameterSources
+    output: Annotated[str, Field('', 'folder for bag, metrics and pictures'), Reader(encodable_path, 'DIR')]
+    duration: Annotated[float | None, Field('s', 'simulated time; needed without --replay', above=0.0)] = None
+    overwrite: Annotated[bool, Field('', 'replace an experiment that the folder already holds')] = False
+    composed: Annotated[bool, Field('', 'all four nodes in one process')] = False
+    compare: Annotated[tuple[str, ...], Field(
+        '', 'several parameter files, one run after the other on the same curve from the same start, and one report '
+        'over all')] = ()
+    replay: Annotated[str | None, Field(
+        '', 'experiment in lockstep, or its bag: the run is done again with all that changed it, and must be the same '
+        'to the last bit')] = None
+    report: Annotated[bool, Field('', 'write the metrics alone')] = True
+    namespace: Annotated[str, Field('', 'in which the nodes run'), Reader(read_namespace, 'NS')] = '/'
+    patience: Annotated[float, Field('s', 'wall time without progress after which a run is given up', above=0.0)] = 20.0
+
+
+class Performed(NamedTuple):
+    """
+    An experiment that has been run, recorded and evaluated.
+
+    Attributes
+    ----------
+    result : ExperimentResult
+        How it ended.
+    metrics : dict of str to object
+        As `metrics.json`, without its provenance.
+    parameters : Configuration
+        That it ran with.
+
+    """
+
+    result: ExperimentResult
+    metrics: dict[str, Any]
+    parameters: Configuration
+
+
+class Experiments:
+    """
+    The experiments of one request.
+
+    Parameters
+    ----------
+    request : ExperimentRequest
+        What is asked for; ParameterError is raised where its parts contradict each other.
+    command_line : str
+        Recorded with the results.
+    stop : Stop
+        Ends them.
+
+    """
+
+    def __init__(self, request: ExperimentRequest, command_line: str, stop: Stop) -> None:
+        if request.duration is None and request.replay is None:
+            raise ParameterError(['--duration is missing; it is needed without --replay: simulated time [s]'])
+        if request.replay is not None and request.compare:
+            raise ParameterError(['--replay is not allowed with --compare; replay one run after the other'])
+        self._request, self._command_line, self._stop = request, command_line, stop
+        self._output = Path(request.output)
+
+    def run(self) -> Performed:
+        """Run the experiment, or replay one; raise ParameterError where it is refused, and nothing is changed."""
+        if self._request.replay is not None:
+            return self._replay()
+        parameters = self._configured()
+        check_environment(self._output / 'log')
+        with (experiment_folders({self._output: parameters}, self._request.overwrite, self._request.sources.robot
+                                 ) as unused, _progress_bar(parameters.plant.duration) as bar):
+            return self._perform(parameters, self._output, bar, unused)
+
+    def _configured(self, *files: str) -> Configuration:
+        sources = self._request.sources.with_files(*files).with_values({'plant.duration': self._request.duration})
+        parameters = sources.configuration(self._request.namespace)
+        if not parameters.plant.shared.stamped_cmd_vel:
+            raise ParameterError(["stamped_cmd_vel = false: an experiment's topics are joined by their stamps; "
+                                  "add -p '/**.stamped_cmd_vel:=true'"])
+        return parameters
+
+    def _perform(
+        self, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path],
+        course: 'Callable[[], Course] | None' = None,
+    ) -> Performed:
+        """Run, record and evaluate one configuration; the reason names all that went wrong."""
+        request = self._request
+        with Supervisor(max(request.patience, START)) as supervisor:
+            # imported late: bad usage is reported at once, and an import that hangs is noticed
+            try:
+                from mobile_robot_control.experiment.evaluation import evaluate  # noqa: PLC0415
+                from mobile_robot_control.experiment.recorded_run import run_experiment  # noqa: PLC0415
+            except LOAD_ERRORS as error:
+                raise ParameterError([load_fault(error)]) from error
+
+            result = run_experiment(parameters, output, request.namespace, composed=request.composed,
+                                    patience=request.patience, stop=self._stop, bar=bar, supervisor=supervisor,
+                                    course=None if course is None else course())
+        unused.remove(output)
+        bar.set_description('drawing the report' if request.report else 'measuring')
+        evaluated = evaluate(output, request.namespace, result.outcome, self._command_line,
+                             quiet=bool(request.compare), with_report=request.report)
+        reasons = [*filter(None, [result.reason]), *evaluated.unwritten]
+        return Performed(result._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics, parameters)
+
+    def _replay(self) -> Performed:
+        """Do a recorded run again, and compare."""
+        # imported late: most runs replay nothing
+        from mobile_robot_control.experiment.replay_plan import compare_replay, plan_replay  # noqa: PLC0415
+
+        request, output = self._request, self._output
+        replay = plan_replay(Path(str(request.replay)), output, request.sources, request.duration, request.namespace)
+
+        def course() -> 'Course':
+            from mobile_robot_control.experiment.replay_run import ReplayRun  # noqa: PLC0415 (imports rclpy)
+
+            return ReplayRun(replay)
+
+        parameters = replay.configuration
+        check_environment(output / 'log')
+        with (experiment_folders({output: parameters}, request.overwrite) as unused,
+              _progress_bar(parameters.plant.duration * len(replay.runs)) as bar):
+            performed = self._perform(parameters, output, bar, unused, course)
+        result = performed.result
+        if result.outcome != 'interrupted' and not result.reason:
+            result = result._replace(reason=compare_replay(replay, output, request.namespace))
+        return performed._replace(result=result)
+
+    def compare(self) -> list[str]:
+        """Run several configurations one after the other, and report them together; return what went wrong."""
+        # imported late: bad usage is reported at once
+        from mobile_robot_control.reporting.reports import refuse_too_many, report  # noqa: PLC0415
+
+        request, output = self._request, self._output
+        refuse_too_many(len(request.compare))
+        names = _folders(request.compare)
+        configured = [self._configured(file) for file in request.compare]
+        chosen = {name: _alike(parameters, configured[0]) for name, parameters in zip(names, configured, strict=True)}
+        check_environment(output / names[0] / 'log')
+        reasons: list[str] = []
+        done: list[tuple[str, Path]] = []
+        folders = {output / name: parameters for name, parameters in chosen.items()}
+        with (experiment_folders(folders, request.overwrite, request.sources.robot) as unused,
+              _progress_bar(configured[0].plant.duration * len(chosen)) as bar):
+            for name, parameters in chosen.items():
+                bar.set_description(name)
+                result = self._perform(parameters, output / name, bar, unused).result
+                done.append((name, output / name))
+                if result.reason:
+                    reasons.append(f'{name}: {result.outcome}: {result.reason}')
+                if self._stop.requested:
+                    reasons.append(f'{name}: interrupted')
+                    break
+        for reason in reasons:
+            print(f'experiment: {reason}', file=sys.stderr)
+        print(f'experiment: drawing the report over {len(done)} runs', file=sys.stderr)
+        return reasons + report(done, output, self._command_line, request.namespace, quiet=True)
+
+
+def _progress_bar(seconds: float) -> tqdm:
+    """Make a bar over the simulated time of all runs [s]."""
+    return tqdm(total=seconds, desc='simulated', bar_format='{l_bar}{bar}| {n:.1f}/{total:.1f} s '
+                '[{elapsed}<{remaining}]')
+
+
+def _alike(chosen: Configuration, first: Configuration) -> Configuration:
+    """Return a configuration with the curve and the start of the first one."""
+    return chosen._replace(
+        reference_cart=chosen.reference_cart._replace(curve=first.reference_cart.curve),
+        plant=chosen.plant._replace(initial_pose=first.plant.initial_pose),
+    )
+
+
+def _folders(files: Sequence[str]) -> list[str]:
+    """Return the name of each run's folder within the output; raise ParameterError where it would not be one of it."""
+    names = distinct([printable(Path(file).stem) for file in files])
+    odd = [f"--compare {file}: its run would be written to '{name}', which has another use; rename the file"
+           for file, name in zip(files, names, strict=True) if name in ('', '.', '..', *WRITTEN)]
+    if odd:
+        raise ParameterError(odd)
+    return names

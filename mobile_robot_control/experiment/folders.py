@@ -1,0 +1,99 @@
+"""The folders of experiments: made ready, and left as they were found where a run is refused."""
+
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.system.files import write_atomically
+
+_REPLACED = '.replaced'
+"""Within an experiment's folder: takes the experiment that it held, until the new one has run."""
+WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
+
+
+@contextmanager
+def experiment_folders(
+    chosen: Mapping[Path, Configuration], overwrite: bool, robot: str | None = None
+) -> Iterator[list[Path]]:
+    """
+    Make a folder ready for each experiment; nothing that an experiment did not write is ever removed.
+
+    Parameters
+    ----------
+    chosen : mapping of Path to Configuration
+        What each experiment runs with.
+    overwrite : bool
+        Whether to replace experiments that the folders hold.
+    robot : str or None
+        What the robot is called, which heads `parameters.yaml`.
+
+    Yields
+    ------
+    list of Path
+        The folders without a run: take one out once its run has ended. Where a ParameterError or an OSError is raised,
+        those left are again as they were: without what was written, with what was to be replaced.
+
+    Raises
+    ------
+    ParameterError
+        If a folder holds an experiment and may not be overwritten; then none is changed.
+
+    """
+    held = [output for output in chosen if any(_written(output))]
+    if held and not overwrite:
+        raise ParameterError(f'{output}: holds an experiment already; name another folder, or add --overwrite'
+                             for output in held)
+    absent = [folder for output in chosen for folder in (output, *output.parents) if not folder.exists()]
+    unused: list[Path] = []
+    try:
+        for output, parameters in chosen.items():
+            unused.append(output)
+            _prepare(output, configuration_text(parameters, robot))
+        yield unused
+    except (ParameterError, OSError):
+        _restore(unused, absent)
+        raise
+    finally:
+        for output in chosen:
+            shutil.rmtree(output / _REPLACED, ignore_errors=True)
+
+
+def _written(output: Path) -> list[Path]:
+    """List what an experiment has written to a folder."""
+    return [output / name for name in WRITTEN if (output / name).exists()]
+
+
+def _remove(output: Path) -> None:
+    for path in _written(output):
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _prepare(output: Path, parameters: str) -> None:
+    output.mkdir(parents=True, exist_ok=True)
+    # of a run that was killed
+    shutil.rmtree(output / _REPLACED, ignore_errors=True)
+    (output / _REPLACED).mkdir()
+    for path in _written(output):
+        path.rename(output / _REPLACED / path.name)
+    (output / 'log').mkdir()
+    write_atomically(output / 'parameters.yaml', parameters)
+
+
+def _restore(unused: list[Path], absent: list[Path]) -> None:
+    for output in unused:
+        replaced = list((output / _REPLACED).glob('*'))
+        # nothing is in there where it could not be made
+        if (output / _REPLACED).is_dir():
+            _remove(output)
+        for path in replaced:
+            path.rename(output / path.name)
+        with suppress(OSError):
+            (output / _REPLACED).rmdir()
+    for folder in absent:
+        # one that holds something else stays
+        with suppress(OSError):
+            folder.rmdir()

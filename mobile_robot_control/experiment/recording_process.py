@@ -1,0 +1,75 @@
+"""Record the topics of a namespace until the standard input closes; then measure and draw the run."""
+
+import sys
+import time
+from pathlib import Path
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import loop_of
+from mobile_robot_control.experiment.evaluation import evaluate
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.ros.recorder import NO_LIMIT, Recorder
+from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.system.files import explain
+from mobile_robot_control.system.supervisor import leave_dds
+from mobile_robot_control.topics import LOOPS, LoopGraph
+
+_DISCOVERY = 4.0
+"""[s] of wall time at most until every topic is discovered; DDS announces every 3 s."""
+_BEHIND, _SILENT = 10.0, 0.5
+"""[s] of wall time at most until every topic is recorded to the end, and without a message of the loop."""
+
+
+def record(folder: Path, namespace: str, stop: Stop) -> int:
+    """Record into a folder that has `parameters.yaml` until a stop is requested; return the exit code."""
+    try:
+        loop = loop_of(configure(load([folder / 'parameters.yaml'], namespace=namespace)).plant)
+    except ParameterError as error:
+        # nodes that run with what this process does not know, such as a law of their own, are recorded all the same
+        print(f'{folder / "parameters.yaml"}: {error}')
+        loop = LOOPS['torque']
+    try:
+        failure = _record_bag(folder / 'bag', namespace, stop, loop)
+    except OSError as error:
+        failure = explain(error)
+    evaluated = evaluate(folder, namespace, 'recorded', f'dashboard --namespace {namespace}', quiet=True)
+    # the page shows the last line
+    for line in filter(None, (*evaluated.unwritten, failure)):
+        print(line)
+    return 1 if failure or evaluated.unwritten else 0
+
+
+def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
+    """Record a bag until a stop is requested; return why it could not be written to its end, '' where it was."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    with BagWriter(path) as bag:
+        recorder = Recorder(namespace, bag.write, bag.knows, loop)
+        executor = make_executor()
+        executor.add_node(recorder)
+        # topics are discovered one after the other: the recording begins at one stamp for all of them
+        recorder.first = NO_LIMIT
+        deadline = time.monotonic() + _DISCOVERY
+        while not recorder.has_every_topic() and time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.05)
+        recorder.first = max(recorder.newest.values(), default=0)
+        while not stop.requested and not bag.failure:
+            executor.spin_once(timeout_sec=0.05)
+        # topics come from several processes: on a busy machine one of them may be behind, here or on its way
+        recorder.last = max(recorder.newest.values(), default=0)
+        deadline = time.monotonic() + _BEHIND
+        while (not recorder.is_complete() and time.monotonic() < deadline
+               and time.time_ns() - recorder.received < _SILENT * 1e9):
+            executor.spin_once(timeout_sec=0.05)
+    return bag.failure
+
+
+if __name__ == '__main__':
+    stopping = Stop()
+    stopping.follow_parent()
+    sys.exit(leave_dds(record(Path(sys.argv[1]), sys.argv[2], stopping)))

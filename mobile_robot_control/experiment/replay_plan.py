@@ -1,0 +1,263 @@
+"""What a replay does, from the bag of an experiment: with which parameters it starts, what it changes and where."""
+
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import NODES, PACE, Configuration, loop_of
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import declarations, flatten
+from mobile_robot_control.parameters.values import check_value
+from mobile_robot_control.quantities import LARGEST, Push
+from mobile_robot_control.recording.changes import Change
+from mobile_robot_control.recording.loop_messages import LoopMessages, first_difference, read_loop_messages
+from mobile_robot_control.recording.mcap_stream import BagError
+from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.system.texts import shortened
+from mobile_robot_control.topics import DISTURBANCE, MOST_EVENTS
+
+RESET = 'reset'
+_FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
+"""Parameters that change no number."""
+_TOLD = 20
+"""Faults of a bag that are told."""
+
+
+class PlannedRun(NamedTuple):
+    """
+    One run of a replay.
+
+    Attributes
+    ----------
+    holds : dict of int to list of Change
+        What to change while the run holds at a stamp [ns], ascending.
+    reset_at : int or None
+        Where the next run begins [ns]; None in the last one.
+
+    """
+
+    holds: dict[int, list[Change]]
+    reset_at: int | None
+
+
+class Replay(NamedTuple):
+    """
+    A replay.
+
+    Attributes
+    ----------
+    configuration : Configuration
+        That it starts with.
+    runs : list of PlannedRun
+        One after the other.
+    recorded : LoopMessages
+        What it must equal.
+
+    """
+
+    configuration: Configuration
+    runs: list[PlannedRun]
+    recorded: LoopMessages
+
+    @property
+    def changes(self) -> list[Change]:
+        """All that is changed, in order."""
+        return [change for run in self.runs for changes in run.holds.values() for change in changes]
+
+
+def plan_replay(
+    named: Path, output: Path, sources: ParameterSources, duration: float | None = None, namespace: str = '/'
+) -> Replay:
+    """
+    Plan the replay of an experiment.
+
+    Parameters
+    ----------
+    named : Path
+        The folder of the experiment, or its bag.
+    output : Path
+        Folder of the replay.
+    sources : ParameterSources
+        Parameters that the bag must have been recorded with, those alone excepted that change no number.
+    duration : float or None
+        Length that it must have [s]; any if None.
+    namespace : str
+        In which the nodes ran.
+
+    Raises
+    ------
+    ParameterError
+        If it is not the complete bag of an experiment in lockstep with these parameters.
+
+    """
+    folder = next((one for one in (named, *named.absolute().parents[:2]) if (one / 'parameters.yaml').is_file()), None)
+    if folder is None:
+        raise ParameterError([f'--replay {named}: is no experiment: there is no parameters.yaml beside a bag; name the '
+                              'folder that `experiment` wrote'])
+    if folder.resolve() == output.resolve():
+        raise ParameterError([f'--output {output}: holds the bag that is to be replayed; name another folder'])
+    configuration = _configuration(named, folder / 'parameters.yaml', sources, duration, namespace)
+    try:
+        recorded = read_loop_messages(folder / 'bag', namespace, loop_of(configuration.plant).topics)
+    except BagError as error:
+        raise ParameterError([f'--replay {named}: {error}']) from error
+    faults = [f'--replay {named}: {fault}' for fault in islice(_faults(configuration, recorded), _TOLD)]
+    if faults:
+        raise ParameterError(faults)
+    at_first, runs = _runs(configuration, recorded.changes)
+    values = {node: flatten(part) for node, part in configuration._asdict().items()}
+    for change in at_first:
+        values[change.node] |= change.values
+    return Replay(configure(values), runs, recorded)
+
+
+def _configuration(
+    named: Path, file: Path, sources: ParameterSources, duration: float | None, namespace: str
+) -> Configuration:
+    """Return the configuration of a bag; raise ParameterError where another is asked for."""
+    recorded = configure(load([file], [], namespace))
+    asked = {node: flatten(part) for node, part in recorded._asdict().items()}
+    for node, values in sources.values(namespace).items():
+        asked[node] |= values
+    if duration is not None:
+        asked['plant']['duration'] = duration
+    chosen = configure(asked)
+    differing = [
+        f'{node}.{name} = {value} is asked for, and the bag was recorded with {before}; leave it out'
+        for (node, ours), theirs in zip(chosen._asdict().items(), recorded, strict=True)
+        for (name, value), before in zip(flatten(ours).items(), flatten(theirs).values(), strict=True)
+        if value != before and name not in _FREE]
+    if not recorded.plant.shared.lockstep:
+        differing.append('it was recorded on the wall clock, where no stamp tells when a change acted; only runs in '
+                         'lockstep can be replayed')
+    if differing:
+        raise ParameterError([f'--replay {named}: {one}' for one in differing])
+    return chosen
+
+
+def _faults(configuration: Configuration, recorded: LoopMessages) -> Iterator[str]:
+    """Yield why a bag cannot be replayed with its parameters."""
+    shared = configuration.plant.shared
+    for topic, course in recorded.courses.items():
+        rate = getattr(shared, loop_of(configuration.plant).topics[topic].rate)
+        period, run = period_nanoseconds(rate), [*course.stamps[:2], 0][:2]
+        if run[0] != 0 or (len(course.stamps) > 1 and run[1] not in (0, period)):
+            yield (f'{topic} begins with the stamps {run[0]} and {run[1]} ns, and not with 0 and {period} ns as at '
+                   f'{rate} Hz; its parameters.yaml is of another run')
+    ends = _ends(recorded.courses['joint_states'].stamps)
+    faults = [*_crowds(recorded.changes), *(
+        fault for change in recorded.changes for fault in _event_faults(change, configuration, ends))]
+    yield from faults or _rule_faults(configuration, recorded.changes)
+    resets = [change.run for change in recorded.changes if RESET in change.values]
+    if not faults and (resets != [*range(len(resets))] or any(change.run > len(resets) for change in recorded.changes)):
+        yield 'its events are not those of one run after the other; a node was started again, or events are missing'
+
+
+def _ends(stamps: Iterable[int]) -> list[int]:
+    """Return the last stamp of each run [ns]."""
+    ends: list[int] = []
+    for stamp in stamps:
+        if not ends or stamp < ends[-1]:
+            ends.append(stamp)
+        ends[-1] = stamp
+    return ends
+
+
+def _place(change: Change) -> str:
+    return f"an event of the node '{change.node}' at {change.stamp} ns of run {change.run}"
+
+
+def _crowds(changes: Iterable[Change]) -> Iterator[str]:
+    """Yield the stamps at which a node tells more changes than it keeps for others."""
+    counts = Counter(_place(change) for change in changes)
+    yield from (f'{place} is one of {count}, and a node keeps {MOST_EVENTS}; it is of another publisher'
+                for place, count in counts.items() if count > MOST_EVENTS)
+
+
+def _event_faults(change: Change, configuration: Configuration, ends: Sequence[int]) -> Iterator[str]:
+    """Yield what is wrong with one event by itself, in runs that end at these stamps [ns]."""
+    shared = configuration.plant.shared
+    period, tick = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
+    if change.node not in NODES:
+        yield f'{_place(change)}: that node does not exist; it is of another version'
+        return
+    # a reset is told for the step that no longer comes
+    beyond = period if RESET in change.values else 0
+    if not (0 <= change.run < len(ends) and 0 <= change.stamp <= ends[change.run] + beyond):
+        yield f'{_place(change)} is outside the recording'
+    elif change.stamp % period:
+        yield f'{_place(change)} is off the grid; it is of another run'
+    declared = declarations(NODES[change.node])
+    for key, value in change.values.items():
+        if change.node == 'plant' and key == DISTURBANCE:
+            if not (isinstance(value, list) and len(value) == len(Push._fields)
+                    and all(type(part) in (int, float) and abs(part) <= LARGEST for part in value)):
+                yield f'{_place(change)} tells {shortened(repr(value), 60)}, which is no push'
+        elif change.node == 'plant' and key == RESET:
+            if (change.stamp - period) % tick or change.stamp <= tick:
+                yield f'{_place(change)} is a reset at no position tick; it is of another run'
+            yield from (f'{_place(change)}: {fault}' for fault in check_value(declared['initial_pose'], value)[1])
+        elif key not in declared or key in PACE or not declared[key].field.live:
+            yield f"{_place(change)} sets '{shortened(key, 60)}', which cannot be set; it is of another version"
+        else:
+            yield from (f'{_place(change)}: {fault}' for fault in check_value(declared[key], value)[1])
+
+
+def _rule_faults(configuration: Configuration, changes: Iterable[Change]) -> Iterator[str]:
+    """Yield the changes after which a node would have refused its parameters."""
+    values = {node: flatten(part) for node, part in configuration._asdict().items()}
+    for change in changes:
+        changed = {key: value for key, value in change.values.items() if key not in (RESET, DISTURBANCE)}
+        if changed:
+            try:
+                configure({**values, change.node: values[change.node] | changed})
+            except ParameterError as error:
+                yield f'{_place(change)}: {"; ".join(error.violations)}'
+                return
+            values[change.node] |= changed
+
+
+def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Change], list[PlannedRun]]:
+    """Return what is set before the first run, and the runs."""
+    velocity, position = (period_nanoseconds(rate) for rate in (
+        configuration.plant.shared.velocity_rate, configuration.plant.shared.position_rate))
+    resets = [change.stamp - velocity for change in changes if RESET in change.values]
+    holds: list[dict[int, list[Change]]] = [{} for _ in range(len(resets) + 1)]
+    at_first = []
+    for change in changes:
+        if RESET in change.values:
+            continue
+        run, hold = change.run, max(0, (change.stamp - 1) // position * position)
+        if change.stamp == 0 and DISTURBANCE not in change.values:
+            if run == 0:
+                at_first.append(change)
+                continue
+            # set while the run before stands at its end
+            run, hold = run - 1, resets[run - 1]
+        holds[run].setdefault(hold, []).append(change)
+    return at_first, [PlannedRun(dict(sorted(found.items())), reset)
+                      for found, reset in zip(holds, [*resets, None], strict=True)]
+
+
+def changed_parameters(change: Change) -> dict[str, Any]:
+    """Return the parameters that a change sets."""
+    return {key: value for key, value in change.values.items() if key != DISTURBANCE}
+
+
+def compare_replay(replay: Replay, output: Path, namespace: str) -> str:
+    """Return where the bag in a folder differs from the one that was replayed, in words; '' where it does not."""
+    try:
+        replayed = read_loop_messages(output / 'bag', namespace, replay.recorded.courses)
+    except BagError as error:
+        return f'the replay cannot be compared: {error}'
+    difference = first_difference(replay.recorded.courses, replayed.courses)
+    if difference:
+        return f'the replay is not the recorded run: {difference}'
+    print(f'the replay equals the recorded run to the last bit: {replay.recorded.total} messages', file=sys.stderr)
+    return ''

@@ -1,0 +1,148 @@
+"""The experiment runner: start the nodes of a run, and watch them to the end."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+from rclpy.node import Node
+
+from mobile_robot_control.configuration.nodes import Configuration, loop_of
+from mobile_robot_control.experiment.node_processes import NodeProcess
+from mobile_robot_control.experiment.result import ExperimentResult
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.ros.recorder import AHEAD, Recorder
+from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.system.progress import RunProgress, tqdm
+from mobile_robot_control.topics import silent_node
+
+SETTLE = 1.0
+"""[s] of wall time in which other publishers are looked for, before a run and again and again in it."""
+_STANDSTILL = 1.0
+"""[s] of wall time at most in which a run goes on after its law has failed."""
+
+
+class Course(Protocol):
+    """What a run that is paused at its start is led through: a replay."""
+
+    def attach(self, namespace: str) -> Node:
+        """Return the node that it does it with."""
+
+    def follow(self, runner: 'ExperimentRunner') -> None:
+        """Do it, as far as the run goes; raise RunFailedError where it cannot."""
+
+
+def refuse_other_publishers(topics: list[str]) -> None:
+    """Raise ParameterError where others publish on topics."""
+    if topics:
+        raise ParameterError([f'another node publishes on {", ".join(topics)}; '
+                              'stop the other robot, or choose another --namespace or ROS_DOMAIN_ID'])
+
+
+class ExperimentRunner:
+    """The processes of one experiment and its progress."""
+
+    def __init__(
+        self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
+        turn: Callable[[], None], bag: BagWriter, bar: tqdm,
+    ) -> None:
+        self.processes: list[NodeProcess] = []
+        self.recorder, self.patience = recorder, patience
+        self._output, self._namespace = output, namespace
+        self._stop, self._turn, self._bag, self._bar = stop, turn, bag, bar
+        shared, self.loop = parameters.plant.shared, loop_of(parameters.plant)
+        self.lockstep = shared.lockstep
+        self._period = period_nanoseconds(shared.velocity_rate)
+        self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
+        self._position_period = period_nanoseconds(shared.position_rate)
+        self._progress = RunProgress(bar, self._end / 1e9)
+
+    def start(self, *names: str) -> None:
+        """Start nodes in one process, paused."""
+        arguments = ['--ros-args', '--params-file', str(self._output / 'parameters.yaml'), '-p', 'paused:=true']
+        if self._namespace != '/':
+            arguments += ['-r', f'__ns:={self._namespace}']
+        self.processes.append(NodeProcess(names, arguments, self._output / 'log' / f'{"_".join(names)[:60]}.log'))
+
+    def spin_until(self, condition: Callable[[], Any], seconds: float) -> bool:
+        """Spin until a condition holds; False when time is up or the run is over."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > deadline or self.is_over():
+                return False
+            self._turn()
+        return True
+
+    def resume(self) -> None:
+        """Ask the paused plant to go on, until it has accepted."""
+        deadline = time.monotonic() + self.patience
+        while not self.spin_until(self.recorder.resume(self._period if self.lockstep else 0).done, 1.0):
+            if time.monotonic() > deadline or self.is_over():
+                return
+
+    def drain(self) -> None:
+        """Record what has arrived and is not recorded yet."""
+        ended = time.time_ns()
+        # another robot on the same topics never falls silent
+        while time.time_ns() - max(ended, self.recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
+            self._turn()
+
+    def is_over(self) -> bool:
+        """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
+        return (self._stop.requested or bool(self._bag.failure or self.recorder.law_failure)
+                or any(process.exit_code() is not None for process in self.processes))
+
+    def is_at(self, stamp: int) -> bool:
+        """Return whether the newest message on every loop topic has a stamp [ns]."""
+        return all(self.recorder.newest.get(topic) == stamp for topic in self.loop.topics)
+
+    def watch(self, done: Callable[[], bool] = lambda: False) -> None:
+        """Spin and move the progress bar until a condition holds, the run is over, or nothing moves any more."""
+        newest, moved, looked = -1, time.monotonic(), 0.0
+        start = 0 if self.lockstep else self.recorder.newest.get('joint_states', 0)
+        while not self.is_over() and not done():
+            self._turn()
+            if time.monotonic() > looked + SETTLE:
+                looked = time.monotonic()
+                refuse_other_publishers(self.recorder.topics_of_others(ours=1))
+            now = self._reached()
+            if now != newest:
+                newest, moved = now, time.monotonic()
+                self._progress.show((newest - start) / 1e9, least=0.05)
+            elif time.monotonic() - moved > self.patience:
+                break
+        if self.recorder.law_failure:
+            self._see_standstill()
+        self._progress.show((self._reached() - start) / 1e9)
+        self._bar.refresh()
+
+    def _see_standstill(self) -> None:
+        """Record the first command of a law that has failed, which the plant may still wait for."""
+        end, deadline = self._reached() + AHEAD * self._period + self._position_period, time.monotonic() + _STANDSTILL
+        while (self._reached() < end and time.monotonic() < deadline and not self._stop.requested
+               and all(process.exit_code() is None for process in self.processes)):
+            self._turn()
+
+    def _reached(self) -> int:
+        """Return the stamp up to which the run has moved: on the wall clock, of the slowest topic."""
+        newest = self.recorder.newest
+        return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in self.loop.topics)
+
+    def result(self) -> ExperimentResult:
+        """Return how the run ended."""
+        if self._stop.requested or self._bag.failure:
+            return ExperimentResult('interrupted', '')
+        if self.recorder.law_failure:
+            return ExperimentResult('law_failed', self.recorder.law_failure)
+        for process in self.processes:
+            if process.exit_code() == 0 and 'plant' in process.name:
+                return ExperimentResult('completed', '')
+            if process.exit_code() == 1 and 'plant' in process.name:
+                return ExperimentResult('diverged', process.exit_report())
+        dead = [process for process in self.processes if process.exit_code() is not None]
+        if dead:
+            return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
+        silent = silent_node(self.recorder.newest, self.lockstep, self._position_period, self.loop)
+        return ExperimentResult('node_died', f'{silent} gave no answer for {self.patience} s and was given up')

@@ -1,0 +1,213 @@
+"""
+Named records that may come from outside the package: position laws and curves.
+
+A record is built in, comes from an entry point of an installed package, from a Python file that a command or an
+environment variable names, or is registered by hand. A value of a parameter never imports code.
+"""
+
+import contextlib
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.plugins.sources import installed_entry_points, origin_of, source_checksum
+from mobile_robot_control.system.files import PLUGIN, read_bounded
+from mobile_robot_control.system.texts import describe_error, printable
+
+Record = TypeVar('Record')
+BUILT_IN = 'mobile_robot_control'
+"""Origin of the records of this package."""
+
+
+class PluginError(ParameterError):
+    """A record that is refused; each violation names where it comes from, the reason and the remedy."""
+
+
+class Source(NamedTuple):
+    """
+    Where the records of a registry come from.
+
+    Attributes
+    ----------
+    kind, attribute : str
+        'law' or 'curve', for messages; name of the record in its module.
+    entry_points, variable : str
+        Group of entry points; environment variable that names files, separated by `os.pathsep`.
+
+    """
+
+    kind: str
+    attribute: str
+    entry_points: str
+    variable: str
+
+
+class Registry(Mapping[str, Record], Generic[Record]):
+    """
+    The records by name, the built-in ones first.
+
+    Parameters
+    ----------
+    source : Source
+        Where further ones come from; they are looked for when the names are first needed.
+    record : type
+        Of the records.
+    built_in : sequence of Record
+        Each has a name.
+    check, function_of : callable
+        Yields what is wrong with a record, in words; returns the function of a record.
+
+    Attributes
+    ----------
+    failures : dict of str to str
+        Why an entry point or a file could not be registered.
+
+    """
+
+    def __init__(
+        self, source: Source, record: type[Record], built_in: tuple[Record, ...], check: Callable[[Any], Iterator[str]],
+        function_of: Callable[[Record], Any],
+    ) -> None:
+        self._source, self._check, self._function_of = source, check, function_of
+        self.record = record
+        self._records: dict[str, Record] = {}
+        self._origins: dict[str, str] = {}
+        self._loaded: dict[str, str] = {}
+        self.failures: dict[str, str] = {}
+        self._discovered, self._version = False, 0
+        for one in built_in:
+            self.register(one, BUILT_IN)
+        REGISTRIES[source.kind] = self
+
+    @property
+    def variable(self) -> str:
+        """Name of the environment variable that names files."""
+        return self._source.variable
+
+    @property
+    def version(self) -> int:
+        """A number that grows with each change."""
+        self._discover()
+        return self._version
+
+    def remove(self, name: str) -> None:
+        """Forget a record; a built-in one stays."""
+        if self._origins.get(name) not in (None, BUILT_IN):
+            self._loaded.pop(self._origins.pop(name), None)
+            del self._records[name]
+            self._version += 1
+
+    def load_file(self, path: str | Path) -> Record:
+        """Import a Python file and register its record; raise PluginError if that fails."""
+        file = os.path.realpath(path)
+        try:
+            text = read_bounded(Path(file), PLUGIN).decode()
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
+            raise PluginError([f'{path}: cannot be read ({reason}); name a Python file']) from error
+        return self.load_text(file, text)
+
+    def load_text(self, file: str, text: str) -> Record:
+        """Import the text of a Python file, which need not exist here, and register its record, as `load_file`."""
+        module = ModuleType(f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", file)}')
+        module.__file__, sys.modules[module.__name__] = file, module
+        try:
+            # what it prints must not be among the results of a command
+            with contextlib.redirect_stdout(sys.stderr):
+                exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own)
+            record: Record = getattr(module, self._source.attribute)
+            self.register(record, file)
+        except BaseException as error:
+            sys.modules.pop(module.__name__, None)
+            raise PluginError([self._refusal(file, error)]) from error
+        self._loaded[file] = text
+        return record
+
+    def _refusal(self, where: str, error: BaseException) -> str:
+        if isinstance(error, PluginError):
+            return '; '.join(text if text.startswith(where) else f'{where}: {text}' for text in error.violations)
+        if isinstance(error, AttributeError) and f"no attribute '{self._source.attribute}'" in describe_error(error):
+            return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
+        return f'{where}: cannot be imported ({describe_error(error)}); mend it, or leave it out'
+
+    def register(self, record: Record, origin: str = '') -> None:
+        """Register a record, or replace the one of the same name and origin, which is its file or notebook if ''."""
+        violations = list(self._check(record))
+        if violations:
+            raise PluginError(f'{origin}: {violation}' if origin else violation for violation in violations)
+        origin = origin or origin_of(self._function_of(record))
+        name: str = record.name  # type: ignore[attr-defined]
+        if self._origins.get(name, origin) != origin:
+            raise PluginError([f"{origin}: the {self._source.kind} '{name}' is defined in {self._origins[name]} "
+                               'already; rename one of them'])
+        self._records[name], self._origins[name] = record, origin
+        self._version += 1
+
+    def _discover(self) -> None:
+        """Load what the environment and installed packages offer; what fails stops nothing."""
+        if self._discovered:
+            return
+        self._discovered = True
+        for file in filter(None, os.environ.get(self._source.variable, '').split(os.pathsep)):
+            if os.path.realpath(file) not in self._loaded:
+                try:
+                    self.load_file(file)
+                except PluginError as error:
+                    self._note_failure(file, str(error))
+        points, fault = installed_entry_points(self._source.entry_points)
+        if fault:
+            self._note_failure('entry points', fault)
+        for point in points:
+            try:
+                with contextlib.redirect_stdout(sys.stderr):
+                    record = point.load()
+                self.register(record)
+            except BaseException as error:  # a module may raise anything, SystemExit too
+                self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
+
+    def _note_failure(self, name: str, reason: str) -> None:
+        self.failures[name] = reason
+        print(f'not loaded: {printable(reason)}', file=sys.stderr)
+
+    def origin(self, name: str) -> str:
+        """Return where a record was defined: a file, '__main__' or 'mobile_robot_control'."""
+        self._discover()
+        return self._origins[name]
+
+    def checksum(self, name: str) -> str:
+        """Return a checksum of the source that a record comes from: a file, or all loaded modules of its package."""
+        return source_checksum(self._function_of(self[name]))
+
+    def loaded_texts(self) -> dict[str, str]:
+        """Return the text of each file that a record was loaded from, by path, for other processes to load them."""
+        self._discover()
+        return dict(self._loaded)
+
+    def __getitem__(self, name: str) -> Record:
+        self._discover()
+        return self._records[name]
+
+    def __iter__(self) -> Iterator[str]:
+        self._discover()
+        return iter(self._records)
+
+    def __len__(self) -> int:
+        self._discover()
+        return len(self._records)
+
+
+REGISTRIES: dict[str, Registry[Any]] = {}
+"""The registries by their kind, 'law' and 'curve'; each enters itself."""
+
+
+def name_violations(kind: str, name: object, reserved: frozenset[str] = frozenset()) -> Iterator[str]:
+    """Yield what is wrong with the name of a record."""
+    if not isinstance(name, str) or not re.fullmatch('[a-z][a-z0-9_]*', name):
+        yield f'the name {name!r} of a {kind} is no ROS name; write lower-case letters, digits and underscores'
+    elif name in reserved:
+        yield f"the {kind} '{name}' has the name of a parameter; take another name"

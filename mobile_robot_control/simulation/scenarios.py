@@ -1,0 +1,136 @@
+"""Scenarios of a search or study: curves, starts, robots that differ from the nominal one, noise and delay."""
+
+import itertools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.actuators import Delay
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.model.plant import TORQUE, PlantModel
+from mobile_robot_control.model.plant_form import drive_at_rest, drive_constants, sensor_values, sensors_at_rest
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.loop_start import plant_grid
+from mobile_robot_control.simulation.trial import Trial, make_trial
+
+
+class Scenario(NamedTuple):
+    """
+    The conditions of one run.
+
+    Attributes
+    ----------
+    curve : str
+        Of CURVES.
+    scale : float
+        Of the curve [m].
+    start : Pose or None
+        Offset of the robot's start from the reference cart's start, in the axes of the odometry frame [m], [rad]; None
+        is the configured `initial_pose`.
+    mass, friction : float
+        Factors on the configured robot's mass and inertia, and on its friction; on the lag and on the dead zone of a
+        base that takes velocity commands.
+    noise : Noise
+        Of the measurements.
+    delay : int
+        Of the torques, or added to the dead time of such a base [periods of the velocity loop].
+    """
+
+    curve: str
+    scale: float
+    start: Pose | None = None
+    mass: float = 1.0
+    friction: float = 1.0
+    noise: Noise = Noise()
+    delay: int = 0
+
+
+def configured_scenario(configuration: Configuration) -> Scenario:
+    """Return the scenario of a checked configuration, with its noise and delay."""
+    curve, imperfect = configuration.reference_cart.curve, configuration.plant.model.imperfections
+    return Scenario(curve.curve, curve.placement.scale, noise=imperfect.noise, delay=imperfect.delay.velocity_steps)
+
+
+def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float, late: float) -> Trial:
+    """
+    Make the trial of a configuration in a scenario; the robot starts at rest.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked; the controllers keep its nominal robot.
+    scenario : Scenario
+        Conditions of the run.
+    laps : float
+        Length of the run.
+    late : float
+        Laps after which the late totals count.
+    """
+    cart = configuration.reference_cart
+    placement = cart.curve.placement._replace(scale=scenario.scale)
+    prepared = make_trial(configuration, laps * placement.period, late * placement.period)
+    state = prepared.state
+    if scenario.start is not None:
+        cart_start = reference_at(CURVES[scenario.curve], 0.0, placement).pose
+        offset = scenario.start
+        at = Pose(cart_start.x + offset.x, cart_start.y + offset.y, cart_start.heading + offset.heading)
+        state = state._replace(plant=dynamics.at_rest(at))
+    loop = prepared.loop
+    robot = _varied_robot(loop.plant.robot, scenario)
+    model, grid = _varied_model(configuration.plant.model, scenario, loop.plant.dt), plant_grid(configuration)
+    plant, sensors = (discretise(robot, loop.plant.dt, loop.plant.centripetal_coupling),
+                      sensor_values(model, robot, grid))
+    return prepared._replace(
+        curve=scenario.curve,
+        loop=loop._replace(
+            plant=plant,
+            imperfections=model.imperfections,
+            placement=placement,
+            drive=drive_constants(model, plant, grid),
+            sensors=sensors,
+        ),
+        state=state._replace(drive=drive_at_rest(model, grid), sensors=sensors_at_rest(state.plant, sensors)),
+    )
+
+
+def _varied_robot(robot: Robot, scenario: Scenario) -> Robot:
+    """Return a robot with a scenario's mass and friction."""
+    return robot._replace(
+        mass=robot.mass * scenario.mass,
+        inertia=robot.inertia * scenario.mass,
+        viscous_friction=robot.viscous_friction * scenario.friction,
+    )
+
+
+def _varied_model(model: PlantModel, scenario: Scenario, dt: float) -> PlantModel:
+    """Return a plant with a scenario's noise and delay; what a base makes of mass and friction is lag and dead zone."""
+    noisy = model.imperfections._replace(noise=scenario.noise)
+    if model.drive == TORQUE:
+        dry = model.friction._replace(coulomb=model.friction.coulomb * scenario.friction)
+        return model._replace(imperfections=noisy._replace(delay=Delay(scenario.delay)), friction=dry)
+    base = model.base
+    return model._replace(imperfections=noisy, base=base._replace(
+        lag=tuple(lag * scenario.mass for lag in base.lag),
+        dead_zone=tuple(zone * scenario.friction for zone in base.dead_zone),
+        dead_time=tuple(time + scenario.delay * dt for time in base.dead_time),
+    ))
+
+
+def scenario_grid(
+    nominal: Scenario,
+    curves: Sequence[str],
+    scales: Sequence[float],
+    starts: Sequence[Pose | None],
+    masses: Sequence[float],
+    frictions: Sequence[float],
+    delays: Sequence[int],
+) -> list[Scenario]:
+    """Return every combination of values of a scenario's fields, the last one changing fastest; all with one noise."""
+    return [Scenario(curve, scale, start, mass, friction, nominal.noise, delay)
+            for curve, scale, start, mass, friction, delay
+            in itertools.product(curves, scales, starts, masses, frictions, delays)]

@@ -1,0 +1,114 @@
+"""A simulation that is asked for: the loop of some parameters for some time, up to its end or its failure."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import redirect_stdout
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import measure, rollout
+from mobile_robot_control.simulation.run_length import ONE_RUN, check_run_length
+
+Pipe = Callable[[Iterable[Sample]], Iterable[Sample]]
+"""Passes the samples of a run on, and does something with them."""
+
+
+class SimulationRequest(NamedTuple):
+    """What a simulation is asked for."""
+
+    sources: ParameterSources
+    duration: Annotated[float, Field('s', 'simulated time', above=0.0)]
+
+
+class Simulated(NamedTuple):
+    """
+    How a simulation ended.
+
+    Attributes
+    ----------
+    metrics : dict of str to object
+        As `metrics.json`.
+    failure : str
+        Why it did not reach its end, in words; '' where it did.
+
+    """
+
+    metrics: dict[str, Any]
+    failure: str
+
+
+class Simulation:
+    """
+    A simulation, checked and ready to run.
+
+    Parameters
+    ----------
+    request : SimulationRequest
+        What is asked for; ParameterError is raised where that cannot be run.
+
+    Attributes
+    ----------
+    parameters : Configuration
+        That it runs with, its duration among them.
+    steps : int
+        Samples of the whole run.
+
+    """
+
+    def __init__(self, request: SimulationRequest) -> None:
+        configured = request.sources.configuration()
+        rate = configured.plant.shared.velocity_rate
+        check_run_length(f'duration = {request.duration:g}', request.duration, rate, ONE_RUN)
+        self._configured, self._duration = configured, request.duration
+        self.parameters: Configuration = configured._replace(
+            plant=configured.plant._replace(duration=request.duration))
+        self.steps = round(request.duration * rate) + 1
+
+    def run(self, pipe: Pipe = lambda samples: samples, is_stopped: Callable[[], bool] = lambda: False) -> Simulated:
+        """
+        Run it.
+
+        Parameters
+        ----------
+        pipe : callable
+            Takes the samples and yields them.
+        is_stopped : callable
+            Called after every sample; the run ends where it returns True.
+
+        Returns
+        -------
+        Simulated
+            Its metrics, and why it ended early.
+
+        """
+        failures: list[str] = []
+
+        def samples() -> Iterator[Sample]:
+            try:
+                for sample in rollout(self._configured, self._duration):
+                    yield sample
+                    if is_stopped():
+                        return
+            except LawFailedError as error:
+                failures.append(str(error))
+                raise
+
+        # what a law prints must not be among the results
+        with redirect_stdout(sys.stderr):
+            run = measure(self._configured, self._duration, pipe(samples()))
+        if is_stopped() and run.outcome == 'diverged':
+            run = run._replace(outcome='interrupted')
+        metrics = summary(run)
+        law = self.parameters.position_controller.control.controller_type
+        at = f'at t = {metrics["duration"]} s'
+        return Simulated(metrics, {
+            'completed': '',
+            'interrupted': f'interrupted {at}',
+            'diverged': f'the motion diverged {at}; lower the gains or raise the rates',
+            'law_failed': f"the position law '{law}' failed {' '.join(failures)}",
+        }[run.outcome])

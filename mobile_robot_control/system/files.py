@@ -1,0 +1,161 @@
+"""Files of users: read within bounds, written so that they are complete or not there, and their errors in words."""
+
+import errno
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+
+class FileKind(NamedTuple):
+    """
+    A kind of file that is read.
+
+    Attributes
+    ----------
+    name : str
+        For messages.
+    largest : int
+        Bytes; a larger file is none of this kind.
+
+    """
+
+    name: str
+    largest: int
+
+
+PARAMETER_FILE = FileKind('parameter file', 1 << 20)
+PLUGIN = FileKind('Python file', 1 << 20)
+METRICS = FileKind('file of metrics', 1 << 20)
+METADATA = FileKind('metadata.yaml', 1 << 20)
+JOURNAL = FileKind('journal', 1 << 28)
+# these two are read piece by piece
+TABLE = FileKind('table', 1 << 36)
+BAG = FileKind('bag', 1 << 40)
+
+
+def check_regular(file: Path) -> None:
+    """Raise OSError, naming the file, where it is there and is a device, a pipe or a folder."""
+    try:
+        mode = os.stat(file).st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, 'is a folder', str(file))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, 'is not a regular file', str(file))
+
+
+def open_bounded(file: Path, kind: FileKind) -> BinaryIO:
+    """
+    Open a user's file for reading.
+
+    Raises OSError, naming the file, if it cannot be opened, is not a regular file, or is larger than its kind can be.
+    """
+    check_regular(file)
+    if os.stat(file).st_size > kind.largest:
+        raise _too_large(file, kind)
+    return file.open('rb')
+
+
+def read_bounded(file: Path, kind: FileKind) -> bytes:
+    """
+    Return the content of a user's file.
+
+    Raises OSError, naming the file, if it cannot be read, is not a regular file, or is larger than its kind can be.
+    """
+    with open_bounded(file, kind) as opened:
+        # files of the kernel have more in them than their size
+        content = opened.read(kind.largest + 1)
+    if len(content) > kind.largest:
+        raise _too_large(file, kind)
+    return content
+
+
+def _too_large(file: Path, kind: FileKind) -> OSError:
+    """Return the error of a file that is larger than its kind can be."""
+    return OSError(errno.EFBIG, f'is larger than a {kind.name} can be, {kind.largest} bytes', str(file))
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Read JSON; raise ValueError if it is none, or is nested too deep."""
+    import json  # noqa: PLC0415 (nodes, which read no JSON, start without it)
+
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError('nested too deep') from None
+
+
+def write_atomically(file: Path, content: str | bytes) -> None:
+    """
+    Write a file so that a kill, a crash or a full disk leaves the version before it, or none.
+
+    Parameters
+    ----------
+    file : Path
+        Replaced as a whole.
+    content : str or bytes
+        All of it; a text is written in UTF-8.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written, or is no regular file; its filename is that of the file.
+
+    """
+    check_regular(file)
+    written = content.encode(errors='backslashreplace') if isinstance(content, str) else content
+    draft = file.with_name(f'.{file.name}.{os.getpid()}')
+    try:
+        with draft.open('wb') as out:
+            out.write(written)
+            out.flush()
+            os.fsync(out.fileno())
+        draft.replace(file)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror or str(error), str(file)) from error
+
+
+@contextmanager
+def naming_errors(file: Path) -> Iterator[None]:
+    """Give an OSError that names no file, as of a write that fails, the name of this one."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            error.filename = str(file)
+        raise
+
+
+def explain(error: OSError) -> str:
+    """Return one line that names the file, the error and the remedy."""
+    where = f'{error.filename}: ' if error.filename else ''
+    remedy = 'make room there, or name a place elsewhere' if is_disk_full(error) else 'name a place that can be written'
+    return f'{where}{error.strerror or error}; {remedy}'
+
+
+def is_disk_full(error: OSError) -> bool:
+    """Return whether an error is that of a full disk or quota."""
+    return error.errno in (errno.ENOSPC, errno.EDQUOT)
+
+
+def writable_file(path: str) -> Path:
+    """Return a file's path after checking that it can be written, before anything long; raise OSError if it cannot."""
+    file = Path(path)
+    check_regular(file)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open('a'):
+        return file
+
+
+def encodable_path(path: str) -> str:
+    """Return a path that nodes are given, which ROS takes in UTF-8 alone; raise ValueError where it is not."""
+    try:
+        os.path.abspath(path).encode()
+    except UnicodeEncodeError:
+        raise ValueError('is not UTF-8, as ROS needs it; name another folder') from None
+    return path

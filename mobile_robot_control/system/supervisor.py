@@ -1,0 +1,189 @@
+"""
+The ends of processes that hang in a library, DDS above all, where no Python code of theirs can notice.
+
+`Supervisor` watches a whole run, with its nodes, from another process: this file, run as a script that imports nothing
+of the package. `exit_after` guards the last moment of a process, whose exit code must stay.
+"""
+
+import contextlib
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+
+LEAVING = 5
+"""[s] that a process has to leave DDS, where it may hang if many processes end."""
+_MONOTONIC, _IN_A_THREAD = 1, 2  # CLOCK_MONOTONIC, SIGEV_THREAD
+_GRACE = 20.0
+"""[s] that an experiment has to end after a signal or by itself, nodes included."""
+# the last are SIGINT and SIGTERM, as Python's wakeup fd has them
+_MESSAGE = re.compile(rb'node (\d+)\n|(done)\n|([\x02\x0f])')
+
+
+class Supervisor:
+    """
+    Watches this process from another one, until closed; a context manager.
+
+    Parameters
+    ----------
+    seconds : float
+        Wall time without a call of `note_progress` after which this process and its nodes are killed.
+    grace : float
+        Wall time that this process has to end, or to note progress, after SIGINT or SIGTERM [s].
+    name : str
+        Of the command, before its error text.
+
+    """
+
+    def __init__(self, seconds: float, grace: float = _GRACE, name: str = 'experiment') -> None:
+        self._seconds, self._grace, self._name = seconds, grace, name
+
+    def __enter__(self) -> 'Supervisor':
+        self._process = subprocess.Popen(  # noqa: S603 (our own module)
+            [sys.executable, '-I', '-S', __file__, *map(str, (os.getpid(), self._seconds, self._grace)),
+             self._name],
+            stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True)
+        assert self._process.stdin is not None  # noqa: S101 (for mypy: it is a pipe)
+        self._pipe = self._process.stdin.fileno()
+        os.set_blocking(self._pipe, False)
+        # the interpreter writes a signal's number there at once, even where its own handler never gets its turn
+        self._wakeup = signal.set_wakeup_fd(self._pipe, warn_on_full_buffer=False)
+        return self
+
+    def note_progress(self) -> None:
+        """Note that this process does not hang."""
+        self._send(b'.')
+
+    def note_node(self, pid: int) -> None:
+        """Note a process to be killed where this one ends without ending it."""
+        self._send(b'node %d\n' % pid)
+
+    def _send(self, message: bytes) -> None:
+        # a pipe that is full or closed: the supervisor is stopped or killed, and the run goes on without it
+        with contextlib.suppress(OSError):
+            os.write(self._pipe, message)
+
+    def __exit__(self, *_: object) -> None:
+        signal.set_wakeup_fd(self._wakeup)
+        self._send(b'done\n')
+        assert self._process.stdin is not None  # noqa: S101 (as above)
+        self._process.stdin.close()
+        self._process.wait()
+
+
+@contextlib.contextmanager
+def exit_after(seconds: int, code: int) -> Iterator[None]:
+    """
+    End the process with an exit code if the block takes longer than so many seconds of wall time.
+
+    Python's own threads and signal handlers would not do: a call that hangs in a library may hold the interpreter's
+    lock. On systems other than Linux nothing is ended.
+    """
+    import ctypes  # noqa: PLC0415 (the supervisor's own process does without)
+
+    class Event(ctypes.Structure):
+        """Linux's `struct sigevent`: call a C function with a value, in a thread of its own."""
+
+        _fields_ = (('value', ctypes.c_void_p), ('signal', ctypes.c_int), ('notify', ctypes.c_int),
+                    ('function', ctypes.c_void_p), ('attributes', ctypes.c_void_p), ('room', ctypes.c_char * 64))
+
+    class Times(ctypes.Structure):
+        """Its `struct itimerspec`."""
+
+        _fields_ = tuple((name, ctypes.c_long) for name in ('again', 'again_ns', 'after', 'after_ns'))
+
+    sys.stdout.flush()
+    sys.stderr.flush()
+    timer = ctypes.c_void_p()
+    try:
+        library = ctypes.CDLL(None)
+        event = Event(value=code, notify=_IN_A_THREAD, function=ctypes.cast(library._exit, ctypes.c_void_p))
+        made = library.timer_create(_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0
+    except (AttributeError, TypeError):  # another system than Linux, or an old one
+        made = False
+    if not made:
+        yield
+        return
+    library.timer_settime(timer, 0, ctypes.byref(Times(after=seconds)), None)
+    yield
+    library.timer_delete(timer)
+
+
+def leave_dds(code: int) -> int:
+    """Shut rclpy down if it was imported; return an exit code, or end the process with it where that hangs."""
+    rclpy = sys.modules.get('rclpy')
+    if rclpy is not None:
+        with exit_after(LEAVING, code):
+            rclpy.try_shutdown()
+    return code
+
+
+def _kill(pids: Sequence[int]) -> None:
+    for pid in pids:
+        with contextlib.suppress(OSError):
+            os.kill(pid, signal.SIGKILL)
+
+
+def _is_running(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except OSError:
+        return False
+    return _state(pid) != 'Z'
+
+
+def _state(pid: int) -> str:
+    """Return a process's state as Linux has it: T or t stopped by a signal or a debugger, Z ended; '' elsewhere."""
+    try:
+        with open(f'/proc/{pid}/stat', encoding='utf-8', errors='replace') as file:
+            return file.read().rpartition(')')[2].split()[0]
+    except (OSError, IndexError):
+        return ''
+
+
+def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
+    """Watch a process: kill it where it hangs, and its nodes with it or after it."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    nodes: list[int] = []
+    rest, deadline = b'', time.monotonic() + seconds
+    while True:
+        # select takes no timeout of years
+        if not select.select([0], [], [], min(max(0.0, deadline - time.monotonic()), 3600.0))[0]:
+            if time.monotonic() < deadline:
+                continue
+            if _state(watched) not in ('T', 't'):
+                break
+            # by Ctrl-Z or a debugger: it goes on later
+            deadline = time.monotonic() + seconds
+            continue
+        received = os.read(0, 4096)
+        if not received:
+            # the process has ended; its nodes follow by themselves unless they hang
+            deadline = time.monotonic() + grace
+            while any(map(_is_running, nodes)) and time.monotonic() < deadline:
+                time.sleep(0.05)
+            _kill(nodes)
+            return
+        text = rest + received
+        deadline = time.monotonic() + seconds if b'.' in received else deadline
+        for node, done, stop in _MESSAGE.findall(text):
+            if done:
+                return
+            if node:
+                nodes.append(int(node))
+            if stop:
+                deadline = min(deadline, time.monotonic() + grace)
+        # a message that has come in part
+        rest = text[text.rfind(b'node'):] if re.search(rb'node \d*$', text) else b''
+    print(f'\n{name}: ROS 2 has not answered for too long; this process and its nodes are killed: the machine or '
+          'its limits (ulimit) may leave too little room', file=sys.stderr)
+    _kill([watched, *nodes])
+
+
+if __name__ == '__main__':
+    _watch(int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), sys.argv[4])

@@ -1,0 +1,68 @@
+"""Texts from elsewhere, such as names, paths and messages, made fit for a line of a log, a page or a figure."""
+
+import itertools
+import textwrap
+from collections.abc import Iterable, Sequence
+
+_LONGEST = 300
+_WIDTH = 100
+
+
+def printable(text: str) -> str:
+    r"""
+    Return a text with the escape of every character that cannot be shown, so that it is one line and can be encoded.
+
+    Examples
+    --------
+    >>> print(printable('one\ntwo\udcff'))
+    one\ntwo\udcff
+
+    """
+    if text.isprintable():
+        return text
+    return ''.join(letter if letter.isprintable() else letter.encode('unicode_escape').decode() for letter in text)
+
+
+def shortened(text: str, longest: int = _LONGEST) -> str:
+    """Return a text as one printable line of at most so many characters, the rest cut off at an ellipsis."""
+    shown = printable(text[:longest])
+    return shown if len(text) <= longest and len(shown) <= longest else f'{shown[:longest - 1]}…'
+
+
+def as_lines(texts: Iterable[str]) -> list[str]:
+    """Return sentences as lines of at most 100 characters, those that continue one indented."""
+    return [line for text in texts for line in textwrap.wrap(text, _WIDTH, subsequent_indent='  ')]
+
+
+def describe_error(error: BaseException) -> str:
+    """
+    Return type and text of an error that code from outside has raised, as one printable line.
+
+    A KeyboardInterrupt is raised again: it comes from the user, and not from that code.
+    """
+    if isinstance(error, KeyboardInterrupt):
+        raise error
+    try:
+        text = f'{type(error).__name__}: {error}'
+    except Exception:  # its text is made by code from outside, too
+        text = type(error).__name__
+    return shortened(text)
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """
+    Number the names that occur more than once.
+
+    Examples
+    --------
+    >>> distinct(['fuzzy', 'hybrid', 'fuzzy'])
+    ['fuzzy_1', 'hybrid', 'fuzzy_2']
+
+    """
+    made: list[str] = []
+    for n, name in enumerate(names):
+        numbers = itertools.count(names[:n + 1].count(name))
+        # a number that another name has already is left out
+        made.append(name if names.count(name) == 1 else next(
+            numbered for number in numbers if (numbered := f'{name}_{number}') not in {*made, *names}))
+    return made

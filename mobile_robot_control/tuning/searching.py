@@ -1,0 +1,179 @@
+"""A search that is asked for: its loop, its goal, its scenarios and its settings."""
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.analysis.modelled import drive_of
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.model.actuators import LONGEST_DELAY
+from mobile_robot_control.model.plant import VELOCITY as DRIVEN_BY_VELOCITY
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import INLINE, Field, flatten
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.run_length import check_laps
+from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_grid
+from mobile_robot_control.tuning import search_space
+from mobile_robot_control.tuning.monte_carlo import LARGEST_SEED, ScenarioDistribution, draw_scenarios
+from mobile_robot_control.tuning.objective import COMBINATIONS, DEFAULT_SMOOTH, Goal
+from mobile_robot_control.tuning.search import ALGORITHMS, SearchSettings
+from mobile_robot_control.tuning.search_gains import Gains
+from mobile_robot_control.tuning.workers import Workers
+
+
+def _read_start(value: Any) -> Pose:
+    """Read an offset of the start [m, m, rad], as DX,DY,DYAW or three numbers."""
+    try:
+        x, y, heading = map(float, value.split(',') if isinstance(value, str) else value)
+    except (ValueError, TypeError):
+        raise ValueError('write DX,DY,DYAW, such as --start=-0.2,0,0, or three numbers') from None
+    return Pose(x, y, heading)
+
+
+def _read_bounds(value: Any) -> tuple[str, tuple[float, float]]:
+    """Read NAME=LOW:HIGH, or a name with a pair of numbers."""
+    try:
+        if isinstance(value, str):
+            name, _, interval = value.partition('=')
+            low, _, high = interval.partition(':')
+        else:
+            name, interval = value
+            if isinstance(interval, str):
+                raise TypeError
+            low, high = interval
+        return name, (float(low), float(high))
+    except (ValueError, TypeError):
+        raise ValueError('write NAME=LOW:HIGH, such as k1=0:5, or a pair (low, high), such as (0.0, 5.0)') from None
+
+
+class ScenarioRequest(NamedTuple):
+    """The scenarios: every combination is tried; what is left out is as configured."""
+
+    curves: Annotated[tuple[str, ...], Field('', 'curves', choices=CURVES)] = ()
+    scales: Annotated[tuple[float, ...], Field('m', 'sizes of the curves', above=0.0)] = ()
+    start: Annotated[tuple[Pose, ...], Field('', "offset of the robot's start from the cart's; again and again, as "
+                                             '--start=-0.2,0,0'), Reader(_read_start, 'DX,DY,DYAW', again=True)] = ()
+    mass: Annotated[tuple[float, ...], Field('', "factors on the robot's mass and inertia, such as 0.8 1.2", above=0.0)
+                    ] = (1.0,)
+    friction: Annotated[tuple[float, ...], Field('', 'factors on its friction', above=0.0)] = (1.0,)
+    delays: Annotated[tuple[int, ...], Field('', 'of the torques, in periods of the velocity loop, such as 1 2 for the '
+                                             'wall clock', minimum=0, maximum=LONGEST_DELAY)] = ()
+    random: Annotated[int, Field('', 'so many more scenarios, drawn', minimum=0, maximum=100_000)] = 0
+    variation: Annotated[float, Field('', 'largest relative change of mass and of friction in random scenarios',
+                                      minimum=0.0, below=1.0)] = 0.2
+    within: Annotated[float, Field('m', "largest distance of a random start from the cart's", above=0.0)] = 1.0
+    scenario_seed: Annotated[int, Field('', 'seed of the random scenarios', minimum=0, maximum=LARGEST_SEED)] = 0
+
+
+class SearchRequest(NamedTuple):
+    """What a search is asked for; `controller` is a position law, or 'velocity'."""
+
+    sources: ParameterSources
+    controller: Annotated[str, Field(
+        '', "what to search: a position law's gains, and the velocity gains with them, which 'fuzzy' keeps; or "
+        "'velocity', which keeps the position law's", choices=search_space.SEARCHES)]
+    seed: Annotated[int, Field('', 'of all random numbers', minimum=0, maximum=LARGEST_SEED)]
+    algorithm: Annotated[str, Field('', 'algorithm', choices=tuple(ALGORITHMS))] = 'genetic'
+    population: Annotated[int | None, Field('', "individuals; the chapter's 51 or 101, if left out", minimum=5,
+                                            maximum=100_000)] = None
+    generations: Annotated[int, Field('', 'generations', minimum=1, maximum=10**9)] = 150
+    time_limit: Annotated[float | None, Field('s', 'begin no generation after this wall time', above=0.0)] = None
+    bounds: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
+        '', 'of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; again and again'),
+        Reader(_read_bounds, 'NAME=LOW:HIGH', again=True)] = ()
+    keep: Annotated[tuple[str, ...], Field('', 'gains that the search leaves alone, such as k1 or fuzzy.b')] = ()
+    with_velocity: Annotated[bool, Field('', "search the velocity gains along with a law that keeps them, such as "
+                                         "'fuzzy'")] = False
+    combine: Annotated[str, Field('', 'of the objective over the scenarios', choices=tuple(COMBINATIONS))] = 'mean'
+    literal_torque: Annotated[bool, Field('', 'take max(tau) in Eq. (29) as printed, not max|tau|')] = False
+    smooth: Annotated[float | None, Field(
+        '', 'add so many times the total variation per second of the torques [N m/s] to Eq. (29), or of the speeds '
+        f'that the command asks for [m/s²] where the base is driven by velocity; {DEFAULT_SMOOTH["torque"]:g} and '
+        f'{DEFAULT_SMOOTH["velocity"]:g} if left out', minimum=0.0)] = None
+    laps: Annotated[float, Field('', 'length of each rollout', above=0.0)] = 1.0
+    scenarios: Annotated[ScenarioRequest, INLINE] = ScenarioRequest()
+    where: Annotated[Workers, INLINE] = Workers()
+
+
+def _scenarios(request: SearchRequest, parameters: Configuration) -> Iterator[Scenario]:
+    """Yield the scenarios of a search: the listed ones, then the random ones."""
+    asked, nominal = request.scenarios, configured_scenario(parameters)
+    curves: Sequence[str] = asked.curves or (nominal.curve,)
+    scales: Sequence[float] = asked.scales or (nominal.scale,)
+    delays: Sequence[int] = asked.delays or (nominal.delay,)
+    # where no start is given, the robot starts with the cart, whatever the curve
+    given = 'initial_pose' in request.sources.values()['plant']
+    starts = asked.start or (None if given else Pose(0.0, 0.0, 0.0),)
+    yield from scenario_grid(nominal, curves, scales, starts, asked.mass, asked.friction, delays)
+    spread = ScenarioDistribution(tuple(curves), tuple(scales), asked.within, asked.variation, nominal.noise, 0)
+    for n, scenario in enumerate(draw_scenarios(spread, asked.random, asked.scenario_seed)):
+        yield scenario._replace(delay=delays[n % len(delays)])
+
+
+class Search:
+    """
+    A search, checked and ready to run.
+
+    Parameters
+    ----------
+    request : SearchRequest
+        What is asked for; ParameterError is raised where that cannot be searched.
+
+    Attributes
+    ----------
+    parameters : Configuration
+        The loop that it begins with.
+    goal : Goal
+        What it optimises.
+    settings : SearchSettings
+        Algorithm, sizes and seed.
+
+    """
+
+    def __init__(self, request: SearchRequest) -> None:
+        self.parameters = _searched(request)
+        self.goal = _goal(request, self.parameters)
+        self.settings = SearchSettings(
+            request.algorithm, len(self.goal.genes),
+            request.population or search_space.population_of(request.controller), request.generations, request.seed,
+            request.time_limit or 0.0)
+
+    def tuned(self, gains: Gains) -> Configuration:
+        """Return the loop with other gains, checked as a whole."""
+        values = {node: flatten(group) for node, group in self.parameters._asdict().items()}
+        values['velocity_controller'] |= {f'gains.{name}': x for name, x in gains.velocity._asdict().items()}
+        values['position_controller'] |= flatten(gains.control)
+        return configure(values)
+
+
+def _searched(request: SearchRequest) -> Configuration:
+    """Return the configuration whose gains are searched; raise ParameterError where there is none."""
+    parameters = request.sources.configuration()
+    check_laps(request.laps, parameters)
+    velocity = request.controller == search_space.VELOCITY
+    if parameters.plant.model.drive == DRIVEN_BY_VELOCITY and (velocity or request.with_velocity):
+        raise ParameterError(["plant.drive = 'velocity' has no velocity gains to search for: the base closes that loop "
+                              "itself; search for those of a position law, without --with-velocity"])
+    if velocity:
+        return parameters
+    control = parameters.position_controller.control._replace(controller_type=request.controller)
+    return parameters._replace(position_controller=parameters.position_controller._replace(control=control))
+
+
+def _goal(request: SearchRequest, parameters: Configuration) -> Goal:
+    """Return what is optimised."""
+    bounds = dict(request.bounds)
+    genes = search_space.search_genes(request.controller, request.with_velocity, parameters.plant.model.drive)
+    genes = search_space.without(genes, request.keep)
+    if parameters.plant.shared.feedforward.enabled:
+        genes += search_space.feedforward_genes(bounds)
+    genes = search_space.bounded(genes, bounds)
+    if not genes:
+        raise ParameterError([f"'{request.controller}' leaves nothing to search; --keep less, or declare ranges: "
+                              'Field(..., search=(low, high))'])
+    smooth = DEFAULT_SMOOTH[drive_of(parameters)] if request.smooth is None else request.smooth
+    return Goal(request.controller, genes, tuple(_scenarios(request, parameters)), request.laps, request.combine,
+                request.literal_torque, smooth)

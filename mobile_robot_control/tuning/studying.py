@@ -1,0 +1,259 @@
+"""A study that is asked for: controllers in the same drawn scenarios, run and judged."""
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.analysis.promises import Promise, promise, promise_lines, promise_values
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.model.actuators import LONGEST_DELAY
+from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import INLINE, Field
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.indices import BAND
+from mobile_robot_control.simulation.metrics import TRUE
+from mobile_robot_control.simulation.run_length import check_laps
+from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_trial
+from mobile_robot_control.system.texts import as_lines, printable
+from mobile_robot_control.tuning.comparison import COMPARED, best_of, comparison_texts, comparison_values
+from mobile_robot_control.tuning.failures import failure_texts, failure_values
+from mobile_robot_control.tuning.monte_carlo import (
+    LARGEST_SEED,
+    METRICS,
+    WITHIN,
+    Judged,
+    ScenarioDistribution,
+    draw_scenarios,
+    judge,
+    success_text,
+    summarise_runs,
+)
+from mobile_robot_control.tuning.workers import TrialRunner, Workers
+
+
+class Compared(NamedTuple):
+    """
+    One of the controllers of a study, on top of its other parameters.
+
+    Attributes
+    ----------
+    name : str
+        In tables.
+    path : str
+        A parameter file; '' where there is none.
+    values : mapping of str to object
+        By ``NODE.PARAMETER``.
+
+    """
+
+    name: str
+    path: str = ''
+    values: Mapping[str, object] = {}
+
+    def added_to(self, sources: ParameterSources) -> ParameterSources:
+        """Return sources with these on top."""
+        return (sources.with_files(self.path) if self.path else sources).with_values(self.values)
+
+
+def _read_compared(value: Any) -> Compared:
+    """Read a parameter file, or a name with a file or with values."""
+    if isinstance(value, str | PathLike):
+        return Compared(printable(Path(value).stem), os.fspath(value))
+    name, controller = value
+    return Compared(name, '', controller) if isinstance(controller, Mapping) else Compared(name, os.fspath(controller))
+
+
+class StudyRequest(NamedTuple):
+    """What a study is asked for."""
+
+    sources: ParameterSources
+    runs: Annotated[int, Field('', 'random runs of each controller', minimum=1, maximum=10**6)]
+    seed: Annotated[int, Field('', 'of all random numbers', minimum=0, maximum=LARGEST_SEED)]
+    compare: Annotated[tuple[Compared, ...], Field('', 'one controller each, on top of the other parameters'),
+                       Reader(_read_compared, 'FILE.yaml')] = ()
+    laps: Annotated[float, Field('', 'length of each run; success is judged over its last quarter', above=0.0)] = 2.0
+    curves: Annotated[tuple[str, ...], Field('', 'curves to draw from', choices=CURVES)] = ('trifolium', 'lemniscate')
+    scales: Annotated[tuple[float, ...], Field('m', 'sizes to draw from', above=0.0)] = (0.5, 1.0)
+    within: Annotated[float, Field('m', "largest distance of the start from the cart's", above=0.0)] = 1.0
+    variation: Annotated[float, Field('', 'largest relative change of mass and of friction', minimum=0.0, below=1.0)
+                         ] = 0.2
+    noise_pose: Annotated[tuple[float, ...], Field('', 'instead of noise.pose: x, y [m] and heading [rad]', minimum=0.0,
+                                                   length=3)] = ()
+    noise_velocity: Annotated[float | None, Field('rad/s', 'instead of noise.velocity', minimum=0.0)] = None
+    longest_delay: Annotated[int | None, Field(
+        '', 'delays of 0 to so many periods of the velocity loop, instead of delay.velocity_steps', minimum=0,
+        maximum=LONGEST_DELAY)] = None
+    metric: Annotated[tuple[str, ...], Field(
+        '', 'by which controllers are compared; the first one decides which is the best', choices=METRICS)] = COMPARED
+    success_within: Annotated[float, Field('m', 'a run succeeds that stays nearer to the reference over its last '
+                                           'quarter', above=0.0)] = WITHIN
+    settled_within: Annotated[float, Field('m', 'an error has settled that stays smaller: of settling_time and '
+                                           'share_within_band', above=0.0)] = BAND
+    where: Annotated[Workers, INLINE] = Workers()
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """By which controllers are compared, each once."""
+        return tuple(dict.fromkeys(self.metric))
+
+
+_BATCH = 100
+_SCENARIO = ('controller', 'curve', 'scale', 'start_x', 'start_y', 'start_yaw', 'mass_factor', 'friction_factor',
+             'noise_seed', 'delay', 'success', 'outcome')
+
+
+class StudiedController(NamedTuple):
+    """
+    The judged runs of one controller.
+
+    Attributes
+    ----------
+    scenarios : list of Scenario
+        Of all runs, those that an interrupt has left out too.
+    judged : list of Judged
+        Of the runs that were done, at least one, in the order of the scenarios.
+    promise : Promise
+        What was modelled, and the margins.
+    parameters : Configuration
+        Of all runs.
+    """
+
+    scenarios: list[Scenario]
+    judged: list[Judged]
+    promise: Promise
+    parameters: Configuration
+
+
+def _drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[Scenario]:
+    """Draw the scenarios of a controller."""
+    nominal = configured_scenario(parameters)
+    noise = Noise(
+        nominal.noise.pose if not request.noise_pose else request.noise_pose,
+        nominal.noise.velocity if request.noise_velocity is None else request.noise_velocity,
+    )
+    distribution = ScenarioDistribution(request.curves, request.scales, request.within,
+                                        request.variation, noise, request.longest_delay or 0)
+    drawn = draw_scenarios(distribution, request.runs, request.seed)
+    if request.longest_delay is None:
+        return [scenario._replace(delay=nominal.delay) for scenario in drawn]
+    return drawn
+
+
+def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
+    """Return the configurations to study by name; raise ParameterError where they cannot be run."""
+    named: dict[str, Configuration] = {}
+    for compared in request.compare:
+        # files of one name in different folders
+        name = compared.name if compared.name not in named else printable(compared.path)
+        if name in named:
+            raise ParameterError([f'--compare {compared.path}: is named twice; name each file once'])
+        named[name] = compared.added_to(request.sources).configuration()
+    if not named:
+        parameters = request.sources.configuration()
+        named[parameters.position_controller.control.controller_type] = parameters
+    for parameters in named.values():
+        check_laps(request.laps, parameters)
+    return named
+
+
+def run_study(
+    request: StudyRequest, controllers: Mapping[str, Configuration], run: TrialRunner,
+    progress: Callable[[int], object], stopped: Callable[[], bool],
+) -> dict[str, StudiedController]:
+    """
+    Run and judge controllers in the same scenarios, batch by batch, until they are done or stopped.
+
+    Parameters
+    ----------
+    request : StudyRequest
+        What is asked for.
+    controllers : mapping of str to Configuration
+        By name, of `studied_controllers`.
+    run : callable
+        Runs trials.
+    progress : callable
+        Called with how many runs were done since the last time.
+    stopped : callable
+        Called before every batch; the study ends if it returns True.
+
+    Returns
+    -------
+    dict of str to StudiedController
+        Those of which any run was done.
+    """
+    results: dict[str, StudiedController] = {}
+    for name, parameters in controllers.items():
+        scenarios = _drawn_scenarios(request, parameters)
+        late = request.laps * 0.75
+        drawn = (scenario_trial(parameters, scenario, request.laps, late) for scenario in scenarios)
+        trials = [one._replace(form=one.form._replace(indices=True, band=request.settled_within)) for one in drawn]
+        judged: list[Judged] = []
+        for first in range(0, len(trials), _BATCH):
+            if stopped():
+                break
+            batch = trials[first:first + _BATCH]
+            judged += [judge(one, outcome, request.success_within)
+                       for one, outcome in zip(batch, run(batch), strict=True)]
+            progress(len(batch))
+        if judged:
+            results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios), parameters)
+    return results
+
+
+def study_values(
+    request: StudyRequest, results: Mapping[str, StudiedController], interrupted: bool
+) -> dict[str, Any]:
+    """Return the content of `study.json`."""
+    return {
+        'outcome': 'interrupted' if interrupted else 'completed', 'seed': request.seed, 'laps': request.laps,
+        'curves': list(request.curves), 'scales': list(request.scales), 'within': request.within,
+        'variation': request.variation,
+        'success': f'within {request.success_within} m over the last quarter',
+        'success_within': request.success_within, 'settled_within': request.settled_within,
+        'interrupted': interrupted, 'error': TRUE,
+        'controllers': {name: summarise_runs(studied.judged)
+                        | {'failures': failure_values(studied.scenarios, studied.judged)}
+                        | promise_values(studied.promise)
+                        for name, studied in results.items()},
+        'best': best_of(_judged(results), request.metrics),
+        'comparisons': comparison_values(_judged(results), request.metrics),
+    }
+
+
+def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]:
+    """Return the judged runs by controller."""
+    return {name: studied.judged for name, studied in results.items()}
+
+
+def study_lines(request: StudyRequest, results: Mapping[str, StudiedController]) -> Iterator[str]:
+    """Yield what the command prints: success, failures and what holds of each controller, and the comparison."""
+    for name, studied in results.items():
+        yield success_text(name, summarise_runs(studied.judged))
+        yield from as_lines(failure_texts(studied.scenarios, studied.judged))
+        yield from promise_lines(studied.promise)
+    yield from as_lines(comparison_texts(_judged(results), request.metrics, request.settled_within))
+
+
+def study_columns(results: Mapping[str, StudiedController]) -> Sequence[str]:
+    """Return the names of the columns of `runs.csv`."""
+    return (*_SCENARIO, *next(iter(results.values())).judged[0].metrics)
+
+
+def study_rows(results: Mapping[str, StudiedController]) -> Iterator[list[Any]]:
+    """Yield the rows of `runs.csv`, one a run; a metric that is not known is nan."""
+    for controller, studied in results.items():
+        for scenario, run in zip(studied.scenarios, studied.judged, strict=False):
+            assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
+            yield [controller, scenario.curve, scenario.scale, *scenario.start, scenario.mass, scenario.friction,
+                   scenario.noise.seed, scenario.delay, int(run.success), run.outcome, *run.metrics.values()]
+
+
+def as_cell(value: Any) -> Any:
+    """Return a value as `runs.csv` has it: empty where it is nan."""
+    return '' if isinstance(value, float) and math.isnan(value) else value
