@@ -121,7 +121,11 @@ def _linear(opened: Sequence[Opened]) -> tuple[LinearLoop, ...]:
 
 
 def is_smooth(opened: Opened, slopes: Array, kept: Flags) -> bool:
-    """Return whether differences in a direction of its own, and half as long, give the same slope: no jump does."""
+    """
+    Return whether differences in a direction of its own, and half as long, give the same slope: no jump does.
+
+    It runs at every position tick of the lap that margins are asked for: a law may switch there, a wheel may stop.
+    """
     direction = np.cos(np.arange(1.0, len(opened.at) + 1.0)) * (0.5 * _STEP) * np.maximum(1.0, abs(opened.at))
     direction[:opened.states][~kept] = 0.0
     apart = 0.5 * (opened.period(opened.at + direction) - opened.period(opened.at - direction))

@@ -115,7 +115,7 @@ def _standing(file: Path, objective: Objective, controller: str) -> float:
     return objective.score(gains)
 
 
-class _Driven(NamedTuple):
+class _Tried(NamedTuple):
     """The loop that was run once with some gains, for the page, and its samples."""
 
     run: RecordedRun
@@ -200,7 +200,7 @@ class SearchRun:
                   'found; --overwrite replaces it', file=sys.stderr)
             return standing == found.score
         tuned = self._search.tuned(gains)
-        after = self._drive('after', tuned)
+        after = self._tried('after', tuned)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
         held = promise(tuned, self._goal.scenarios)
         edges = () if found.point is None else search_space.at_the_edge(self._goal.genes, found.point.tolist())
@@ -210,17 +210,17 @@ class SearchRun:
                              after.run.metrics)
         write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))
         write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
-        driven = [self._drive('before', self._parameters), after]
+        tried = [self._tried('before', self._parameters), after]
         title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
-        svg = draw_search(found.history, {one.run.name: one.samples for one in driven}, title,
+        svg = draw_search(found.history, {one.run.name: one.samples for one in tried}, title,
                           self._output.with_suffix('.png'))
         write_search_page(self._output.with_suffix('.html'), title, found.history,
-                          [one.run for one in driven if one.samples], held, svg, provenance(self._command_line, tuned))
+                          [one.run for one in tried if one.samples], held, svg, provenance(self._command_line, tuned))
         print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations', *holds, sep='\n')
         return True
 
-    def _drive(self, name: str, parameters: Configuration) -> _Driven:
+    def _tried(self, name: str, parameters: Configuration) -> _Tried:
         """Run the configured loop once."""
         duration = self._goal.laps * parameters.reference_cart.curve.placement.period
         run, samples = recorded(parameters, duration)
-        return _Driven(RecordedRun(name, collect(samples), (), summary(run), parameters), samples)
+        return _Tried(RecordedRun(name, collect(samples), (), summary(run), parameters), samples)

@@ -1,4 +1,4 @@
-"""What the page may ask for, each wish checked and answered in words."""
+"""What the page may ask for, each request checked and answered in words."""
 
 import asyncio
 import json
@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mobile_robot_control.dashboard.kicks import KICKS
+from mobile_robot_control.dashboard.disturbances import DISTURBANCES
 from mobile_robot_control.dashboard.lessons import chapter_numbers, surface_numbers
 from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters
@@ -19,7 +19,7 @@ from mobile_robot_control.system.files import explain
 from mobile_robot_control.system.texts import describe_error, shortened
 
 _MOST = 50
-"""Parameters that one wish may name."""
+"""Parameters that one request may name."""
 
 
 _AT_ONCE = {'period'}
@@ -27,19 +27,19 @@ _AT_ONCE = {'period'}
 
 
 class Answer(NamedTuple):
-    """Whether a wish was fulfilled, and the words for it."""
+    """Whether a request was fulfilled, and the words for it."""
 
     good: bool
     text: str
 
 
-class RefusedWishError(ValueError):
-    """A wish that makes no sense; the text says why."""
+class RefusedRequestError(ValueError):
+    """A request that makes no sense; the text says why."""
 
 
 class Actions:
     """
-    Fulfils the wishes of all pages.
+    Fulfils the requests of all pages.
 
     Parameters
     ----------
@@ -54,21 +54,21 @@ class Actions:
 
     def __init__(self, link: RobotLink, recordings: Recordings, saved: Path) -> None:
         self._link, self._recordings, self._saved = link, recordings, saved
-        self._wishes: dict[str, Callable[[Mapping[str, Any]], Awaitable[Answer]]] = {
+        self._handlers: dict[str, Callable[[Mapping[str, Any]], Awaitable[Answer]]] = {
             'set': self._set, 'save': self._save, 'record': self._record,
             'finish': self._finish, 'reset': self._reset, 'step': self._step,
-            'curve': self._curve, 'kick': self._kick,
+            'curve': self._curve, 'disturb': self._disturb,
             'lesson': self._lesson,
         }
 
-    async def fulfil(self, wish: Any) -> Answer:
-        """Fulfil a wish as JSON has it, whatever it holds; never raises."""
+    async def fulfil(self, request: Any) -> Answer:
+        """Fulfil a request as JSON has it, whatever it holds; never raises."""
         try:
-            asked = wish.get('do') if isinstance(wish, dict) else None
-            if not isinstance(asked, str) or asked not in self._wishes:
-                raise RefusedWishError('the page asked for something that is not there; load it again')
-            return await self._wishes[asked](wish)
-        except (NoAnswerError, RefusedWishError, BusyError) as error:
+            asked = request.get('do') if isinstance(request, dict) else None
+            if not isinstance(asked, str) or asked not in self._handlers:
+                raise RefusedRequestError('the page asked for something that is not there; load it again')
+            return await self._handlers[asked](request)
+        except (NoAnswerError, RefusedRequestError, BusyError) as error:
             return Answer(False, shortened(str(error)))
         except OSError as error:
             return Answer(False, shortened(explain(error)))
@@ -80,10 +80,10 @@ class Actions:
     async def _ask(self, job: Callable[[], Any]) -> Any:
         return await asyncio.wrap_future(self._link.submit(job))
 
-    async def _set(self, wish: Mapping[str, Any]) -> Answer:
-        node, values = wish.get('node'), wish.get('values')
+    async def _set(self, request: Mapping[str, Any]) -> Answer:
+        node, values = request.get('node'), request.get('values')
         if not isinstance(node, str) or not isinstance(values, dict) or not 0 < len(values) <= _MOST:
-            raise RefusedWishError('a change names a node, and values by name')
+            raise RefusedRequestError('a change names a node, and values by name')
 
         def send() -> Future[str]:
             return self._link.book.set(node, values)
@@ -94,30 +94,30 @@ class Actions:
     async def _step(self, _: Mapping[str, Any]) -> Answer:
         return await self._trigger('step')
 
-    async def _reset(self, wish: Mapping[str, Any]) -> Answer:
-        """Begin a new run, from a pose [x, y, heading] where the wish has one."""
-        if 'pose' in wish:
-            changed = await self._set({'node': 'plant', 'values': {'initial_pose': wish['pose']}})
+    async def _reset(self, request: Mapping[str, Any]) -> Answer:
+        """Begin a new run, from a pose [x, y, heading] where the request has one."""
+        if 'pose' in request:
+            changed = await self._set({'node': 'plant', 'values': {'initial_pose': request['pose']}})
             if not changed.good:
                 return changed
         return await self._trigger('reset')
 
-    async def _kick(self, wish: Mapping[str, Any]) -> Answer:
-        key = wish.get('key')
-        if not isinstance(key, str) or key not in KICKS:
-            raise RefusedWishError('a kick names an arrow key')
+    async def _disturb(self, request: Mapping[str, Any]) -> Answer:
+        key = request.get('key')
+        if not isinstance(key, str) or key not in DISTURBANCES:
+            raise RefusedRequestError('a disturbance names an arrow key')
 
-        def kick() -> Future[str]:
-            return self._link.kicks.kick(key)
+        def push() -> Future[str]:
+            return self._link.disturbances.push(key)
 
-        return Answer(True, await self._ask(kick))
+        return Answer(True, await self._ask(push))
 
-    async def _curve(self, wish: Mapping[str, Any]) -> Answer:
+    async def _curve(self, request: Mapping[str, Any]) -> Answer:
         """Change the curve or its placement; where the robot is simulated, begin a new run at the cart's start."""
-        changed = await self._set({'node': 'reference_cart', 'values': wish.get('values')})
-        if not changed.good or set(wish['values']) <= _AT_ONCE:
+        changed = await self._set({'node': 'reference_cart', 'values': request.get('values')})
+        if not changed.good or set(request['values']) <= _AT_ONCE:
             return changed
-        values = (await self._present()).get('reference_cart', {}) | wish['values']
+        values = (await self._present()).get('reference_cart', {}) | request['values']
         if values.get('curve') not in CURVES:
             # one that only the cart has loaded
             return await self._reset({})
@@ -149,7 +149,7 @@ class Actions:
     async def _save(self, _: Mapping[str, Any]) -> Answer:
         present = await self._present()
         if not present:
-            raise RefusedWishError('no node has told its parameters yet')
+            raise RefusedRequestError('no node has told its parameters yet')
         file = await asyncio.to_thread(save_parameters, self._saved, present)
         return Answer(True, file.name)
 

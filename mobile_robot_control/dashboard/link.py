@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.control import backstepping
-from mobile_robot_control.dashboard.kicks import Kicks
+from mobile_robot_control.dashboard.disturbances import Disturbances
 from mobile_robot_control.dashboard.loop_topics import LoopTopics
 from mobile_robot_control.dashboard.node_states import NodeStates
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
@@ -36,7 +36,7 @@ _KIND = 'diagnostic_msgs/msg/DiagnosticArray'
 _KEPT_CHANGES = 12
 
 
-class Happenings:
+class Events:
     """The last changes: parameters, resets, pushes, each with the first stamp that it affects."""
 
     def __init__(self) -> None:
@@ -77,7 +77,7 @@ class Frame(NamedTuple):
 
 class RobotLink:
     """
-    Looks at the loop's topics 20 times a second and serves the page's wishes, in a thread of its own.
+    Looks at the loop's topics 20 times a second and serves the page's requests, in a thread of its own.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ class RobotLink:
                             start_parameter_services=False)
         self.calls = ServiceCalls(self.calling)
         self.book = ParameterBook(self.watching, self.calls)
-        self.kicks = Kicks(self.calling, self.book)
-        self.states, self.happenings = NodeStates(), Happenings()
+        self.disturbances = Disturbances(self.calling, self.book)
+        self.states, self.events = NodeStates(), Events()
         self.loop = LoopTopics(self.watching)
         self._diagnostics = PolledTopic(self.watching, '/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', depth=20)
         self._events = PolledTopic(self.watching, EVENTS, 'diagnostic_msgs/msg/DiagnosticArray', depth=50)
@@ -172,7 +172,7 @@ class RobotLink:
                 else:
                     done.set_result(result)
         self.calls.look()
-        self.kicks.look()
+        self.disturbances.look()
 
     def _discover(self) -> None:
         self.book.discover()
@@ -188,7 +188,7 @@ class RobotLink:
         for message in self._diagnostics.take():
             self.states.take(message)
         for message in self._events.take():
-            self.happenings.take(message)
+            self.events.take(message)
         if self._changes.take():
             self.book.refresh()
         if self.loop.polled:

@@ -34,12 +34,12 @@ SKELETON = """
  <div class="halves">
   <section aria-label="the robot on the plane">
    <canvas id="scene" tabindex="0"></canvas>
-   <div class="bar" id="kicks">
-    <span class="soft">kick</span>
-    <button data-kick="ArrowUp" title="arrow up: push ahead">↑</button>
-    <button data-kick="ArrowDown" title="arrow down: push back">↓</button>
-    <button data-kick="ArrowLeft" title="arrow left: turn left">↺</button>
-    <button data-kick="ArrowRight" title="arrow right: turn right">↻</button>
+   <div class="bar" id="disturbances">
+    <span class="soft">disturb</span>
+    <button data-key="ArrowUp" title="arrow up: push ahead">↑</button>
+    <button data-key="ArrowDown" title="arrow down: push back">↓</button>
+    <button data-key="ArrowLeft" title="arrow left: turn left">↺</button>
+    <button data-key="ArrowRight" title="arrow right: turn right">↻</button>
     <span class="soft" id="hint"></span>
    </div>
   </section>

@@ -61,7 +61,7 @@ class Served(NamedTuple):
     link : RobotLink
         To the robot.
     actions : Actions
-        Fulfils wishes.
+        Fulfils requests.
     state : callable
         Returns the state as JSON has it; called in the link's thread.
     folder : Path
@@ -120,14 +120,14 @@ class PageServer:
 
     async def _on_wish(self, session: _Session, event: Any) -> None:
         """Take what a page has sent, whatever it is."""
-        wish = event.args if isinstance(event.args, dict) else {}
-        if wish.get('do') == 'received':
+        request = event.args if isinstance(event.args, dict) else {}
+        if request.get('do') == 'received':
             session.received = session.sent
-        elif wish.get('do') == 'topics':
-            session.topics = wish.get('shown') is True
+        elif request.get('do') == 'topics':
+            session.topics = request.get('shown') is True
         else:
-            answer = await self._served.actions.fulfil(wish)
-            number = wish.get('number')
+            answer = await self._served.actions.fulfil(request)
+            number = request.get('number')
             session.send('answer', [number if isinstance(number, int) else 0, answer.good, answer.text])
 
     def run(self, listening: socket.socket, stopped: Callable[[], bool]) -> None:

@@ -23,7 +23,7 @@ def shown_state(link: RobotLink, nodes: StartedNodes | None, recordings: Recordi
         'nodes': [{**state, 'role': role} for role, state in zip(book.nodes, states, strict=True)],
         'refused': sum(state['refused'] for state in states),
         'unreadable': dict(sorted(link.loop.sampler.refused.items())[:20]),
-        'happenings': link.happenings.newest_first(),
+        'events': link.events.newest_first(),
         'ended': nodes.reports() if nodes is not None else [],
         'recordings': recordings.state,
         'attached': nodes is None,

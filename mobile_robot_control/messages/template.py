@@ -31,14 +31,14 @@ class Template:
     """
 
     def __init__(self, message: Any, put: Callable[..., None], count: int) -> None:
-        # numbers that occur nowhere else in a message show where the changing fields lie
+        # once, when a node starts: numbers that occur nowhere else in a message show where the changing fields lie
         marks = [math.pi * 1e200 * (n + 1) for n in range(count)]
         put(*marks)
         self._data = serialise(message)
         self._stamped = hasattr(message, 'header') or hasattr(message, 'clock')
         places = [self._data.index(_DOUBLE.pack(mark)) for mark in marks]
         starts = [n for n in range(count) if n == 0 or places[n] != places[n - 1] + _DOUBLE.size]
-        self._runs = [(struct.Struct(f'<{end - start}d').pack_into, places[start], slice(start, end))
+        self._parts = [(struct.Struct(f'<{end - start}d').pack_into, places[start], slice(start, end))
                       for start, end in itertools.pairwise([*starts, count])]
 
     def fill(self, stamp: int, *numbers: float) -> bytes:
@@ -46,6 +46,6 @@ class Template:
         data = self._data
         if self._stamped:
             _STAMP.pack_into(data, len(ENCAPSULATION), *divmod(stamp, NANOSECONDS))
-        for pack_into, place, part in self._runs:
+        for pack_into, place, part in self._parts:
             pack_into(data, place, *numbers[part])
         return bytes(data)

@@ -20,7 +20,11 @@ def _turned_to(wheel: Wheel, direction: float, line: float) -> Wheel:
 
 @jitable_apart
 def _settled(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> tuple[Wheel, Wheel]:
-    """Return the wheels with the directions that those take which stand."""
+    """
+    Return the wheels with the directions that those take which stand.
+
+    It runs where a step begins and where a wheel has just stopped: a wheel stays, or breaks loose forward or back.
+    """
     load = find_load(right, left, forcing, axle)
     directions = released(
         Directions(right.direction, left.direction),

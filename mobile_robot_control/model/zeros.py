@@ -1,4 +1,9 @@
-"""The first zero of what is watched while the wheels move along an exact course."""
+"""
+The first zero of a quantity while the wheels move along an exact course.
+
+It runs in every step of a plant whose motors or friction are not ideal, once for each event that may come next: a wheel
+that stops or breaks away, or a motor that meets its torque-speed line.
+"""
 
 import math
 from typing import NamedTuple

@@ -59,6 +59,7 @@ class Collector:
         signal.values.extend(values)
         if received is not None:
             signal.received.append(received)
+        # where a bag lacks the start of a later run: its stamps fell, and stay below the former ones
         fell = self._descents.get(topic)
         if (fell is not None and fell >= _SURE and len(signal.stamps) - fell == _SURE
                 and stamp < min(signal.stamps[fell - _SURE:fell])):

@@ -143,7 +143,11 @@ class InputValidator:
         return waited and self._node.count_publishers(self._node.resolve_topic_name(topic)) == 1
 
     def _joined(self, topic: str, stamp: int, policy: StampPolicy) -> StampDecision:
-        """Leave the run that a policy was in; return what a refused stamp then means, or raise its refusal."""
+        """
+        Leave the run that a policy was in; return what a refused stamp then means, or raise its refusal.
+
+        It runs where a plant asks for the same refused stamp again and again: another run goes on than the node's own.
+        """
         refusal = policy.refusal(stamp)
         decision = policy.decide(stamp) if policy.forget() else StampDecision.REFUSED
         if decision is StampDecision.REFUSED:

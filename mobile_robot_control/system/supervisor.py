@@ -146,7 +146,11 @@ def _state(pid: int) -> str:
 
 
 def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
-    """Watch a process: kill it where it hangs, and its nodes with it or after it."""
+    """
+    Watch a process: kill it where it hangs, and its nodes with it or after it.
+
+    It runs in a process of its own from before the nodes start until the run has ended.
+    """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     nodes: list[int] = []

@@ -6,12 +6,35 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.tuning import differential_evolution, genetic
-from mobile_robot_control.tuning.chromosome import Points
+from mobile_robot_control.tuning import genetic
+from mobile_robot_control.tuning.chromosome import LOWEST_POINT, Points
 from mobile_robot_control.tuning.genetic import Score, Scores
 from mobile_robot_control.tuning.journal import Journal
 
-ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': differential_evolution.search}
+_ENDLESS = 10**9
+
+
+def _differential_evolution(score: Score, genes: int, population: int, seed: int) -> None:
+    """Search by SciPy's differential evolution, generation by generation, with the arguments of `genetic.search`."""
+    # slow to import, and not needed for the genetic algorithm
+    from scipy.optimize import differential_evolution  # noqa: PLC0415
+
+    def columns(points: Points) -> Scores:
+        return score(np.ascontiguousarray(points.T))
+
+    rng = np.random.default_rng(seed)
+    start = LOWEST_POINT + (1.0 - LOWEST_POINT) * rng.random((population, genes))
+    try:
+        differential_evolution(
+            columns, [(LOWEST_POINT, 1.0)] * genes, init=start, rng=rng, maxiter=_ENDLESS, tol=0.0, polish=False,
+            updating='deferred', vectorized=True,
+        )
+    except RuntimeError as error:
+        # SciPy wraps a ValueError that `score` raises
+        raise error.__cause__ or error from None
+
+
+ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': _differential_evolution}
 
 WORST = 1e9
 """The score of an individual that cannot be scored."""

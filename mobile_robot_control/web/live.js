@@ -1,4 +1,4 @@
-// The live page's link to its server: rows of numbers and states come in, wishes go out.
+// The live page's link to its server: rows of numbers and states come in, requests go out.
 // The server calls mrc.live.rows, state, parameters, topics and answer; the page's parts listen with mrc.live.on.
 window.mrc = window.mrc || {};
 (function (mrc) {
@@ -15,7 +15,7 @@ window.mrc = window.mrc || {};
     on(kind, listener) { (listeners[kind] = listeners[kind] || []).push(listener); },
     tell(kind, value) { (listeners[kind] || []).forEach((listener) => listener(value)); },
     // Ask the server; the promise has {good, text}.
-    ask(wish) {
+    ask(request) {
       number += 1;
       const mine = number;
       return new Promise((resolve) => {
@@ -23,7 +23,7 @@ window.mrc = window.mrc || {};
         // an answer that was lost with the connection never comes
         setTimeout(() => live.answer([mine, false, 'the server of this page gave no answer; load the page again']),
           PATIENCE);
-        emitEvent('mrc', {...wish, number: mine});
+        emitEvent('mrc', {...request, number: mine});
       });
     },
     // Change parameters of a node.

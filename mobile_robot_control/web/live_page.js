@@ -18,8 +18,8 @@ window.mrc = window.mrc || {};
     }
 
     // Show the words of an answer that is a refusal.
-    async function ask(wish) {
-      const {good, text} = await mrc.live.ask(wish);
+    async function ask(request) {
+      const {good, text} = await mrc.live.ask(request);
       notice(good ? '' : text);
       return {good, text};
     }
@@ -137,7 +137,7 @@ window.mrc = window.mrc || {};
       if (state.ended.length || state.failure) notice([...state.ended, state.failure].filter(Boolean).join('\n'));
       const list = $('changes').querySelector('ol');
       list.textContent = '';
-      for (const {stamp, text} of state.happenings) {
+      for (const {stamp, text} of state.events) {
         list.append(make('li', '', `${stamp < 1e9 ? `t = ${stamp.toFixed(3)} s: ` : ''}${text}`));
       }
       showRecording();
@@ -193,16 +193,16 @@ window.mrc = window.mrc || {};
       }
     });
 
-    const kick = (key) => ask({do: 'kick', key});
-    document.querySelectorAll('#kicks button').forEach((button) => {
-      button.addEventListener('click', () => kick(button.dataset.kick));
+    const disturb = (key) => ask({do: 'disturb', key});
+    document.querySelectorAll('#disturbances button').forEach((button) => {
+      button.addEventListener('click', () => disturb(button.dataset.key));
     });
     document.addEventListener('keydown', (event) => {
       const typing = event.target.closest('input, select, textarea, button, summary, a');
       if (event.ctrlKey || event.altKey || event.metaKey) return;
       if (event.key === ' ' && !typing) { event.preventDefault(); pause(); }
       if (event.key.toLowerCase() === 'r' && !(typing && typing.matches('input, select'))) reset();
-      if (event.key.startsWith('Arrow') && event.target === $('scene')) { event.preventDefault(); kick(event.key); }
+      if (event.key.startsWith('Arrow') && event.target === $('scene')) { event.preventDefault(); disturb(event.key); }
     });
     mrc.live.begin();
   }

@@ -253,7 +253,7 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     report = page.driver.execute_script('return document.querySelector("#recorded a").href')
     # a further one does not hide it
     assert page.driver.execute_script(
-        'mrc.live.state({nodes: [], unreadable: {}, happenings: [], ended: [], recordings: ['
+        'mrc.live.state({nodes: [], unreadable: {}, events: [], ended: [], recordings: ['
         '{state: "done", name: "recording_1"}, {state: "recording", name: "recording_2"}]});'
         'return document.querySelectorAll("#recorded a").length + document.getElementById("recorded").textContent'
     ) == '1recording_2 …  report of recording_1 '
@@ -274,7 +274,7 @@ def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
     assert page.driver.execute_script('return window.kept')
 
 
-def test_a_wish_whose_answer_is_lost_is_answered_in_words(page):
+def test_a_request_whose_answer_is_lost_is_answered_in_words(page):
     answer = page.driver.execute_async_script(
         'const later = window.setTimeout; window.setTimeout = (act) => later(act, 0); window.emitEvent = () => {};'
         'mrc.live.ask({do: "record"}).then(arguments[0])')

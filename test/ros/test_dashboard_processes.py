@@ -121,7 +121,7 @@ def _memory(pid):
 
 
 async def _send_frames(address):
-    """Send frames over the page's socket that are no wishes, each over a connection of its own."""
+    """Send frames over the page's socket that are no requests, each over a connection of its own."""
     place = address.removeprefix('http://').rstrip('/')
     for frame in ('42["event",1]', '42["handshake",{}]', '42["javascript_response",{}]', '4\x1b]0;X\x07', '451-[', 'x'):
         async with websockets.connect(f'ws://{place}{SOCKET}websocket', origin=f'http://{place}') as socket:

@@ -42,20 +42,20 @@ class Link:
         return done
 
 
-@pytest.mark.parametrize('wish', [
+@pytest.mark.parametrize('asked', [
     None, 3, [], {}, {'do': 'format'}, {'do': ['set']}, {'do': []}, {'do': {}},
     {'do': 'set'}, {'do': 'set', 'node': 1, 'values': {'a': 1}},
     {'do': 'set', 'node': 'plant', 'values': {}}, {'do': 'set', 'node': 'plant', 'values': dict.fromkeys(range(51))},
-    {'do': 'kick'}, {'do': 'kick', 'key': 'Enter'}, {'do': 'kick', 'key': {}}, {'do': 'curve'},
+    {'do': 'disturb'}, {'do': 'disturb', 'key': 'Enter'}, {'do': 'disturb', 'key': {}}, {'do': 'curve'},
     {'do': 'reset', 'pose': 'here'}, {'do': 'save'}, {'do': 'record', 'name': '../..'}, {'do': 'set', 'values': 'x'},
 ])
-def test_a_wish_without_sense_is_refused_in_words(wish, tmp_path):
+def test_a_request_without_sense_is_refused_in_words(asked, tmp_path):
     class NothingToRecord:
         @staticmethod
         def start(present):
             raise OSError('no room')
 
-    answer = asyncio.run(Actions(Link(), NothingToRecord, tmp_path).fulfil(wish))
+    answer = asyncio.run(Actions(Link(), NothingToRecord, tmp_path).fulfil(asked))
     assert not answer.good
     assert answer.text
     assert '\n' not in answer.text

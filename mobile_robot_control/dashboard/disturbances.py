@@ -1,4 +1,4 @@
-"""Kicks: pushes at the simulated robot, each as hard as it takes to change its velocity by so much at once."""
+"""Disturbances: pushes at the simulated robot, each as hard as it takes to change its velocity by so much at once."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -14,13 +14,13 @@ from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.ros.qos import PUBLISHED
 from mobile_robot_control.topics import DISTURBANCE
 
-KICKS = {'ArrowUp': (0.25, 0.0), 'ArrowDown': (-0.25, 0.0), 'ArrowLeft': (0.0, 1.5), 'ArrowRight': (0.0, -1.5)}
+DISTURBANCES = {'ArrowUp': (0.25, 0.0), 'ArrowDown': (-0.25, 0.0), 'ArrowLeft': (0.0, 1.5), 'ArrowRight': (0.0, -1.5)}
 """By key: how much faster the robot shall drive [m/s] and turn [rad/s]."""
 _PATIENCE = 3.0
 """[s] of wall time in which the plant is to be found."""
 
 
-class Kicks:
+class Disturbances:
     """
     Publishes pushes; the plant takes them from one publisher alone, so this one is made for the first of them.
 
@@ -38,7 +38,7 @@ class Kicks:
         self._publisher: Any = None
         self._waiting: list[tuple[float, Any, Future[str]]] = []
 
-    def kick(self, key: str) -> Future[str]:
+    def push(self, key: str) -> Future[str]:
         """Push the robot; the future has the words for it, or NoAnswerError."""
         done: Future[str] = Future()
         names = ('robot.mass', 'robot.inertia', 'velocity_rate')
@@ -46,7 +46,7 @@ class Kicks:
         if not all(isinstance(number, float) for number in (mass, inertia, rate)):
             done.set_exception(NoAnswerError('there is no simulated plant to push; start one'))
             return done
-        faster, turning = KICKS[key]
+        faster, turning = DISTURBANCES[key]
         # held over one step of the velocity grid: F = m Δv / dt; stamp 0 means the next step
         push = WrenchStamped(wrench=Wrench(force=Vector3(x=mass * faster * rate),
                                            torque=Vector3(z=inertia * turning * rate)))
