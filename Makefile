@@ -40,7 +40,7 @@ demo: setup
 	@echo 'the robot live: $(BIN)/dashboard, then open http://127.0.0.1:8080/'
 
 figures: setup
-	$(BIN)/python -m mobile_robot_control.reporting.chapter.index --output runs/figures
+	PYTHONPATH=examples/chapter $(BIN)/python -m chapter_figures.index --output runs/figures
 
 test: setup
 	$(BIN)/python -m pytest
@@ -76,17 +76,18 @@ lint: setup
 # of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
 # examples/tutorial. Where the searches behind the table of the laws have changed, they run again: some ten minutes,
 # which can be interrupted. The last one, the replay that moves, needs chromium
+pages: MADE := PYTHONPATH=examples/chapter $(BIN)/python tools
 pages: setup
-	$(BIN)/python tools/package_drawing.py
-	$(BIN)/python -m mobile_robot_control.reporting.parameter_table docs/parameters.md docs/nodes/*.md
-	$(BIN)/python -m mobile_robot_control.reporting.robots_table docs/robots.md
-	$(BIN)/python -m mobile_robot_control.reporting.robot_results docs/robots.md
+	$(MADE)/package_drawing.py
+	$(MADE)/parameter_table.py docs/parameters.md docs/nodes/*.md
+	$(MADE)/robots_table.py docs/robots.md
+	$(MADE)/robot_results.py docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.sros2_policy config/sros2/policy.xml
-	$(BIN)/python -m mobile_robot_control.reporting.chapter.claims_table docs/results.md
-	$(BIN)/python -m mobile_robot_control.reporting.law_results docs/results.md
-	$(BIN)/python -m mobile_robot_control.reporting.chapter.result_pictures docs/images
+	$(MADE)/claims_table.py docs/results.md
+	$(MADE)/law_results.py docs/results.md
+	$(MADE)/result_pictures.py docs/images
 	$(BIN)/python examples/tutorial/execute.py
-	$(BIN)/python -m mobile_robot_control.reporting.chapter.moving_picture docs/images/hybrid_lemniscate.gif
+	$(MADE)/moving_picture.py docs/images/hybrid_lemniscate.gif
 
 # docs/ and the API as a site; a warning is an error
 docs: $(VENV)/.docs

@@ -33,7 +33,7 @@ def make_main(
     def main(arguments: Sequence[str] | None = None) -> int:
         prepare_streams()
         parser = make_parser()
-        name = parser.prog
+        name = parser.prog.rpartition('.')[2]
         try:
             code = run(parser.parse_args(arguments))
             flush_output()

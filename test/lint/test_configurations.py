@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from robots_table import PLACEHOLDER, head, sourced_parameters
 
 from mobile_robot_control.cli import tune
 from mobile_robot_control.configuration.configure import configure
@@ -18,7 +19,6 @@ from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.declaration import declarations, flatten
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.reporting.robots_table import PLACEHOLDER, head, sourced_parameters
 
 CONFIG = Path(__file__).parents[2] / 'config'
 FILES = sorted(CONFIG.rglob('*.yaml'))

@@ -6,13 +6,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from parameter_table import insert_parameters, tables
+from robots_table import insert_robots
 
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
-from mobile_robot_control.reporting.parameter_table import insert_parameters, tables
-from mobile_robot_control.reporting.robots_table import insert_robots
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.simulation.indices import INDICES
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary

@@ -6,6 +6,10 @@ from itertools import combinations
 from pathlib import Path
 
 import pytest
+from chapter_figures import chromosomes, fuzzy_gains, index
+from chapter_figures.membership_figures import EVOLVED_FIGURES
+from chapter_figures.runs import HYBRID_LEMNISCATE, Runs
+from chapter_figures.structure_figures import STRUCTURE_FIGURES, rules
 from harness import CONFIG
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -14,10 +18,6 @@ from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.reporting.chapter import chromosomes, fuzzy_gains, index
-from mobile_robot_control.reporting.chapter.membership_figures import EVOLVED_FIGURES
-from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, Runs
-from mobile_robot_control.reporting.chapter.structure_figures import STRUCTURE_FIGURES, rules
 from mobile_robot_control.reporting.palette import save
 from mobile_robot_control.tuning.search_space import search_genes
 

@@ -4,12 +4,13 @@ import math
 from pathlib import Path
 from types import SimpleNamespace
 
+import claims_table
 import pytest
+from chapter_figures import claims
+from chapter_figures.runs import LAP, Runs, StepTick
 from harness import CONFIG
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
-from mobile_robot_control.reporting.chapter import claims, claims_table
-from mobile_robot_control.reporting.chapter.runs import LAP, Runs, StepTick
 from mobile_robot_control.reporting.series import collect
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
 

@@ -5,14 +5,10 @@ import json
 import shlex
 from pathlib import Path
 
+import law_results
+import law_searches
 import pytest
-
-from mobile_robot_control.api import search_files
-from mobile_robot_control.cli import tune
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.reporting import law_results, law_searches
-from mobile_robot_control.reporting.law_results import (
+from law_results import (
     CURVES,
     FED,
     PART,
@@ -26,7 +22,12 @@ from mobile_robot_control.reporting.law_results import (
     measured,
     stored_gains,
 )
-from mobile_robot_control.reporting.law_searches import NAMES, gene_count, search_fingerprint, search_gains
+from law_searches import NAMES, gene_count, search_fingerprint, search_gains
+
+from mobile_robot_control.api import search_files
+from mobile_robot_control.cli import tune
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.simulation import batch
 
 PAGE = Path(__file__).parents[3] / 'docs' / 'results.md'

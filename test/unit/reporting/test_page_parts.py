@@ -1,9 +1,8 @@
 """Generated parts of pages, and the commands that they are measured with."""
 
 import pytest
-
-from mobile_robot_control.reporting.command_output import output_of
-from mobile_robot_control.reporting.page_part import PagePart
+from command_output import output_of
+from page_part import PagePart
 
 PART = PagePart('results')
 

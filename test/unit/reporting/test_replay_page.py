@@ -5,13 +5,13 @@ import io
 import json
 import re
 
+import moving_picture
 import pytest
 from harness import CONFIG
 from measuring import configuration
 from PIL import Image
 
 from mobile_robot_control.reporting import page, report_writing
-from mobile_robot_control.reporting.chapter import moving_picture
 from mobile_robot_control.reporting.readable import readable
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.run_reading import RecordedRun

@@ -3,10 +3,8 @@
 from pathlib import Path
 
 import pytest
-
-from mobile_robot_control.configuration.robot_files import shipped_robots
-from mobile_robot_control.reporting import robot_results
-from mobile_robot_control.reporting.robot_results import (
+import robot_results
+from robot_results import (
     PART,
     lap_command,
     result_cells,
@@ -14,6 +12,8 @@ from mobile_robot_control.reporting.robot_results import (
     results_markdown,
     study_command,
 )
+
+from mobile_robot_control.configuration.robot_files import shipped_robots
 
 PAGE = Path(__file__).parents[3] / 'docs' / 'robots.md'
 

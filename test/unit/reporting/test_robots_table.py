@@ -1,6 +1,6 @@
 """The tables of robots: each number with the comment above it."""
 
-from mobile_robot_control.reporting.robots_table import (
+from robots_table import (
     SourcedParameter,
     head,
     insert_robots,

@@ -5,10 +5,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from command_output import output_of
+
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.laws import BUILT_IN
-from mobile_robot_control.reporting.command_output import output_of
 from mobile_robot_control.tuning.search_gains import configured_gains, parameters
 from mobile_robot_control.tuning.search_space import search_genes
 

@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 from matplotlib.transforms import Bbox
 
+from chapter_figures.figure import ALL, ChapterFigure
+from chapter_figures.membership_figures import ANGULAR_NAMES, LINEAR_NAMES
+from chapter_figures.runs import Runs
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.fuzzy import surface
 from mobile_robot_control.control.membership import FuzzyGains, memberships
-from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
-from mobile_robot_control.reporting.chapter.membership_figures import ANGULAR_NAMES, LINEAR_NAMES
-from mobile_robot_control.reporting.chapter.runs import Runs
 from mobile_robot_control.reporting.palette import BLUE, GREY, INK, LINES, TINT, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
 

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 from matplotlib.figure import Figure
 
-from mobile_robot_control.reporting.chapter.figure import ChapterFigure
-from mobile_robot_control.reporting.chapter.runs import (
+from chapter_figures.figure import ChapterFigure
+from chapter_figures.runs import (
     FUZZY_TRIFOLIUM,
     HYBRID_LEMNISCATE,
     LAP,

@@ -8,16 +8,16 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from chapter_figures import claims
+from chapter_figures.chromosomes import CHROMOSOME_FIGURES
+from chapter_figures.figure import ChapterFigure
+from chapter_figures.membership_figures import EVOLVED_FIGURES, INITIAL_FIGURES
+from chapter_figures.runs import Runs
+from chapter_figures.scene_figures import SCENE_FIGURES
+from chapter_figures.structure_figures import STRUCTURE_FIGURES
+from chapter_figures.tracking_figures import TRACKING_FIGURES
+from chapter_figures.velocity_figures import VELOCITY_FIGURES
 from mobile_robot_control.reporting import page
-from mobile_robot_control.reporting.chapter import claims
-from mobile_robot_control.reporting.chapter.chromosomes import CHROMOSOME_FIGURES
-from mobile_robot_control.reporting.chapter.figure import ChapterFigure
-from mobile_robot_control.reporting.chapter.membership_figures import EVOLVED_FIGURES, INITIAL_FIGURES
-from mobile_robot_control.reporting.chapter.runs import Runs
-from mobile_robot_control.reporting.chapter.scene_figures import SCENE_FIGURES
-from mobile_robot_control.reporting.chapter.structure_figures import STRUCTURE_FIGURES
-from mobile_robot_control.reporting.chapter.tracking_figures import TRACKING_FIGURES
-from mobile_robot_control.reporting.chapter.velocity_figures import VELOCITY_FIGURES
 from mobile_robot_control.reporting.palette import save
 
 _PARTS = (*SCENE_FIGURES, *VELOCITY_FIGURES, *CHROMOSOME_FIGURES, *STRUCTURE_FIGURES, *INITIAL_FIGURES,
@@ -73,7 +73,7 @@ def write_index(config: Path, folder: Path) -> Path:
 
 
 def main() -> int:
-    """Run as `python -m mobile_robot_control.reporting.chapter.index --output DIR`."""
+    """Run as `python -m chapter_figures.index --output DIR`."""
     parser = argparse.ArgumentParser(description='Draw every figure of the chapter, with an index page.')
     parser.add_argument('--config', type=Path, default=Path('config'), help='folder of the configurations')
     parser.add_argument('--output', type=Path, required=True, help='folder for the figures')

@@ -4,9 +4,9 @@ import hashlib
 import sys
 from pathlib import Path
 
-from mobile_robot_control.reporting.chapter import claims
-from mobile_robot_control.reporting.chapter.runs import Runs
-from mobile_robot_control.reporting.page_part import PagePart, table_row
+from chapter_figures import claims
+from chapter_figures.runs import Runs
+from page_part import PagePart, table_row
 
 PART = PagePart('claims')
 

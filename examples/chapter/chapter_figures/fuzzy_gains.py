@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from chapter_figures.runs import FUZZY_TRIFOLIUM, Runs
 from mobile_robot_control.control.membership import FuzzyGains
-from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
 from mobile_robot_control.tuning import chromosome
 from mobile_robot_control.tuning.search_gains import configured_gains, decode
 from mobile_robot_control.tuning.search_space import search_genes

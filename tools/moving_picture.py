@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from chapter_figures.runs import HYBRID_LEMNISCATE, LAP, Runs
 from PIL import Image
 
 from mobile_robot_control.reporting import page
 from mobile_robot_control.reporting.animation import write_frames
-from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, LAP, Runs
 from mobile_robot_control.reporting.first_screen import first_screen, replay_scripts, replay_styles
 from mobile_robot_control.reporting.run_reading import RecordedRun
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from mobile_robot_control.reporting.chapter.runs import Runs
+from chapter_figures.runs import Runs
 
 
 class ChapterFigure(NamedTuple):

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.reporting.chapter.runs import (
+from chapter_figures.runs import (
     FUZZY_BESIDE,
     FUZZY_TRIFOLIUM,
     HYBRID_LEMNISCATE,
@@ -18,6 +17,7 @@ from mobile_robot_control.reporting.chapter.runs import (
     ChapterRun,
     Runs,
 )
+from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.reporting.run_words import peak_torque
 
 RUNS = (FUZZY_BESIDE, FUZZY_TRIFOLIUM, HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, ORDINARY_TRIFOLIUM)

@@ -3,9 +3,7 @@
 import sys
 from pathlib import Path
 
-from matplotlib.figure import Figure
-
-from mobile_robot_control.reporting.chapter.runs import (
+from chapter_figures.runs import (
     FUZZY_TRIFOLIUM,
     HYBRID_LEMNISCATE,
     LAP,
@@ -13,6 +11,8 @@ from mobile_robot_control.reporting.chapter.runs import (
     ORDINARY_TRIFOLIUM,
     Runs,
 )
+from matplotlib.figure import Figure
+
 from mobile_robot_control.reporting.palette import save, style
 from mobile_robot_control.reporting.panels import Named, legend, panel_on
 from mobile_robot_control.reporting.path_figure import path_on

@@ -8,11 +8,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from command_output import output_of
+from page_part import PagePart, table_row
+
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.robot_files import shipped_robots
-from mobile_robot_control.reporting.command_output import output_of
-from mobile_robot_control.reporting.page_part import PagePart, table_row
 
 PART = PagePart('results')
 _NO_SLIP = ('-p', 'plant.odometry.slip:=0.0')

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
+from chapter_figures.figure import ALL, ChapterFigure
+from chapter_figures.runs import Runs
 from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
-from mobile_robot_control.reporting.chapter.runs import Runs
 from mobile_robot_control.reporting.palette import BLUE, GREY, ORANGE, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
 

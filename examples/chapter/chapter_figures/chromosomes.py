@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
+from chapter_figures.figure import ALL, ChapterFigure
+from chapter_figures.runs import FUZZY_TRIFOLIUM, ORDINARY_TRIFOLIUM, Runs
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
-from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, ORDINARY_TRIFOLIUM, Runs
 from mobile_robot_control.reporting.palette import GREY, GROUND, INK, TINT, style
 from mobile_robot_control.reporting.panels import WIDTH
 from mobile_robot_control.tuning.chromosome import BITS

@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from chapter_figures import fuzzy_gains
+from chapter_figures.figure import ALL, ChapterFigure
+from chapter_figures.runs import FUZZY_TRIFOLIUM, Runs
 from mobile_robot_control.control.fuzzy import surface
 from mobile_robot_control.control.membership import FuzzyGains, memberships
-from mobile_robot_control.reporting.chapter import fuzzy_gains
-from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
-from mobile_robot_control.reporting.chapter.runs import FUZZY_TRIFOLIUM, Runs
 from mobile_robot_control.reporting.lines import Floats
 from mobile_robot_control.reporting.palette import INK, LINES, style
 from mobile_robot_control.reporting.panels import WIDTH, legend

@@ -5,12 +5,12 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
+from chapter_figures.figure import ALL, ChapterFigure
+from chapter_figures.plane_drawing import along, arrow, draw_line, name, plane, robot_on
+from chapter_figures.runs import HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, Runs
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.tracking_error import bearing
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reporting.chapter.figure import ALL, ChapterFigure
-from mobile_robot_control.reporting.chapter.plane_drawing import along, arrow, draw_line, name, plane, robot_on
-from mobile_robot_control.reporting.chapter.runs import HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, Runs
 from mobile_robot_control.reporting.palette import BLUE, GREEN, GREY, INK, ORANGE, PINK, style
 from mobile_robot_control.reporting.panels import WIDTH, legend
 from mobile_robot_control.reporting.path_figure import draw_pose, triangle

@@ -10,11 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import parameter_file_text
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.reporting.command_output import output_of
-from mobile_robot_control.reporting.law_searches import (
+from command_output import output_of
+from law_searches import (
     NAMES,
     SEARCH,
     LawGains,
@@ -22,7 +19,11 @@ from mobile_robot_control.reporting.law_searches import (
     search_fingerprint,
     search_gains,
 )
-from mobile_robot_control.reporting.page_part import PagePart, table_row
+from page_part import PagePart, table_row
+
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import parameter_file_text
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.simulation.rollout import recorded
 from mobile_robot_control.system.files import write_atomically
