@@ -20,7 +20,7 @@ from mobile_robot_control.plugins.registry import PluginError
 from mobile_robot_control.reference.cart import CurveParameters
 from mobile_robot_control.reference.curves import CURVES
 
-PLUGINS = Path(__file__).parents[1] / 'plugins'
+PLUGINS = Path(__file__).parents[2] / 'plugins'
 LAW = '''
 from typing import Annotated, NamedTuple
 from mobile_robot_control import BodyVelocity, Field, Law
