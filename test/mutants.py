@@ -29,8 +29,10 @@ from mobile_robot_control.tuning.monte_carlo import wilson_interval
 
 ROOT = Path(__file__).resolve().parents[1]
 MUTATED = ('control', 'model', 'reference', 'simulation', 'messages', 'ros/stamp_policy.py')
+DECLARATIONS = 'test/lint/test_docs.py::test_the_table_of_all_parameters_is_present'
+"""Compares declarations, which run at the import, with their table."""
 TESTS = (*(f'test/unit/{name}' for name in MUTATED[:-1]), 'test/unit/ros/test_stamp_policy.py', 'test/property',
-         'test/closed_loop')
+         'test/closed_loop', DECLARATIONS)
 SEED, COUNT, WORKERS = 1, 200, 2
 LIMIT, LONGEST = 1800.0, 40.0
 """[s]: of all, and of the tests of one mutant as they were measured, the shortest first."""
@@ -143,8 +145,8 @@ def _tests_of(file, line, data, times):
     """Return the tests of a line, the shortest first; of a line that runs at the import, those of its file."""
     contexts = data.contexts_by_lineno(str(file))
     named = {one.partition('|')[0] for one in contexts.get(line, ()) if one}
-    named = named or {one.partition('|')[0] for ones in contexts.values() for one in ones if one}
-    chosen, total = [], 0.0
+    chosen, total = ([], 0.0) if named else ([DECLARATIONS], 0.0)
+    named = named or {one.partition('|')[0] for ones in contexts.values() for one in ones if one} - {DECLARATIONS}
     for test in sorted(named, key=lambda test: times.get(test, 0.0)):
         total += times.get(test, 0.0)
         if total > LONGEST:

@@ -10,7 +10,7 @@ from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.dynamic_feedback_linearization import CompensatorState
 from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains
 from mobile_robot_control.control.law import NoState
-from mobile_robot_control.control.laws import LAWS, RESERVED, PositionControl, select
+from mobile_robot_control.control.laws import LAWS, RESERVED, PositionControl, law_violations, select
 from mobile_robot_control.control.membership import FuzzyGains
 from mobile_robot_control.control.sliding_mode import SlidingState
 from mobile_robot_control.parameters.checking import ParameterError, build
@@ -61,3 +61,14 @@ def test_the_names_that_no_law_may_have_are_those_of_the_node():
     first_words = {name.partition('.')[0] for name in declarations(PositionControllerParameters)} - set(LAWS)
     assert first_words <= RESERVED
     assert not any(is_ros_parameter(name) for name in LAWS)
+
+
+def test_parameters_are_equal_where_all_of_them_are():
+    assert PARAMETERS == PARAMETERS._replace() != PARAMETERS._replace(controller_type='fuzzy')
+    assert PARAMETERS.backstepping != PARAMETERS
+
+
+@pytest.mark.parametrize('horizon', [-1, 1.5, None])
+def test_a_law_whose_horizon_is_no_number_of_ticks_is_refused(horizon):
+    refusal, = law_violations(LAWS['fuzzy']._replace(horizon=horizon))
+    assert refusal == f"'fuzzy': its horizon is {horizon}; write the number of position ticks ahead"

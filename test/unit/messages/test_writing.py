@@ -186,3 +186,17 @@ def test_a_message_does_not_change_when_the_next_is_written():
 def test_wheels_are_found_by_name_in_any_order():
     message = JointState(name=['arm', *reversed(WHEEL_JOINTS)], effort=[9.0, 2.0, 1.0])
     assert read_torque(message) == WheelTorque(right=1.0, left=2.0)
+
+
+def test_a_path_has_its_poses():
+    message = writing.path_message('odom', [Pose(1.0, 2.0, 0.0), Pose(3.0, 4.0, math.pi)])
+    assert [(one.pose.position.x, one.pose.position.y, round(one.pose.orientation.w, 12)) for one in message.poses] == [
+        (1.0, 2.0, 1.0), (3.0, 4.0, 0.0)]
+    assert {message.header.frame_id, *(one.header.frame_id for one in message.poses)} == {'odom'}
+
+
+def test_odometry_is_exact_unless_it_is_told_otherwise():
+    write = writing.odometry_writer('odom', 'base')
+    message = deserialize_message(write(0, Pose(1.0, 2.0, 3.0), BodyVelocity(0.1, 0.2)), Odometry)
+    assert not any(message.pose.covariance)
+    assert not any(message.twist.covariance)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.base import Base, discretise_base, queue_length
+from mobile_robot_control.model.base import Base, base_violations, discretise_base, queue_length
 from mobile_robot_control.model.base_motion import base_at_rest, base_step
 from mobile_robot_control.model.events import periods
 from mobile_robot_control.model.kinematics import along_arc
@@ -172,3 +172,10 @@ def test_it_follows_the_newest_command_that_is_old_enough(dead_time, rate, ratio
     for k, command in enumerate(commands):
         state, inner = base_step(state, inner, BodyVelocity(*command), k, discrete)
         assert inner.setpoint == tuple(followed(k, periods(dead_time[n], period), n) for n in (0, 1))
+
+
+def test_commands_without_end_are_refused_in_the_words_of_what_is_given():
+    plain, = base_violations(Base(dead_time=(30.0, 0.0), command_rate=100.0), 2 * MS, 10 * MS)
+    assert plain.startswith('base.dead_time = [30.0, 0.0] s has more than')
+    late, = base_violations(Base(dead_time=(30.0, 0.0), command_rate=100.0, command_jitter=0.5), 2 * MS, 10 * MS)
+    assert late.startswith('base.dead_time = [30.0, 0.0] s with base.command_jitter = 0.5 s has more than')

@@ -120,3 +120,8 @@ def test_a_push_acts_in_one_step_beside_impulse_and_step():
     assert disturbed(WheelTorque(1.0, 2.0), one, 2, 0.125) == pytest.approx((5.025, -0.725))
     before = with_push(lasting, Push(3.0, -0.5), 1, 0.125, robot)
     assert disturbed(WheelTorque(1.0, 2.0), before, 1, 0.125) == pytest.approx((1.025, 2.275))
+
+
+def test_the_same_place_of_a_sequence_has_the_same_number_in_every_version():
+    assert [gaussian(*place) for place in ((7, 1, 5), (7, 1, 6), (123456, 3, 10**6))] == [
+        0.12711440351769684, -1.2278496992711858, -0.31690598789478797]

@@ -14,7 +14,9 @@ from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.model.motors import Motor, MotorState, motors_at_rest
 from mobile_robot_control.model.plant import Imperfections, actuated_step
+from mobile_robot_control.model.prediction import is_uneventful, stands
 from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.model.wheels import Forcing
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
@@ -173,3 +175,19 @@ def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
     _, _, applied = motorised_step(turning(-1.0, 0.0), MotorState(WheelTorque(0.0, 0.3)), asked, NONE, drive)
     mean = asked.left + (0.3 - asked.left) * 0.002 / dt * (1.0 - math.exp(-dt / 0.002))
     assert applied.left == pytest.approx(mean, rel=1e-12)
+
+
+def test_a_wheel_stands_while_no_torque_exceeds_its_friction():
+    assert stands(0.0, 0.5, 0.1, 0.2, 1.0)
+    assert not stands(1.0, 0.5, 0.1, 0.2, 1.0)
+    assert not stands(0.0, 0.9, 0.1, 0.2, 1.0)
+    assert not stands(0.0, 0.5, 0.5, 0.2, 1.0)
+
+
+@pytest.mark.parametrize(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
+    (IDEAL, 0.0, 0.0, 1.0, True), (IDEAL, 0.1, 0.0, 1.0, False), (IDEAL, 0.1, 5.0, 1.0, True),
+    (LINE, 0.0, 1.0, 0.5, True), (LINE, 0.0, 6.0, 1.4, False), (LINE, 0.1, 1.0, 0.5, True),
+])
+def test_a_period_without_friction_or_line_to_meet_has_no_event(motor, coulomb, speed, asked, expected):
+    wheels, forcing = WheelVelocity(speed, speed), Forcing(WheelTorque(asked, asked), NONE, 0.0)
+    assert is_uneventful(wheels, NONE, forcing, drivetrain(motor, coulomb)) is expected

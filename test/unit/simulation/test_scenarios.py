@@ -233,3 +233,16 @@ def test_the_spread_over_seeds_is_that_of_the_configured_run_where_something_is_
     outcome, = run([make_trial(noisy, 1.0)])
     assert math.sqrt(outcome.totals.squared_position / outcome.totals.time) in errors
     assert Objective(short_lap(), goal(configured_scenario(short_lap())), run).spread(short_lap()) == ()
+
+
+def test_mass_is_lag_and_friction_is_the_dead_zone_of_a_base():
+    base = {'plant': {'drive': 'velocity', 'base.lag': [0.1, 0.2], 'base.dead_zone': [0.01, 0.02]}}
+    configured = short_lap(**base)
+    varied = {'base.lag': [0.15, 0.3], 'base.dead_zone': [0.03, 0.06]}
+    same = short_lap(plant={**base['plant'], **varied})
+    scenario = configured_scenario(configured)
+    varied, expected = (scenario_trial(one, factors, 1.0, 0.0).loop.drive for one, factors in (
+        (configured, scenario._replace(mass=1.5, friction=3.0)), (same, scenario)))
+    assert [varied.linear.dead_zone, varied.angular.dead_zone] == pytest.approx([0.03, 0.06])
+    assert varied.linear.response.end == pytest.approx(expected.linear.response.end)
+    assert varied.angular.response.end == pytest.approx(expected.angular.response.end)
