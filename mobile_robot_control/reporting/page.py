@@ -166,21 +166,22 @@ def warning(title: str, sentences: Iterable[str]) -> str:
     return f'<div class="warning"><h2>{escape(title)}</h2><ul>{items}</ul></div>'
 
 
-def made_with(made: Mapping[str, Mapping[str, Any]]) -> str:
+def made_with(made: Mapping[str, Any], parameters: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None) -> str:
     """
     Return where the numbers of a page come from, folded, as HTML.
 
     Parameters
     ----------
-    made : mapping of str to mapping
-        By the name of a run or a controller, what `provenance` returns; '' stands for the one that there is.
+    made : mapping of str to object
+        What `provenance` returns.
+    parameters : mapping of str to mapping, or None
+        By the name of a controller, for a page that has no table of them.
     """
-    first = next(iter(made.values()))
-    versions = ', '.join(f'{name} {version}' for name, version in first['versions'].items() if version)
-    parameters = ''.join(f'<h3>{escape(name)}</h3><pre><code>{escape(_lines(one["parameters"]))}</code></pre>'
-                         for name, one in made.items() if one['parameters'] is not None)
+    versions = ', '.join(f'{name} {version}' for name, version in made['versions'].items() if version)
+    listed = ''.join(f'<h3>{escape(name)}</h3><pre><code>{escape(_lines(one))}</code></pre>'
+                     for name, one in (parameters or {}).items())
     return (f'<details class="made"><summary>How this was made</summary><pre class="command"><code>'
-            f'{escape(first["command_line"])}</code></pre><p>{escape(versions)}</p>{parameters}</details>')
+            f'{escape(made["command_line"])}</code></pre><p>{escape(versions)}</p>{listed}</details>')
 
 
 def _lines(parameters: Mapping[str, Mapping[str, Any]]) -> str:

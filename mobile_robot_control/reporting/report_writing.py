@@ -115,7 +115,7 @@ def _charts(drawn: Sequence[_Drawn], runs: Sequence[RecordedRun]) -> str:
 
 def _parts(
     runs: Sequence[RecordedRun], folder: Path, step: Step, animation: bool, absent: Sequence[str],
-    made: Mapping[str, Mapping[str, Any]],
+    made: Mapping[str, Any],
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     over_dds = [run for run in runs if timed(run.series)]
@@ -204,7 +204,7 @@ def write_report(
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'
     made = {run.name: provenance(command_line, run.parameters) for run in runs}
-    parts = _parts(runs, folder / 'figures', step, animation, absent, made)
+    parts = _parts(runs, folder / 'figures', step, animation, absent, made[runs[0].name])
     styles, scripts = [*replay_styles(), *chart_styles()], [*replay_scripts(), *chart_scripts()]
     write_atomically(file, page.page(_title(runs), parts, styles, scripts))
     metrics = {run.name: run.metrics | {'problems': list(run.problems), 'provenance': made[run.name]} for run in runs}

@@ -50,7 +50,7 @@ def _parts(
     yield page.section('holds', 'What holds', *promise_parts(holds))
     yield page.section('figures', 'Figures', page.grid(
         page.live(figure.title, figure.caption, figure.name) for figure in figures))
-    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with({'': made}))
+    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with(made))
     yield chart_numbers(figures, runs)
     yield page.json_block('search-data', convergence(history))
 

@@ -176,7 +176,7 @@ def _parts(
     holds = [part for name, runs in controllers.items()
              for part in (f'<h3>{escape(name)}</h3>', *promise_parts(runs.promise))]
     yield page.section('holds', 'What holds', *holds)
-    yield page.made_with({name: {**made, 'parameters': one} for name, one in made['parameters'].items()})
+    yield page.made_with(made, made['parameters'])
     yield page.json_block('study-data', study_data(controllers, judgement))
 
 

@@ -1,6 +1,7 @@
 """`tune` and `study` in Python give the numbers of the commands for the same seed."""
 
 import csv
+import json
 
 import numpy as np
 import pytest
@@ -129,6 +130,9 @@ def test_a_study_has_the_numbers_of_the_command(tmp_path):
                        '--compare', *map(str, files), '--output', str(tmp_path / 'out')]) == 0
     found = mrc.study(runs=5, seed=1, parameters=SMALL, compare=files, workers=1, **OPTIONS)
     assert found.values == numbers_in(tmp_path / 'out' / 'study.json')
+    made = json.loads((tmp_path / 'out' / 'study.json').read_text())['provenance']
+    assert made['parameters'] == json.loads(json.dumps(found.provenance['parameters']))
+    assert made['parameters']['gain_2.0']['position_controller']['backstepping.p'] == 2.0
     with (tmp_path / 'out' / 'runs.csv').open() as table:
         rows = list(csv.DictReader(table))
     assert list(found.runs) == list(rows[0])
