@@ -21,6 +21,7 @@ from mobile_robot_control.quantities import (
     Reference,
     TrackingError,
 )
+from mobile_robot_control.ros.command_choice import CommandChoice, approach_speed
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.far_start import log_far_start
 from mobile_robot_control.ros.input_validation import make_reader
@@ -31,7 +32,6 @@ from mobile_robot_control.ros.odom_conflict import CONFLICT, OdomConflict
 from mobile_robot_control.ros.odom_twist import OdomTwist
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.stamp_policy import StampDecision, make_stamp_policy
-from mobile_robot_control.ros.wall_clock_drive import WallClockDrive, approach_speed
 from mobile_robot_control.stamps import period_nanoseconds
 
 _ZERO = BodyVelocity(0.0, 0.0)
@@ -51,7 +51,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._law = LawRunner(self, self._values.control, 1.0 / shared.position_rate, self._tell_failure)
         self._twist, self._age = OdomTwist(self), OdomAge(shared)
         self._conflict = OdomConflict(self, self._watch, self._robot_clock, self._values.input_timeout)
-        self._drive = WallClockDrive(self, shared.lockstep, self._law, self._validator, self._act)
+        self._choice = CommandChoice(self, shared.lockstep, self._law, self._validator, self._act)
         self._odom: tuple[int, tuple[Pose, BodyVelocity]] | None = None
         self._odom_time: tuple[int, int] | None = None
         self._reference: tuple[int, Reference] | None = None
@@ -166,10 +166,10 @@ class PositionController(LoopNode[PositionControllerParameters]):
         stamp = self._clock_stamp()
         silent = [topic for topic in self._monitor.sources if self._monitor.age(topic) > self._values.input_timeout]
         references = self._references()
-        if self._drive.stop.reason or self._in_conflict():
+        if self._choice.stop.reason or self._in_conflict():
             self._tracking = False
             self._publish_command(stamp, _ZERO)
-        elif self._odom is not None and references is not None and not silent and self._drive.stop.is_known():
+        elif self._odom is not None and references is not None and not silent and self._choice.stop.is_known():
             if not self._in_run:
                 self._note_run(StampDecision.HOLD)
                 self._check_start(StampDecision.START)
@@ -181,8 +181,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._tracking = False
             self._diagnostics.note_stop(*silent)
             self._publish_command(stamp, _ZERO)
-        if self._drive.stop.reason != self._stopped:
-            self._stopped = self._drive.stop.reason
+        if self._choice.stop.reason != self._stopped:
+            self._stopped = self._choice.stop.reason
             self._events.publish(stamp, {'stop': self._stopped} if self._stopped else {'release': True})
 
     def _check_start(self, decision: StampDecision) -> None:
@@ -212,8 +212,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
         observation = Observation(tracking_error(reference.pose, pose), reference, velocity, tuple(later))
         acceleration = mean_acceleration(reference, later[0]) if self._feeds else None
         command = (self._law.command(observation, stamp, math.inf, acceleration) if self._shared.lockstep
-                   else self._drive.command(observation, self._values, acceleration))
-        stands = self._law.failure or self._drive.stop.reason
+                   else self._choice.command(observation, self._values, acceleration))
+        stands = self._law.failure or self._choice.stop.reason
         self._answer = (command, NO_ACCELERATION if stands or acceleration is None else acceleration, observation.error)
         # publish before updating diagnostics: other nodes wait for the answer
         self._publish(stamp)
@@ -227,8 +227,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _condition(self) -> Condition | None:
         if self._law.failure:
             return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._law.failure)
-        if self._drive.stop.reason:
-            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._drive.stop.reason)
+        if self._choice.stop.reason:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._choice.stop.reason)
         if self._in_conflict():
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join(
                 [CONFLICT, *self._diagnostics.problems()]))

@@ -20,7 +20,7 @@ def approach_speed(values: PositionControllerParameters, reference: Reference) -
     return values.approach.speed if not values.shared.lockstep and stands_still(reference) else 0.0
 
 
-class WallClockDrive:
+class CommandChoice:
     """
     Chooses the command of each tick.
 
