@@ -1,0 +1,56 @@
+"""A simulation with its files: a table written while it runs, its parameters before it, its metrics after it."""
+
+import json
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.configuration.nodes import Configuration, has_exact_odometry
+from mobile_robot_control.configuration.provenance import provenance
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.recording.csv_table import write_csv
+from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.simulation.simulate import Simulated, Simulation, SimulationRequest
+from mobile_robot_control.system.files import naming_errors, writable_file, write_atomically
+from mobile_robot_control.system.interrupt import Interrupt
+from mobile_robot_control.system.progress import tqdm
+
+
+class SimulationFiles(NamedTuple):
+    """Where the result of a simulation goes."""
+
+    output: Annotated[str | None, Field('', 'FILE.csv to write, one row a velocity step; FILE.parameters.yaml and '
+                                        'FILE.metrics.json go with it')] = None
+
+
+def simulate_into_files(
+    request: SimulationRequest, files: SimulationFiles, command_line: str
+) -> tuple[Simulated, Configuration]:
+    """Simulate until the end or an interrupt, and write; return how it ended, and what it ran with."""
+    simulation = Simulation(request)
+    parameters = simulation.parameters
+    with ExitStack() as stack:
+        interrupt = stack.enter_context(Interrupt())
+        table = None
+        if files.output is not None:
+            stack.enter_context(naming_errors(Path(files.output)))
+            path = writable_file(files.output)
+            table = stack.enter_context(path.open('w', encoding='utf-8', newline=''))
+            ran_with = configuration_text(parameters, request.sources.robot)
+            write_atomically(path.with_suffix('.parameters.yaml'), ran_with)
+            path.with_suffix('.metrics.json').unlink(missing_ok=True)
+
+        def written(samples: Iterable[Sample]) -> Iterable[Sample]:
+            if table is not None:
+                samples = write_csv(samples, table, not has_exact_odometry(parameters.plant))
+            # disable=None shows the bar on a terminal only
+            shown: Iterable[Sample] = tqdm(samples, total=simulation.steps, disable=None, leave=False)
+            return shown
+
+        found = simulation.run(written, lambda: interrupt.requested)
+    if files.output is not None:
+        content = {**found.metrics, 'provenance': provenance(command_line, parameters)}
+        write_atomically(path.with_suffix('.metrics.json'), json.dumps(content, indent=2) + '\n')
+    return found, parameters
