@@ -14,7 +14,8 @@ from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.system.texts import printable
 
-_CHECKOUT = Path(__file__).resolve().parents[2]
+CHECKOUT = Path(__file__).resolve().parents[2]
+"""The folder of the package's folder: that of its repository, unless it is installed."""
 
 
 def provenance(
@@ -85,9 +86,9 @@ def _installed(name: str) -> str | None:
 def _commit() -> str | None:
     """Return the commit of the checkout that this package is run from, with '-dirty' where it was changed since."""
     git = shutil.which('git')
-    if git is None or not (_CHECKOUT / '.git').exists():
+    if git is None or not (CHECKOUT / '.git').exists():
         return None
     done = subprocess.run(  # noqa: S603 (a program found on the path, with words of our own)
-        [git, '-C', str(_CHECKOUT), 'describe', '--always', '--dirty', '--abbrev=40', '--exclude=*'],
+        [git, '-C', str(CHECKOUT), 'describe', '--always', '--dirty', '--abbrev=40', '--exclude=*'],
         capture_output=True, text=True, check=False)
     return done.stdout.strip() or None

@@ -63,7 +63,7 @@ def test_the_commit_is_that_of_a_checkout_and_of_no_other(tmp_path, monkeypatch)
     head = subprocess.run(['git', 'rev-parse', 'HEAD'], cwd=tmp_path, capture_output=True, text=True, check=True)
     (tmp_path / 'inner').mkdir()
     for checkout, expected in ((tmp_path, head.stdout.strip()), (tmp_path / 'inner', None)):
-        monkeypatch.setattr(provenance, '_CHECKOUT', checkout)
+        monkeypatch.setattr(provenance, 'CHECKOUT', checkout)
         provenance.versions.cache_clear()
         assert provenance.versions()['commit'] == expected
     monkeypatch.undo()
