@@ -80,6 +80,7 @@ pages: MADE := PYTHONPATH=examples/chapter $(BIN)/python tools
 pages: setup
 	$(MADE)/package_drawing.py
 	$(MADE)/parameter_table.py docs/parameters.md docs/nodes/*.md
+	$(MADE)/metric_tables.py docs/metrics.md
 	$(MADE)/robots_table.py docs/robots.md
 	$(MADE)/robot_results.py docs/robots.md
 	$(BIN)/python -m mobile_robot_control.reporting.sros2_policy config/sros2/policy.xml

@@ -1,6 +1,6 @@
 """Metrics and configurations of runs, side by side."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -10,7 +10,7 @@ from mobile_robot_control.reporting.page import html_table
 from mobile_robot_control.reporting.readable import Unit, described_change, quantities, quantity, readable_unit
 from mobile_robot_control.reporting.run_reading import RecordedRun
 from mobile_robot_control.reporting.run_words import WHOLE, peak_torque
-from mobile_robot_control.simulation.indices import LARGER_IS_BETTER, index_labels
+from mobile_robot_control.simulation.metric_table import INDEX_METRICS, METRIC_TABLE, RUN_METRICS, Metric
 from mobile_robot_control.simulation.metrics import MEASURED, TRUE
 
 
@@ -48,20 +48,18 @@ def _metric(*path: str) -> Callable[[dict[str, Any]], Any]:
     return pick
 
 
-_WHEELS = ('right', 'left')
-ROWS = (
-    Row('position error, RMS', 'm', _metric('rms_position_error'), ('error',)),
-    Row('position error, largest', 'm', _metric('max_position_error'), ('error',)),
-    Row('heading error, RMS', 'rad', _metric('rms_heading_error'), ('error',)),
-    *(Row(f'peak torque, {wheel}', 'N m', _metric('peak_wheel_torque', wheel)) for wheel in _WHEELS),
-    *(Row(f'peak power, {wheel}', 'W', _metric('peak_wheel_power', wheel)) for wheel in _WHEELS),
-    Row('energy', 'J', _metric('energy')),
-    Row('objective, Eq. (29)', '', _metric('objective'), ('error', 'energy')),
-    *(Row(label, unit, _metric(name), () if name.endswith('_variation') else ('error',),
-          max if name in LARGER_IS_BETTER else min) for name, (label, unit) in index_labels().items()),
-)
+def _rows(metric: Metric) -> Iterator[Row]:
+    """Yield the rows of a metric: one, or one a wheel."""
+    best = max if metric.better == 'larger' else min
+    for wheel in ('right', 'left') if metric.of_wheels else ():
+        yield Row(f'{metric.label_in()}, {wheel}', metric.unit, _metric(metric.name, wheel), metric.needs, best)
+    if not metric.of_wheels:
+        yield Row(metric.label_in(), metric.unit, _metric(metric.name), metric.needs, best)
+
+
+ROWS = tuple(row for metric in (*RUN_METRICS, *INDEX_METRICS) if metric.better for row in _rows(metric))
 """Metrics of which one value is better than another."""
-_FACTS = tuple(Row(f'first torque, {wheel}', 'N m', _metric('initial_wheel_torque', wheel)) for wheel in _WHEELS)
+_FACTS = tuple(_rows(METRIC_TABLE['initial_wheel_torque']))
 _NOTES = {
     TRUE: 'True error: of where the robot really was.',
     MEASURED: 'Measured error (odometry): of where odometry saw the robot; where it really was is not known.',

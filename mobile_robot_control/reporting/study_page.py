@@ -17,7 +17,7 @@ from mobile_robot_control.reporting.promise_page import promise_parts
 from mobile_robot_control.reporting.readable import quantities
 from mobile_robot_control.reporting.replay_data import replay_data
 from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.simulation.indices import BAND
+from mobile_robot_control.simulation.metric_table import BAND
 from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.tuning.comparison import COMPARED, comparison_texts

@@ -10,7 +10,8 @@ from rclpy.node import Node
 
 from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, read_wrench
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
+from mobile_robot_control.messages.wrench import read_wrench
 from mobile_robot_control.quantities import Push
 from mobile_robot_control.ros.input_validation import InputValidator
 from mobile_robot_control.ros.qos import SUBSCRIBED

@@ -7,31 +7,10 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
 from mobile_robot_control.simulation.cross_track import cross_track
+from mobile_robot_control.simulation.metric_table import BAND, INDICES
 from mobile_robot_control.simulation.path_table import PathTable
 from mobile_robot_control.simulation.totals import Totals
 from mobile_robot_control.simulation.variation import Variation, varied_command, varied_torque
-
-BAND = 0.02
-"""[m]: an error that stays within has settled, unless another one is asked for."""
-
-INDICES = ('iae', 'ise', 'itae', 'itse', 'rms_cross_track_error', 'max_cross_track_error', 'settling_time',
-           'share_within_band', 'torque_variation', 'command_variation')
-"""The names of the performance indices in files, in their order."""
-LARGER_IS_BETTER = ('share_within_band',)
-
-
-def index_labels(band: float = BAND) -> dict[str, tuple[str, str]]:
-    """Return label and SI unit of each performance index, by its name in files; a band [m] is that of settling."""
-    return {
-        'iae': ('position error, ∫ d dt (IAE)', 'm s'), 'ise': ('position error, ∫ d² dt (ISE)', 'm² s'),
-        'itae': ('position error, ∫ t d dt (ITAE)', 'm s²'), 'itse': ('position error, ∫ t d² dt (ITSE)', 'm² s²'),
-        'rms_cross_track_error': ('cross-track error, RMS', 'm'),
-        'max_cross_track_error': ('cross-track error, largest', 'm'),
-        'settling_time': (f'settling time, to {band:g} m', 's'),
-        'share_within_band': (f'share of time within {band:g} m', ''),
-        'torque_variation': ('variation of the torque', 'N m'),
-        'command_variation': ('variation of the command', 'm/s'),
-    }
 
 
 class PerformanceIndices(NamedTuple):

@@ -16,7 +16,7 @@ from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.plant_form import IDEAL, PlantForm, drive_step, sensing
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Coming, Loop, LoopState, PositionTick
-from mobile_robot_control.simulation.indices import BAND
+from mobile_robot_control.simulation.metric_table import BAND
 
 FAILED = BodyVelocity(math.nan, math.nan)
 """The command of a law that has failed."""

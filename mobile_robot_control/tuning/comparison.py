@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from mobile_robot_control.simulation.indices import BAND, LARGER_IS_BETTER
+from mobile_robot_control.simulation.metric_table import BAND, METRIC_TABLE
 from mobile_robot_control.tuning.monte_carlo import CONFIDENCE, Judged, metric_labels
 from mobile_robot_control.tuning.tail_probabilities import binomial_interval, student_quantile
 
@@ -85,7 +85,7 @@ class Comparison(NamedTuple):
 
     def better(self, difference: Difference) -> str:
         """Return the name of the one with the better value of a metric; '' where the two cannot be told apart."""
-        sign = -difference.sign if difference.metric in LARGER_IS_BETTER else difference.sign
+        sign = -difference.sign if METRIC_TABLE[difference.metric].better == 'larger' else difference.sign
         return ('', self.second, self.first)[sign]
 
 
@@ -171,7 +171,7 @@ def best_of(controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] 
     successes = [sum(run.success for run in runs) for runs in zip(*ran, strict=True)]
     metric, *_ = metrics
     shared = [[run.metrics[metric] for run in runs] for runs in ran if all(run.success for run in runs)]
-    sign = -1.0 if metric in LARGER_IS_BETTER else 1.0
+    sign = -1.0 if METRIC_TABLE[metric].better == 'larger' else 1.0
     sums = [sign * math.fsum(values[k] for values in shared if all(map(math.isfinite, values)))
             for k in range(len(controllers))]
     return list(controllers)[min(range(len(controllers)), key=lambda k: (-successes[k], sums[k]))]
@@ -197,7 +197,7 @@ def _difference_text(one: Comparison, found: Difference, unit: str) -> str:
         return (f'{_SAME}: that of {one.first} minus that of {one.second} is {_shown(found.mean, unit)} {shown} '
                 f'({_shown(low, unit)} to {_shown(high, unit)}) {over}').replace('  ', ' ')
     low, high = (low, high) if found.sign > 0 else (-high, -low)
-    larger = 'larger' if found.metric in LARGER_IS_BETTER else 'smaller'
+    larger = 'larger' if METRIC_TABLE[found.metric].better == 'larger' else 'smaller'
     return (f'that of {one.better(found)} is {larger} by {_shown(abs(found.mean), unit)} {shown} '
             f'({_shown(low, unit)} to {_shown(high, unit)}) {over}').replace('  ', ' ')
 

@@ -9,13 +9,8 @@ import numpy as np
 
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.simulation.indices import (
-    BAND,
-    INDICES,
-    LARGER_IS_BETTER,
-    index_labels,
-    index_values,
-)
+from mobile_robot_control.simulation.indices import index_values
+from mobile_robot_control.simulation.metric_table import BAND, INDICES, METRIC_TABLE
 from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.simulation.totals import Totals, objective
 from mobile_robot_control.simulation.trial import Outcome, Trial, outcome_name
@@ -75,12 +70,7 @@ METRICS = (*_METRICS, *INDICES)
 
 def metric_labels(band: float = BAND) -> dict[str, tuple[str, str]]:
     """Return label and SI unit of each metric of a study; `band` [m] is that in which an error has settled."""
-    return {
-        'rms_position_error': ('position error, RMS', 'm'), 'max_position_error': ('position error, largest', 'm'),
-        'late_max_position_error': ('position error, largest in the last quarter', 'm'),
-        'rms_heading_error': ('heading error, RMS', 'rad'), 'peak_wheel_torque': ('peak torque', 'N m'),
-        'energy': ('energy', 'J'), 'objective': ('objective, Eq. (29)', ''), **index_labels(band),
-    }
+    return {name: (METRIC_TABLE[name].label_in(band), METRIC_TABLE[name].unit) for name in METRICS}
 
 
 def judge(trial: Trial, outcome: Outcome, within: float = WITHIN) -> Judged:
@@ -130,7 +120,7 @@ def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
         'successes': successes,
         'success_rate': successes / len(judged),
         'success_interval': list(wilson_interval(successes, len(judged))),
-        'metrics': {name: _quantiles([run.metrics[name] for run in judged], name in LARGER_IS_BETTER)
+        'metrics': {name: _quantiles([run.metrics[name] for run in judged], METRIC_TABLE[name].better == 'larger')
                     for name in judged[0].metrics},
     }
 

@@ -16,7 +16,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import INLINE, Field
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.indices import BAND
+from mobile_robot_control.simulation.metric_table import BAND
 from mobile_robot_control.simulation.metrics import TRUE
 from mobile_robot_control.simulation.run_length import check_laps
 from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_trial

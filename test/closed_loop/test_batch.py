@@ -8,7 +8,7 @@ from measuring import configuration
 
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.cart_motion import cart_motion, references
-from mobile_robot_control.simulation.indices import INDICES
+from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.simulation.rollout import measure, rollout
 from mobile_robot_control.simulation.trial import make_trial, measured_run

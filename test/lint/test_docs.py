@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import metric_tables
 import pytest
 from parameter_table import insert_parameters, tables
 from robots_table import insert_robots
@@ -14,14 +15,15 @@ from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
-from mobile_robot_control.simulation.indices import INDICES
+from mobile_robot_control.simulation.indices import PerformanceIndices
+from mobile_robot_control.simulation.metric_table import INDEX_METRICS, INDICES, RUN_METRICS
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
 from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.simulation.totals import Totals
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 from mobile_robot_control.tuning.comparison import comparison_values
 from mobile_robot_control.tuning.failures import failure_values
-from mobile_robot_control.tuning.monte_carlo import Judged, summarise_runs
+from mobile_robot_control.tuning.monte_carlo import METRICS, Judged, metric_labels, summarise_runs
 from mobile_robot_control.tuning.search import Generation
 
 DOCS = Path(__file__).parents[2] / 'docs'
@@ -109,6 +111,16 @@ def test_parameters_named_in_a_page_exist():
             name = re.sub(rf'^(?:{"|".join(NODES)}|/\*\*)\.', '', code)
             if re.fullmatch(rf'(?:{"|".join(groups)})\.\w+', name):
                 assert name in known, f'{path}: {code}'
+
+
+def test_the_tables_of_metrics_are_present_and_have_what_files_have():
+    page = _page('metrics')
+    for _, made in metric_tables.parts():
+        assert made in page, 'make pages writes it again'
+    torque = WheelTorque(0.0, 0.0)
+    run = MeasuredRun('completed', 1.0, Pose(0.0, 0.0, 0.0), torque, Totals(), indices=PerformanceIndices())
+    assert list(summary(run)) == [metric.name for metric in (*RUN_METRICS, *INDEX_METRICS)]
+    assert list(metric_labels()) == list(METRICS)
 
 
 def test_every_metric_is_defined():

@@ -10,7 +10,7 @@ from harness import numbers_in
 
 from mobile_robot_control.cli import study
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.indices import INDICES
+from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.tuning import studying
 
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']

@@ -16,7 +16,7 @@ from mobile_robot_control.reporting import report_writing
 from mobile_robot_control.reporting.panels import Named
 from mobile_robot_control.reporting.run_figures import RUN_FIGURES
 from mobile_robot_control.reporting.series import collect
-from mobile_robot_control.simulation.indices import INDICES
+from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.simulation.rollout import rollout
 
 DURATION = 0.5

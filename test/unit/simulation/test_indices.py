@@ -16,7 +16,7 @@ from mobile_robot_control.quantities import (
 )
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
 from mobile_robot_control.simulation.index_meter import IndexMeter
-from mobile_robot_control.simulation.indices import BAND, INDICES
+from mobile_robot_control.simulation.metric_table import BAND, INDICES
 from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.simulation.rollout import measure, rollout
 

@@ -12,7 +12,7 @@ from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose, TrackingError
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.indices import INDICES
+from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
 from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
