@@ -1,6 +1,7 @@
 """Draw the folders of the package with their imports, from the code, as the picture of docs/architecture.md."""
 
 import ast
+from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from html import escape
 from itertools import pairwise
@@ -21,21 +22,23 @@ svg{color-scheme:light dark;font:13px system-ui,"DejaVu Sans",sans-serif}
 """
 
 
+def imported_names(path: Path) -> Iterator[str]:
+    """Yield the dotted names that a file imports, wherever in the file it does."""
+    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        if isinstance(node, ast.ImportFrom):
+            yield from (f'{node.module}.{alias.name}' for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
 def imports_between_folders() -> dict[str, set[str]]:
     """Return, for each folder and each module beside them, those that it imports from."""
     files = [path for path in sorted(PACKAGE.rglob('*.py')) if path.relative_to(PACKAGE).parts[0] not in _OUTSIDE]
     graph: dict[str, set[str]] = {_folder(path): set() for path in files}
     for path in files:
-        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
-            if isinstance(node, ast.ImportFrom):
-                names = [f'{node.module}.{alias.name}' for alias in node.names]
-            elif isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            else:
-                continue
-            parts = [name.split('.') for name in names]
-            graph[_folder(path)] |= {part[1] if part[1] in graph else _BESIDE for part in parts
-                                     if part[0] == PACKAGE.name and part[1] != '__version__'}
+        parts = [name.split('.') for name in imported_names(path)]
+        graph[_folder(path)] |= {part[1] if part[1] in graph else _BESIDE for part in parts
+                                 if part[0] == PACKAGE.name and part[1] != '__version__'}
     return {folder: used - {folder} for folder, used in graph.items()}
 
 

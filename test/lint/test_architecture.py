@@ -1,8 +1,9 @@
 """docs/architecture.md and the package agree: every room is described, and every path in it exists."""
 
-import importlib.util
 import re
 from pathlib import Path
+
+from package_drawing import PICTURE, drawing
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / 'mobile_robot_control'
@@ -27,7 +28,4 @@ def test_every_path_on_the_page_exists():
 
 
 def test_the_drawing_is_that_of_the_present_imports():
-    spec = importlib.util.spec_from_file_location('package_drawing', ROOT / 'tools' / 'package_drawing.py')
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    assert tool.PICTURE.read_text(encoding='utf-8') == tool.drawing(), 'make pages draws it again'
+    assert PICTURE.read_text(encoding='utf-8') == drawing(), 'make pages draws it again'

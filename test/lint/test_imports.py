@@ -7,6 +7,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+from package_drawing import imported_names
 
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__init__.py')
@@ -18,16 +19,6 @@ ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_m
        'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros', 'trajectory_msgs'}
 
 
-def _imported(path):
-    """Yield the dotted names that a file imports, wherever in the file it does."""
-    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
-        if isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f'{path}: relative import'
-            yield from (f'{node.module}.{alias.name}' for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-
-
 def _folder(path):
     return path.relative_to(PACKAGE).parts[0].removesuffix('.py')
 
@@ -36,9 +27,15 @@ def folder_graph():
     """Return the folders that each folder imports from."""
     graph = {_folder(path): set() for path in FILES}
     for path in FILES:
-        names = [name.split('.') for name in _imported(path)]
+        names = [name.split('.') for name in imported_names(path)]
         graph[_folder(path)] |= {name[1] for name in names if name[0] == PACKAGE.name} & set(graph) - {_folder(path)}
     return graph
+
+
+def test_no_import_is_relative():
+    for path in FILES:
+        nodes = ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+        assert not any(node.level for node in nodes if isinstance(node, ast.ImportFrom)), path
 
 
 def test_imports_between_folders_run_one_way():
@@ -58,7 +55,7 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong():
     wrong = []
     for path in FILES:
         folder, compiles = _folder(path), path == PACKAGE / 'simulation' / 'batch.py'
-        for name in _imported(path):
+        for name in imported_names(path):
             first = name.partition('.')[0]
             if ((first in ROS and folder not in MAY_IMPORT_ROS) or (first == 'numba' and not compiles)
                     or (first in HEAVY - {'numba'} and folder not in MAY_IMPORT_HEAVY
