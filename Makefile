@@ -83,7 +83,7 @@ pages: setup
 	$(MADE)/metric_tables.py docs/metrics.md
 	$(MADE)/robots_table.py docs/robots.md
 	$(MADE)/robot_results.py docs/robots.md
-	$(BIN)/python -m mobile_robot_control.reporting.sros2_policy config/sros2/policy.xml
+	$(BIN)/python -m mobile_robot_control.configuration.sros2_policy config/sros2/policy.xml
 	$(MADE)/claims_table.py docs/results.md
 	$(MADE)/law_results.py docs/results.md
 	$(MADE)/result_pictures.py docs/images

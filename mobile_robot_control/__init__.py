@@ -13,7 +13,6 @@ from mobile_robot_control import former_names
 if TYPE_CHECKING:
     # the same names as below, for type checkers and editors
     from mobile_robot_control.api.loading import load as load
-    from mobile_robot_control.api.runs import Run as Run
     from mobile_robot_control.api.searching import Tuned as Tuned
     from mobile_robot_control.api.searching import tune as tune
     from mobile_robot_control.api.simulating import simulate as simulate
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
     from mobile_robot_control.reference.curve import Curve as Curve
     from mobile_robot_control.reference.curve import CurvePoint as CurvePoint
     from mobile_robot_control.reference.curves import CURVES as CURVES
+    from mobile_robot_control.runs.run import Run as Run
     from mobile_robot_control.simulation.metrics import summary as summary
     from mobile_robot_control.simulation.rollout import measure as measure
     from mobile_robot_control.simulation.rollout import rollout as rollout
@@ -46,7 +46,7 @@ __version__ = '0.1.0'
 _HOMES = {
     # what the commands do, as arrays
     'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
-    'Run': 'api.runs', 'Tuned': 'api.searching', 'Study': 'api.studying',
+    'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
     # a run, sample by sample
     'configure': 'configuration.configure', 'Configuration': 'configuration.nodes',
     'ParameterError': 'parameters.checking', 'rollout': 'simulation.rollout', 'measure': 'simulation.rollout',

@@ -5,19 +5,24 @@ from collections.abc import Sequence
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
 from types import ModuleType
+from typing import Any
 
 _PACKAGE = __name__.rpartition('.')[0]
 MOVED = {f'{_PACKAGE}.{former}': f'{_PACKAGE}.{present}' for former, present in {
     'parameters.configuration': 'configuration.configure', 'parameters.files': 'configuration.files',
     'parameters.nodes': 'configuration.nodes', 'parameters.shared': 'configuration.shared',
     'registry': 'plugins.registry', 'tuning.scenarios': 'simulation.scenarios',
+    'api.runs': 'runs.run', 'api.saving': 'runs.saving', 'recording.bag_reader': 'runs.bag', 'reporting': 'pages',
+    'reporting.animation': 'pages.animation', 'reporting.report_writing': 'pages.report_writing',
+    'reporting.run_reading': 'runs.reading', 'reporting.sros2_policy': 'configuration.sros2_policy',
 }.items()}
 """Present names by former ones."""
 
 
 class FormerNames(Loader, MetaPathFinder):
-    """An importer that comes after all others; the module of a former name is the present one itself."""
+    """An importer of former names alone; the module of a former name is the present one itself."""
 
     def find_spec(self, name: str, _path: Sequence[str] | None, _target: ModuleType | None = None) -> ModuleSpec | None:
         """Find a module by its former name."""
@@ -29,6 +34,11 @@ class FormerNames(Loader, MetaPathFinder):
         spec.loader_state = module.__spec__
         return module
 
+    def get_code(self, name: str) -> Any:
+        """Return the code of a module that is run by its former name."""
+        loader: Any = find_spec(MOVED[name]).loader  # type: ignore[union-attr]
+        return loader.get_code(MOVED[name])
+
     def exec_module(self, module: ModuleType) -> None:
         """Give the module its own specification back."""
         if module.__spec__ is not None:
@@ -38,4 +48,5 @@ class FormerNames(Loader, MetaPathFinder):
 def install() -> None:
     """Let former names be imported."""
     if not any(isinstance(finder, FormerNames) for finder in sys.meta_path):
-        sys.meta_path.append(FormerNames())
+        # first: a package that was renamed has its modules under their former names, too
+        sys.meta_path.insert(0, FormerNames())

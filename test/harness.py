@@ -20,10 +20,10 @@ from std_srvs.srv import Trigger
 from mobile_robot_control.experiment import fastdds_profiles
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.runs import bag
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 CONFIG = Path(__file__).parents[1] / 'config'
@@ -52,7 +52,7 @@ def experiment(output, *arguments, report=False):
     done = run_command('experiment', '--output', output, '-p', 'plant.real_time_factor:=0.0',
                        *([] if report else ['--no-report']), *arguments)
     assert done.returncode == 0, done.stderr
-    return numbers_in(output / 'metrics.json'), bag_reader.read_bag(output / 'bag')
+    return numbers_in(output / 'metrics.json'), bag.read_bag(output / 'bag')
 
 
 def start_experiment(output, *arguments, report=False):
@@ -242,7 +242,7 @@ class Robots:
 
     def recording(self, namespace='/'):
         """Close the bags, and read a robot's."""
-        return bag_reader.read_bag(self._closed_bag(namespace), namespace)
+        return bag.read_bag(self._closed_bag(namespace), namespace)
 
     def messages(self, namespace='/'):
         """Close the bags, and read a robot's serialised messages: `[relative topic][stamp]` is the set of them."""

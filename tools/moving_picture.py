@@ -13,10 +13,9 @@ import numpy as np
 from chapter_figures.runs import HYBRID_LEMNISCATE, LAP, Runs
 from PIL import Image
 
-from mobile_robot_control.reporting import page
-from mobile_robot_control.reporting.animation import write_frames
-from mobile_robot_control.reporting.first_screen import first_screen, replay_scripts, replay_styles
-from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.pages import page
+from mobile_robot_control.pages.animation import write_frames
+from mobile_robot_control.pages.first_screen import first_screen, replay_scripts, replay_styles
 
 _WINDOW = (720, 620)
 """[px]: the replay fills what sentence and numbers leave."""
@@ -69,8 +68,7 @@ def write_moving_picture(config: Path, file: Path) -> None:
         Where there is no Chromium; the file is left as it is.
     """
     measured = Runs(config).measured(HYBRID_LEMNISCATE)
-    runs = [RecordedRun('hybrid backstepping', measured.series.until(LAP), (), measured.metrics,
-                        measured.configuration)]
+    runs = [measured._replace(name='hybrid backstepping', series=measured.series.until(LAP))]
     driver = _chromium()
     try:
         with tempfile.TemporaryDirectory() as folder:

@@ -11,30 +11,22 @@ from chapter_figures.runs import (
     ORDINARY_TRIFOLIUM,
     Runs,
 )
-from matplotlib.figure import Figure
 
-from mobile_robot_control.reporting.palette import save, style
-from mobile_robot_control.reporting.panels import Named, legend, panel_on
-from mobile_robot_control.reporting.path_figure import path_on
-from mobile_robot_control.reporting.run_figures import TORQUE
+from mobile_robot_control.figures.drawing import draw_and_save
+from mobile_robot_control.figures.figure import Figure
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_figures import TORQUE, path_panel
 
 _WIDTH = 9.0
 """[in]: as wide as a page is shown."""
 
 
-def _pair(ordinary: Named, other: Named) -> Figure:
-    """Draw both paths beside both torques."""
-    with style():
-        figure = Figure(figsize=(_WIDTH, 3.6), layout='constrained')
-        axes = figure.subplot_mosaic([['path', 'right'], ['path', 'left']], width_ratios=[1.0, 1.25])
-        path_on(axes['path'], [other, ordinary])
-        for place, panel in zip(('right', 'left'), TORQUE, strict=True):
-            panel_on(axes[place], panel, [other, ordinary], (-0.02 * LAP, LAP))
-        axes['left'].set_xlabel('time [s]')
-        axes['right'].tick_params(labelbottom=False)
-        legend(axes['right'])
-        figure.align_ylabels([axes['right'], axes['left']])
-    return figure
+def _pair(ordinary: Run, other: Run) -> Figure:
+    """Return both paths beside both torques."""
+    runs = (other, ordinary)
+    torques = [panel for one in TORQUE if (panel := one.panel(runs, span=(-0.02 * LAP, LAP)))]
+    return Figure('', '', '', tuple(run.name for run in runs), (path_panel(runs), *torques), 3.6, _WIDTH,
+                  [['path', panel.name] for panel in torques], ratio=1.25)
 
 
 def write_pictures(config: Path, folder: Path) -> None:
@@ -46,10 +38,10 @@ def write_pictures(config: Path, folder: Path) -> None:
     runs = Runs(config)
     for curve, ordinary, other, name in (('lemniscate', ORDINARY_LEMNISCATE, HYBRID_LEMNISCATE, 'hybrid'),
                                          ('trifolium', ORDINARY_TRIFOLIUM, FUZZY_TRIFOLIUM, 'fuzzy')):
-        shown = [Named(label, runs.measured(run).series.until(LAP)) for label, run in
-                 (('ordinary', ordinary), (name, other))]
+        shown = [runs.measured(run)._replace(name=label, series=runs.measured(run).series.until(LAP))
+                 for label, run in (('ordinary', ordinary), (name, other))]
         file = folder / f'results_{curve}'
-        save(_pair(*shown), file)
+        draw_and_save(_pair(*shown), file)
         # the page shows the PNG
         file.with_suffix('.svg').unlink()
 

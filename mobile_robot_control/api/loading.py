@@ -2,13 +2,11 @@
 
 from collections.abc import Mapping
 
-from mobile_robot_control.api.runs import Run
-from mobile_robot_control.api.sample_rows import SampleRows
 from mobile_robot_control.configuration.sources import File
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.recording.joining import joined
-from mobile_robot_control.reporting.reports import load_run, name_of
-from mobile_robot_control.reporting.run_files import UnreadableRunError
+from mobile_robot_control.runs.reading import load_run
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_files import UnreadableRunError, name_of
 
 
 def load(
@@ -43,12 +41,6 @@ def load(
     """
     named, place = name_of(str(path))
     try:
-        run = load_run(named if name is None else name, place, namespace, quiet=not progress,
-                       topics=topics)
+        return load_run(named if name is None else name, place, namespace, quiet=not progress, topics=topics)
     except UnreadableRunError as error:
         raise ParameterError([str(error)]) from error
-    rows = SampleRows()
-    for _ in rows.taking(joined(run.series.signals)):
-        pass
-    return Run(name=run.name, **rows.arrays(run.series), metrics=run.metrics, parameters=run.parameters,
-               problems=run.problems, series=run.series, provenance=run.provenance)

@@ -14,16 +14,15 @@ from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.figures.drawing import draw_and_save
+from mobile_robot_control.pages.search_page import search_figure, write_search_page
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field, flatten
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.reporting.search_page import write_search_page
-from mobile_robot_control.reporting.search_picture import draw_search
-from mobile_robot_control.reporting.series import collect
-from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.samples import SampleReader
 from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.rollout import recorded
+from mobile_robot_control.simulation.rollout import measure, rollout
 from mobile_robot_control.system.files import check_regular, write_atomically
 from mobile_robot_control.system.interrupt import Interrupt
 from mobile_robot_control.system.progress import tqdm
@@ -115,13 +114,6 @@ def _standing(file: Path, objective: Objective, controller: str) -> float:
     return objective.score(gains)
 
 
-class _Tried(NamedTuple):
-    """The loop that was run once with some gains, for the page, and its samples."""
-
-    run: RecordedRun
-    samples: list[Sample]
-
-
 class SearchRun:
     """A search from its request to the files that it writes."""
 
@@ -207,20 +199,22 @@ class SearchRun:
         held = held._replace(cautions=(*held.cautions, *edges), spread=self._objective.spread(tuned))
         holds = promise_lines(held)
         notes = search_notes(self._request, without_place(self._command_line), self._goal, self._settings, found,
-                             after.run.metrics)
+                             after.metrics)
         write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))
         write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
         tried = [self._tried('before', self._parameters), after]
         title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
-        svg = draw_search(found.history, {one.run.name: one.samples for one in tried}, title,
-                          self._output.with_suffix('.png'))
-        write_search_page(self._output.with_suffix('.html'), title, found.history,
-                          [one.run for one in tried if one.samples], held, svg, provenance(self._command_line, tuned))
+        # a law that fails at once has moved nothing
+        moved = [one for one in tried if one.series.has('odom')]
+        svg = draw_and_save(search_figure(title, found.history, moved), self._output.with_suffix('.png'))
+        write_search_page(self._output.with_suffix('.html'), title, found.history, moved, held, svg,
+                          provenance(self._command_line, tuned))
         print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations', *holds, sep='\n')
         return True
 
-    def _tried(self, name: str, parameters: Configuration) -> _Tried:
+    def _tried(self, name: str, parameters: Configuration) -> Run:
         """Run the configured loop once."""
         duration = self._goal.laps * parameters.reference_cart.curve.placement.period
-        run, samples = recorded(parameters, duration)
-        return _Tried(RecordedRun(name, collect(samples), (), summary(run), parameters), samples)
+        reader = SampleReader()
+        measured = measure(parameters, duration, reader.taking(rollout(parameters, duration)))
+        return Run(name, reader.series(), (), summary(measured), parameters)

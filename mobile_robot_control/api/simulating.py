@@ -1,16 +1,13 @@
 """`simulate`: the closed loop in this process, as arrays."""
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 
-from mobile_robot_control.api.runs import Run
-from mobile_robot_control.api.sample_rows import SampleRows
 from mobile_robot_control.configuration.provenance import call_text, provenance
 from mobile_robot_control.configuration.sources import File, parameter_sources
 from mobile_robot_control.parameters.requests import make_request
-from mobile_robot_control.recording.collector import Collector
-from mobile_robot_control.reporting.series import Series
-from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.samples import SampleReader
 from mobile_robot_control.simulation.simulate import Simulation, SimulationRequest
 from mobile_robot_control.system.progress import tqdm
 
@@ -63,18 +60,11 @@ def simulate(
     sources = parameter_sources(files, robot, parameters)
     simulation = Simulation(make_request(SimulationRequest, {'sources': sources, 'duration': duration}))
     law = simulation.parameters.position_controller.control.controller_type
-    rows, collector = SampleRows(), Collector()
-
-    def kept(samples: Iterable[Sample]) -> Iterator[Sample]:
-        for sample in rows.taking(tqdm(samples, leave=False, total=simulation.steps, disable=not progress)):
-            collector.add_sample(sample)
-            yield sample
-
-    metrics, failure = simulation.run(kept)
+    reader = SampleReader()
+    metrics, failure = simulation.run(lambda samples: reader.taking(
+        tqdm(samples, leave=False, total=simulation.steps, disable=not progress)))
     if failure:
         warnings.warn(failure, RuntimeWarning, stacklevel=2)
-    series = Series(collector.signals)
     call = call_text('simulate', *files, duration=duration, robot=robot, parameters=parameters)
-    return Run(name=law if name is None else name, **rows.arrays(series), metrics=metrics,
-               parameters=simulation.parameters, problems=tuple(filter(None, [failure])), series=series,
-               provenance=provenance(call, simulation.parameters))
+    return Run(law if name is None else name, reader.series(), tuple(filter(None, [failure])), metrics,
+               simulation.parameters, provenance(call, simulation.parameters))

@@ -10,19 +10,18 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.figures.drawing import draw_and_save
+from mobile_robot_control.pages.study_page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.reporting.run_reading import RecordedRun
-from mobile_robot_control.reporting.series import collect
-from mobile_robot_control.reporting.starts_map import Start, Starts, draw_starts_map
-from mobile_robot_control.reporting.study_page import Judgement, StudiedRuns, chosen_runs, write_study_page
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.samples import collect
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.rollout import trial_rollout
 from mobile_robot_control.simulation.scenarios import scenario_trial
 from mobile_robot_control.system.files import writable_file, write_atomically
 from mobile_robot_control.system.interrupt import Interrupt
 from mobile_robot_control.system.progress import tqdm
-from mobile_robot_control.tuning.splits import best_split
 from mobile_robot_control.tuning.studying import (
     StudiedController,
     StudyRequest,
@@ -63,13 +62,14 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     values = study_values(request, results, interrupt.requested)
     write_atomically(folder / 'study.json', json.dumps({**values, 'provenance': made}, indent=2) + '\n')
     write_atomically(folder / 'runs.csv', _table(results))
-    svg = _map(results, folder / 'starts.png')
-    write_study_page(folder / 'study.html', {
+    studied = {
         name: StudiedRuns(one.scenarios, one.judged, one.promise,
                           # after Ctrl-C nothing more is run
                           {} if interrupt.requested else replayed_runs(one, request.laps))
-        for name, one in results.items()}, Judgement(values['success'], request.metrics, request.settled_within),
-        svg, made, interrupt.requested)
+        for name, one in results.items()}
+    svg = draw_and_save(starts_figure(studied), folder / 'starts.png')
+    judgement = Judgement(values['success'], request.metrics, request.settled_within)
+    write_study_page(folder / 'study.html', studied, judgement, svg, made, interrupt.requested)
     print(*study_lines(request, results), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
@@ -77,7 +77,7 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     return 0
 
 
-def replayed_runs(studied: StudiedController, laps: float) -> dict[int, RecordedRun]:
+def replayed_runs(studied: StudiedController, laps: float) -> dict[int, Run]:
     """Return some runs of a controller by their index: failures, and successes in the middle."""
     found = {}
     for n in chosen_runs(studied.judged):
@@ -85,7 +85,7 @@ def replayed_runs(studied: StudiedController, laps: float) -> dict[int, Recorded
         samples = list(_until_failure(trial_rollout(trial, studied.parameters)))
         if samples:
             kind = 'success' if studied.judged[n].success else 'failure'
-            found[n] = RecordedRun(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
+            found[n] = Run(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
     return found
 
 
@@ -104,14 +104,3 @@ def _table(results: dict[str, StudiedController]) -> str:
     writer.writerow(study_columns(results))
     writer.writerows(map(as_cell, row) for row in study_rows(results))
     return text.getvalue()
-
-
-def _map(results: dict[str, StudiedController], file: Path) -> str:
-    """Draw the map of starts; return its SVG."""
-    return draw_starts_map({
-        f'{name.replace("_", " ")}: {100.0 * sum(run.success for run in judged) / len(judged):.2f} %': Starts(
-            [Start(scenario.start, run.success, run.outcome)
-             for scenario, run in zip(scenarios, judged, strict=False) if scenario.start is not None],
-            best_split(scenarios, judged),
-        ) for name, (scenarios, judged, _, _) in results.items()
-    }, file)

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_robot_control.api.runs import as_dataframe
 from mobile_robot_control.api.searching import refuse_files
 from mobile_robot_control.configuration.provenance import call_text, provenance
 from mobile_robot_control.configuration.sources import File, parameter_sources
 from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.runs.run import as_dataframe
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import printable
 from mobile_robot_control.tuning.studying import (

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from mobile_robot_control.cli.command_parser import make_parser, request_of
 from mobile_robot_control.cli.main import make_main
-from mobile_robot_control.reporting.reports import ReportRequest, name_of, report, topic_names
+from mobile_robot_control.pages.reports import ReportRequest, report, topic_names
+from mobile_robot_control.runs.run_files import name_of
 from mobile_robot_control.system.texts import printable
 
 

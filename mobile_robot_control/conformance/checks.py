@@ -238,7 +238,7 @@ def equal_over_dds(options: list[str], law: str, curve: str) -> Iterator[str]:
 
 def _experiment(output: Path, options: list[str]) -> list[Sample] | str:
     """Run an experiment in a process of its own; return its samples, or what went wrong."""
-    from mobile_robot_control.recording.bag_reader import read_bag  # noqa: PLC0415 (imports what reads bags)
+    from mobile_robot_control.runs.bag import read_bag  # noqa: PLC0415 (imports what reads bags)
 
     # a namespace of its own: no robot on this network listens to what is tried here
     namespace = f'/conformance_{os.getpid()}'

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.configuration.provenance import provenance
-from mobile_robot_control.reporting.reports import draw_report, load_run
-from mobile_robot_control.reporting.run_files import UnreadableRunError
-from mobile_robot_control.reporting.run_reading import RecordedRun
+from mobile_robot_control.pages.reports import draw_report
+from mobile_robot_control.runs.reading import load_run
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_files import UnreadableRunError
 from mobile_robot_control.system.files import explain, write_atomically
 from mobile_robot_control.system.texts import printable
 
@@ -59,7 +60,7 @@ def evaluate(
 
     """
     metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
-    runs: list[RecordedRun] = []
+    runs: list[Run] = []
     try:
         runs.append(load_run(printable(output.resolve().name), output / 'bag', namespace, outcome, quiet))
     except UnreadableRunError as error:
@@ -84,7 +85,7 @@ def _write_metrics(metrics: dict[str, Any], path: Path) -> str:
     return ''
 
 
-def _write_report(run: RecordedRun, output: Path, command_line: str, quiet: bool) -> str:
+def _write_report(run: Run, output: Path, command_line: str, quiet: bool) -> str:
     """Write page and figures, or none of them; return what went wrong."""
     try:
         draw_report([run], output, command_line, quiet=quiet)

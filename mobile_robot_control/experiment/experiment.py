@@ -156,7 +156,7 @@ class Experiments:
     def compare(self) -> list[str]:
         """Run several configurations one after the other, and report them together; return what went wrong."""
         # imported late: bad usage is reported at once
-        from mobile_robot_control.reporting.reports import refuse_too_many, report  # noqa: PLC0415
+        from mobile_robot_control.pages.reports import refuse_too_many, report  # noqa: PLC0415
 
         request, output = self._request, self._output
         refuse_too_many(len(request.compare))

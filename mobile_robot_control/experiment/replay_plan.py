@@ -15,14 +15,13 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import declarations, flatten
 from mobile_robot_control.parameters.values import check_value
 from mobile_robot_control.quantities import LARGEST, Push
-from mobile_robot_control.recording.changes import Change
+from mobile_robot_control.recording.changes import RESET, Change
 from mobile_robot_control.recording.loop_messages import LoopMessages, first_difference, read_loop_messages
 from mobile_robot_control.recording.mcap_stream import BagError
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import DISTURBANCE, MOST_EVENTS
 
-RESET = 'reset'
 _FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
 """Parameters that change no number."""
 _TOLD = 20

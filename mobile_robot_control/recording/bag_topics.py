@@ -1,10 +1,10 @@
 """Which topics of a bag are those of the loop, and what to say where they are not."""
 
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Collection, Iterator, Mapping, Set
 from pathlib import Path
 
 from mobile_robot_control.recording.bag_files import BagFiles
-from mobile_robot_control.recording.signals import GROUND_TRUTH, Signal
+from mobile_robot_control.recording.columns import GROUND_TRUTH
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -51,13 +51,13 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Set[str]) -> 
     return chosen, problems
 
 
-def missing_topics(names: Mapping[str, str], signals: Mapping[str, Signal], held: Set[str]) -> Iterator[str]:
+def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Set[str]) -> Iterator[str]:
     """Yield what to name where a bag has no odometry or no reference under the names that were looked for."""
     loop = [topic for topic, name in names.items() if name != GROUND_TRUTH]
     if not any(topic in held for topic in loop):
         yield (f'none of the topics {", ".join(loop)}; the bag holds {_listed(held)}: name the robot with --namespace, '
                'or its topics with --topic odom:=/NAME')
-    elif lacking := [name for name in ('odom', 'reference') if not signals[name].stamps]:
+    elif lacking := [name for name in ('odom', 'reference') if name in silent]:
         yield (f'the bag holds {_listed(held)}: where one of them is '
                f'{" or ".join(lacking)}, add --topic {lacking[0]}:=/NAME')
 

@@ -10,6 +10,9 @@ from mobile_robot_control.messages.types import DiagnosticArray
 from mobile_robot_control.recording.mcap_stream import BagError, Message
 from mobile_robot_control.topics import RUN_KEY
 
+RESET = 'reset'
+"""Key of a change that ends a run, and begins another one."""
+
 
 class Change(NamedTuple):
     """

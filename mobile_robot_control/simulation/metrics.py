@@ -10,6 +10,8 @@ from mobile_robot_control.simulation.indices import PerformanceIndices, index_va
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
 TRUE, MEASURED = 'true', 'measured'
+RECORDED = 'recorded'
+"""Outcome of a recording that someone begins and ends while a run goes on."""
 FAILED_OUTCOMES = ('diverged', 'law_failed', 'node_died')
 """Of runs after which the robot is not known to stay where it is; their error has not settled."""
 

@@ -174,7 +174,7 @@ def main():
     for command in COMMANDS:
         main_of(command)
     import mobile_robot_control.experiment.recorded_run
-    import mobile_robot_control.reporting.report_writing
+    import mobile_robot_control.pages.report_writing
     import mobile_robot_control.ros.spin  # noqa: F401 (imported once for all cases)
     if 'warm' in sys.argv:
         compile_rollout()

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.csv_table import Rows
+from mobile_robot_control.runs import bag
 
 pytest.importorskip('piqp', reason="the solver piqp is not installed; the extra 'test' has it")
 
@@ -67,7 +67,7 @@ def test_pip_installs_a_law_that_is_driven_over_dds_studied_and_passes_its_own_t
     assert f'origin {place}' in printed
     assert 'studied 4' in printed
     assert reported.count("the law 'mpc' runs plain") == 1
-    recording = bag_reader.read_bag(tmp_path / 'run' / 'bag')
+    recording = bag.read_bag(tmp_path / 'run' / 'bag')
     assert not recording.problems
     with (tmp_path / 'run.csv').open(encoding='utf-8') as file:
         simulated = list(Rows(file))

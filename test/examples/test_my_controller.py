@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.csv_table import Rows
+from mobile_robot_control.runs import bag
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / 'examples' / 'my_controller'
@@ -76,7 +76,7 @@ def test_colcon_builds_a_law_that_is_driven_by_its_name_and_equals_simulate(doma
     printed = _printed(['sh', '-c', script, DRIVE, prefix / 'share' / 'my_controller' / 'config' / 'kanayama.yaml',
                         tmp_path], workspace)
     assert f'origin {prefix}/lib/' in printed
-    recording = bag_reader.read_bag(tmp_path / 'run' / 'bag')
+    recording = bag.read_bag(tmp_path / 'run' / 'bag')
     assert not recording.problems
     with (tmp_path / 'run.csv').open(encoding='utf-8') as file:
         simulated = list(Rows(file))

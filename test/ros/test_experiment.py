@@ -11,7 +11,7 @@ from mcap_ros2.reader import read_ros2_messages
 from processes import processes_of
 
 from mobile_robot_control.cli import simulate
-from mobile_robot_control.recording import bag_reader
+from mobile_robot_control.runs import bag
 
 
 def test_experiment_and_simulate_give_the_same_metrics(domain, tmp_path, capsys):
@@ -49,7 +49,7 @@ def test_an_experiment_in_a_namespace_is_recorded(domain, tmp_path):
                        '--robot', 'chapter')
     assert done.returncode == 0, done.stderr
     assert (output / 'parameters.yaml').read_text().startswith('# robot: chapter\n')
-    recording = bag_reader.read_bag(output / 'bag', '/robot1')
+    recording = bag.read_bag(output / 'bag', '/robot1')
     assert len(recording.samples) == 501
     assert not recording.problems
 
@@ -63,7 +63,7 @@ def test_a_recorder_that_stalls_misses_no_message(domain, tmp_path):
     os.kill(run.pid, signal.SIGCONT)
     _, errors = run.communicate(timeout=120)
     assert run.returncode == 0, errors
-    recording = bag_reader.read_bag(output / 'bag')
+    recording = bag.read_bag(output / 'bag')
     assert not recording.problems
     assert len(recording.samples) == 6001
 
@@ -80,7 +80,7 @@ def test_a_node_that_dies_is_named(domain, tmp_path, name):
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'node_died'
     assert 0.0 < metrics['duration'] < 30.0
-    assert bag_reader.read_bag(output / 'bag').samples[-1].time == metrics['duration']
+    assert bag.read_bag(output / 'bag').samples[-1].time == metrics['duration']
     assert not processes_of(output)
 
 
@@ -92,7 +92,7 @@ def test_a_node_that_hangs_is_named(domain, tmp_path):
     assert run.returncode == 1
     assert 'reference_cart gave no answer for 2.0 s' in errors
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'node_died'
-    assert bag_reader.read_bag(output / 'bag').samples
+    assert bag.read_bag(output / 'bag').samples
 
 
 def test_divergence_ends_with_exit_code_1(domain, tmp_path):
@@ -117,7 +117,7 @@ def test_an_interrupted_run_has_a_complete_bag_and_metrics(domain, tmp_path, num
     assert 'Traceback' not in errors
     metrics = json.loads((output / 'metrics.json').read_text())
     assert metrics['outcome'] == 'interrupted'
-    assert bag_reader.read_bag(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
+    assert bag.read_bag(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
     assert not processes_of(output)
     assert (output / 'report.html').exists() == report
 

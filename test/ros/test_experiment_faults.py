@@ -12,7 +12,7 @@ import pytest
 from harness import CONFIG, run_command, start_experiment
 from processes import processes_of, wait_until
 
-from mobile_robot_control.recording import bag_reader
+from mobile_robot_control.runs import bag
 
 WALL_CLOCK = ['--params-file', CONFIG / 'wall_clock.yaml']
 
@@ -27,11 +27,11 @@ def test_a_recorder_that_is_killed_leaves_a_bag_and_no_process(domain, tmp_path,
     killed = time.time_ns()
     run.communicate(timeout=120)
     wait_until(lambda: not processes_of(output))
-    recording = bag_reader.read_bag(output / 'bag')
+    recording = bag.read_bag(output / 'bag')
     assert any('the recording was cut off' in problem for problem in recording.problems)
     assert recording.samples[-1].time > 0.0
     # half a second may not have been written, and as much not have been received
-    assert killed - recording.signals['joint_states'].received[-1] < 1_500_000_000
+    assert killed - recording.series.signals['joint_states'].received[-1] < 1_500_000_000
     assert (output / 'bag' / 'metadata.yaml').is_file()
 
 
@@ -53,7 +53,7 @@ def test_a_full_disk_ends_the_run_with_a_message(domain, tmp_path):
         # a file that could not be written either is named, and does not exist in part
         for name in ('metrics.json', 'report.html'):
             assert (disk / 'run' / name).exists() != (f'{name}: No space left on device' in done.stderr)
-        assert bag_reader.read_bag(disk / 'run' / 'bag').samples[-1].time > 0.1
+        assert bag.read_bag(disk / 'run' / 'bag').samples[-1].time > 0.1
     finally:
         subprocess.run(['umount', disk], check=True)
 
@@ -79,7 +79,7 @@ def test_on_the_wall_clock_a_run_is_recorded_from_its_start(domain, tmp_path):
     # how long 400 steps take, and how well the robot tracks, depends on the load of the machine
     assert metrics['duration'] > 1.7
     assert metrics['rms_position_error'] > 0.0
-    samples = bag_reader.read_bag(output / 'bag').samples
+    samples = bag.read_bag(output / 'bag').samples
     # at rest at the start of the curve, and then the steps of the plant
     assert samples[0].tick.pose == pytest.approx((1.0, 0.0, 1.5707963), abs=0.05)
     assert samples[0].time < 0.3
@@ -94,7 +94,7 @@ def test_on_the_wall_clock_an_interrupted_run_has_a_complete_bag(domain, tmp_pat
     assert run.returncode == 1, errors
     assert 'Traceback' not in errors
     assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'interrupted'
-    recording = bag_reader.read_bag(output / 'bag')
+    recording = bag.read_bag(output / 'bag')
     assert not [problem for problem in recording.problems if 'cut off' in problem]
     assert recording.samples[-1].time > 0.8
     assert not processes_of(output)

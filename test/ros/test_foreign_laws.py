@@ -13,7 +13,7 @@ from watching import Timeline
 from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.plugins import load_plugins
-from mobile_robot_control.recording import bag_reader
+from mobile_robot_control.runs import bag
 from mobile_robot_control.simulation.rollout import rollout
 
 PLUGINS = Path(__file__).parents[1] / 'plugins'
@@ -50,7 +50,7 @@ def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(d
     assert done.returncode == 0, done.stderr
     report = (tmp_path / 'both' / 'report.html').read_text()
     assert 'my_kanayama' in report
-    recording = bag_reader.read_bag(tmp_path / 'both' / 'mine' / 'bag')
+    recording = bag.read_bag(tmp_path / 'both' / 'mine' / 'bag')
     simulated = list(rollout(at_cart_start(configure(load([file]))), 2.0))
     assert len(recording.samples) == len(simulated) == 1001
     for ours, theirs in zip(recording.samples, simulated, strict=True):
@@ -103,7 +103,7 @@ def test_a_law_that_fails_in_lockstep_stands_still_and_ends_the_experiment(domai
     failed_at = json.loads(simulated.stdout)['duration']
     assert f'failed at t = {failed_at:g} s' in simulated.stderr
     # zero from the very stamp on
-    recorded = bag_reader.read_bag(tmp_path / 'run' / 'bag').samples
+    recorded = bag.read_bag(tmp_path / 'run' / 'bag').samples
     assert failed_at > 0.0
     assert recorded[-1].time >= failed_at
     for sample in recorded:

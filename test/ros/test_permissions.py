@@ -18,7 +18,7 @@ from rclpy.node import Node, NodeNameNonExistentError
 from std_msgs.msg import String
 
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.reporting.sros2_policy import policy
+from mobile_robot_control.configuration.sros2_policy import policy
 
 TF2 = """
 from std_msgs.msg import String

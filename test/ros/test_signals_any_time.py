@@ -15,7 +15,7 @@ from harness import CONFIG
 from processes import catches_sigterm, processes_of, wait_until
 
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.recording import bag_reader
+from mobile_robot_control.runs import bag
 
 SHARED_MEMORY = Path('/dev/shm')
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -102,7 +102,7 @@ def _signal_an_experiment(folder, moment):
     finally:
         run.kill()
     assert 'Traceback' not in log.read_text(), (moment, log.read_text())
-    bag_reader.read_bag(folder / 'bag')
+    bag.read_bag(folder / 'bag')
     outcome = json.loads((folder / 'metrics.json').read_text())['outcome']
     assert (run.returncode, outcome) in ((0, 'completed'), (1, 'interrupted'))
     assert ('experiment: interrupted' in log.read_text()) == (outcome == 'interrupted')

@@ -9,9 +9,9 @@ from matplotlib.transforms import Bbox
 
 from chapter_figures.figure import ALL, ChapterFigure
 from chapter_figures.runs import FUZZY_TRIFOLIUM, ORDINARY_TRIFOLIUM, Runs
+from mobile_robot_control.figures.figure import WIDTH
+from mobile_robot_control.figures.palette import GREY, GROUND, INK, TINT, style
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.reporting.palette import GREY, GROUND, INK, TINT, style
-from mobile_robot_control.reporting.panels import WIDTH
 from mobile_robot_control.tuning.chromosome import BITS
 from mobile_robot_control.tuning.search_space import search_genes
 

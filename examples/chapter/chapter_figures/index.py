@@ -17,8 +17,8 @@ from chapter_figures.scene_figures import SCENE_FIGURES
 from chapter_figures.structure_figures import STRUCTURE_FIGURES
 from chapter_figures.tracking_figures import TRACKING_FIGURES
 from chapter_figures.velocity_figures import VELOCITY_FIGURES
-from mobile_robot_control.reporting import page
-from mobile_robot_control.reporting.palette import save
+from mobile_robot_control.figures.palette import save
+from mobile_robot_control.pages import page
 
 _PARTS = (*SCENE_FIGURES, *VELOCITY_FIGURES, *CHROMOSOME_FIGURES, *STRUCTURE_FIGURES, *INITIAL_FIGURES,
           *EVOLVED_FIGURES, *TRACKING_FIGURES)

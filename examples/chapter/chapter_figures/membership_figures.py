@@ -12,9 +12,10 @@ from chapter_figures.figure import ALL, ChapterFigure
 from chapter_figures.runs import FUZZY_TRIFOLIUM, Runs
 from mobile_robot_control.control.fuzzy import surface
 from mobile_robot_control.control.membership import FuzzyGains, memberships
-from mobile_robot_control.reporting.lines import Floats
-from mobile_robot_control.reporting.palette import INK, LINES, style
-from mobile_robot_control.reporting.panels import WIDTH, legend
+from mobile_robot_control.figures.drawing import legend
+from mobile_robot_control.figures.figure import WIDTH
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.palette import INK, LINES, style
 
 GainsSource = Callable[[Runs], FuzzyGains]
 """Returns the gains to draw."""

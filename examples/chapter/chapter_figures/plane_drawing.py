@@ -1,15 +1,18 @@
 """Parts of drawings of the plane: points relative to a pose, lines, arrows, names, the robot to scale."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mobile_robot_control.figures.drawing import triangle
+from mobile_robot_control.figures.figure import WIDTH
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.palette import GREY, INK, TINT
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reporting.palette import GREY, INK, TINT
-from mobile_robot_control.reporting.panels import WIDTH
 
 
 def plane(height: float) -> tuple[Figure, Axes]:
@@ -26,6 +29,12 @@ def along(pose: Pose, ahead: float, aside: float = 0.0) -> tuple[float, float]:
     """Return x and y of the point at a distance ahead of a pose and to its left, all in [m]."""
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     return pose.x + cos * ahead - sin * aside, pose.y + sin * ahead + cos * aside
+
+
+def draw_pose(axes: Axes, pose: Sequence[float] | Floats, size: float, color: str) -> None:
+    """Draw the robot at a pose x, y [m], heading [rad], as a triangle of a length [m] that points ahead."""
+    corners = triangle(pose, size)
+    axes.fill(corners[:, 0], corners[:, 1], facecolor='none', edgecolor=color, linewidth=1.1)
 
 
 def draw_line(axes: Axes, start: tuple[float, float], end: tuple[float, float], **options: Any) -> None:

@@ -3,8 +3,9 @@
 import functools
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from mobile_robot_control.api.simulating import simulate
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import Configuration
@@ -13,17 +14,15 @@ from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.quantities import BodyVelocity, Observation
-from mobile_robot_control.recording.collector import Collector
-from mobile_robot_control.reporting.series import Series
+from mobile_robot_control.runs.run import Run
 from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.loop_start import start
-from mobile_robot_control.simulation.metrics import RunMeter, summary
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.simulation.ticks import make_velocity_tick
 
 LAP = 16.0
 """[s]: one lap of either curve."""
-BESIDE = '[0.8, -0.1, 0.3]'
+BESIDE = (0.8, -0.1, 0.3)
 """A start beside the curve with the cart out of sight: x, y [m], heading [rad]."""
 STEP_GAINS = VelocityGains(k1=129.7749, ti1=11.4018, k2=41.0233, ti2=24.1873)
 """Of section 2.2 of the chapter, for its Fig. 3 and 4."""
@@ -37,19 +36,19 @@ class ChapterRun(NamedTuple):
     ----------
     file : str
         Parameter file, under the folder of configurations.
-    start : str
-        x, y [m], heading [rad] of the robot; '' for that of the file.
+    start : tuple of float
+        x, y [m], heading [rad] of the robot; () for that of the file.
     duration : float
         [s].
     """
 
     file: str
-    start: str = ''
+    start: tuple[float, ...] = ()
     duration: float = LAP
 
     def command(self) -> str:
         """Return the shell commands that make the same run and report it."""
-        start = f" -p 'plant.initial_pose:={self.start}'" if self.start else ''
+        start = f" -p 'plant.initial_pose:={list(self.start)}'" if self.start else ''
         return (f'simulate --duration {self.duration:g} --params-file config/{self.file}{start} --output run.csv\n'
                 'report run.csv --output report')
 
@@ -60,14 +59,6 @@ HYBRID_LEMNISCATE = ChapterRun('chapter/lemniscate_hybrid_backstepping.yaml', BE
 ORDINARY_TRIFOLIUM = ChapterRun('chapter/trifolium_backstepping.yaml')
 FUZZY_TRIFOLIUM = ChapterRun('chapter/trifolium_fuzzy.yaml')
 FUZZY_BESIDE = ChapterRun('chapter/trifolium_fuzzy.yaml', BESIDE)
-
-
-class Measured(NamedTuple):
-    """The configuration, topics and metrics of a run, the latter as `simulate --json` prints them."""
-
-    configuration: Configuration
-    series: Series
-    metrics: dict[str, Any]
 
 
 class StepTick(NamedTuple):
@@ -94,19 +85,13 @@ class Runs:
 
     def configuration(self, run: ChapterRun) -> Configuration:
         """Return the checked configuration of a run."""
-        overrides = [f'plant.initial_pose:={run.start}'] if run.start else []
+        overrides = [f'plant.initial_pose:={list(run.start)}'] if run.start else []
         return configure(load([self._config / run.file], overrides))
 
-    def _measured(self, run: ChapterRun) -> Measured:
+    def _measured(self, run: ChapterRun) -> Run:
         """Run and measure."""
-        configuration = self.configuration(run)
-        shared = configuration.plant.shared
-        meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate)
-        collector = Collector()
-        for sample in rollout(configuration, run.duration):
-            meter.add(sample)
-            collector.add_sample(sample)
-        return Measured(configuration, Series(collector.signals), summary(meter.run('completed')))
+        start = {'plant.initial_pose': list(run.start)} if run.start else None
+        return simulate(self._config / run.file, duration=run.duration, parameters=start, name=run.file)
 
     def velocity_steps(self, steps: tuple[tuple[float, BodyVelocity], ...], duration: float) -> Iterator[StepTick]:
         """

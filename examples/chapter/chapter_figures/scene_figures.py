@@ -6,15 +6,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chapter_figures.figure import ALL, ChapterFigure
-from chapter_figures.plane_drawing import along, arrow, draw_line, name, plane, robot_on
+from chapter_figures.plane_drawing import along, arrow, draw_line, draw_pose, name, plane, robot_on
 from chapter_figures.runs import HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, Runs
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.tracking_error import bearing
+from mobile_robot_control.figures.drawing import legend, triangle
+from mobile_robot_control.figures.figure import WIDTH
+from mobile_robot_control.figures.palette import BLUE, GREEN, GREY, INK, ORANGE, PINK, style
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reporting.palette import BLUE, GREEN, GREY, INK, ORANGE, PINK, style
-from mobile_robot_control.reporting.panels import WIDTH, legend
-from mobile_robot_control.reporting.path_figure import draw_pose, triangle
-from mobile_robot_control.reporting.series import Series
+from mobile_robot_control.runs.series import Series
 from mobile_robot_control.simulation.closed_loop import PositionTick
 
 _SEEK = 4.0
@@ -23,8 +23,8 @@ _SEEK = 4.0
 
 def _geometry(runs: Runs) -> Figure:
     """Draw Fig. 2: the robot to scale at the start of a run."""
-    measured = runs.measured(ORDINARY_LEMNISCATE)
-    robot, start = measured.configuration.plant.shared.robot, Pose(*measured.configuration.plant.initial_pose)
+    plant = runs.configuration(ORDINARY_LEMNISCATE).plant
+    robot, start = plant.shared.robot, Pose(*plant.initial_pose)
     half, offset = 0.5 * robot.wheel_separation, robot.com_offset
     with style():
         figure, axes = plane(4.4)
@@ -63,7 +63,7 @@ def _poses(series: Series, n: int) -> tuple[Pose, Pose]:
 def _concept(runs: Runs) -> Figure:
     """Draw Fig. 5: robot, cart and tracking error at one time of a run."""
     measured = runs.measured(HYBRID_LEMNISCATE)
-    series, robot = measured.series, measured.configuration.plant.shared.robot
+    series, robot = measured.series, runs.configuration(HYBRID_LEMNISCATE).plant.shared.robot
     errors = (series.line('tracking_error', name).value for name in ('longitudinal', 'lateral', 'heading'))
     # the time at which the smallest of all three is largest, so that each is visible
     now = int(np.argmax(np.min([np.abs(error) for error in errors], axis=0)))
@@ -99,7 +99,7 @@ def _concept(runs: Runs) -> Figure:
 def _unseen(runs: Runs) -> Figure:
     """Draw Fig. 7: robot and cart at a start with the cart out of sight."""
     measured = runs.measured(ORDINARY_LEMNISCATE)
-    series, robot = measured.series, measured.configuration.plant.shared.robot
+    series, robot = measured.series, runs.configuration(ORDINARY_LEMNISCATE).plant.shared.robot
     pose, cart = _poses(series, 0)
     first = measured.metrics['initial_wheel_torque']
     with style():

@@ -14,8 +14,9 @@ from chapter_figures.runs import Runs
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.fuzzy import surface
 from mobile_robot_control.control.membership import FuzzyGains, memberships
-from mobile_robot_control.reporting.palette import BLUE, GREY, INK, LINES, TINT, style
-from mobile_robot_control.reporting.panels import WIDTH, legend
+from mobile_robot_control.figures.drawing import legend
+from mobile_robot_control.figures.figure import WIDTH
+from mobile_robot_control.figures.palette import BLUE, GREY, INK, LINES, TINT, style
 
 _APART = FuzzyGains(a=1.0, b=(0.5, 0.4, 1.2, 2.0, 1.8, 3.0), c=(0.0, 1.0, 2.0, 3.0, 4.0), d=(0.0, 1.0, 2.0))
 """Membership functions far enough apart that one rule fires alone at each point below; outputs index the names."""

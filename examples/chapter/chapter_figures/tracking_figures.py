@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Drawn
 
 from chapter_figures.figure import ChapterFigure
 from chapter_figures.runs import (
@@ -14,48 +14,57 @@ from chapter_figures.runs import (
     ChapterRun,
     Runs,
 )
-from mobile_robot_control.reporting.lines import Line
-from mobile_robot_control.reporting.palette import style
-from mobile_robot_control.reporting.panels import WIDTH, Named, Panel, over_time
-from mobile_robot_control.reporting.path_figure import path_on
-from mobile_robot_control.reporting.run_figures import HEADING, POSITION, POWER, TORQUE, column, heading_error
-from mobile_robot_control.reporting.series import Series
+from mobile_robot_control.figures.drawing import draw
+from mobile_robot_control.figures.figure import Figure
+from mobile_robot_control.figures.lines import Line
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_figures import (
+    HEADING,
+    POSITION,
+    POWER,
+    TORQUE,
+    PanelOf,
+    column,
+    heading_error,
+    over_time,
+    path_panel,
+)
+from mobile_robot_control.runs.series import Series
 
 _NAMES = {ORDINARY_LEMNISCATE: 'ordinary', HYBRID_LEMNISCATE: 'hybrid', FUZZY_TRIFOLIUM: 'fuzzy',
           ORDINARY_TRIFOLIUM: 'ordinary'}
 _BOTH = (HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE)
-Draw = Callable[[Runs], Figure]
+Draw = Callable[[Runs], Drawn]
 
 
-def _named(runs: Runs, chosen: Sequence[ChapterRun], end: float = LAP) -> list[Named]:
+def _named(runs: Runs, chosen: Sequence[ChapterRun], end: float = LAP) -> list[Run]:
     """Return runs up to a time [s]."""
-    return [Named(_NAMES[run], runs.measured(run).series.until(end)) for run in chosen]
+    return [runs.measured(run)._replace(name=_NAMES[run], series=runs.measured(run).series.until(end))
+            for run in chosen]
 
 
-def _over_time(panels: Sequence[Panel], chosen: Sequence[ChapterRun], end: float = LAP) -> Draw:
+def _over_time(panels: Sequence[PanelOf], chosen: Sequence[ChapterRun], end: float = LAP) -> Draw:
     """Return the function that draws panels of some runs up to a time [s]."""
     # from before t = 0, so that the axis does not cover the first milliseconds
     span = (-0.02 * end, end)
 
-    def draw(runs: Runs) -> Figure:
-        return over_time(panels, _named(runs, chosen, end), span, 1.9 if len(panels) > 1 else 2.8)
+    def drawn(runs: Runs) -> Drawn:
+        figure = over_time(panels, _named(runs, chosen, end), span, 1.9 if len(panels) > 1 else 2.8)
+        if figure is None:
+            raise ValueError('the runs have nothing to draw')
+        return draw(figure)
 
-    return draw
+    return drawn
 
 
 def _paths(chosen: Sequence[ChapterRun]) -> Draw:
     """Return the function that draws the path of each run."""
-    def draw(runs: Runs) -> Figure:
-        with style():
-            figure = Figure(figsize=(WIDTH, 3.4 * len(chosen) if len(chosen) > 1 else 4.6), layout='constrained')
-            rows = figure.subplots(len(chosen), 1, squeeze=False)[:, 0]
-            for axes, letter, (name, series) in zip(rows, 'ab', _named(runs, chosen), strict=False):
-                path_on(axes, [Named(name, series)])
-                if len(chosen) > 1:
-                    axes.set_title(f'({letter}) {name}', loc='right')
-        return figure
+    def drawn(runs: Runs) -> Drawn:
+        panels = tuple(path_panel([run], run.name, f'({letter}) {run.name}' if len(chosen) > 1 else '')
+                       for letter, run in zip('ab', _named(runs, chosen), strict=False))
+        return draw(Figure('', '', '', ('robot',), panels, 3.4 * len(chosen) if len(chosen) > 1 else 4.6))
 
-    return draw
+    return drawn
 
 
 def _difference(coordinate: str) -> Callable[[Series], Line]:
@@ -67,9 +76,9 @@ def _difference(coordinate: str) -> Callable[[Series], Line]:
     return line
 
 
-_ERRORS = (Panel('error of x [cm]', _difference('x')), Panel('error of y [cm]', _difference('y')))
-_ORIENTATION = (Panel('$e_3$ [rad]', heading_error),)
-_COMMANDS = (Panel('v [m/s]', column('cmd_vel', 'linear')), Panel('ω [rad/s]', column('cmd_vel', 'angular')))
+_ERRORS = (PanelOf('error of x', 'cm', _difference('x')), PanelOf('error of y', 'cm', _difference('y')))
+_ORIENTATION = (PanelOf('$e_3$', 'rad', heading_error),)
+_COMMANDS = (PanelOf('v', 'm/s', column('cmd_vel', 'linear')), PanelOf('ω', 'rad/s', column('cmd_vel', 'angular')))
 
 
 def _two(run: ChapterRun, other: ChapterRun) -> str:

@@ -7,9 +7,10 @@ from matplotlib.figure import Figure
 
 from chapter_figures.figure import ALL, ChapterFigure
 from chapter_figures.runs import Runs
+from mobile_robot_control.figures.drawing import legend
+from mobile_robot_control.figures.figure import WIDTH
+from mobile_robot_control.figures.palette import BLUE, GREY, ORANGE, style
 from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.reporting.palette import BLUE, GREY, ORANGE, style
-from mobile_robot_control.reporting.panels import WIDTH, legend
 
 _PROFILE = ((0.5, 1.0), (2.0, -0.5), (3.0, 0.0))
 """Times [s] and commands [m/s] or [rad/s]."""

@@ -25,8 +25,8 @@ SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={val
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_search', lambda *_: '')
-    monkeypatch.setattr(study_files, 'draw_starts_map', lambda *_: '')
+    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
+    monkeypatch.setattr(study_files, 'draw_and_save', lambda *_: '')
 
 
 def _found(**options):

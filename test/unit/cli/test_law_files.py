@@ -22,7 +22,7 @@ SEARCH = ['my_kanayama', '--seed', '3', '--population', '7', '--workers', '1', '
 @pytest.fixture(autouse=True)
 def plain(registered, monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_search', lambda *_: '')
+    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
 
 
 def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):

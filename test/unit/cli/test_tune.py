@@ -31,7 +31,7 @@ START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.
 def plain(request, monkeypatch):
     monkeypatch.setattr(batch, 'COMPILES', False)
     if 'picture' not in request.node.name:
-        monkeypatch.setattr(search_files, 'draw_search', lambda *_: '')
+        monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
         monkeypatch.setattr(search_files, 'write_search_page', lambda *_: None)
 
 

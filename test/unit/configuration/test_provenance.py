@@ -11,8 +11,8 @@ import pytest
 import mobile_robot_control as mrc
 from mobile_robot_control.cli import report, simulate
 from mobile_robot_control.configuration import provenance
-from mobile_robot_control.reporting import report_writing
-from mobile_robot_control.reporting.run_figures import RUN_FIGURES
+from mobile_robot_control.pages import report_writing
+from mobile_robot_control.runs.run_figures import RUN_FIGURES
 
 SHORT = ['--duration', '0.1', '-p', 'position_controller.backstepping.p:=2.5', '-p', 'plant.noise.seed:=7']
 

@@ -10,9 +10,9 @@ from harness import CONFIG
 from mobile_robot_control.cli import experiment, report
 from mobile_robot_control.experiment import recorded_run
 from mobile_robot_control.experiment.result import ExperimentResult
+from mobile_robot_control.pages import report_writing
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.reporting import report_writing
-from mobile_robot_control.reporting.run_figures import RUN_FIGURES
+from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.simulation.rollout import rollout
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
-from mobile_robot_control.recording.signals import READ
+from mobile_robot_control.recording.columns import READ
 from mobile_robot_control.ros.input_validation import make_reader
 
 READERS = {**{topic: make_reader(topic, read) for topic, read in READ.items()},

@@ -14,8 +14,8 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.runs import bag
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -69,9 +69,9 @@ def test_messages_older_than_half_a_second_are_in_the_file(tmp_path, samples):
         copy.mkdir()
         for name in ('bag.mcap', 'metadata.yaml'):
             (copy / name).write_bytes((tmp_path / 'bag' / name).read_bytes())
-    recording = bag_reader.read_bag(copy)
+    recording = bag.read_bag(copy)
     assert 1.5 <= recording.samples[-1].time < 2.0
-    assert recording.samples == bag_reader.read_bag(tmp_path / 'bag').samples[:len(recording.samples)]
+    assert recording.samples == bag.read_bag(tmp_path / 'bag').samples[:len(recording.samples)]
     assert [problem for problem in recording.problems if 'cut off' in problem]
     topics = yaml.safe_load((copy / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
     assert len(topics['topics_with_message_count']) == len(LOOP_TOPICS)
@@ -118,7 +118,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, monkeypatc
         first_failure = writer.failure
         write(writer, samples)
     assert writer.failure == first_failure
-    recording = bag_reader.read_bag(tmp_path / 'bag')
+    recording = bag.read_bag(tmp_path / 'bag')
     assert any('cut off' in problem for problem in recording.problems)
     whole = [sample.time for sample in recording.samples]
     # definitions, and then 0.7 kB for each step of 2 ms
@@ -137,7 +137,7 @@ def test_a_full_file_system_is_reported(tmp_path, samples):
         with BagWriter(disk / 'bag') as writer:
             write(writer, samples)
         assert 'No space left on device' in writer.failure
-        assert 0.1 < bag_reader.read_bag(disk / 'bag').samples[-1].time < 2.0
+        assert 0.1 < bag.read_bag(disk / 'bag').samples[-1].time < 2.0
     finally:
         subprocess.run(['umount', disk], check=True)
 
@@ -157,7 +157,7 @@ def test_a_moved_folder_is_reported_on_closing(tmp_path, samples):
         write(writer, samples)
         (tmp_path / 'bag').rename(tmp_path / 'elsewhere')
     assert 'No such file or directory; name a folder that can be written' in writer.failure
-    assert bag_reader.read_bag(tmp_path / 'elsewhere').samples[-1].time == 2.0
+    assert bag.read_bag(tmp_path / 'elsewhere').samples[-1].time == 2.0
 
 
 def test_an_existing_folder_is_refused_and_unchanged(tmp_path):

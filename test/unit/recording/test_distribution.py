@@ -8,8 +8,8 @@ import yaml
 from bag_making import record
 
 from mobile_robot_control.configuration.nodes import Configuration
-from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.bag_writer import ros_distribution
+from mobile_robot_control.runs import bag
 from mobile_robot_control.simulation.rollout import rollout
 
 
@@ -40,4 +40,4 @@ def test_a_bag_names_the_sourced_distribution_and_can_be_read(tmp_path, monkeypa
     folder = record(tmp_path / 'bag', rollout(Configuration(), 0.1))
     content = yaml.safe_load((folder / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
     assert content['ros_distro'] == name
-    assert not bag_reader.read_bag(folder).problems
+    assert not bag.read_bag(folder).problems

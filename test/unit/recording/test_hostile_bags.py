@@ -15,9 +15,9 @@ from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 from zstandard import ZstdCompressor
 
-from mobile_robot_control.recording import bag_reader
 from mobile_robot_control.recording.mcap_stream import BagError
 from mobile_robot_control.recording.unpacking import LARGEST, unpack_message
+from mobile_robot_control.runs import bag
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -25,8 +25,8 @@ MAGIC = b'\x89MCAP0\r\n'
 CHUNK, SCHEMA, CHANNEL, MESSAGE = 6, 3, 4, 5
 GIGABYTES = 3 << 30
 BOUNDED = ('import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30)); '
-           'from pathlib import Path; from mobile_robot_control.recording import bag_reader; '
-           'print(*bag_reader.read_bag(Path(sys.argv[1])).problems, sep="\\n")')
+           'from pathlib import Path; from mobile_robot_control.runs import bag; '
+           'print(*bag.read_bag(Path(sys.argv[1])).problems, sep="\\n")')
 
 
 def _record(opcode, body):
@@ -70,7 +70,7 @@ def test_a_chunk_that_unpacks_to_more_than_it_declares_or_may_is_left_out(tmp_pa
     content = _plain(tmp_path / 'bag.mcap', samples)
     bomb = _chunk(compression, declared, _zeros(compression, LARGEST))
     (tmp_path / 'bag.mcap').write_bytes(MAGIC + bomb + content[8:])
-    recording = bag_reader.read_bag(tmp_path)
+    recording = bag.read_bag(tmp_path)
     problem, = recording.problems
     assert 'bag.mcap is damaged and was left out (a chunk' in problem
     assert len(recording.samples) == len(samples)
@@ -97,7 +97,7 @@ def test_a_packed_bag_that_unpacks_to_implausibly_much_is_refused(tmp_path, samp
     packed, = (tmp_path / 'bag').glob('*.zstd')
     packed.write_bytes(_zeros(b'zstd', 1 << 27))
     with pytest.raises(BagError, match='unpacks to more than'):
-        bag_reader.read_bag(tmp_path / 'bag')
+        bag.read_bag(tmp_path / 'bag')
 
 
 def test_a_packed_message_that_unpacks_to_too_much_or_is_damaged_is_a_value_error():
@@ -117,14 +117,14 @@ def test_an_impossible_time_of_receipt_is_left_out(tmp_path, samples, received):
         message = next(message for topic, _, message in messages_of(samples[0]) if topic == 'odom')
         writer.add_message(channel, received, message, received)
         writer.finish()
-    assert any('/odom: received at no possible time' in problem for problem in bag_reader.read_bag(tmp_path).problems)
+    assert any('/odom: received at no possible time' in problem for problem in bag.read_bag(tmp_path).problems)
 
 
 @pytest.mark.parametrize('body', [b'', b'\1', b'\1\0\xff\xff\xff\xff', b'\1\0\2\0\0\0\xff\xfe'])
 @pytest.mark.parametrize('opcode', [SCHEMA, CHANNEL, MESSAGE])
 def test_a_record_that_ends_early_is_no_message(tmp_path, opcode, body):
     (tmp_path / 'bag.mcap').write_bytes(MAGIC + _record(opcode, body))
-    assert not bag_reader.read_bag(tmp_path).samples
+    assert not bag.read_bag(tmp_path).samples
 
 
 def test_many_odd_messages_of_a_kind_are_one_problem(tmp_path, samples):
@@ -136,7 +136,7 @@ def test_many_odd_messages_of_a_kind_are_one_problem(tmp_path, samples):
         for length in range(50):
             writer.add_message(channel, WALL, bytes(length), WALL)
         writer.finish()
-    problems = [problem for problem in bag_reader.read_bag(tmp_path).problems if 'left out' in problem]
+    problems = [problem for problem in bag.read_bag(tmp_path).problems if 'left out' in problem]
     assert problems == ['50 messages left out: /odom: not readable (0 bytes hold no stamp)']
 
 
@@ -152,7 +152,7 @@ def test_a_bag_changed_anywhere_is_read_or_refused(tmp_path, samples, compressio
             at = chance.randrange(8, chance.choice([2000, len(changed)]))
             changed[at:at + chance.choice([1, 8])] = chance.choice([b'\0', b'\xff' * 8, chance.randbytes(4)])
         file.write_bytes(changed)
-        recording = bag_reader.read_bag(tmp_path)
+        recording = bag.read_bag(tmp_path)
         assert all(len(problem) < 1500 for problem in recording.problems)
         assert len(recording.samples) <= len(samples)
 
@@ -161,4 +161,4 @@ def test_metadata_nested_without_end_is_taken_as_missing(tmp_path, samples):
     _plain(tmp_path / 'bag.mcap', samples)
     for text in ('[' * 5000, 'a: &a [*a]', '{a: ' * 1000):
         (tmp_path / 'metadata.yaml').write_text(text)
-        assert len(bag_reader.read_bag(tmp_path).samples) == len(samples)
+        assert len(bag.read_bag(tmp_path).samples) == len(samples)

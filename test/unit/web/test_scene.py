@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from mobile_robot_control.reporting import palette
+from mobile_robot_control.figures import palette
 from mobile_robot_control.web.assets import asset
 
 WIDTH, HEIGHT = 700, 400

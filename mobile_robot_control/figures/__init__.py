@@ -1,0 +1,1 @@
+"""Figures as data, and the pictures that Matplotlib draws of them."""

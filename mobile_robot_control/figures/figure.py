@@ -1,0 +1,181 @@
+"""Figures as data: panels of lines and marks with their units. A page draws them live, `drawing` draws them still."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.figures.lines import Floats, Line
+
+WIDTH = 5.6
+"""[in]: as wide as a page shows a figure, so that its text is as large as that of the page."""
+REFERENCE, VALUE, COMMAND, SEEN, DIFFERENCE, MEAN, BEST = (
+    'reference', 'value', 'command', 'seen', 'difference', 'mean', 'best')
+"""Kinds of curves: of the cart, of a run, dotted over it, thin beside it, a run minus the first; and of a search."""
+
+
+class Curve(NamedTuple):
+    """
+    One line of a panel.
+
+    Attributes
+    ----------
+    kind : str
+        One of the kinds above, which tells how it is drawn.
+    run : int
+        Of which run it is, from 0.
+    name : str
+        In the legend of a single run; several runs are told apart by their own names.
+    line : Line
+        Points from left to right; in a plane from the first to the last.
+
+    """
+
+    kind: str
+    run: int
+    name: str
+    line: Line
+
+
+class Pose(NamedTuple):
+    """A robot at x, y [m] and heading [rad] in a plane, of a run."""
+
+    run: int
+    x: float
+    y: float
+    heading: float
+
+
+class Marks(NamedTuple):
+    """
+    Places in a plane that have something in common.
+
+    Attributes
+    ----------
+    name : str
+        In the legend.
+    marker : str
+        As Matplotlib names it.
+    size : float
+        [points²].
+    run : int
+        Of which colour they are.
+    places : array of float, shape (n, 3)
+        x, y [m] and heading [rad].
+    with_headings : bool
+        Whether headings are drawn.
+
+    """
+
+    name: str
+    marker: str
+    size: float
+    run: int
+    places: Floats
+    with_headings: bool = False
+
+
+class Panel(NamedTuple):
+    """
+    One pair of axes.
+
+    Attributes
+    ----------
+    name : str
+        Within the figure.
+    label, unit : str
+        Of the upright axis; '' without a unit.
+    curves : tuple of Curve
+        From back to front.
+    over : str
+        What the level axis shows, with its unit.
+    bend : float
+        Beyond this value the scale is logarithmic; not at all if 0.
+    limits : tuple of (int, float)
+        Limits of the quantity, each with its run.
+    span : tuple of float or None
+        First and last value of the level axis; all if None.
+    logarithmic : bool
+        Whether the upright axis is.
+    from_zero : bool
+        Whether the upright axis begins at 0.
+    in_plane : bool
+        Whether both axes are those of the plane, to the same scale.
+    poses, marks : tuple
+        In a plane.
+    circle : float
+        Radius of a circle about the origin [m]; none if 0.
+    title : str
+        Above it.
+
+    """
+
+    name: str
+    label: str
+    unit: str
+    curves: tuple[Curve, ...]
+    over: str = 'time [s]'
+    bend: float = 0.0
+    limits: tuple[tuple[int, float], ...] = ()
+    span: tuple[float, float] | None = None
+    logarithmic: bool = False
+    from_zero: bool = False
+    in_plane: bool = False
+    poses: tuple[Pose, ...] = ()
+    marks: tuple[Marks, ...] = ()
+    circle: float = 0.0
+    title: str = ''
+
+    @property
+    def quantity(self) -> str:
+        """Label and unit."""
+        return f'{self.label} [{self.unit}]' if self.unit else self.label
+
+
+class Figure(NamedTuple):
+    """
+    A figure.
+
+    Attributes
+    ----------
+    name : str
+        Of its files, and of its place on a page.
+    title, caption : str
+        Above and below it on a page.
+    runs : tuple of str
+        Names of the runs, at most as many as there are colours.
+    panels : tuple of Panel
+        From top to bottom.
+    height : float
+        [in].
+    width : float
+        [in].
+    rows : sequence of sequence of str, or None
+        Names of panels as they lie in the figure; one below the other if None.
+    ratio : float
+        Of the second column's width to that of the first, where panels lie in two.
+    heading : str
+        Above the picture itself.
+
+    """
+
+    name: str
+    title: str
+    caption: str
+    runs: tuple[str, ...]
+    panels: tuple[Panel, ...]
+    height: float
+    width: float = WIDTH
+    rows: Sequence[Sequence[str]] | None = None
+    ratio: float = 1.1
+    heading: str = ''
+
+
+def plane(name: str, curves: Sequence[Curve], poses: Sequence[Pose] = (), title: str = '') -> Panel:
+    """Return a panel of the plane."""
+    return Panel(name, 'y', 'm', tuple(curves), 'x [m]', in_plane=True, poses=tuple(poses), title=title)
+
+
+def is_drawn(line: Line) -> bool:
+    """Return whether a line has a point."""
+    return bool(np.isfinite(line.value).any())

@@ -1,0 +1,209 @@
+"""The report: a page with metrics, figures, timing and parameters of one run, or of several side by side."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mobile_robot_control.configuration.provenance import provenance
+from mobile_robot_control.figures.drawing import draw_and_save
+from mobile_robot_control.figures.figure import Figure
+from mobile_robot_control.figures.palette import LINES
+from mobile_robot_control.pages import page
+from mobile_robot_control.pages.animation import animate
+from mobile_robot_control.pages.chart_page import chart_numbers, chart_scripts, chart_styles
+from mobile_robot_control.pages.first_screen import first_screen, replay_scripts, replay_styles
+from mobile_robot_control.pages.metrics_table import configuration_table, metrics_table
+from mobile_robot_control.pages.timing import TIMING_FIGURES, timed, timing_table
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_figures import RUN_FIGURES, TORQUE_FIGURE, RunFigure
+from mobile_robot_control.runs.series import period
+from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.system.texts import shortened
+
+
+def run_description(run: Run) -> str:
+    """Return the controller, curve and rates of a run in a sentence without its full stop."""
+    if run.parameters is None:
+        return f'{run.name}: not known what it ran with'
+    control, curve = run.parameters.position_controller.control, run.parameters.reference_cart.curve
+    shared = run.parameters.plant.shared
+    return (f'{run.name}: {control.controller_type.replace("_", " ")} on the {curve.curve} of '
+            f'{curve.placement.scale:g} m, {curve.placement.period:g} s a lap, at {shared.velocity_rate:g} and '
+            f'{shared.position_rate:g} Hz, {"in lockstep" if shared.lockstep else "on the wall clock"}')
+
+
+def _rates(run: Run) -> tuple[float, float]:
+    """Return the rates of joint states and of commands [Hz], 0 where they are not known."""
+    if run.parameters is not None:
+        shared = run.parameters.plant.shared
+        return shared.velocity_rate, shared.position_rate
+    fast, slow = (period(run.series.signals[topic].stamps) for topic in ('joint_states', 'cmd_vel'))
+    return 1e9 / fast if fast else 0.0, 1e9 / slow if slow else 0.0
+
+
+def step_note(runs: Sequence[Run]) -> str:
+    """Return sentences that explain the steps of torques whose commands come less often; empty where none do."""
+    found: dict[tuple[float, float], list[str]] = {}
+    for run in runs:
+        fast, slow = _rates(run)
+        if fast > 1.5 * slow > 0.0:
+            found.setdefault((fast, slow), []).append(run.name)
+    notes = []
+    for (fast, slow), names in found.items():
+        whose = '' if len(found) == 1 else f'{", ".join(names)}: '
+        notes.append(f'{whose}The velocity loop sets a torque {fast:.4g} times a second, the position law a command '
+                     f'only {slow:.4g} times: steps that come every {1e3 / slow:.3g} ms and decay over a few torques, '
+                     f'{1e3 / fast:.3g} ms apart, are the answers to new commands, not noise.')
+    return ' '.join(notes)
+
+
+MOST = len(LINES)
+"""Runs in one report: as many as there are colours to distinguish them."""
+Step = Callable[[str], None]
+"""Called with the title of each figure before it is drawn."""
+
+
+class _Shown(NamedTuple):
+    """A figure that was written, or could not be drawn, as HTML."""
+
+    title: str
+    html: str
+    figure: Figure | None
+
+
+def _figures(figures: Sequence[RunFigure], runs: Sequence[Run], folder: Path, step: Step) -> Iterator[_Shown]:
+    """Write figures; yield each that is not empty, and where one cannot be drawn, the reason."""
+    for kind in figures:
+        step(kind.title)
+        try:
+            figure = kind.of_runs(runs)
+            # what no run contains has no frame
+            svg = draw_and_save(figure, folder / figure.name) if figure else ''
+        except OSError:
+            raise
+        except Exception as error:  # whatever a run contains: the other figures are drawn
+            yield _Shown(kind.title, _not_drawn(kind.title, error), None)
+        else:
+            if figure:
+                note = step_note(runs) if figure.name == TORQUE_FIGURE else ''
+                caption = f'{figure.caption} {note}'.rstrip()
+                yield _Shown(figure.title, page.picture(figure.title, caption, page.drawing(svg), name=figure.name),
+                             figure)
+
+
+def _not_drawn(title: str, error: Exception) -> str:
+    """Return the reason why something could not be drawn, as HTML."""
+    return page.warning(title, [f'could not be drawn: {type(error).__name__}: {shortened(str(error))}'])
+
+
+def _title(runs: Sequence[Run]) -> str:
+    return ', '.join(run.name for run in runs)
+
+
+def _charts(shown: Sequence[_Shown], runs: Sequence[Run]) -> str:
+    """Return the numbers of the charts of figures, as HTML, and where they cannot be had, the reason."""
+    try:
+        return chart_numbers([one.figure for one in shown if one.figure], runs)
+    except Exception as error:  # as for figures, which are there still
+        return _not_drawn('Charts', error)
+
+
+def _parts(
+    runs: Sequence[Run], folder: Path, step: Step, animation: bool, absent: Sequence[str],
+    made: Mapping[str, Any],
+) -> Iterator[str]:
+    """Yield the page from top to bottom, as HTML."""
+    over_dds = [run for run in runs if timed(run.series)]
+    figures = list(_figures(RUN_FIGURES, runs, folder, step))
+    animations = list(_animations(runs, folder, step)) if animation else []
+    timing = list(_figures(TIMING_FIGURES, over_dds, folder, step)) if over_dds else []
+
+    def jumps(shown: Sequence[_Shown]) -> list[tuple[str, str]]:
+        return [(one.figure.name, one.title) for one in shown if one.figure]
+
+    yield first_screen(_title(runs), runs)
+    yield from (f'<p class="soft">{escape(run_description(run))}.</p>' for run in runs)
+    yield page.contents([
+        ('metrics', 'Metrics', ()), ('figures', 'Figures', jumps(figures)),
+        *([('animation', 'Animation', ())] if animations else []),
+        *([('timing', 'Timing', jumps(timing))] if over_dds else []), ('configuration', 'Configuration', ()),
+    ])
+    problems = [*absent, *((f'{run.name}: ' if len(runs) > 1 else '') + problem
+                           for run in runs for problem in run.problems)]
+    if problems:
+        yield page.warning('What is missing', problems)
+    yield page.section('metrics', 'Metrics', metrics_table(runs))
+    yield page.section('figures', 'Figures', page.grid(one.html for one in figures))
+    if animations:
+        yield page.section('animation', 'Animation', page.grid(animations))
+    if over_dds:
+        tables = [part for run in over_dds
+                  for part in ([f'<h3>{escape(run.name)}</h3>'] if len(runs) > 1 else []) + [timing_table(run.series)]]
+        yield page.section('timing', 'Timing', *tables, page.grid(one.html for one in timing))
+    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with(made))
+    yield _charts([*figures, *timing], runs)
+
+
+def _animations(runs: Sequence[Run], folder: Path, step: Step) -> Iterator[str]:
+    """Write an animation of each run that has odometry; yield each as HTML."""
+    for n, run in enumerate(runs, 1):
+        step('Animation')
+        if run.series.time('odom').size > 1:
+            file = folder / (f'animation_{n}.gif' if len(runs) > 1 else 'animation.gif')
+            try:
+                animate(run.series, file)
+            except OSError:
+                raise
+            except Exception as error:  # as for figures
+                yield _not_drawn(run.name, error)
+                continue
+            torques = ', and the largest torques of each moment' if run.series.torque('right').time.size else ''
+            yield page.picture(run.name, f'Robot blue, reference cart grey{torques}.',
+                               page.source(file.read_bytes(), 'image/gif'))
+
+
+def count_steps(runs: Sequence[Run], animation: bool = False) -> int:
+    """Return the number of figures and animations in a report: how often `write_report` calls its step."""
+    timing = len(TIMING_FIGURES) if any(timed(run.series) for run in runs) else 0
+    return len(RUN_FIGURES) + timing + (len(runs) if animation else 0)
+
+
+def write_report(
+    runs: Sequence[Run], folder: Path, step: Step, animation: bool = False, absent: Sequence[str] = (),
+    command_line: str = '',
+) -> Path:
+    """
+    Write a report.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        At least one, at most MOST.
+    folder : Path
+        For `report.html`, the metrics in `report.json`, and the figures as PNG and SVG in `figures`; made if it does
+        not exist.
+    step : callable
+        Called with the title of each figure before it is drawn.
+    animation : bool
+        Whether to animate each run.
+    absent : sequence of str
+        Which runs could not be read, and why.
+    command_line : str
+        Recorded with the report.
+
+    Returns
+    -------
+    Path
+        Of the page.
+    """
+    (folder / 'figures').mkdir(parents=True, exist_ok=True)
+    file = folder / 'report.html'
+    made = {run.name: provenance(command_line, run.parameters) for run in runs}
+    parts = _parts(runs, folder / 'figures', step, animation, absent, made[runs[0].name])
+    styles, scripts = [*replay_styles(), *chart_styles()], [*replay_scripts(), *chart_scripts()]
+    write_atomically(file, page.page(_title(runs), parts, styles, scripts))
+    metrics = {run.name: run.metrics | {'problems': list(run.problems), 'provenance': made[run.name]} for run in runs}
+    write_atomically(folder / 'report.json', json.dumps(metrics, indent=2) + '\n')
+    return file

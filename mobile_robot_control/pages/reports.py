@@ -1,0 +1,157 @@
+"""A report: runs read with progress, and their page and figures."""
+
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.configuration.addressing import read_namespace
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.recording.bag_topics import NAMES
+from mobile_robot_control.runs.reading import load_run
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_files import UnreadableRunError
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.texts import distinct, printable
+
+_TOPIC = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
+
+
+def _read_topic(value: Any) -> tuple[str, str]:
+    """Read NAME:=TOPIC, or a pair of them."""
+    name, separator, topic = value.partition(':=') if isinstance(value, str) else (value[0], ':=', value[1])
+    if not separator:
+        raise ValueError('write NAME:=TOPIC, such as odom:=/base/odom')
+    if name not in NAMES:
+        raise ValueError(f"'{name}' is no topic of the loop; take one of {', '.join(NAMES)}")
+    if not _TOPIC.fullmatch(topic):
+        raise ValueError(f"'{topic}' is no name of a topic; write one such as /base/odom")
+    return name, topic
+
+
+class ReportRequest(NamedTuple):
+    """What a report is asked for; `sources` are the parameters of a run that has none recorded beside it."""
+
+    sources: ParameterSources
+    runs: Annotated[tuple[str, ...], Field('', 'a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN '
+                                           'names it in the report'), Reader(str, 'RUN')]
+    output: Annotated[str, Field('', 'folder for the page and the figures')]
+    namespace: Annotated[str, Field('', 'in which the nodes of a bag ran'), Reader(read_namespace, 'NS')] = '/'
+    topic: Annotated[tuple[tuple[str, str], ...], Field(
+        '', 'the name that a topic of the loop has in a bag, such as odom:=/base/odom; again and again'),
+        Reader(_read_topic, 'NAME:=TOPIC', again=True)] = ()
+    animation: Annotated[bool, Field('', 'write an animation (GIF) of each run too')] = False
+
+
+def topic_names(pairs: Sequence[tuple[str, str]]) -> dict[str, str]:
+    """Return names of topics in a bag by those of the loop; raise ParameterError where one is named twice."""
+    chosen: dict[str, str] = {}
+    for name, topic in pairs:
+        if chosen.get(name, topic) != topic:
+            raise ParameterError([f"--topic '{name}:={topic}': {name} is {chosen[name]} already; name each topic once"])
+        if topic in [other for known, other in chosen.items() if known != name]:
+            raise ParameterError([f"--topic '{name}:={topic}': {topic} is taken already; name each topic once"])
+        chosen[name] = topic
+    return chosen
+
+
+def draw_report(
+    runs: Sequence[Run], output: Path, command_line: str, animation: bool = False, quiet: bool = False,
+    absent: Sequence[str] = (),
+) -> None:
+    """
+    Write a report, with progress.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        At least one.
+    output : Path
+        Folder; made if it does not exist.
+    command_line : str
+        Recorded with the report.
+    animation : bool
+        Whether to write animations.
+    quiet : bool
+        Without a progress bar.
+    absent : sequence of str
+        Which runs could not be read, and why.
+    """
+    # imported late: Matplotlib takes a second, which only drawing should cost
+    from mobile_robot_control.pages.report_writing import count_steps, write_report  # noqa: PLC0415
+
+    with tqdm(total=count_steps(runs, animation), desc='draw', disable=quiet or None, leave=False) as bar:
+        def step(title: str) -> None:
+            bar.set_postfix_str(title)
+            bar.update()
+
+        write_report(runs, output, step, animation, absent, command_line)
+
+
+def refuse_too_many(runs: int) -> None:
+    """Raise ParameterError for more runs than a reader can tell apart."""
+    from mobile_robot_control.pages.report_writing import MOST  # noqa: PLC0415 (late, as above)
+
+    if runs > MOST:
+        raise ParameterError([f'{runs} runs are more than a reader can tell apart; name {MOST} at the most'])
+
+
+def report(
+    named: Sequence[tuple[str, Path]], output: Path, command_line: str, namespace: str = '/',
+    assumed: Configuration | None = None, animation: bool = False, quiet: bool = False,
+    topics: Mapping[str, str] | None = None,
+) -> list[str]:
+    """
+    Read runs and write their report; what is missing is printed to the standard error.
+
+    Parameters
+    ----------
+    named : sequence of (str, Path)
+        Names and places.
+    output : Path
+        Folder; made if it does not exist.
+    command_line : str
+        Recorded with the report.
+    namespace : str
+        In which the nodes of a bag ran.
+    assumed : Configuration or None
+        Parameters of a run that has none recorded beside it.
+    animation : bool
+        Whether to write animations.
+    quiet : bool
+        Without progress bars.
+    topics : mapping of str to str
+        Topics of the loop that have another name in bags.
+
+    Returns
+    -------
+    list of str
+        Which runs could not be read, and why; the page lists them too.
+
+    Raises
+    ------
+    ParameterError
+        If no run can be read at all, or there are too many.
+    """
+    refuse_too_many(len(named))
+    runs, unreadable = [], []
+    for name, (_, path) in zip(distinct([printable(name) for name, _ in named]), named, strict=True):
+        try:
+            run = load_run(name, path, namespace, quiet=quiet, topics=topics)
+        except UnreadableRunError as error:
+            unreadable.append(printable(str(error)))
+            if len(named) > 1:
+                print(f'report: {unreadable[-1]}', file=sys.stderr)
+        else:
+            runs.append(run if run.parameters else run._replace(parameters=assumed))
+            for problem in run.problems:
+                print(f'report: {name}: {printable(problem)}', file=sys.stderr)
+    if not runs:
+        raise ParameterError(unreadable)
+    draw_report(runs, output, command_line, animation, quiet, unreadable)
+    return unreadable

@@ -1,0 +1,44 @@
+"""The columns of each topic of a run, and how its messages are read into them."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from mobile_robot_control.messages.parsing import (
+    read_error,
+    read_odometry,
+    read_torque,
+    read_twist,
+    read_wheel_angles,
+    read_wheel_velocity,
+)
+from mobile_robot_control.topics import LOOP_TOPICS
+
+GROUND_TRUTH, TRUE_ERROR = 'ground_truth', 'true_error'
+COLUMNS = {
+    **{name: topic.columns for name, topic in LOOP_TOPICS.items()},
+    GROUND_TRUTH: LOOP_TOPICS['odom'].columns, TRUE_ERROR: LOOP_TOPICS['tracking_error'].columns,
+}
+"""
+The topics of a run: those of the loop; the true motion, where it is recorded beside odometry that hides it; and the
+true error, where that of `tracking_error` differs from it, which no topic carries.
+"""
+_UNKNOWN = (math.nan, math.nan)
+
+
+def _odometry(message: Any) -> tuple[float, ...]:
+    pose, velocity = read_odometry(message)
+    return (*pose, *velocity)
+
+
+def _joints(message: Any) -> tuple[float, ...]:
+    """Return the columns of joint states; of a base that tells no efforts, they are nan."""
+    efforts = read_torque(message) if len(message.effort) else _UNKNOWN
+    return (*read_wheel_angles(message), *read_wheel_velocity(message), *efforts)
+
+
+READ: dict[str, Callable[[Any], tuple[float, ...]]] = {
+    'joint_states': _joints, 'wheel_torques': read_torque, 'odom': _odometry, 'reference': _odometry,
+    'cmd_vel': read_twist, 'tracking_error': read_error,
+}
+"""Reads a message of each loop topic into its COLUMNS."""

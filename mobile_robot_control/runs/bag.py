@@ -1,0 +1,194 @@
+"""The reader of bags, whole or damaged: memory holds numbers, never messages."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import (
+    RefusedMessageError,
+    read_or_refuse,
+    read_plain_twist,
+    serialised_stamp,
+)
+from mobile_robot_control.recording.bag_files import BagFiles
+from mobile_robot_control.recording.bag_topics import choose_topics, held_topics, missing_topics
+from mobile_robot_control.recording.changes import RESET, Change, read_change
+from mobile_robot_control.recording.columns import GROUND_TRUTH, READ
+from mobile_robot_control.recording.mcap_stream import BagError, Message, ProgressCallback
+from mobile_robot_control.runs.errors import with_errors
+from mobile_robot_control.runs.gaps import describe_gaps
+from mobile_robot_control.runs.messages import Messages
+from mobile_robot_control.runs.receipt import stamped_by_receipt
+from mobile_robot_control.runs.samples import samples_of
+from mobile_robot_control.runs.series import Series, empty_signal
+from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.system.texts import shortened
+from mobile_robot_control.topics import EVENTS, LOOP_TOPICS
+
+_LATEST = 1 << 63
+"""[ns]: times of receipt are kept in 64 bits."""
+_PLAIN_TWIST = 'geometry_msgs/msg/Twist'
+_KINDS = {**{name: (topic.kind,) for name, topic in LOOP_TOPICS.items()},
+          'cmd_vel': (LOOP_TOPICS['cmd_vel'].kind, _PLAIN_TWIST), GROUND_TRUTH: (LOOP_TOPICS['odom'].kind,)}
+"""Types that a topic may have."""
+_EVENTS_KIND = 'diagnostic_msgs/msg/DiagnosticArray'
+
+
+class Recording(NamedTuple):
+    """
+    A run read from a bag.
+
+    Attributes
+    ----------
+    series : Series
+        Its topics, repeats removed by stamp.
+    changes : tuple of Change
+        Events of the run, in the order of the bag.
+    problems : tuple of str
+        What is missing, in words; empty for a complete run.
+    """
+
+    series: Series
+    changes: tuple[Change, ...]
+    problems: tuple[str, ...]
+
+    @property
+    def samples(self) -> list[Sample]:
+        """All samples in order of time; `samples_of` yields the same one by one."""
+        return list(samples_of(with_errors(self.series, exact=False)))
+
+
+class _Reading:
+    """Takes in the messages of a run."""
+
+    def __init__(self) -> None:
+        self._messages = Messages()
+        self._changes: list[Change] = []
+        self._left_out: Counter[str] = Counter()
+        self._frames: dict[str, str] = {}
+        self._found: dict[str, str] = {}
+        self._without_stamp = False
+
+    def take(self, name: str, message: Message) -> None:
+        """Take in one message of a topic; one that cannot be used is counted by its reason."""
+        try:
+            stamp, values = self._read(name, *message[1:])
+        except RefusedMessageError as refusal:
+            # the first of each kind stands for all
+            reason = self._found.setdefault(f'{message.topic}: {refusal.reason}', f'{message.topic}: {refusal}')
+            self._left_out[reason] += 1
+        else:
+            self._messages.add(name, stamp, values, message.received)
+
+    def take_event(self, message: Message) -> None:
+        """Take in one message of a topic with the name of our events, which may be anybody's."""
+        if message.kind == _EVENTS_KIND and isinstance(message.data, bytes):
+            try:
+                change = read_change(message)
+            except BagError as error:
+                self._left_out[str(error)] += 1
+            else:
+                # a recorder that begins anew receives them all again
+                if change not in self._changes:
+                    self._changes.append(change)
+
+    def changes(self) -> tuple[Change, ...]:
+        """Return the events of the last run: each reset begins another one."""
+        last = sum(RESET in change.values for change in self._changes)
+        return tuple(change for change in self._changes if change.run == last)
+
+    def _read(self, name: str, kind: Any, received: Any, data: Any) -> tuple[int, tuple[float, ...]]:
+        """Return stamp and numbers of a message; raise RefusedMessageError where it cannot be used."""
+        if kind not in _KINDS[name]:
+            raise RefusedMessageError(f'is of type {shortened(str(kind), 60)}, not {" or ".join(_KINDS[name])}')
+        if not (isinstance(received, int) and 0 <= received < _LATEST):
+            raise RefusedMessageError('received at no possible time', f'{received} ns')
+        if not isinstance(data, bytes):
+            raise RefusedMessageError('not readable', f'{type(data).__name__} instead of bytes')
+        if kind == _PLAIN_TWIST:
+            self._without_stamp = True
+            return received, read_or_refuse(kind, (partial(deserialise, kind), read_plain_twist), data)
+        stamp = serialised_stamp(data)
+        return stamp, read_or_refuse(kind, (partial(deserialise, kind), partial(self._numbers, name)), data)
+
+    def _numbers(self, name: str, message: Any) -> tuple[float, ...]:
+        """Return the columns of a message, and note the frame of its topic."""
+        self._frames.setdefault(name, message.header.frame_id)
+        return READ['odom' if name == GROUND_TRUTH else name](message)
+
+    def run(self) -> tuple[Series, list[str]]:
+        """Return what was taken in, and what could not be used, in words."""
+        signals, earlier_runs, disordered = self._messages.last_run()
+        if self._without_stamp:
+            signals['cmd_vel'] = stamped_by_receipt(signals['cmd_vel'], signals['odom'])
+        if GROUND_TRUTH in self._in_other_frames():
+            signals[GROUND_TRUTH] = empty_signal(GROUND_TRUTH)
+        return Series(signals), [*self._problems(earlier_runs, disordered)]
+
+    def _problems(self, earlier_runs: int, disordered: int) -> Iterator[str]:
+        """Yield what could not be used, in words."""
+        for reason, count in self._left_out.items():
+            yield f'{count} messages left out: {reason}'
+        if disordered:
+            yield f'{disordered} messages came after a later stamp of their topic'
+        if earlier_runs:
+            yield f'{earlier_runs} earlier runs left out; the last one is taken'
+        for name in self._in_other_frames():
+            yield (f"{name} is in the frame '{shortened(self._frames[name], 60)}', odom in "
+                   f"'{shortened(self._frames['odom'], 60)}': "
+                   + ('it is left out' if name == GROUND_TRUTH else 'errors between them mean nothing'))
+
+    def _in_other_frames(self) -> list[str]:
+        """Return the topics whose poses are in another frame than those of odometry."""
+        odom = self._frames.get('odom', '')
+        return [name for name in ('reference', GROUND_TRUTH) if odom and self._frames.get(name, '') not in ('', odom)]
+
+
+def read_bag(
+    path: Path, namespace: str = '/', progress: ProgressCallback = lambda *_: None,
+    topics: Mapping[str, str] | None = None, partly: bool = False,
+) -> Recording:
+    """
+    Read a run from a bag.
+
+    Parameters
+    ----------
+    path : Path
+        The bag's folder, or one file of it; nothing is changed.
+    namespace : str
+        In which the nodes ran.
+    progress : callable
+        Told how far the reading is.
+    topics : mapping of str to str
+        Topics of the loop, or `ground_truth`, that have another name in the bag; where the bag has none of that name,
+        the usual one is taken and reported.
+    partly : bool
+        Whether only a part of the run was to be recorded: time then begins with that part.
+
+    Returns
+    -------
+    Recording
+        The last run that was recorded, and what is missing. A bag that breaks off is read up to there.
+
+    Raises
+    ------
+    BagError
+        If it is not a bag that can be read.
+    """
+    names, problems = choose_topics(namespace, topics or {}, held_topics(path) if topics else set())
+    bag, reading = BagFiles(path, progress), _Reading()
+    events = f'{namespace.rstrip("/")}/{EVENTS}'
+    for message in bag.messages({*names, events}.__contains__):
+        if message.topic in names:
+            reading.take(names[message.topic], message)
+        else:
+            reading.take_event(message)
+    series, faults = reading.run()
+    if partly:
+        series = series.begun_when_recorded()
+    silent = [topic for topic in series.signals if not series.has(topic)]
+    return Recording(series, reading.changes(), (*problems, *bag.problems, *faults, *missing_topics(names, silent,
+                              bag.topics), *describe_gaps(series)))

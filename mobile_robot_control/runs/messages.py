@@ -1,0 +1,124 @@
+"""The reader of messages: what was recorded, in whatever order, becomes the topics of the last run."""
+
+from array import array
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.recording.columns import COLUMNS
+from mobile_robot_control.runs.series import Signal, Stamps, empty_signal
+
+_SURE = 50
+"""So many stamps after a fall, behind as many before it, are a new run whose start was missed."""
+
+
+class LastRun(NamedTuple):
+    """
+    The last run among messages.
+
+    Attributes
+    ----------
+    signals : dict of str to Signal
+        By topic; empty for one that was silent in it.
+    earlier_runs : int
+        Runs left out because another began after them.
+    disordered : int
+        Messages that came after a later stamp of their topic; they are put in order.
+
+    """
+
+    signals: dict[str, Signal]
+    earlier_runs: int
+    disordered: int
+
+
+class Messages:
+    """The messages of the loop's topics, in the order in which they come."""
+
+    def __init__(self) -> None:
+        self._columns = {topic: (array('q'), array('q'), array('d')) for topic in COLUMNS}
+
+    def add(self, topic: str, stamp: int, values: Iterable[float], received: int | None = None) -> None:
+        """
+        Take in one message; the repeat of the one before it is dropped.
+
+        Parameters
+        ----------
+        topic : str
+            Of COLUMNS.
+        stamp : int
+            [ns].
+        values : iterable of float
+            The topic's columns.
+        received : int or None
+            Wall time [ns].
+        """
+        stamps, times, numbers = self._columns[topic]
+        if not stamps or stamp != stamps[-1]:
+            stamps.append(stamp)
+            numbers.extend(values)
+            if received is not None:
+                times.append(received)
+
+    def last_run(self) -> LastRun:
+        """Return the last run that they contain."""
+        return last_run({topic: Signal(np.array(stamps, np.int64), np.array(times, np.int64),
+                                       np.array(numbers, float).reshape(-1, len(COLUMNS[topic])))
+                         for topic, (stamps, times, numbers) in self._columns.items()})
+
+
+class _Part(NamedTuple):
+    """The last run of one topic: where it begins, which it is, where its stamps fell last, and how often."""
+
+    begin: int
+    starts: int
+    fell: int | None
+    disordered: int
+
+
+def _last_part(stamps: Stamps) -> _Part:
+    """Find where the last run of a topic begins: at stamp 0 after any other, or where stamps fell and stayed below."""
+    found = _Part(0, 0, None, 0)
+    falls = (np.flatnonzero(np.diff(stamps) < 0) + 1).tolist()
+    for fall, following in zip(falls, [*falls[1:], stamps.size], strict=False):
+        # where a bag lacks the start of a later run: its stamps fell, and stay below the former ones
+        missed = (fall - found.begin >= _SURE and following - fall >= _SURE
+                  and stamps[fall + _SURE - 1] < stamps[fall - _SURE:fall].min())
+        found = (_Part(fall, found.starts + 1, None, found.disordered) if stamps[fall] == 0 or missed
+                 else found._replace(fell=fall, disordered=found.disordered + 1))
+    return found
+
+
+def last_run(received: Mapping[str, Signal]) -> LastRun:
+    """
+    Return the last run among messages.
+
+    Parameters
+    ----------
+    received : mapping of str to Signal
+        Topics of COLUMNS, their messages in the order in which they came, without repeats in a row.
+
+    """
+    parts = {topic: _last_part(signal.stamps) for topic, signal in received.items()}
+    newest = max(parts[topic].starts for topic in ('joint_states', 'odom'))
+    begun = [received[topic].received[part.begin] for topic, part in parts.items()
+             if part.starts == newest and received[topic].received.size]
+    signals = {}
+    for topic, signal in received.items():
+        begin, starts, fell, _ = parts[topic]
+        if starts < newest:
+            # each topic begins anew by itself. The recorder missed this one's stamp 0: the run is what came since the
+            # stamps last fell; or it was not recorded before: then its messages still come when the last run has begun
+            goes_on = signal.received.size and begun and signal.received[-1] > max(begun)
+            begin = fell if fell is not None else begin if goes_on else signal.stamps.size
+        signals[topic] = _in_order(signal.part(begin, signal.stamps.size))
+    return LastRun(signals, newest, sum(part.disordered for part in parts.values()))
+
+
+def _in_order(signal: Signal) -> Signal:
+    """Sort by stamp where necessary; of several messages with one stamp the first stays."""
+    if (np.diff(signal.stamps) > 0).all():
+        return signal
+    stamps, order = np.unique(signal.stamps, return_index=True)
+    return Signal(stamps, signal.received[order] if signal.received.size else signal.received, signal.values[order])

@@ -1,0 +1,253 @@
+"""A run: topics, arrays on one time base, metrics and parameters, whether it was simulated or read."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.runs.between_ticks import moving_at
+from mobile_robot_control.runs.gaps import Gap, find_gaps
+from mobile_robot_control.runs.joining import Joined, join
+from mobile_robot_control.runs.series import Series
+from mobile_robot_control.system.texts import printable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mobile_robot_control.configuration.sources import File
+
+_POSE, _VELOCITY, _WHEELS = ('x', 'y', 'heading'), ('linear', 'angular'), ('right', 'left')
+_ERROR = ('longitudinal', 'lateral', 'heading')
+COLUMNS: dict[str, tuple[str, ...]] = {
+    'pose': _POSE, 'velocity': _VELOCITY, 'reference': _POSE, 'reference_velocity': _VELOCITY, 'tracking_error': _ERROR,
+    'cmd_vel': _VELOCITY, 'wheel_velocity': _WHEELS, 'wheel_torque': _WHEELS, 'odometry': _POSE,
+    'measured_error': _ERROR,
+}
+"""The columns of each array of a `Run`, in their order."""
+
+
+class Event(NamedTuple):
+    """
+    Changes of a run that a node applied together.
+
+    Attributes
+    ----------
+    time : float
+        The first one that is affected [s].
+    node : str
+        That applied them.
+    values : dict of str to object
+        By parameter, or `disturbance`.
+
+    """
+
+    time: float
+    node: str
+    values: dict[str, Any]
+
+
+class _Contents(NamedTuple):
+    """What a run consists of; see `Run`."""
+
+    name: str
+    series: Series
+    problems: tuple[str, ...]
+    metrics: dict[str, Any]
+    parameters: Configuration | None
+    provenance: dict[str, Any] = {}  # noqa: RUF012 (never changed)
+    events: tuple[Event, ...] = ()
+
+
+class Run(_Contents):
+    """
+    A run of the closed loop: its topics, arrays on one time base, metrics and parameters.
+
+    The arrays have a row for each step of the velocity loop, with the values of its time. Between position ticks poses,
+    velocities and `tracking_error` are interpolated, poses by cubics; commands and what odometry showed are held, as on
+    the topics. What is not known, such as the torques of a base that takes velocity commands, is nan. They are made
+    when they are first asked for.
+
+    Attributes
+    ----------
+    name : str
+        For legends and tables.
+    series : Series
+        Its topics, each with its own stamps.
+    problems : tuple of str
+        Sentences about what is missing, or why the run did not reach its end.
+    metrics : dict of str to object
+        As `simulate --json` prints them; only what could be measured.
+    parameters : Configuration or None
+        Of the run; None where they were not recorded.
+    provenance : dict of str to object
+        Call, versions and parameters that it was made with; of a run that was read, as it was recorded; {} where
+        nothing is known.
+    events : tuple of Event
+        What changed it while it ran; only a bag tells.
+
+    """
+
+    @cached_property
+    def _joined(self) -> Joined:
+        return join(self.series)
+
+    @cached_property
+    def _moving(self) -> dict[str, Floats]:
+        return moving_at(self._joined)
+
+    def _held(self, topic: str, columns: slice) -> Floats:
+        return self._joined.values(topic)[:, columns]
+
+    @property
+    def gaps(self) -> dict[str, list[Gap]]:
+        """Silences of each topic that is not complete, by its name."""
+        found = {topic: find_gaps(signal.stamps, self.series.origin) for topic, signal in self.series.signals.items()}
+        return {topic: gaps for topic, gaps in found.items() if gaps}
+
+    @property
+    def time(self) -> Floats:
+        """Times of the rows, from the start of the reference, shape (n,) [s]."""
+        return self._joined.time
+
+    @property
+    def pose(self) -> Floats:
+        """x, y [m] and heading in (-π, π] [rad] of the robot, shape (n, 3); true if known beside odometry."""
+        return self._moving['pose']
+
+    @property
+    def velocity(self) -> Floats:
+        """v [m/s] and ω [rad/s] of the robot, shape (n, 2); true as `pose` is."""
+        return self._moving['velocity']
+
+    @property
+    def reference(self) -> Floats:
+        """x, y [m] and heading [rad] of the reference cart, shape (n, 3)."""
+        return self._moving['reference']
+
+    @property
+    def reference_velocity(self) -> Floats:
+        """v_r [m/s] and ω_r [rad/s] of the cart, shape (n, 2)."""
+        return self._moving['reference_velocity']
+
+    @property
+    def tracking_error(self) -> Floats:
+        """e1 ahead, e2 to the left [m] and e3 [rad], Eq. (23), of `pose`, shape (n, 3)."""
+        return self._moving['tracking_error']
+
+    @cached_property
+    def cmd_vel(self) -> Floats:
+        """v [m/s] and ω [rad/s] that the position law commands, shape (n, 2)."""
+        return self._held('cmd_vel', slice(0, 2))
+
+    @cached_property
+    def wheel_velocity(self) -> Floats:
+        """Of the right and of the left wheel, as measured, shape (n, 2) [rad/s]."""
+        return self._held('joint_states', slice(2, 4))
+
+    @cached_property
+    def wheel_torque(self) -> Floats:
+        """Applied to the right and to the left wheel over the step that ends at `time`, shape (n, 2) [N m]."""
+        return self._held('joint_states', slice(4, 6))
+
+    @cached_property
+    def odometry(self) -> Floats:
+        """The pose that the position controller received, shape (n, 3) [m], [rad]."""
+        return self._held('odom', slice(0, 3))
+
+    @cached_property
+    def measured_error(self) -> Floats:
+        """The error that the position law took, that of `odometry`, shape (n, 3) [m], [rad]."""
+        return self._held('tracking_error', slice(0, 3))
+
+    def __repr__(self) -> str:
+        last = f', to t = {self.time[-1]:g} s' if self.time.size else ''
+        rms = self.metrics.get('rms_position_error')
+        error = '' if rms is None else f', RMS position error {rms:.4g} m'
+        outcome = printable(str(self.metrics.get('outcome', 'not measured')))
+        return f'<Run {printable(self.name)}: {self.time.size} samples{last}, {outcome}{error}>'
+
+    def plot(self, figure: str = 'path', *others: 'Run') -> 'Figure':
+        """
+        Draw a figure of a report: of this run, or of several overlaid.
+
+        Parameters
+        ----------
+        figure : str
+            'path', 'position', 'heading', 'errors', 'distance', 'velocity', 'torque', 'power' or 'energy'.
+        *others : Run
+            Drawn over this one; up to five.
+
+        Returns
+        -------
+        Figure
+            Of Matplotlib; notebooks show it, and `savefig` writes it.
+
+        Raises
+        ------
+        ParameterError
+            If there is no figure of this name, nothing to draw in it, or too many runs.
+
+        """
+        # imported late: Matplotlib takes a second
+        from mobile_robot_control.runs.plotting import plot  # noqa: PLC0415
+
+        return plot(figure, [self, *others])
+
+    def columns(self) -> dict[str, Floats]:
+        """Return time and every column of the arrays, each of shape (n,), by names such as 'pose.x'."""
+        return {'time': self.time, **{
+            f'{name}.{column}': getattr(self, name)[:, n]
+            for name, columns in COLUMNS.items() for n, column in enumerate(columns)
+        }}
+
+    def save(self, file: 'File') -> None:
+        """
+        Write the table of the command `simulate`, which `load` and `report` take.
+
+        Numbers are written to the last bit. The parameters and the metrics go beside it, in FILE.parameters.yaml and
+        FILE.metrics.json. Files that are there are replaced.
+
+        Parameters
+        ----------
+        file : path
+            Ends in .csv.
+
+        Raises
+        ------
+        ParameterError
+            If it has another ending.
+        OSError
+            If it cannot be written.
+
+        """
+        # imported late: it takes a run itself
+        from mobile_robot_control.runs.saving import save_run  # noqa: PLC0415
+
+        save_run(self, file)
+
+    def to_dataframe(self) -> Any:
+        """
+        Return all arrays as a table of pandas: time [s] is its index, `columns` are its columns.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+        """
+        columns = self.columns()
+        time = columns.pop('time')
+        table = as_dataframe(columns)
+        table.index = time
+        table.index.name = 'time'
+        return table
+
+
+def as_dataframe(columns: dict[str, Any]) -> Any:
+    """Return a table of pandas; raise ModuleNotFoundError where that is not installed."""
+    try:
+        import pandas  # type: ignore[import-not-found,import-untyped,unused-ignore]  # noqa: PLC0415
+    except ImportError as error:
+        raise ModuleNotFoundError('to_dataframe needs pandas, which is not installed; install it with '
+                                  "'pip install pandas', or take columns(), which has the same arrays",
+                                  name='pandas') from error
+    return pandas.DataFrame(columns)

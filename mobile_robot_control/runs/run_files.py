@@ -1,0 +1,78 @@
+"""The files of a run, found from any path that names it."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from mobile_robot_control.system.files import METRICS, parse_json, read_bounded
+from mobile_robot_control.system.texts import shortened
+
+_BAGS = ('.mcap', '.db3')
+"""Endings of the files in a bag."""
+
+
+class UnreadableRunError(ValueError):
+    """Raised for a path that is no readable run; the message states what it is and what to name instead."""
+
+
+def locate(path: Path) -> Path:
+    """
+    Return the CSV file, the bag's folder, or the file of a bag without metadata that a path names.
+
+    The path is one of these, a file in a bag's folder, or the folder of an experiment; UnreadableRunError is raised
+    otherwise.
+    """
+    # os.path takes whatever the system refuses for a path that does not exist
+    if not os.path.exists(path):
+        raise UnreadableRunError(f'{path}: does not exist; name a bag, a folder of `experiment` or a CSV of `simulate`')
+    if path.is_dir():
+        for folder in (path, path / 'bag'):
+            if any((folder / 'metadata.yaml').is_file() or any(folder.glob(f'*{ending}')) for ending in _BAGS):
+                return folder
+        raise UnreadableRunError(f'{path}: is a folder without a bag (no metadata.yaml, .mcap or .db3 in it); '
+                                 'name the folder that `experiment` or `ros2 bag record` wrote')
+    if path.name == 'metadata.yaml' or (path.suffix in _BAGS and (path.parent / 'metadata.yaml').is_file()):
+        return path.parent
+    return path
+
+
+def companion(run: Path, ending: str) -> Path | None:
+    """Return a file beside a run: DIR/parameters.yaml beside DIR/bag, FILE.parameters.yaml beside FILE.csv."""
+    file = run.parent / ending if run.is_dir() else run.with_suffix(f'.{ending}')
+    return file if file.is_file() else None
+
+
+def is_bag(run: Path) -> bool:
+    """Return whether what `locate` returned is a bag, or a file of one, rather than a table."""
+    return run.is_dir() or run.suffix in _BAGS
+
+
+def beside_a_run(file: Path | None) -> tuple[str | None, dict[str, Any]]:
+    """Read the outcome and the provenance from a file of metrics; None and {} where they are not in it."""
+    try:
+        content = parse_json(read_bounded(file, METRICS)) if file else {}
+    except (OSError, ValueError):
+        content = {}
+    found = content if isinstance(content, dict) else {}
+    outcome, made = found.get('outcome'), found.get('provenance')
+    return shortened(outcome, 40) if isinstance(outcome, str) else None, made if isinstance(made, dict) else {}
+
+
+def name_of(text: str) -> tuple[str, Path]:
+    """
+    Read RUN or NAME=RUN; return the run's name and its path.
+
+    Examples
+    --------
+    >>> name_of('runs/fuzzy/bag')[0], name_of('best=a.csv')[0]
+    ('fuzzy', 'best')
+    """
+    name, separator, place = text.partition('=')
+    # os.path refuses no path, such as a link to itself
+    if name and separator and not os.path.exists(text):
+        return name, Path(place)
+    path = Path(text)
+    folder = Path(os.path.realpath(text))
+    if folder.name == 'bag':
+        folder = folder.parent
+    return (folder.stem if os.path.isfile(text) else folder.name) or text, path

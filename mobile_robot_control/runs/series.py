@@ -1,0 +1,197 @@
+"""The topics of a run over its time: whatever the run was read from, each topic as columns with stamps of its own."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_robot_control.figures.lines import Floats, Line
+from mobile_robot_control.recording.columns import COLUMNS, GROUND_TRUTH, TRUE_ERROR
+from mobile_robot_control.topics import POSITION_TOPICS
+
+Stamps = NDArray[np.int64]
+_NOTHING = Line(np.zeros(0), np.zeros(0))
+_WALL = 10**15
+"""[ns]: eleven days; later stamps are those of a wall clock, not of a run."""
+
+
+class Signal(NamedTuple):
+    """
+    One topic of a run, repeats removed.
+
+    Attributes
+    ----------
+    stamps : array of int, shape (n,)
+        Ascending [ns].
+    received : array of int, shape (n,) or (0,)
+        Wall time of the first receipt [ns]; empty if the run was not recorded over DDS.
+    values : array of float, shape (n, k)
+        The columns of the topic.
+
+    """
+
+    stamps: Stamps
+    received: Stamps
+    values: Floats
+
+    def part(self, begin: int, end: int) -> 'Signal':
+        """Return the messages from the n-th up to, and without, another one."""
+        return Signal(self.stamps[begin:end], self.received[begin:end], self.values[begin:end])
+
+
+def empty_signal(topic: str) -> Signal:
+    """Return a topic of COLUMNS without messages."""
+    return Signal(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, len(COLUMNS[topic]))))
+
+
+class Series:
+    """
+    The topics of a run over its time.
+
+    Parameters
+    ----------
+    signals : mapping of str to Signal
+        By topic; one that is left out has no messages.
+
+    Attributes
+    ----------
+    signals : dict of str to Signal
+        By topic, all of COLUMNS.
+    is_lockstep : bool
+        Whether the stamps are those of simulated time, which all nodes share, and not of clocks of their own.
+    origin : int
+        Stamp of t = 0 [ns]: 0 in lockstep; elsewhere the first stamp of `reference`, when the curve begins.
+    """
+
+    def __init__(self, signals: Mapping[str, Signal]) -> None:
+        self.signals = {topic: signals[topic] if topic in signals else empty_signal(topic) for topic in COLUMNS}
+        first = {topic: int(signal.stamps[0]) for topic, signal in self.signals.items() if signal.stamps.size}
+        begun = first.get('reference', min(first.values(), default=0))
+        odom, reference = (np.unique(self.signals[topic].stamps) for topic in ('odom', 'reference'))
+        self.is_lockstep = begun <= _WALL and (not odom.size or not reference.size or 2 * np.intersect1d(
+            odom, reference, assume_unique=True).size > max(odom.size, reference.size))
+        self.origin = 0 if self.is_lockstep else begun
+
+    def has(self, topic: str) -> bool:
+        """Return whether a topic has messages."""
+        return bool(self.signals[topic].stamps.size)
+
+    def line(self, topic: str, column: str) -> Line:
+        """Return a column of a topic, both of COLUMNS; empty for a topic without messages."""
+        return Line(self.time(topic), self.signals[topic].values[:, COLUMNS[topic].index(column)])
+
+    def time(self, topic: str) -> Floats:
+        """Return the times of a topic's messages [s], shape (n,)."""
+        times: Floats = (self.signals[topic].stamps - self.origin) / 1e9
+        return times
+
+    def span(self) -> tuple[float, float]:
+        """Return the first and the last time of any message [s]."""
+        times = [self.time(topic) for topic in self.signals if self.has(topic)]
+        return min(float(time[0]) for time in times), max(float(time[-1]) for time in times)
+
+    def until(self, end: float) -> 'Series':
+        """Return the messages up to a time [s], with the same origin if that is among them."""
+        return Series({topic: signal.part(0, int(np.searchsorted(self.time(topic), end, side='right')))
+                       for topic, signal in self.signals.items()})
+
+    def begun_when_recorded(self) -> 'Series':
+        """
+        Return a run of which only a part was recorded, with time from the beginning of that part.
+
+        It begins at the first stamp that all topics of the slow loop share, and ends at the last one where no other
+        topic lasts three periods longer; a run on the wall clock begins with its first reference anyway.
+        """
+        slow = [self.signals[topic].stamps for topic in POSITION_TOPICS if self.has(topic)]
+        if not slow or not self.is_lockstep:
+            return self
+        first, last = max(stamps[0] for stamps in slow), min(stamps[-1] for stamps in slow)
+        longest = max(signal.stamps[-1] for signal in self.signals.values() if signal.stamps.size)
+        if slow[0].size > 1 and longest - last > 3 * (slow[0][1] - slow[0][0]):
+            last = longest
+        parts = {topic: signal.part(int(np.searchsorted(signal.stamps, first)),
+                                    int(np.searchsorted(signal.stamps, last, side='right')))
+                 for topic, signal in self.signals.items()}
+        return Series({topic: part._replace(stamps=part.stamps - first) for topic, part in parts.items()})
+
+    @property
+    def motion(self) -> str:
+        """The topic with the poses of the robot: the true ones where they are known beside those of odometry."""
+        return GROUND_TRUTH if self.has(GROUND_TRUTH) else 'odom'
+
+    @property
+    def hides_truth(self) -> bool:
+        """Whether the truth is known beside what odometry shows."""
+        return self.has(TRUE_ERROR)
+
+    @property
+    def has_torques(self) -> bool:
+        """Whether it is known which torques were applied: the efforts of `joint_states`."""
+        return not bool(np.isnan(self.signals['joint_states'].values[:, -2]).all())
+
+    @property
+    def clock(self) -> str:
+        """The topic that sets the time base: the faster one of `joint_states` and `tracking_error`."""
+        fast, slow = (period(self.signals[topic].stamps) for topic in ('joint_states', 'tracking_error'))
+        comes = self.has('joint_states') and (fast <= slow or self.signals['tracking_error'].stamps.size < 2)
+        return 'joint_states' if comes else 'tracking_error'
+
+    def error(self, column: str) -> Line:
+        """Return a column of the tracking error: of the true one where it is known beside the measured one."""
+        return self.line(TRUE_ERROR if self.hides_truth else 'tracking_error', column)
+
+    def measured_error(self, column: str) -> Line:
+        """Return a column of the tracking error that the controller saw; empty where it is all that there is."""
+        return self.line('tracking_error', column) if self.hides_truth else _NOTHING
+
+    def headings(self) -> tuple[Line, Line]:
+        """Return the headings of robot and cart [rad] without jumps at ±π, and without whole turns between them."""
+        robot, cart = (_unwrapped(self.line(topic, 'heading')) for topic in ('odom', 'reference'))
+        if robot.value.size and cart.value.size:
+            apart = np.interp(robot.time, cart.time, cart.value) - robot.value
+            turns = round(float(np.median(apart)) / (2.0 * np.pi))
+            robot = Line(robot.time, robot.value + 2.0 * np.pi * turns)
+        return robot, cart
+
+    def power(self, wheel: str) -> Line:
+        """Return the power of the 'right' or 'left' motor [W]: torque over a step, wheel velocity at its start."""
+        torque, speed = self.torque(wheel), self.line('joint_states', f'{wheel}_velocity')
+        return Line(torque.time, torque.value * speed.value[:torque.value.size])
+
+    def torque(self, wheel: str) -> Line:
+        """
+        Return the torque of the 'right' or 'left' wheel over each step [N m], at the step's start; empty if not known.
+
+        The effort of a `joint_states` message was applied over the step that ended at its stamp.
+        """
+        effort = self.line('joint_states', f'{wheel}_effort')
+        return _NOTHING if np.isnan(effort.value).all() else Line(effort.time[:-1], effort.value[1:])
+
+    def energy(self) -> Line:
+        """Return the integral of the positive power of both wheels [J]."""
+        right, left = self.power('right'), self.power('left')
+        if not right.time.size:
+            return _NOTHING
+        time = self.time('joint_states')
+        steps = np.diff(time)
+        drawn = (np.maximum(right.value, 0.0) + np.maximum(left.value, 0.0)) * steps
+        return Line(time, np.concatenate([np.zeros(1), np.cumsum(np.nan_to_num(drawn))]))
+
+
+def _unwrapped(line: Line) -> Line:
+    return Line(line.time, np.unwrap(line.value))
+
+
+def period(stamps: Stamps) -> int:
+    """
+    Return the usual distance between ascending stamps [ns]; 0 for fewer than two.
+
+    It is the commonest distance if the stamps lie on a grid, and otherwise their median.
+    """
+    distances = np.diff(stamps)
+    if not distances.size:
+        return 0
+    found, times = np.unique(distances, return_counts=True)
+    common = times.argmax()
+    return int(found[common] if times[common] > distances.size // 2 else np.sort(distances)[distances.size // 2])

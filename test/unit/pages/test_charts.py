@@ -1,0 +1,236 @@
+"""The charts of a report in a real browser: values under the pointer, one range, one cursor, switches, the slider."""
+
+import pytest
+from measuring import configuration
+from processes import wait_until
+
+from mobile_robot_control.pages import report_writing
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_figures import RUN_FIGURES
+from mobile_robot_control.runs.samples import collect
+from mobile_robot_control.simulation.rollout import rollout
+
+PHONE, DESKTOP = 360, 1280
+DURATION = 4.0
+CHARTS = 'document.querySelectorAll(".chart .uplot").length'
+# at a time on the charts, values as the legend of each chart has them
+LEGEND = '[...document.querySelectorAll("#FIGURE .legend .value")].map(value => value.textContent)'
+# colours in the middle of a chart's canvas
+INKED = '''(() => { const canvas = document.querySelector("#FIGURE canvas"), pen = canvas.getContext("2d");
+  const found = new Set(), data = pen.getImageData(0, 0, canvas.width, canvas.height).data;
+  for (let n = 0; n < data.length; n += 4) if (data[n + 3] === 255) found.add([...data.slice(n, n + 3)].join());
+  return [...found]; })()'''
+SMALL = '''[...document.querySelectorAll(".charts *, .chart-bar *, .contents *")].filter(
+  element => element.textContent.trim() && parseFloat(getComputedStyle(element).fontSize) < 12).length'''
+WIDE = '''[...document.querySelectorAll("body *")].filter(element => !element.closest(".scroll, pre") &&
+  element.getClientRects().length && element.getBoundingClientRect().right > innerWidth + 1).map(one => one.tagName)'''
+BLUE, ORANGE = '0,114,178', '213,94,0'
+
+
+def of(expression, figure):
+    """An expression for one figure."""
+    return expression.replace('FIGURE', figure)
+
+
+@pytest.fixture(scope='module', autouse=True)
+def still():
+    """Write no pictures: these tests look at charts."""
+    with pytest.MonkeyPatch.context() as patch:
+        picture = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
+        patch.setattr(report_writing, 'draw_and_save', lambda *_: picture)
+        yield
+
+
+def write(folder, *names, start=(1.1, 0.0, 1.2), limit=0.5):
+    laws = ('backstepping', 'fuzzy')
+    runs = []
+    for name, law in zip(names, laws, strict=False):
+        parameters = configuration(position_controller={'controller_type': law},
+                                   plant={'initial_pose': list(start), 'max_wheel_torque': limit})
+        runs.append(Run(name, collect(rollout(parameters, DURATION)), (), {'duration': DURATION}, parameters))
+    return report_writing.write_report(runs, folder, lambda _: None)
+
+
+@pytest.fixture(scope='module')
+def pair(tmp_path_factory):
+    return write(tmp_path_factory.mktemp('pair'), '<b>first</b>', 'a_second_run_with_a_name_of_some_length')
+
+
+@pytest.fixture(scope='module')
+def single(tmp_path_factory):
+    return write(tmp_path_factory.mktemp('single'), 'single', start=(1.0, 0.0, 1.57), limit=2.0)
+
+
+@pytest.fixture
+def charts(browser, pair):
+    browser.show(pair, DESKTOP)
+    return browser
+
+
+def drag(browser, figure, fractions, kind='mouseMoved'):
+    """Move the pointer over the first chart of a figure, to fractions of its width; pressed between the first two."""
+    browser.evaluate(f'document.querySelector("#{figure} .u-over").scrollIntoView({{block: "center"}})')
+    box = browser.evaluate(f'(() => {{ const box = document.querySelector("#{figure} .u-over").getBoundingClientRect();'
+                           'return [box.left, box.top, box.width, box.height]; })()')
+    left, top, width, height = box
+    points = [(left + fraction * width, top + 0.5 * height) for fraction in fractions]
+    for n, (x, y) in enumerate(points):
+        browser.call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y,
+                     **({'button': 'left', 'buttons': 1} if n else {}))
+        if n == 0 and len(points) > 1:
+            browser.call('Input.dispatchMouseEvent', type='mousePressed', x=x, y=y, button='left', clickCount=1)
+    if len(points) > 1:
+        browser.call('Input.dispatchMouseEvent', type='mouseReleased', x=points[-1][0], y=points[-1][1], button='left',
+                     clickCount=1)
+
+
+def ranges(browser):
+    """The ranges that the charts show, each once."""
+    return browser.evaluate('[...new Set([mrc.charts.range.join()])][0].split(",").map(Number)')
+
+
+def test_every_panel_is_a_chart_without_an_error_or_a_request(charts, pair):
+    assert charts.evaluate(CHARTS) == sum(len(figure.panels) for figure in RUN_FIGURES)
+    assert charts.errors() == []
+    assert charts.requests() == [pair.as_uri()]
+    # the name of a run is a text
+    assert '<b>first</b>' in charts.evaluate('document.querySelector(".chart-bar .switch .name").textContent')
+    assert charts.evaluate('document.querySelectorAll(".charts b, .chart-bar b").length') == 0
+
+
+def test_the_pointer_shows_values_with_units_at_its_time_in_all_charts(charts):
+    drag(charts, 'distance', [0.5])
+    wait_until(lambda: charts.evaluate('mrc.charts.hover') is not None, 30.0, 0.02)
+    assert charts.evaluate('mrc.charts.hover') == pytest.approx(0.5 * DURATION, abs=0.05)
+    expected = charts.evaluate('''mrc.charts.data.charts.find(chart => chart.figure === "distance").lines.filter(
+      line => line.kind === "value").map(line => { const [times, values] = [line.time, line.value].map(
+      place => mrc.charts.data.columns[place]); return values[mrc.nearest(times, mrc.charts.hover)]; })''')
+    shown = charts.evaluate(of(LEGEND, 'distance'))
+    assert [text.split()[1] for text in shown] == ['cm', 'cm']
+    assert [float(text.split()[0]) for text in shown] == pytest.approx(expected, rel=1e-3)
+    assert charts.evaluate('document.querySelector(".chart-bar .time").textContent').startswith('t = 2.0')
+    # the crosshair of a neighbour is at the same time; away from the charts they show the time of the page
+    assert charts.evaluate('parseFloat(document.querySelector("#heading .u-cursor-x").style.transform.slice(10))') > 100
+    charts.call('Input.dispatchMouseEvent', type='mouseMoved', x=2, y=2)
+    wait_until(lambda: charts.evaluate('mrc.charts.hover') is None, 30.0, 0.02)
+    assert charts.evaluate('document.querySelector(".chart-bar .time").textContent') == 't = 0.00 s'
+
+
+def test_a_click_sets_the_clock_and_the_clock_moves_the_cursor_of_every_chart(charts):
+    drag(charts, 'errors', [0.25, 0.25])
+    assert charts.evaluate('mrc.clock.time') == pytest.approx(0.25 * DURATION, abs=0.05)
+    places = '''[...document.querySelectorAll(".now")].map(mark => parseFloat(mark.style.transform.slice(11))
+      / mark.parentElement.clientWidth)'''
+    charts.evaluate('mrc.clock.set(3)')
+    charts.evaluate('document.querySelector("#errors").scrollIntoView()')
+    there = f'{places}.filter(place => Math.abs(place - 0.75) < 0.01).length'
+    wait_until(lambda: charts.evaluate(there) > 3, 30.0, 0.02)
+
+
+def test_playing_moves_the_cursor(charts):
+    charts.evaluate('document.querySelector("#errors").scrollIntoView()')
+    charts.evaluate('mrc.charts.hover = null')
+    charts.evaluate('mrc.clock.play()')
+    wait_until(lambda: charts.evaluate('mrc.clock.time') > 0.1, 20.0, 0.02)
+    charts.evaluate('mrc.clock.pause()')
+    mark = 'parseFloat(document.querySelector("#errors .now").style.transform.slice(11))'
+    assert charts.evaluate(mark) > 2.0
+
+
+def test_dragging_zooms_every_chart_and_a_double_click_shows_the_whole_run(charts):
+    drag(charts, 'errors', [0.25, 0.4, 0.5])
+    wait_until(lambda: charts.evaluate('mrc.charts.zoomed'), 30.0, 0.02)
+    assert ranges(charts) == pytest.approx([0.25 * DURATION, 0.5 * DURATION], abs=0.05)
+    # a drag is no click
+    assert charts.evaluate('mrc.clock.time') == 0.0
+    charts.evaluate('''document.querySelector("#velocity .u-over").dispatchEvent(
+      new MouseEvent("dblclick", {bubbles: true}))''')
+    assert ranges(charts) == [0.0, DURATION]
+    # and by keyboard
+    plus, whole = (f'[...document.querySelectorAll(".chart-bar button")].find(one => one.textContent === "{name}")'
+                   for name in ('+', 'whole run'))
+    charts.evaluate(f'{plus}.focus()')
+    charts.call('Input.dispatchKeyEvent', type='keyDown', key='Enter', text='\r', windowsVirtualKeyCode=13)
+    charts.call('Input.dispatchKeyEvent', type='keyUp', key='Enter', windowsVirtualKeyCode=13)
+    wait_until(lambda: charts.evaluate('mrc.charts.zoomed'), 30.0, 0.02)
+    assert not charts.evaluate(f'{whole}.disabled')
+    charts.evaluate(f'{whole}.click()')
+    assert ranges(charts) == [0.0, DURATION]
+
+
+def test_a_run_is_switched_off_in_every_chart_by_its_name(charts):
+    assert {BLUE, ORANGE} <= set(charts.evaluate(of(INKED, 'distance')))
+    charts.evaluate('document.querySelector("#errors .legend .switch").focus()')
+    charts.call('Input.dispatchKeyEvent', type='keyDown', key=' ', text=' ', windowsVirtualKeyCode=32)
+    charts.call('Input.dispatchKeyEvent', type='keyUp', key=' ', windowsVirtualKeyCode=32)
+    for figure in ('distance', 'path', 'energy'):
+        wait_until(lambda figure=figure: BLUE not in charts.evaluate(of(INKED, figure)), 30.0, 0.05)
+        assert ORANGE in charts.evaluate(of(INKED, figure))
+    assert charts.evaluate('document.querySelector(".chart-bar .switch").getAttribute("aria-pressed")') == 'false'
+    charts.evaluate('document.querySelector(".chart-bar .switch").click()')
+    wait_until(lambda: BLUE in charts.evaluate(of(INKED, 'distance')), 30.0, 0.05)
+
+
+def test_differences_show_the_other_runs_against_the_first(charts):
+    charts.evaluate('document.querySelector("#distance").scrollIntoView()')
+    charts.evaluate('[...document.querySelectorAll(".chart-bar button")].pop().click()')
+    wait_until(lambda: BLUE not in charts.evaluate(of(INKED, 'distance')), 30.0, 0.05)
+    assert ORANGE in charts.evaluate(of(INKED, 'distance'))
+    wait_until(lambda: charts.evaluate(of(LEGEND, 'distance'))[0] == 'first', 30.0, 0.05)
+
+
+def test_the_slider_enlarges_the_error_and_its_default_shows_it(browser, single):
+    browser.show(single, DESKTOP)
+    slider = 'document.querySelector(".factor input")'
+    assert browser.evaluate('Number(document.querySelector(".factor output").textContent)') > 1
+    canvas = 'document.querySelector(".deviation canvas").toDataURL()'
+    before = browser.evaluate(canvas)
+    browser.evaluate(f'(({slider}).value = 0, ({slider}).dispatchEvent(new Event("input")))')
+    wait_until(lambda: browser.evaluate(canvas) != before, 30.0, 0.02)
+    assert browser.evaluate('document.querySelector(".factor output").textContent') == '1'
+
+
+def test_the_limits_of_the_torque_are_drawn_and_named(browser, pair):
+    browser.show(pair, DESKTOP)
+    assert 'limit ±0.5 N m' in browser.evaluate('document.querySelector("#torque .head").textContent')
+    assert browser.evaluate(f'{of(INKED, "torque")}.includes("138,75,0")')
+    assert not browser.evaluate(f'{of(INKED, "power")}.includes("138,75,0")')
+
+
+@pytest.mark.parametrize(('width', 'scheme'), [(PHONE, 'light'), (DESKTOP, 'dark')])
+def test_nothing_overflows_and_no_label_is_small(browser, pair, width, scheme):
+    browser.show(pair, width, scheme)
+    assert browser.evaluate('document.documentElement.scrollWidth - document.documentElement.clientWidth') == 0
+    assert browser.evaluate(WIDE) == []
+    assert browser.evaluate(SMALL) == 0
+    assert browser.errors() == []
+    ink = BLUE if scheme == 'light' else '86,180,233'
+    assert ink in browser.evaluate(of(INKED, 'distance'))
+
+
+def test_charts_turn_dark_with_the_page(charts):
+    charts.media('', 'dark')
+    wait_until(lambda: '86,180,233' in charts.evaluate(of(INKED, 'distance')), 30.0, 0.05)
+
+
+SHOWN = '''[[...document.querySelectorAll("figure img")].filter(one => one.getClientRects().length).length,
+  [...document.querySelectorAll(".chart")].filter(one => one.getClientRects().length).length > 0]'''
+
+
+def test_pictures_are_shown_on_paper_and_charts_on_a_screen(charts):
+    assert charts.evaluate(SHOWN) == [0, True]
+    charts.media('print', 'light')
+    assert charts.evaluate(SHOWN) == [len(RUN_FIGURES), False]
+
+
+def test_pictures_are_shown_where_there_are_no_scripts(browser, pair):
+    browser.show(pair, DESKTOP, scripts=False)
+    assert browser.evaluate(SHOWN) == [len(RUN_FIGURES), False]
+    browser.show(pair, DESKTOP)
+
+
+def test_each_jump_leads_to_its_place(charts):
+    assert charts.evaluate('[...document.querySelectorAll(".contents a")].map(one => one.hash.slice(1))') == [
+        'metrics', 'figures', *(figure.name for figure in RUN_FIGURES), 'configuration']
+    assert charts.evaluate(
+        '[...document.querySelectorAll(".contents a")].every(one => document.querySelector(one.hash))')

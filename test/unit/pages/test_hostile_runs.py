@@ -1,0 +1,157 @@
+"""A report draws what can be drawn: odd names, broken neighbours and impossible numbers hide no other run."""
+
+import json
+import os
+from xml.etree import ElementTree
+
+import pytest
+
+from mobile_robot_control.cli import report, simulate
+from mobile_robot_control.pages import first_screen, report_writing
+from mobile_robot_control.pages.chart_page import chart_scripts
+from mobile_robot_control.pages.first_screen import replay_scripts
+from mobile_robot_control.recording.csv_table import CSV_COLUMNS
+from mobile_robot_control.runs.reading import load_run
+from mobile_robot_control.runs.run_figures import RUN_FIGURES, PanelOf
+from mobile_robot_control.runs.run_files import UnreadableRunError
+
+NAMES = ['$', '$x^$', '\\$^_{$', '_private', 'one\ntwo\x1b[2J', '\udcff\u2028\ufffe', '<&">--', 'x' * 3000]
+
+
+@pytest.fixture(scope='module')
+def table(tmp_path_factory):
+    """A short run as a table."""
+    file = tmp_path_factory.mktemp('runs') / 'run.csv'
+    assert simulate.main(['--duration', '0.1', '--output', str(file)]) == 0
+    return file
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    """Draw one figure only."""
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+
+
+def _drawn(output):
+    """Return the page of a report after checking that its figures were drawn and are XML."""
+    page = (output / 'report.html').read_text(encoding='utf-8')
+    assert 'could not be drawn' not in page
+    files = list((output / 'figures').glob('*.svg'))
+    assert files
+    for file in files:
+        ElementTree.parse(file)  # noqa: S314 (our own file)
+    return page
+
+
+@pytest.mark.parametrize('names', [NAMES[:6], NAMES[6:]])
+def test_any_name_is_drawn(table, tmp_path, names):
+    assert report.main([*(f'{name}={table}' for name in names), '--output', str(tmp_path)]) == 0
+    _drawn(tmp_path)
+    assert len(json.loads((tmp_path / 'report.json').read_text())) == len(names)
+
+
+def test_a_name_that_is_a_script_is_a_text_on_the_page(table, tmp_path):
+    script, picture = '</script><script>alert(1)</script>', '"><svg onload>'
+    assert report.main([f'{script}={table}', f'{picture}={table}', '--output', str(tmp_path)]) == 0
+    page = _drawn(tmp_path)
+    assert '&lt;script&gt;' in page
+    assert '<script>alert' not in page
+    assert '<svg onload' not in page
+    # the blocks of numbers, and the page's own scripts
+    assert page.count('</script>') == page.count('<script') == 2 + len(replay_scripts()) + len(chart_scripts())
+
+
+def test_a_file_whose_name_is_no_utf_8_is_drawn_and_shown(table, tmp_path):
+    odd = tmp_path / 'r\udcff\n$.csv'
+    os.link(table, odd)
+    assert report.main([str(odd), '--output', str(tmp_path / 'out')]) == 0
+    assert '<h1>r\\udcff\\n$</h1>' in _drawn(tmp_path / 'out')
+
+
+def _read(path):
+    """Read a run as the command does, without drawing it."""
+    return load_run('run', path, quiet=True)
+
+
+def test_broken_parameters_beside_a_run_hide_no_run(table, tmp_path, capsys):
+    other = tmp_path / 'other.csv'
+    os.link(table, other)
+    other.with_suffix('.parameters.yaml').write_text('/**: [')
+    assert report.main([str(other), str(table), '--output', str(tmp_path / 'out')]) == 0
+    page = _drawn(tmp_path / 'out')
+    assert 'other: other.parameters.yaml is not read: ' in page
+    assert 'run: ' in page
+    assert 'other.parameters.yaml is not read: ' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('broken', ['/**: {ros__parameters: {robot.mass: -1.0}}', '[' * 9000, '', '/**: &a {x: *a}',
+                                    '\xff\x00'])
+def test_broken_parameters_of_any_kind_are_a_problem_of_the_run(table, tmp_path, broken):
+    other = tmp_path / 'other.csv'
+    os.link(table, other)
+    other.with_suffix('.parameters.yaml').write_text(broken, encoding='latin-1')
+    run = _read(other)
+    assert run.parameters is None
+    assert any(problem.startswith('other.parameters.yaml is not read: ') for problem in run.problems)
+
+
+@pytest.mark.parametrize(('text', 'outcome'), [
+    ('[' * 9000, 'not known'), ('{"outcome": "\\ud800\\n$"}', r'\ud800\n$'), ('{"outcome": {}}', 'not known'),
+    ('\xff', 'not known'), ('5', 'not known'), ('', 'not known')])
+def test_odd_metrics_beside_a_run_hide_no_run(table, tmp_path, text, outcome):
+    os.link(table, tmp_path / 'run.csv')
+    (tmp_path / 'run.metrics.json').write_text(text, encoding='latin-1')
+    assert _read(tmp_path / 'run.csv').metrics['outcome'] == outcome
+
+
+@pytest.mark.parametrize('time', ['1e300', '-1.0', '1e12', '3e9'])
+@pytest.mark.parametrize('column', ['time', 'odom.header.stamp'])
+def test_impossible_times_are_left_out(table, tmp_path, time, column):
+    lines = table.read_text().splitlines(keepends=True)
+    cells = lines[20].split(',')
+    cells[CSV_COLUMNS.index(column)] = time
+    lines[20] = ','.join(cells)
+    file = tmp_path / 'odd.csv'
+    file.write_text(''.join(lines))
+    assert '1 rows left out: a time or a number that no run can have' in _read(file).problems
+
+
+@pytest.mark.parametrize(('source', 'reason'), [
+    ('pipe', 'is not a regular file'), ('device', 'is not a regular file'), ('long line', 'a line is longer'),
+    ('too long', 'is larger than a table can be')])
+def test_a_table_without_end_is_refused(tmp_path, source, reason):
+    file = tmp_path / 'odd.csv'
+    if source == 'pipe':
+        os.mkfifo(file)
+    elif source == 'device':
+        file.symlink_to('/dev/zero')
+    else:
+        file.touch()
+        # a hole in the file: it takes no room on the disk
+        os.truncate(file, 1 << 34 if source == 'long line' else 1 << 38)
+    with pytest.raises(UnreadableRunError, match=reason):
+        _read(file)
+
+
+def test_a_figure_that_cannot_be_drawn_hides_no_other(table, tmp_path, monkeypatch):
+    def fail(_):
+        raise ValueError('odd\nnumbers')
+
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', (
+        RUN_FIGURES[1]._replace(name='odd', panels=(PanelOf('x', 'm', fail),)), RUN_FIGURES[1]))
+    assert report.main([str(table), '--output', str(tmp_path)]) == 0
+    page = (tmp_path / 'report.html').read_text()
+    assert r'could not be drawn: ValueError: odd\nnumbers' in page
+    assert [file.name for file in (tmp_path / 'figures').glob('*.svg')] == [f'{RUN_FIGURES[1].name}.svg']
+
+
+def test_a_replay_that_cannot_be_made_hides_nothing_else(table, tmp_path, monkeypatch):
+    def fail(_):
+        raise ValueError('odd\nnumbers')
+
+    monkeypatch.setattr(first_screen, 'replay_data', fail)
+    assert report.main([str(table), '--output', str(tmp_path)]) == 0
+    page = _drawn(tmp_path)
+    assert r'cannot be shown: ValueError: odd\nnumbers' in page
+    assert 'class="answer"' in page
+    assert 'id="run-data"' not in page

@@ -1,0 +1,272 @@
+"""The command `report`: the same report of a bag and of a table, damaged inputs, refusals; inputs stay unchanged."""
+
+import hashlib
+import json
+import re
+import shutil
+
+import pytest
+from bag_making import record
+from harness import CONFIG, numbers_in
+from measuring import configuration
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from mobile_robot_control.cli import report, simulate
+from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.pages import report_writing
+from mobile_robot_control.pages.metrics_table import metrics_table
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_figures import RUN_FIGURES
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.topics import LOOP_TOPICS
+
+LAW = {'position_controller': {'controller_type': 'hybrid_backstepping'}}
+START = '[0.8, -0.1, 0.3]'
+DURATION = 0.6
+
+
+@pytest.fixture(scope='module')
+def runs(tmp_path_factory):
+    """The same run as a CSV of simulate and as the folder of an experiment."""
+    folder = tmp_path_factory.mktemp('runs')
+    overrides = ['-p', 'position_controller.controller_type:=hybrid_backstepping', '-p',
+                 f'plant.initial_pose:={START}']
+    assert simulate.main(['--duration', str(DURATION), '--output', str(folder / 'run.csv'), *overrides]) == 0
+    parameters = configuration(plant={'initial_pose': json.loads(START), 'duration': DURATION}, **LAW)
+    (folder / 'run').mkdir()
+    record(folder / 'run' / 'bag', rollout(parameters, DURATION))
+    (folder / 'run' / 'parameters.yaml').write_text(configuration_text(parameters))
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    """Draw one figure of each kind only: these tests do not look at the figures."""
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+    monkeypatch.setattr(report_writing, 'TIMING_FIGURES', report_writing.TIMING_FIGURES[:1])
+
+
+def fingerprint(folder):
+    """A checksum of each file."""
+    return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.rglob('*')) if path.is_file()}
+
+
+def reported(output, *arguments):
+    """Run the command; return its metrics by run and its page."""
+    assert report.main([*map(str, arguments), '--output', str(output)]) == 0
+    return numbers_in(output / 'report.json'), (output / 'report.html').read_text()
+
+
+def assert_same(first, second):
+    """Check that two values of JSON are equal, numbers within 1e-9."""
+    assert type(first) is type(second)
+    if isinstance(first, dict):
+        assert first.keys() == second.keys()
+        for name, value in first.items():
+            assert_same(value, second[name])
+    elif isinstance(first, list):
+        for one, other in zip(first, second, strict=True):
+            assert_same(one, other)
+    elif isinstance(first, float):
+        assert first == pytest.approx(second, rel=1e-9, abs=1e-9)
+    else:
+        assert first == second
+
+
+def test_a_bag_and_a_table_of_one_run_give_the_same_page_but_for_the_timing(runs, tmp_path):
+    before = fingerprint(runs)
+    of_table, table_page = reported(tmp_path / 'table', runs / 'run.csv')
+    of_bag, bag_page = reported(tmp_path / 'bag', runs / 'run')
+    assert of_table['run']['problems'] == []
+    assert_same(of_bag, of_table)
+    assert_same(numbers_in(runs / 'run.metrics.json') | {'problems': []}, of_table['run'])
+    timing = re.compile(r'<section id="timing">.*(?=<section id="configuration">)|<li><a href="#timing">.*?</li>',
+                        re.DOTALL)
+    assert timing.search(bag_page)
+    assert not timing.search(table_page)
+    assert 'no message was lost' in bag_page
+    assert 'no row of its table is missing' in table_page
+    # numbers and drawings differ in the last digits of what went through a quaternion
+    plain = re.compile(r'base64,[^"]+|<script type="application/json".*?</script>|no [^.<]+(was lost|is missing)\.'
+                       '|<pre class="command">.*?</pre>')
+    assert plain.sub('', timing.sub('', bag_page)) == plain.sub('', table_page)
+    assert 'hybrid_backstepping' in table_page
+    assert fingerprint(runs) == before
+
+
+def test_several_runs_are_overlaid_and_the_best_is_marked(runs, tmp_path):
+    worse = tmp_path / 'worse.csv'
+    far = ['-p', 'plant.initial_pose:=[3.0, 0.0, 0.0]', '-p', 'position_controller.controller_type:=fuzzy']
+    assert simulate.main(['--duration', str(DURATION), '--output', str(worse), *far]) == 0
+    metrics, page = reported(tmp_path / 'out', f'good={runs / "run.csv"}', worse)
+    assert set(metrics) == {'good', 'worse'}
+    row = re.search(r'<tr><td>position error, RMS</td>(.*?)</tr>', page).group(1)
+    good, bad = re.findall(r'<td[^>]*>(.*?)</td>', row)
+    assert '★' in good
+    assert '★' not in bad
+    ratio = max(metrics['worse']['peak_wheel_torque'].values()) / max(metrics['good']['peak_wheel_torque'].values())
+    assert f'{ratio:.3g} times' in page
+
+
+def test_the_larger_share_of_the_time_and_the_smaller_integral_are_the_best():
+    complete = {'outcome': 'completed', 'duration': 1.0, 'error': 'true'}
+    found = metrics_table([
+        Run('one', None, (), {**complete, 'share_within_band': 0.9, 'iae': 0.5, 'settling_time': None}, None),
+        Run('two', None, (), {**complete, 'share_within_band': 0.4, 'iae': 0.2, 'settling_time': 0.7}, None)])
+    rows = {row.partition('</td>')[0]: row.partition('</td>')[2] for row in found.split('<tr><td>')}
+    for label, best in (('share of time within 0.02 m', '0.9'), ('position error, ∫ d dt (IAE)', '0.2\xa0m\xa0s')):
+        assert re.findall('★ <data[^>]*>([^<]+)</data></span>', rows[label]) == [best]
+    # one that never settles has no time to compare
+    assert re.findall('>([^<]+)</(?:td|data)>', rows['settling time, to 0.02 m']) == ['–', '0.7\xa0s']
+    assert 'cross-track error, RMS' not in rows
+
+
+def _lines(runs, tmp_path):
+    lines = (runs / 'run.csv').read_text().splitlines(keepends=True)
+    return lines, tmp_path / 'run.csv'
+
+
+def test_nans_and_incomplete_rows_are_left_out_and_reported(runs, tmp_path, capsys):
+    lines, file = _lines(runs, tmp_path)
+    lines[100] = 'nan' + lines[100][lines[100].index(','):]
+    lines[120] = lines[120].replace(',', ',inf,', 1)
+    lines[150] = lines[150][:40] + '\n'
+    file.write_text(''.join(lines))
+    metrics, page = reported(tmp_path / 'out', file)
+    assert '2 rows left out: not finite' in page
+    assert '1 rows left out: broken off or not a number' in page
+    assert 'messages missing on joint_states, in 3 gaps' in page
+    assert 'not finite' in capsys.readouterr().err
+    assert metrics['run']['duration'] == DURATION
+
+
+@pytest.mark.parametrize('rows', [1, 2, 3])
+def test_a_run_of_few_samples_is_reported_with_what_is_missing(runs, tmp_path, rows):
+    lines, file = _lines(runs, tmp_path)
+    file.write_text(''.join(lines[:1 + rows]))
+    metrics, page = reported(tmp_path / 'out', file)
+    assert metrics['run']['duration'] == (rows - 1) / 500.0
+    assert 'What is missing' in page
+
+
+def test_a_bag_that_was_cut_off_is_reported_up_to_its_end(runs, tmp_path, capsys):
+    shutil.copytree(runs / 'run', tmp_path / 'run')
+    (tmp_path / 'run' / 'bag' / 'metadata.yaml').unlink()
+    file = tmp_path / 'run' / 'bag' / 'bag.mcap'
+    file.write_bytes(file.read_bytes()[:file.stat().st_size // 2])
+    metrics, page = reported(tmp_path / 'out', tmp_path / 'run')
+    assert 0.1 < metrics['run']['duration'] < 0.5
+    assert metrics['run']['outcome'] == 'broken off'
+    assert 'cut off' in page
+    assert 'the recording ends at t =' in page
+    assert 'cut off' in capsys.readouterr().err
+
+
+def without(runs, folder, *topics):
+    """Copy the bag of the run without some topics, and its parameters; returns the folder."""
+    _copied(runs / 'run' / 'bag', folder / 'bag', lambda name: name.strip('/') not in topics)
+    shutil.copy(runs / 'run' / 'parameters.yaml', folder)
+    return folder
+
+
+TORQUES = {'initial_wheel_torque', 'peak_wheel_torque', 'peak_wheel_power', 'energy', 'torque_variation'}
+
+
+@pytest.mark.parametrize('topics', [
+    ['joint_states'], ['wheel_torques'], ['cmd_vel'], ['tracking_error'], ['tracking_error', 'cmd_vel'],
+    ['joint_states', 'wheel_torques'], ['joint_states', 'wheel_torques', 'cmd_vel', 'tracking_error'],
+], ids='-'.join)
+def test_a_bag_with_odometry_and_reference_has_the_metrics_that_follow_from_its_topics(runs, tmp_path, topics):
+    metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, *topics))
+    found, expected = metrics[tmp_path.name], numbers_in(runs / 'run.metrics.json')
+    assert f'no messages on {", ".join(topic for topic in LOOP_TOPICS if topic in topics)}' in page
+    assert ('tracking error is computed from odom and reference' in page) == ('tracking_error' in topics)
+    if 'joint_states' in topics:
+        # samples lie at the ticks of the position loop then, and no torque is known
+        assert {name for name, value in found.items() if value is None} >= TORQUES
+        assert found['objective'] == pytest.approx(
+            expected['objective'] - sum(expected['peak_wheel_torque'].values()), rel=1e-9)
+        expected = {name: value for name, value in expected.items() if name not in TORQUES | {'objective'}}
+    if 'cmd_vel' in topics:
+        assert found['command_variation'] is None
+        del expected['command_variation']
+    assert_same({name: found[name] for name in expected}, expected)
+
+
+@pytest.mark.parametrize('topic', ['odom', 'reference'])
+def test_a_bag_without_odometry_or_reference_is_drawn_without_it(runs, tmp_path, topic):
+    metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, topic, 'tracking_error'))
+    assert f'there is no {topic}, and so no tracking error and no metrics' in page
+    assert f'add --topic {topic}:=/NAME' in page
+    assert 'peak_wheel_torque' not in metrics[tmp_path.name]
+
+
+def test_an_sqlite_bag_of_rosbag2_gives_the_same_metrics(runs, tmp_path):
+    path = tmp_path / 'stock'
+    _copied(runs / 'run' / 'bag', path, lambda _: True, StoragePlugin.SQLITE3)
+    found, _ = reported(tmp_path / 'out', path, '--params-file', runs / 'run' / 'parameters.yaml')
+    expected, _ = reported(tmp_path / 'expected', runs / 'run')
+    # that odometry is exact is known of a run beside its own parameters alone
+    assert found['stock'].pop('error') == 'measured'
+    assert expected['run'].pop('error') == 'true'
+    # nor are path and wheels
+    for name in ('rms_cross_track_error', 'max_cross_track_error', 'command_variation'):
+        assert found['stock'].pop(name) is None
+        assert expected['run'].pop(name) > 0.0
+    for metrics in (found['stock'], expected['run']):
+        del metrics['outcome']
+    assert_same(found['stock'], expected['run'])
+
+
+def _copied(source, path, wanted, storage=StoragePlugin.MCAP):
+    """Copy a bag's topics with another writer."""
+    types = get_typestore(Stores.ROS2_KILTED)
+    with Reader(source) as reader, Writer(path, version=9, storage_plugin=storage) as writer:
+        made = {connection.id: writer.add_connection(connection.topic, connection.msgtype, typestore=types)
+                for connection in reader.connections if wanted(connection.topic)}
+        for connection, received, data in reader.messages():
+            if connection.id in made:
+                writer.write(made[connection.id], received, data)
+
+
+@pytest.mark.parametrize('case', ['nothing', 'empty_folder', 'text', 'another_robot', 'too_many', 'picture'])
+def test_a_path_that_is_no_run_is_refused_with_a_remedy(runs, tmp_path, capsys, case):
+    path = tmp_path / case
+    if case == 'empty_folder':
+        path.mkdir()
+    elif case == 'text':
+        path.write_text('a,b\n1,2\n')
+    elif case == 'picture':
+        path.write_bytes(b'\x89PNG\r\n\x1a\n' + bytes(range(256)))
+    elif case == 'another_robot':
+        record(path, rollout(configuration(), 0.1), '/other/')
+    given = [runs / 'run.csv'] * 9 if case == 'too_many' else [path]
+    assert report.main([*map(str, given), '--output', str(tmp_path / 'out')]) == 2
+    error = capsys.readouterr().err
+    assert 'Traceback' not in error
+    expected = {'nothing': 'does not exist; name', 'empty_folder': 'without a bag', 'text': 'lacks 27 of 27 columns',
+                'another_robot': '/other/odom.*--namespace', 'too_many': 'name 6 at the most', 'picture': 'no CSV text'}
+    assert re.search(expected[case], error)
+
+
+def test_the_namespace_selects_the_robot_of_a_bag(tmp_path):
+    path = record(tmp_path / 'bag', rollout(configuration(), 0.1), '/other/')
+    metrics, _ = reported(tmp_path / 'out', path, '--namespace', '/other')
+    assert metrics[tmp_path.name]['duration'] == pytest.approx(0.1)
+
+
+def test_the_parameters_of_a_run_without_any_come_from_the_command_line(runs, tmp_path):
+    shutil.copy(runs / 'run.csv', tmp_path / 'alone.csv')
+    _, page = reported(tmp_path / 'out', tmp_path / 'alone.csv')
+    assert 'Not recorded' in page
+    _, page = reported(tmp_path / 'with', tmp_path / 'alone.csv', '--params-file', CONFIG / 'fuzzy.yaml')
+    assert 'fuzzy on the trifolium' in page
+
+
+def test_a_run_that_cannot_be_read_leaves_the_report_of_the_others(runs, tmp_path, capsys):
+    assert report.main([str(runs / 'run.csv'), str(tmp_path / 'nothing'), '--output', str(tmp_path / 'out')]) == 1
+    assert 'nothing: does not exist' in capsys.readouterr().err
+    page = (tmp_path / 'out' / 'report.html').read_text()
+    assert 'nothing: does not exist' in page
+    assert 'position error, RMS' in page

@@ -1,0 +1,70 @@
+"""The page of a search in a real browser: convergence, before and after, what holds; also of one that diverged."""
+
+import math
+
+import pytest
+from measuring import configuration
+
+from mobile_robot_control.analysis.promises import promise
+from mobile_robot_control.configuration.provenance import provenance
+from mobile_robot_control.pages.search_page import convergence, write_search_page
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_figures import RUN_FIGURES
+from mobile_robot_control.runs.samples import collect
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import recorded
+from mobile_robot_control.simulation.scenarios import configured_scenario
+from mobile_robot_control.tuning.search import Generation
+
+HISTORY = [Generation(1, 8.0, 20.0, 3), Generation(2, 6.5, math.nan, 41), Generation(3, 4.2, 9.0, 0)]
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
+
+
+def run(name, law):
+    parameters = configuration(position_controller={'controller_type': law})
+    measured, samples = recorded(parameters, 0.5)
+    return Run(name, collect(samples), (), summary(measured), parameters)
+
+
+@pytest.fixture(scope='module')
+def holds():
+    parameters = configuration()
+    return promise(parameters, [configured_scenario(parameters)])
+
+
+def test_the_history_is_complete_and_a_mean_that_is_not_known_is_none():
+    assert convergence(HISTORY) == {'number': [1, 2, 3], 'best': [8.0, 6.5, 4.2], 'mean': [20.0, None, 9.0],
+                                    'lost': [3, 41, 0]}
+
+
+@pytest.mark.parametrize(('width', 'scheme'), [(360, 'dark'), (1280, 'light')])
+def test_the_page_of_a_search_has_convergence_both_loops_and_what_holds(browser, holds, tmp_path, width, scheme):
+    file = tmp_path / 'found.html'
+    write_search_page(file, 'fuzzy: objective <4.2>', HISTORY, [run('before', 'backstepping'), run('after', 'fuzzy')],
+                      holds, SVG, provenance('tune fuzzy', None))
+    browser.show(file, width, scheme)
+    assert browser.errors() == []
+    assert browser.requests() == [file.as_uri()]
+    assert browser.evaluate('mrc.search.data[2]') == [8.0, 6.5, 4.2]
+    assert browser.evaluate('document.querySelector("#search .legend").textContent') == (
+        'generation 3: best 4.2, mean 9, 0 not scored')
+    assert browser.evaluate('document.querySelectorAll(".live.charted").length') == len(RUN_FIGURES)
+    assert browser.evaluate('document.documentElement.scrollWidth') <= width
+    text = browser.evaluate('document.body.innerText')
+    for part in ('fuzzy: objective <4.2>', 'position loop', 'Not modelled', 'latency of odometry', 'before', 'after'):
+        assert part in text
+    assert browser.evaluate(
+        '[...document.querySelectorAll(".contents a")].every(one => document.querySelector(one.hash))')
+    # on paper the picture is there, and no place without charts
+    browser.media('print', 'light')
+    assert browser.evaluate('''[...document.querySelectorAll("figure")].filter(one => one.getClientRects().length)
+      .map(one => one.id)''') == ['search']
+
+
+def test_a_search_of_one_generation_whose_loop_did_not_move_before_has_a_page(browser, holds, tmp_path):
+    file = tmp_path / 'found.html'
+    write_search_page(file, 'fuzzy', [Generation(1, 4.2, math.nan, 8)], [run('after', 'fuzzy')], holds, SVG,
+                      provenance('tune fuzzy', None))
+    browser.show(file, 1280)
+    assert browser.errors() == []
+    assert 'mean not known' in browser.evaluate('document.querySelector("#search .legend").textContent')

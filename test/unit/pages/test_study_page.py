@@ -1,0 +1,131 @@
+"""The page of a study: which runs are replayed, in a real browser the map, a replay and the distributions."""
+
+import json
+import math
+
+import pytest
+from measuring import configuration
+from processes import wait_until
+
+from mobile_robot_control.analysis.promises import promise
+from mobile_robot_control.api.study_files import replayed_runs
+from mobile_robot_control.configuration.provenance import provenance
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.pages.study_page import (
+    FAILURES,
+    MEDIANS,
+    Judgement,
+    StudiedRuns,
+    chosen_runs,
+    study_data,
+    write_study_page,
+)
+from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.rollout import trial_rollout
+from mobile_robot_control.simulation.scenarios import scenario_trial
+from mobile_robot_control.simulation.trial import make_rollout
+from mobile_robot_control.tuning.monte_carlo import Judged, ScenarioDistribution, draw_scenarios, judge
+from mobile_robot_control.tuning.studying import StudiedController
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
+PARAMETERS = configuration(100.0, 50.0, reference_cart={'period': 1.0})
+DRAWN = draw_scenarios(ScenarioDistribution(('lemniscate',), (0.1,), within=0.3, noise=Noise((0.01, 0.01, 0.0))), 8, 1)
+
+NEAR = Judgement('near the cart')
+
+
+def outcome(trial):
+    """The measured outcome of a trial in plain Python."""
+    curve, placement = CURVES[trial.curve], trial.loop.placement
+    roll = make_rollout(LAWS[trial.law].step, lambda _, n: (reference_at(curve, n * 20_000_000 / 1e9, placement),),
+                        trial.form)
+    return roll(trial.state, trial.loop, None, trial.steps, trial.ratio, trial.late)
+
+
+@pytest.fixture(scope='module')
+def studied():
+    trials = [scenario_trial(PARAMETERS, scenario, 2.0, 1.5) for scenario in DRAWN]
+    judged = [judge(trial, outcome(trial))._replace(success=n != 2) for n, trial in enumerate(trials)]
+    return StudiedController(DRAWN, judged, promise(PARAMETERS, DRAWN), PARAMETERS)
+
+
+@pytest.fixture(scope='module')
+def runs(studied):
+    return StudiedRuns(studied.scenarios, studied.judged, studied.promise, replayed_runs(studied, 2.0))
+
+
+@pytest.mark.parametrize('n', [0, 5])
+def test_a_replayed_run_is_the_one_that_was_judged(n):
+    trial = scenario_trial(PARAMETERS, DRAWN[n], 2.0, 1.5)
+    samples, found = list(trial_rollout(trial, PARAMETERS)), outcome(trial)
+    errors = [math.hypot(sample.truth.error.longitudinal, sample.truth.error.lateral) for sample in samples[:-1]]
+    assert max(errors) == found.totals.max_position
+    assert samples[-1].truth.pose == found.final_pose
+
+
+def test_failures_and_medians_are_replayed():
+    judged = [Judged(n % 4 != 0, {'late_max_position_error': float(n)}) for n in range(101)]
+    chosen = chosen_runs(judged)
+    assert chosen[:FAILURES] == list(range(0, 4 * FAILURES, 4))
+    assert sorted(chosen[FAILURES:]) == [49, 50, 51]
+    assert len(chosen) == FAILURES + MEDIANS
+    assert chosen_runs(judged[1:3]) == [0, 1]
+
+
+def test_the_numbers_of_a_study_can_be_written_where_a_run_diverged(runs):
+    metrics = dict.fromkeys(runs.judged[0].metrics, math.inf) | {'energy': math.nan}
+    data = study_data({'law': runs._replace(judged=[Judged(False, metrics), *runs.judged[1:5]])}, NEAR)
+    (found,) = data['controllers']
+    assert found['count'] == 5
+    assert found['distributions']['energy']['of'] == 5
+    assert len(found['distributions']['energy']['values']) == 4
+    assert json.dumps(data, allow_nan=False)
+
+
+@pytest.fixture(scope='module')
+def written(runs, tmp_path_factory):
+    file = tmp_path_factory.mktemp('study') / 'study.html'
+    others = runs._replace(judged=runs.judged[:4])
+    made = provenance('study <x>', dict.fromkeys(('<b>law</b>', 'other'), configuration()))
+    write_study_page(file, {'<b>law</b>': runs, 'other': others}, NEAR, SVG, made, interrupted=True)
+    return file
+
+
+@pytest.mark.parametrize(('width', 'scheme'), [(360, 'light'), (1280, 'dark')])
+def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written, width, scheme):
+    browser.show(written, width, scheme)
+    assert browser.errors() == []
+    assert browser.requests() == [written.as_uri()]
+    assert browser.evaluate('document.documentElement.scrollWidth') <= width
+    assert browser.evaluate('document.querySelectorAll(".starts canvas").length') == 2
+    assert browser.evaluate('document.querySelectorAll("#distributions .uplot").length') == 7
+    text = browser.evaluate('document.body.innerText')
+    for part in ('<b>law</b>: 87.50 % of 8 runs succeed', 'near the cart', 'was interrupted', 'Not modelled',
+                 '1 of 8 fails', 'run 3: curve', 'compared in the same'):
+        assert part in text
+    browser.media('print', 'light')
+    assert browser.evaluate('''[...document.querySelectorAll("figure")].filter(one => one.getClientRects().length)
+      .map(one => one.id)''') == ['starts']
+
+
+def test_the_pointer_names_a_run_and_a_click_replays_a_failure(browser, written):
+    browser.show(written, 1280)
+    x, y = browser.evaluate('''(() => { const canvas = document.querySelector(".starts canvas");
+      canvas.scrollIntoView({block: "center"});
+      const box = canvas.getBoundingClientRect(), every = mrc.study.data.controllers;
+      const reach = 1.12 * Math.max(...every.flatMap(one => [...one.columns.x, ...one.columns.y].map(Math.abs)));
+      const place = (value) => box.width / 2 * (1 + value / reach);
+      return [box.left + place(every[0].columns.x[2]), box.top + place(-every[0].columns.y[2])]; })()''')
+    browser.call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
+    note = 'document.querySelector(".starts p").textContent'
+    wait_until(lambda: 'run 3: failure' in browser.evaluate(note), 30.0, 0.02)
+    for kind in ('mousePressed', 'mouseReleased'):
+        browser.call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left', clickCount=1)
+    wait_until(lambda: browser.evaluate('mrc.clock && mrc.clock.time > 0.05'), 20.0, 0.02)
+    assert browser.evaluate('document.querySelector("#replay h3").textContent') == '<b>law</b>, run 3, failure'
+    # and by its button another one, in place of the first
+    browser.evaluate('document.querySelectorAll(".starts .legend button")[1].click()')
+    assert browser.evaluate('document.querySelectorAll("#replay canvas").length') == 1
+    assert browser.errors() == []

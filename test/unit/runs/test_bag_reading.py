@@ -1,0 +1,237 @@
+"""Bags of all kinds, complete and damaged: read as far as possible, the rest reported, their files unchanged."""
+
+import random
+
+import pytest
+from bag_making import WALL, messages_of, record, write_mcap
+from mcap.writer import CompressionType
+from measuring import configuration
+from rclpy.serialization import serialize_message
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from mobile_robot_control.runs import bag
+from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.recording.mcap_stream import BagError
+from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.topics import LOOP_TOPICS
+
+
+@pytest.fixture(scope='module')
+def samples():
+    """A second of a run."""
+    return list(rollout(configuration(), 1.0))
+
+
+@pytest.fixture
+def whole(tmp_path, samples):
+    """A bag of it."""
+    return record(tmp_path / 'bag', samples)
+
+
+def _files(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def _same(recorded, samples):
+    assert [sample.time for sample in recorded] == [sample.time for sample in samples]
+    for ours, theirs in zip(recorded, samples, strict=True):
+        assert ours.torque == theirs.torque
+        assert ours.applied == theirs.applied
+        assert ours.wheels == theirs.wheels
+        assert ours.command == theirs.command
+        assert ours.tick.error == theirs.tick.error
+        assert ours.tick.velocity == theirs.tick.velocity
+        assert ours.tick.pose == pytest.approx(theirs.tick.pose, abs=1e-12)
+
+
+def test_a_complete_bag_is_read_back_and_left_unchanged(whole, samples):
+    before = _files(whole)
+    progress = []
+    recording = bag.read_bag(whole, progress=lambda *how_far: progress.append(how_far))
+    assert not recording.problems
+    _same(recording.samples, samples)
+    assert progress[-1][0] == progress[-1][1] > 0
+    assert recording.series.signals['joint_states'].received[-1] == WALL + 1_000_000_000
+    assert _files(whole) == before
+
+
+def test_a_bag_without_metadata_is_read_by_its_file_alone(whole, samples):
+    (whole / 'metadata.yaml').unlink()
+    assert bag.read_bag(whole).samples == bag.read_bag(whole / 'bag.mcap').samples
+    _same(bag.read_bag(whole).samples, samples)
+
+
+@pytest.mark.parametrize('seed', range(12))
+def test_a_file_cut_off_anywhere_is_read_up_to_there(whole, samples, seed):
+    file = whole / 'bag.mcap'
+    data = file.read_bytes()
+    length = random.Random(seed).randrange(len(data) - 60_000)  # noqa: S311 (no secret)
+    file.write_bytes(data[:length])
+    before = _files(whole)
+    recording = bag.read_bag(whole)
+    assert [problem for problem in recording.problems if 'the recording was cut off: bag.mcap' in problem]
+    found = recording.samples
+    _same(found, samples[:len(found)])
+    assert len(found) >= (length - 20_000) / len(data) * len(samples) * 0.9
+    assert _files(whole) == before
+
+
+def test_a_file_without_its_index_is_complete(whole, samples):
+    file = whole / 'bag.mcap'
+    file.write_bytes(file.read_bytes()[:-8])
+    recording = bag.read_bag(whole)
+    assert not recording.problems
+    _same(recording.samples, samples)
+
+
+def test_a_damaged_chunk_is_left_out_and_reported(tmp_path):
+    samples = list(rollout(configuration(), 2.0))
+    whole = record(tmp_path / 'bag', samples)
+    file = whole / 'bag.mcap'
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2 - 50_000] ^= 0xff
+    file.write_bytes(data)
+    recording = bag.read_bag(whole)
+    assert any('bag.mcap is damaged' in problem for problem in recording.problems)
+    assert any('missing on joint_states' in problem for problem in recording.problems)
+    times = {sample.time for sample in recording.samples}
+    assert 0.0 in times
+    assert 2.0 in times
+    assert len(times) < len(samples)
+
+
+@pytest.mark.parametrize('content', [b'', b'\x89MC', b'\x89MCAP0\r\n', b'\x89MCAP0\r\n' + bytes(1000)])
+def test_a_file_without_a_message_is_reported_as_cut_off(tmp_path, content):
+    (tmp_path / 'bag.mcap').write_bytes(content)
+    recording = bag.read_bag(tmp_path)
+    assert not recording.samples
+    assert any('cut off' in problem for problem in recording.problems)
+    assert any('no message of the control loop' in problem for problem in recording.problems)
+
+
+def test_an_empty_bag_is_reported(tmp_path):
+    with BagWriter(tmp_path / 'bag'):
+        pass
+    recording = bag.read_bag(tmp_path / 'bag')
+    assert not recording.samples
+    assert any('the bag holds nothing' in problem for problem in recording.problems)
+
+
+def test_a_path_without_a_bag_is_refused_with_a_remedy(tmp_path):
+    (tmp_path / 'text').mkdir()
+    (tmp_path / 'text' / 'notes.txt').write_text('hello')
+    (tmp_path / 'false').mkdir()
+    (tmp_path / 'false' / 'bag.mcap').write_text('this is not an mcap file')
+    (tmp_path / 'other').mkdir()
+    (tmp_path / 'other' / 'bag_0.db3').write_text('this is not a database')
+    (tmp_path / 'gone').mkdir()
+    (tmp_path / 'gone' / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 9}')
+    for name in ('text', 'false', 'other', 'gone', 'nowhere'):
+        with pytest.raises(BagError) as refused:
+            bag.read_bag(tmp_path / name)
+        assert str(tmp_path / name) in str(refused.value)
+        assert 'name ' in str(refused.value)
+
+
+def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
+    types = get_typestore(Stores.ROS2_KILTED)
+    topics = {}
+    writer = Writer(path, version=9, storage_plugin=storage)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        for sample in samples:
+            for topic, stamp, message in messages_of(sample):
+                if topic not in topics:
+                    topics[topic] = writer.add_connection(prefix + topic, LOOP_TOPICS[topic].kind, typestore=types)
+                writer.write(topics[topic], WALL + stamp, message)
+
+
+@pytest.mark.parametrize(('storage', 'mode'), [
+    (StoragePlugin.SQLITE3, CompressionMode.NONE), (StoragePlugin.SQLITE3, CompressionMode.FILE),
+    (StoragePlugin.MCAP, CompressionMode.NONE), (StoragePlugin.MCAP, CompressionMode.STORAGE),
+    (StoragePlugin.MCAP, CompressionMode.FILE), (StoragePlugin.MCAP, CompressionMode.MESSAGE),
+])
+def test_bags_written_by_rosbags_are_read(tmp_path, samples, storage, mode):
+    _by_rosbags(tmp_path / 'bag', samples, storage, mode)
+    before = _files(tmp_path / 'bag')
+    recording = bag.read_bag(tmp_path / 'bag')
+    assert not recording.problems
+    _same(recording.samples, samples)
+    assert _files(tmp_path / 'bag') == before
+
+
+@pytest.mark.parametrize('compression', [CompressionType.LZ4, CompressionType.ZSTD])
+@pytest.mark.parametrize('cut', [False, True])
+def test_compressed_chunks_are_read_complete_or_cut_off(tmp_path, samples, compression, cut):
+    file = tmp_path / 'run_0.mcap'
+    write_mcap(file, samples, compression, 50_000)
+    if cut:
+        file.write_bytes(file.read_bytes()[:-file.stat().st_size // 2])
+    recording = bag.read_bag(tmp_path)
+    assert bool(recording.problems) == cut
+    found = recording.samples
+    assert len(found) > 100
+    _same(found, samples[:len(found)] if cut else samples)
+
+
+def test_split_files_are_read_in_numerical_order(tmp_path, samples):
+    (tmp_path / 'bag').mkdir()
+    for n, part in ((2, samples[:250]), (10, samples[250:])):
+        record(tmp_path / f'bag_{n}', part)
+        (tmp_path / f'bag_{n}' / f'bag_{n}.mcap').rename(tmp_path / 'bag' / f'bag_{n}.mcap')
+    recording = bag.read_bag(tmp_path / 'bag')
+    assert not recording.problems
+    _same(recording.samples, samples)
+
+
+def test_a_database_without_metadata_is_read_and_a_broken_one_refused(tmp_path, samples):
+    _by_rosbags(tmp_path / 'bag', samples, StoragePlugin.SQLITE3)
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+    _same(bag.read_bag(tmp_path / 'bag').samples, samples)
+    file = tmp_path / 'bag' / 'bag.db3'
+    file.write_bytes(file.read_bytes()[:file.stat().st_size // 2])
+    with pytest.raises(BagError, match=r'bag\.db3: cannot be read as a bag'):
+        bag.read_bag(tmp_path / 'bag')
+
+
+def test_a_bag_of_another_namespace_is_reported_with_its_topics(tmp_path, samples):
+    record(tmp_path / 'bag', samples, '/robot1/')
+    recording = bag.read_bag(tmp_path / 'bag')
+    assert not recording.samples
+    text = '\n'.join(recording.problems)
+    assert 'none of the topics' in text
+    assert '/robot1/odom' in text
+    assert '--namespace' in text
+    _same(bag.read_bag(tmp_path / 'bag', '/robot1').samples, samples)
+
+
+def test_unreadable_messages_are_left_out_and_counted(tmp_path, samples):
+    with BagWriter(tmp_path / 'bag') as writer:
+        arm = JointState(name=['elbow'], position=[0.0], velocity=[0.0], effort=[0.0])
+        writer.write('/joint_states', LOOP_TOPICS['joint_states'].kind, WALL, serialize_message(arm))
+        writer.write('/odom', 'std_msgs/msg/String', WALL, serialize_message(String(data='here')))
+        writer.write('/cmd_vel', LOOP_TOPICS['cmd_vel'].kind, WALL, b'\0\1\0\0garbage')
+        for topic, stamp, message in messages_of(samples[0]):
+            if topic != 'odom':
+                writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
+    text = '\n'.join(bag.read_bag(tmp_path / 'bag').problems)
+    assert '1 messages left out: /joint_states: a wheel is not named' in text
+    assert '/odom: is of type std_msgs/msg/String, not nav_msgs/msg/Odometry' in text
+    assert '/cmd_vel: not readable (11 bytes hold no stamp)' in text
+    assert 'no messages on odom' in text
+
+
+def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):
+    with BagWriter(tmp_path / 'bag') as writer:
+        for sample in samples[100:]:
+            for topic, stamp, message in messages_of(sample):
+                if topic != 'tracking_error':
+                    writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
+    recording = bag.read_bag(tmp_path / 'bag')
+    assert recording.problems == ('the recording starts late, at t = 0.2 s', 'no messages on tracking_error')
+    # it is computed from odometry and reference
+    for found, sample in zip(recording.samples, samples[100:], strict=True):
+        assert found.tick.error == pytest.approx(sample.tick.error, abs=1e-12)

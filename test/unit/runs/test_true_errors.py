@@ -1,0 +1,122 @@
+"""Reports name the error that they mean, and take the true one wherever it is known: from tables and from bags."""
+
+import io
+import math
+
+import pytest
+from bag_making import record
+from harness import numbers_in
+from measuring import configuration, measured
+from mobile_robot_control.figures.drawing import draw
+from mobile_robot_control.runs.run import Run
+
+from mobile_robot_control.cli import report, simulate
+from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.pages import report_writing
+from mobile_robot_control.quantities import WheelTorque
+from mobile_robot_control.recording.csv_table import CSV_COLUMNS, TRUTH_COLUMNS, Rows, write_csv
+from mobile_robot_control.runs.run_figures import RUN_FIGURES
+from mobile_robot_control.runs.samples import collect
+from mobile_robot_control.simulation.metric_table import INDICES
+from mobile_robot_control.simulation.rollout import rollout
+
+DURATION = 0.5
+NOISE = {'noise.pose': [0.01, 0.02, 0.01], 'noise.velocity': 0.05}
+NOISY = configuration(plant={**NOISE, 'duration': DURATION})
+AHEAD = configuration(plant={'duration': DURATION},
+                      position_controller={'compensate_latency': True, 'odom_latency': 0.05})
+NAMES = ('rms_position_error', 'max_position_error', 'rms_heading_error', 'measured_rms_position_error', 'objective',
+         *INDICES)
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    """Draw one figure only."""
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+    monkeypatch.setattr(report_writing, 'TIMING_FIGURES', ())
+
+
+def reported(folder, run):
+    assert report.main([f'run={run}', '--output', str(folder)]) == 0
+    return numbers_in(folder / 'report.json')['run'], (folder / 'report.html').read_text()
+
+
+def experiment(folder, parameters):
+    """Write what an experiment would have recorded."""
+    record(folder / 'bag', rollout(parameters, DURATION))
+    (folder / 'parameters.yaml').write_text(configuration_text(parameters))
+    return folder
+
+
+@pytest.mark.parametrize('parameters', [NOISY, AHEAD], ids=['noise', 'carried forward'])
+def test_a_bag_has_the_true_errors_of_its_rollout(tmp_path, parameters):
+    metrics, page = reported(tmp_path / 'out', experiment(tmp_path / 'run', parameters))
+    expected, _ = measured(parameters, DURATION)
+    assert metrics['error'] == 'true'
+    assert metrics['problems'] == []
+    for name in NAMES:
+        assert metrics[name] == pytest.approx(expected[name], rel=1e-9)
+    assert metrics['final_pose'] == pytest.approx(expected['final_pose'], abs=1e-9)
+    assert metrics['measured_rms_position_error'] != metrics['rms_position_error']
+    assert 'position error by odometry, RMS' in page
+    assert 'True error: ' in page
+
+
+def test_of_a_bag_alone_the_error_is_called_measured(tmp_path):
+    metrics, page = reported(tmp_path / 'out', record(tmp_path / 'bag', rollout(AHEAD, DURATION)))
+    expected, _ = measured(AHEAD, DURATION)
+    assert metrics['error'] == 'measured'
+    assert metrics['rms_position_error'] == pytest.approx(expected['measured_rms_position_error'], rel=1e-9)
+    assert 'Measured error (odometry): ' in page
+
+
+def test_a_table_has_the_truth_where_odometry_is_not_exact(tmp_path):
+    for name, plant in (('exact', []), ('noisy', [f'{name}:={value}' for name, value in NOISE.items()])):
+        words = [word for text in plant for word in ('-p', f'plant.{text}')]
+        assert simulate.main(['--duration', str(DURATION), '--output', str(tmp_path / f'{name}.csv'), *words]) == 0
+        head = tuple((tmp_path / f'{name}.csv').read_text().partition('\n')[0].split(','))
+        assert head == ((*CSV_COLUMNS, *TRUTH_COLUMNS) if plant else CSV_COLUMNS)
+        metrics, _ = reported(tmp_path / name, tmp_path / f'{name}.csv')
+        expected = numbers_in(tmp_path / f'{name}.metrics.json')
+        assert metrics['error'] == expected['error'] == 'true'
+        for key in NAMES:
+            assert metrics[key] == pytest.approx(expected[key], rel=1e-9)
+
+
+def test_torques_that_are_not_known_are_empty_in_a_table_and_read_back():
+    unknown = WheelTorque(math.nan, math.nan)
+    samples = [sample._replace(applied=unknown, torque=unknown) for sample in rollout(configuration(), 0.02)]
+    file = io.StringIO()
+    assert list(write_csv(samples, file)) == samples
+    head, *lines = file.getvalue().splitlines()
+    for line in lines:
+        empty = [name for name, cell in zip(head.split(','), line.split(','), strict=True) if not cell]
+        assert empty == [name for name in CSV_COLUMNS if 'effort' in name]
+    file.seek(0)
+    rows = Rows(file)
+    found = list(rows)
+    assert not rows.left_out
+    assert [sample.wheels for sample in found] == [sample.wheels for sample in samples]
+    assert all(math.isnan(value) for sample in found for value in (*sample.applied, *sample.torque))
+    # a single torque that is missing is a damaged row
+    cells = lines[3].split(',')
+    cells[CSV_COLUMNS.index('wheel_torques.effort.wheel_left_joint')] = '1.0'
+    rows = Rows(io.StringIO('\n'.join([head, ','.join(cells)])))
+    assert not list(rows)
+    assert sum(rows.left_out.values()) == 1
+
+
+def test_the_true_path_is_drawn_beside_that_of_odometry():
+    noisy, exact = (Run('run', collect(rollout(parameters, DURATION)), (), {}, None)
+                    for parameters in (NOISY, configuration()))
+    kinds = {figure.name: figure for figure in RUN_FIGURES}
+    shown, plain = ({name: draw(kinds[name].of_runs([run])) for name in ('path', 'errors', 'distance')}
+                    for run in (noisy, exact))
+    labels = [line.get_label() for line in shown['path'].axes[0].lines]
+    assert labels[:3] == ['reference', 'robot, true', 'robot, by odometry']
+    assert 'robot, by odometry' not in [line.get_label() for line in plain['path'].axes[0].lines]
+    for name in ('errors', 'distance'):
+        assert [text.get_text() for text in shown[name].axes[0].get_legend().get_texts()] == ['true', 'measured']
+        assert plain[name].axes[0].get_legend() is None
+        assert kinds[name].of_runs([noisy]).caption != kinds[name].caption
+        assert kinds[name].of_runs([exact]).caption == kinds[name].caption
