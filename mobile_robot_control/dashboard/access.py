@@ -8,10 +8,11 @@ from urllib.parse import parse_qs
 
 _COOKIE = 'mobile_robot_control_token'
 _HEADERS = [
-    # everything comes from here, and no other page may show this one; the page server evaluates scripts
-    (b'content-security-policy', b"default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
+    # everything comes from here, and no other page may show this one
+    (b'content-security-policy', b"default-src 'self' 'unsafe-inline' data: blob:; "
      b"frame-ancestors 'none'; base-uri 'none'; form-action 'none'"),
     (b'x-content-type-options', b'nosniff'), (b'referrer-policy', b'no-referrer'),
+    (b'cache-control', b'no-cache'),
 ]
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Any]]

@@ -9,8 +9,6 @@ from mobile_robot_control.system.texts import describe_error, shortened
 
 _QUIET = 10.0
 """[s] after a line in which others are only counted."""
-_WITH_HANDLERS = ('engineio.server', 'socketio.server')
-"""Loggers that print by handlers of their own."""
 
 
 class LogLines(logging.Handler):
@@ -37,5 +35,3 @@ class LogLines(logging.Handler):
 def log_in_lines() -> None:
     """Have everything that is logged in this process printed so."""
     logging.basicConfig(handlers=[LogLines()], force=True)
-    for name in _WITH_HANDLERS:
-        logging.getLogger(name).handlers.clear()

@@ -1,17 +1,11 @@
-"""The page's head and skeleton; what fills them comes over the socket and is set as text."""
+"""The page; what fills it comes over the socket and is set as text."""
 
 from mobile_robot_control.web.assets import asset
 
-_SCRIPTS = ('uplot/uPlot.iife.min.js', 'arrays.js', 'scene.js', 'live.js', 'live_stage.js', 'live_charts.js',
+_SCRIPTS = ('uplot/uPlot.iife.min.js', 'basics.js', 'scene.js', 'live.js', 'live_stage.js', 'live_charts.js',
             'live_parameters.js', 'live_surface.js', 'live_lessons.js', 'live_page.js')
 _STYLES = ('uplot/uPlot.min.css', 'colours.css', 'live.css')
-HEAD = ''.join([
-    *(f'<style>{asset(name)}</style>' for name in _STYLES),
-    *(f'<script>{asset(name)}</script>' for name in _SCRIPTS),
-])
-"""Styles and scripts, all within the page."""
-
-SKELETON = """
+_SKELETON = """
 <div id="live">
  <header>
   <h1>mobile_robot_control</h1>
@@ -65,4 +59,11 @@ SKELETON = """
  </div>
 </div>
 """
-"""Where everything has its place; nothing in it comes from elsewhere."""
+PAGE = ''.join([
+    '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+    '<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>mobile_robot_control</title>\n'
+    '<link rel="icon" href="data:,">\n',
+    *(f'<style>{asset(name)}</style>\n' for name in _STYLES), '</head>\n<body>', _SKELETON,
+    *(f'<script>{asset(name)}</script>\n' for name in _SCRIPTS), '</body>\n</html>\n',
+])
+"""The whole page, styles and scripts within it: nothing in it comes from elsewhere."""

@@ -1,7 +1,6 @@
 """Parameters as the page shows them: from the declarations of this package, and as the nodes describe them."""
 
 import math
-import re
 from typing import Any, NamedTuple
 
 from mobile_robot_control.configuration.nodes import NODES
@@ -15,9 +14,6 @@ _KINDS = {1: 'bool', 2: 'int', 3: 'float', 4: 'str', 7: 'array', 8: 'array'}
 _FIELDS = {1: 'bool_value', 2: 'integer_value', 3: 'double_value', 4: 'string_value', 7: 'integer_array_value',
            8: 'double_array_value'}
 _PYTHON = {float: 'float', int: 'int', bool: 'bool', str: 'str', tuple: 'array'}
-_BOUND = re.compile(r'(above|at least|at most) (-?[\d.]+(?:e[-+]?\d+)?)')
-_CHOICES = re.compile(r'one of ([\w, ]+)')
-_UNIT = re.compile(r' \[([^\[\]]*)\]$')
 
 
 class Entry(NamedTuple):
@@ -86,26 +82,19 @@ def described_entry(descriptor: Any, value: Any, known: dict[str, Entry]) -> Ent
     """
     Return the entry of a parameter from its rcl_interfaces/ParameterDescriptor, and its first value.
 
-    What this package declares under the same name gives default and slider.
+    A parameter that this package declares has the entry of its declaration. Of another one the description and the
+    ranges of the descriptor are known.
     """
-    name, text = descriptor.name, shortened(descriptor.description, _LONGEST)
-    allowed = shortened(descriptor.additional_constraints, _LONGEST)
-    unit = _UNIT.search(text)
-    bounds: dict[str, float] = {word: float(number) for word, number in _BOUND.findall(allowed)}
-    low = max(bounds.get('above', -math.inf), bounds.get('at least', -math.inf))
-    high = bounds.get('at most', math.inf)
-    for ends in (*descriptor.floating_point_range, *descriptor.integer_range):
-        low, high = max(low, float(ends.from_value)), min(high, float(ends.to_value))
-    choices = _CHOICES.search(allowed)
-    kind = _KINDS.get(descriptor.type, 'str')
+    name, kind, live = descriptor.name, _KINDS.get(descriptor.type, 'str'), not descriptor.read_only
     ours = known.get(name)
-    same = ours is not None and ours.kind == kind
-    slider = () if kind not in ('float', 'int') else (
-        ours.slider if ours is not None and same else _slider((), low, high, value))
-    return Entry(
-        name, kind, unit[1] if unit else '', text[:unit.start()] if unit else text, allowed, low, high,
-        tuple(choices[1].split(', ')) if choices and kind == 'str' else (), not descriptor.read_only,
-        ours.default if ours is not None and same else None, slider)
+    if ours is not None and ours.kind == kind:
+        return ours._replace(live=live)
+    ranges = (*descriptor.floating_point_range, *descriptor.integer_range)
+    low = max((float(ends.from_value) for ends in ranges), default=-math.inf)
+    high = min((float(ends.to_value) for ends in ranges), default=math.inf)
+    return Entry(name, kind, '', shortened(descriptor.description, _LONGEST),
+                 shortened(descriptor.additional_constraints, _LONGEST), low, high, (), live, None,
+                 _slider((), low, high, value) if kind in ('float', 'int') else ())
 
 
 def known_entries(node: str) -> dict[str, Entry]:

@@ -10,15 +10,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import uvicorn
-from fastapi import FastAPI, Request
-from fastapi.responses import PlainTextResponse
-from nicegui import Client, app, ui
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, PlainTextResponse
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mobile_robot_control.dashboard.access import AccessGate
 from mobile_robot_control.dashboard.actions import Actions
 from mobile_robot_control.dashboard.link import PERIOD, RobotLink
 from mobile_robot_control.dashboard.log_lines import log_in_lines
-from mobile_robot_control.dashboard.markup import HEAD, SKELETON
+from mobile_robot_control.dashboard.markup import PAGE
 from mobile_robot_control.dashboard.snapshot import shown_parameters
 from mobile_robot_control.system.texts import describe_error
 from mobile_robot_control.web.packing import pack
@@ -27,29 +30,23 @@ _UNANSWERED = 40
 """Messages under way to a browser at most; one that is slower leaves out rows."""
 _STATE = 0.5
 """[s] of wall time between two looks at the state."""
-_RECONNECT = 20.0
-"""[s] after which a browser that does not answer counts as gone; a busy machine answers late."""
-_RESENT = 100
-"""Messages that are sent again after a moment without a connection; without them nicegui loads the page again."""
-_UNOPENED = 16
-"""Pages that were fetched and have not opened their socket yet; older ones are forgotten."""
-_TITLE = 'mobile_robot_control'
+_LARGEST = 1 << 20
+"""Bytes of a request."""
 
 
 class _Session:
-    """A browser that has the page open."""
+    """A browser that has the page open: what it was sent, and what waits to be sent."""
 
-    def __init__(self, client: Client) -> None:
-        self.client = client
+    def __init__(self, next_row: int) -> None:
+        self.next_row = next_row
         self.sent = self.received = 0
-        self.next_row = 0
         self.told: dict[str, str] = {}
         self.topics = False
+        self.waiting: asyncio.Queue[str] = asyncio.Queue()
 
-    def send(self, function: str, value: Any) -> None:
-        """Call a function of the page's script with a value as JSON."""
-        # ASCII alone: no text can end the script that it stands in
-        self.client.run_javascript(f'mrc.live.{function}({json.dumps(value)})')
+    def send(self, kind: str, value: str) -> None:
+        """Send a value, as JSON, to what the page's script calls by its kind."""
+        self.waiting.put_nowait(f'["{kind}",{value}]')
 
 
 class Served(NamedTuple):
@@ -92,35 +89,44 @@ class PageServer:
 
     def __init__(self, served: Served, hosts: frozenset[str], token: str) -> None:
         self._served = served
-        self._sessions: dict[str, _Session] = {}
+        self._sessions: set[_Session] = set()
         self._parameters = (-1, '')
         log_in_lines()
-        # shared: each page would keep a copy
-        ui.add_head_html(HEAD, shared=True)
-        ui.page('/', title=_TITLE)(self._page)
-        # nicegui's own makes a page for each address, and logs it
-        app.add_exception_handler(404, _not_found)
+        folders = []
         for name in ('recordings', 'saved'):
             folder = served.folder / name
             folder.mkdir(parents=True, exist_ok=True)
-            app.add_static_files(f'/{name}', folder, max_cache_age=0)
-        outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-        ui.run_with(outer, title=_TITLE, show_welcome_message=False, tailwind=False, dark=None,
-                    message_history_length=_RESENT, binding_refresh_interval=None, reconnect_timeout=_RECONNECT)
-        self._gate = AccessGate(outer, hosts, token)
+            folders.append(Mount(f'/{name}', StaticFiles(directory=folder)))
+        app = Starlette(routes=[Route('/', _page), WebSocketRoute('/live', self._open), *folders],
+                        exception_handlers={404: _not_found})
+        self._gate = AccessGate(app, hosts, token)
 
-    def _page(self, client: Client) -> None:
-        """Make the page for a browser."""
-        _forget_unopened()
-        ui.html(SKELETON, sanitize=False)
-        session = _Session(client)
-        ui.on('mrc', partial(self._on_wish, session))
-        client.on_connect(lambda: self._sessions.setdefault(client.id, session))
-        client.on_delete(lambda: self._sessions.pop(client.id, None))
+    async def _open(self, browser: WebSocket) -> None:
+        """Serve a browser until it is gone."""
+        given = browser.query_params.get('from', '')
+        session = _Session(int(given) if given.isascii() and given.isdecimal() and len(given) < 16 else 0)
+        await browser.accept()
+        self._sessions.add(session)
+        tasks = {asyncio.create_task(_send(browser, session))}
+        try:
+            while True:
+                answering = asyncio.create_task(self._take(session, await browser.receive_text()))
+                tasks.add(answering)
+                answering.add_done_callback(tasks.discard)
+        except (WebSocketDisconnect, KeyError):  # gone, or it sends bytes
+            pass
+        finally:
+            self._sessions.discard(session)
+            for task in list(tasks):
+                task.cancel()
 
-    async def _on_wish(self, session: _Session, event: Any) -> None:
+    async def _take(self, session: _Session, text: str) -> None:
         """Take what a page has sent, whatever it is."""
-        request = event.args if isinstance(event.args, dict) else {}
+        try:
+            request = json.loads(text)
+        except (ValueError, RecursionError):
+            request = None
+        request = request if isinstance(request, dict) else {}
         if request.get('do') == 'received':
             session.received = session.sent
         elif request.get('do') == 'topics':
@@ -128,7 +134,7 @@ class PageServer:
         else:
             answer = await self._served.actions.fulfil(request)
             number = request.get('number')
-            session.send('answer', [number if isinstance(number, int) else 0, answer.good, answer.text])
+            session.send('answer', json.dumps([number if isinstance(number, int) else 0, answer.good, answer.text]))
 
     def run(self, listening: socket.socket, stopped: Callable[[], bool]) -> None:
         """Serve on a socket until `stopped` returns True."""
@@ -137,7 +143,7 @@ class PageServer:
     async def _run(self, listening: socket.socket, stopped: Callable[[], bool]) -> None:
         server = _Server(uvicorn.Config(
             self._gate, log_config=None, log_level='error', access_log=False, ws_per_message_deflate=False,
-            ws_max_size=1 << 20, timeout_graceful_shutdown=1, server_header=False))
+            ws_max_size=_LARGEST, timeout_graceful_shutdown=1, server_header=False, lifespan='off'))
         serving = asyncio.create_task(server.serve(sockets=[listening]))
         look = 0.0
         while not stopped() and not serving.done():
@@ -155,19 +161,18 @@ class PageServer:
         await serving
 
     def _present(self) -> Iterator[_Session]:
-        """Yield the browsers that are connected and keep up."""
-        for session in list(self._sessions.values()):
-            if session.client.has_socket_connection and session.sent - session.received < _UNANSWERED:
-                yield session
+        """Yield the browsers that keep up."""
+        return (session for session in list(self._sessions) if session.sent - session.received < _UNANSWERED)
 
     def _send_rows(self) -> None:
         frames = list(self._served.link.frames)
         for session in self._present():
             rows = [frame.row for frame in frames if frame.number >= session.next_row]
-            if rows:
+            # the state first: it names the columns
+            if rows and session.told:
                 session.next_row = frames[-1].number + 1
                 session.sent += 1
-                session.client.run_javascript(f"mrc.live.rows('{pack(rows)}')")
+                session.send('rows', json.dumps([pack(rows), session.next_row]))
 
     async def _send_state(self) -> None:
         """Tell each browser what has changed of the state."""
@@ -181,8 +186,7 @@ class PageServer:
             for name, text in texts.items():
                 if session.told.get(name) != text and (name != 'topics' or session.topics):
                     session.told[name] = text
-                    session.client.run_javascript(f'mrc.live.{name}({text})')
-
+                    session.send(name, text)
 
     async def _text(self, look: Callable[[], Any]) -> str:
         """Return as JSON what a function finds in the link's thread."""
@@ -196,11 +200,15 @@ class PageServer:
         return self._parameters[1]
 
 
-def _forget_unopened() -> None:
-    """Forget the oldest pages that were fetched and not opened: any page on the web can have them fetched."""
-    unopened = [client for client in Client.instances.values() if client.environ is None]
-    for client in unopened[:-_UNOPENED]:
-        client.delete()
+async def _send(browser: WebSocket, session: _Session) -> None:
+    """Send what waits for a browser, one after the other: a slow one holds no other up."""
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it is gone
+        while True:
+            await browser.send_text(await session.waiting.get())
+
+
+async def _page(_request: Request) -> HTMLResponse:
+    return HTMLResponse(PAGE)
 
 
 async def _not_found(_request: Request, _error: Exception) -> PlainTextResponse:

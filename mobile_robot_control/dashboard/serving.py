@@ -6,6 +6,7 @@ import os
 import secrets
 import socket
 import time
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -61,7 +62,8 @@ def _listen(host: str, port: int) -> socket.socket:
 def _check_extra() -> None:
     """Raise ParameterError where the page server is not installed."""
     try:
-        import nicegui  # noqa: F401, PLC0415 (an extra)
+        for name in ('starlette', 'uvicorn', 'websockets'):
+            import_module(name)
     except ModuleNotFoundError as error:
         raise ParameterError([f"the Python module {error.name} is missing; install the extra: "
                               "pip install 'mobile_robot_control[dashboard]'"]) from error

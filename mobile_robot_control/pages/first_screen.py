@@ -10,7 +10,7 @@ from mobile_robot_control.runs.run import Run
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.web.assets import asset
 
-_SCRIPTS = ('arrays.js', 'clock.js', 'scene.js', 'replay.js', 'report.js')
+_SCRIPTS = ('basics.js', 'clock.js', 'scene.js', 'replay.js', 'report.js')
 
 
 def first_screen(title: str, runs: Sequence[Run]) -> str:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mobile_robot_control.figures.lines import Floats
 from mobile_robot_control.recording.columns import COLUMNS, TRUE_ERROR
-from mobile_robot_control.runs.series import Series
+from mobile_robot_control.runs.series import Series, Stamps
 from mobile_robot_control.topics import POSITION_TOPICS
 
 Places = NDArray[np.intp]
@@ -25,29 +25,33 @@ class Joined(NamedTuple):
         Its topics.
     time : array of float, shape (n,)
         Of each row [s].
-    tick : array of float, shape (n,)
-        Time of the newest position tick [s].
-    tick_number : array of int, shape (n,)
-        The ticks counted.
-    place : dict of str to array of int, shape (n,)
-        By topic, the message whose values a row has; -1 where there is none.
+    number : array of int, shape (n,)
+        The newest position tick of each row, from 0.
+    tick : array of float, shape (m,)
+        Times of the position ticks [s].
+    at_ticks : dict of str to array of int, shape (m,)
+        By topic, the message whose values a tick has; -1 where there is none.
+    at_rows : dict of str to array of int, shape (n,)
+        The same of the topics whose values a row has.
 
     """
 
     series: Series
     time: Floats
+    number: Places
     tick: Floats
-    tick_number: Places
-    place: dict[str, Places]
+    at_ticks: dict[str, Places]
+    at_rows: dict[str, Places]
 
     def rows(self, begin: int, end: int) -> 'Joined':
         """Return the rows from the n-th up to, and without, another one."""
-        return Joined(self.series, self.time[begin:end], self.tick[begin:end], self.tick_number[begin:end],
-                      {topic: place[begin:end] for topic, place in self.place.items()})
+        return self._replace(time=self.time[begin:end], number=self.number[begin:end],
+                             at_rows={topic: place[begin:end] for topic, place in self.at_rows.items()})
 
     def values(self, topic: str) -> Floats:
-        """Return the columns of a topic, shape (n, k); nan where there is no message."""
-        place, values = self.place[topic], self.series.signals[topic].values
+        """Return the columns of a topic at each row, shape (n, k); nan where there is no message."""
+        place = self.at_rows[topic] if topic in self.at_rows else self.at_ticks[topic][self.number]
+        values = self.series.signals[topic].values
         if not len(values):
             return np.full((place.size, values.shape[1]), np.nan)
         return np.where(place[:, None] < 0, np.nan, values[place])
@@ -79,25 +83,33 @@ def join(series: Series) -> Joined:
 
     """
     lockstep, clock = series.is_lockstep, series.signals[series.clock].stamps
-    newest = {topic: np.searchsorted(signal.stamps, clock, side='right') - 1
-              for topic, signal in series.signals.items()}
-    # of a topic that has not come yet, -1
-    stamps = {topic: np.append(series.signals[topic].stamps, -1)[place] for topic, place in newest.items()}
-    slow = np.stack([stamps[topic] for topic in POSITION_TOPICS if topic in _TICK or series.has(topic)])
-    first, at = slow.min(axis=0), stamps['tracking_error']
-    complete = np.flatnonzero((first >= 0) & (first == slow.max(axis=0)) if lockstep else first >= 0)
-    ticks = complete[np.diff(at[complete], prepend=-1) > 0]
+
+    def newest(topic: str, at: Stamps) -> tuple[Places, Stamps]:
+        """Return the newest message of a topic at each of some stamps, and its stamp; -1 before the first."""
+        stamps = series.signals[topic].stamps
+        place = np.searchsorted(stamps, at, side='right') - 1
+        return place, np.append(stamps, -1)[place]
+
+    _, error = newest('tracking_error', clock)
+    oldest, latest = error, error
+    for topic in POSITION_TOPICS:
+        if topic in _TICK or series.has(topic):
+            _, stamps = newest(topic, clock)
+            oldest, latest = np.minimum(oldest, stamps), np.maximum(latest, stamps)
+    complete = np.flatnonzero((oldest >= 0) & (oldest == latest) if lockstep else oldest >= 0)
+    ticks = complete[np.diff(error[complete], prepend=-1) > 0]
+    at, error = clock[ticks], error[ticks]
     number = np.searchsorted(ticks, np.arange(clock.size), side='right') - 1
-    torque = stamps['wheel_torques']
-    kept = np.flatnonzero((number >= 0) & (
-        (torque == clock) | ((torque >= 0) & (not lockstep)) if series.has('wheel_torques') else True))
-    number = number[kept]
-    held = ticks[number]
-    place = {topic: newest[topic][held] for topic in COLUMNS}
-    place['wheel_torques'] = newest['wheel_torques'][kept]
-    place['joint_states'] = newest['joint_states'][kept] if series.clock == 'joint_states' else np.full(kept.size, -1)
+    kept = number >= 0
+    asked, stamps = newest('wheel_torques', clock)
+    if series.has('wheel_torques'):
+        kept &= (stamps == clock) | ((stamps >= 0) & (not lockstep))
+    at_rows = {'wheel_torques': asked[kept], 'joint_states': newest('joint_states', clock[kept])[0]}
+    if series.clock != 'joint_states':
+        at_rows['joint_states'][:] = -1
+    at_ticks = {topic: newest(topic, at)[0] for topic in COLUMNS if topic not in at_rows}
     if lockstep:
-        place[TRUE_ERROR] = np.where(stamps[TRUE_ERROR][held] == at[held], place[TRUE_ERROR], -1)
+        at_ticks[TRUE_ERROR][newest(TRUE_ERROR, at)[1] != error] = -1
     # on the wall clock a tick counts at the first row after it
-    return Joined(series, (clock[kept] - series.origin) / 1e9,
-                  (at[held] if lockstep else clock[held] - series.origin) / 1e9, number, place)
+    return Joined(series, (clock[kept] - series.origin) / 1e9, number[kept],
+                  (error if lockstep else at - series.origin) / 1e9, at_ticks, at_rows)

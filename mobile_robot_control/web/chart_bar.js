@@ -4,9 +4,7 @@ window.mrc = window.mrc || {};
   'use strict';
 
   function button(text, title, act) {
-    const made = mrc.element('button', '', text);
-    made.type = 'button';
-    made.title = title;
+    const made = mrc.element('button', '', text, {type: 'button', title});
     made.addEventListener('click', act);
     return made;
   }

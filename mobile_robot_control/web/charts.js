@@ -4,7 +4,7 @@
 //
 // fills each <div class="charts" data-figure="NAME"> of the page with the charts of that figure, and marks the figure
 // around it with the class `charted`, so that its still picture is for paper only. `data` is what
-// reporting/chart_data.py packs: {start, end, runs: [{name, light, dark, width, dash}], columns: [packed numbers],
+// pages/chart_data.py packs: {start, end, runs: [{name, light, dark, width, dash}], columns: [packed numbers],
 // charts: [{figure, label, unit, bend, limits, lines: [{kind, run, name, time, value}]}], ...}; time and value of a line
 // are places in `columns`. The kinds are reference, value, command and difference. A click sets the clock, and the
 // clock moves the cursor of time.
@@ -13,24 +13,6 @@ window.mrc = window.mrc || {};
   'use strict';
 
   const HEIGHT = 200, FONT = '12px system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif';
-  const dark = window.matchMedia('(prefers-color-scheme: dark)');
-  const ofPage = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  mrc.look = (colours) => dark.matches ? colours.dark : colours.light;
-
-  // Return an element with a class and a text; the text is never read as HTML.
-  mrc.element = function (kind, name, text) {
-    const made = document.createElement(kind);
-    if (name) made.className = name;
-    if (text !== undefined) made.textContent = text;
-    return made;
-  };
-
-  // Return a number as a text of four digits, with its unit.
-  mrc.number = function (value, unit) {
-    if (!Number.isFinite(value)) return '–';
-    return `${Number(value.toPrecision(4))}`.replace('-', '−') + (unit ? ` ${unit}` : '');
-  };
-
   // Return the place of the point of a line that is nearest to a time; -1 outside of the line.
   mrc.nearest = function (times, time) {
     const last = times.length - 1, reach = last > 0 ? (times[last] - times[0]) / last : 0;
@@ -93,7 +75,7 @@ window.mrc = window.mrc || {};
     for (const [name, value] of Object.entries(ends)) piece.setAttribute(name, value);
     const paint = () => piece.setAttribute('stroke', mrc.look(style.colour));
     paint();
-    dark.addEventListener('change', paint);
+    mrc.onDark(paint);
     picture.append(piece);
     return picture;
   };
@@ -103,8 +85,7 @@ window.mrc = window.mrc || {};
 
   // Return a button of a legend, which switches lines on and off.
   mrc.switchOf = function (view, key, name, style) {
-    const button = mrc.element('button', 'switch');
-    button.type = 'button';
+    const button = mrc.element('button', 'switch', '', {type: 'button'});
     button.append(mrc.sample(style), mrc.element('span', 'name', name));
     const value = mrc.element('span', 'value');
     button.append(value);
@@ -160,7 +141,7 @@ window.mrc = window.mrc || {};
         pen.save();
         pen.setLineDash([6, 6]);
         pen.lineWidth = 2;
-        pen.strokeStyle = ofPage('--warn');
+        pen.strokeStyle = mrc.colour('--warn');
         pen.beginPath();
         pen.moveTo(left, y);
         pen.lineTo(left + width, y);
@@ -170,10 +151,9 @@ window.mrc = window.mrc || {};
     }
   }
 
-  const short = (value) => `${Number(value.toPrecision(8))}`.replace('-', '−');
-  const axis = (more) => ({
-    stroke: () => ofPage('--soft'), font: FONT, grid: {stroke: () => ofPage('--faint'), width: 1},
-    ticks: {show: false}, values: (plot, splits) => splits.map((value) => value === null ? '' : short(value)), ...more,
+    const axis = (more) => ({
+    stroke: () => mrc.colour('--soft'), font: FONT, grid: {stroke: () => mrc.colour('--faint'), width: 1},
+    ticks: {show: false}, values: (plot, splits) => splits.map((value) => value === null ? '' : mrc.number(value, '', 8)), ...more,
   });
   const wide = (plot, labels) => Math.max(52, 16 + 7.2 * Math.max(0, ...(labels || []).map((label) => label.length)));
 
@@ -262,7 +242,7 @@ window.mrc = window.mrc || {};
       }
       if (seen) { time.place(); update(); }
     });
-    dark.addEventListener('change', () => plot.redraw());
+    mrc.onDark(() => plot.redraw());
     plot.setScale('x', {min: view.range[0], max: view.range[1]});
     update();
   }

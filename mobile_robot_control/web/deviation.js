@@ -36,9 +36,8 @@ window.mrc = window.mrc || {};
       run: part.run, ...Object.fromEntries(['time', 'x', 'y', 'x_error', 'y_error'].map(
         (name) => [name, data.columns[part[name]]]))}));
     const box = mrc.element('div', 'chart deviation'), canvas = mrc.element('canvas'), head = mrc.element('div', 'head');
-    const slider = mrc.element('input'), shown = mrc.element('output'), label = mrc.element('label', 'factor', 'error × ');
-    Object.assign(slider, {type: 'range', min: 0, max: STEPS.length - 1, step: 1,
-                           value: STEPS.indexOf(defaultFactor(parts))});
+    const slider = mrc.element('input', '', '', {type: 'range', min: 0, max: STEPS.length - 1, step: 1,
+                                                 value: STEPS.indexOf(defaultFactor(parts))}), shown = mrc.element('output'), label = mrc.element('label', 'factor', 'error × ');
     label.append(slider, shown);
     const legend = mrc.element('div', 'legend'), values = [];
     parts.forEach((part) => {
@@ -153,7 +152,7 @@ window.mrc = window.mrc || {};
     slider.addEventListener('input', redraw);
     view.onChange(redraw);
     new ResizeObserver(redraw).observe(canvas);
-    window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
+    mrc.onDark(redraw);
     update();
     draw();
   };

@@ -1,19 +1,28 @@
-// The live page's link to its server: rows of numbers and states come in, requests go out.
-// The server calls mrc.live.rows, state, parameters, topics and answer; the page's parts listen with mrc.live.on.
-window.mrc = window.mrc || {};
+// @ts-check
+// The live page's link to its server: rows of numbers and states come in, requests go out, over one socket.
+// The server sends [kind, value], which calls mrc.live.rows, state, parameters, topics or answer; the page's parts listen
+// with mrc.live.on. A connection that is lost is made again, and goes on with the row after the last.
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  // Wall time for an answer [ms]; the server gives up a node before that.
-  const PATIENCE = 20000;
-  const listeners = {}, waiting = new Map(), early = [];
-  let number = 0, ready = false;
+  // Wall time for an answer, and until a lost connection is made again [ms]; the server gives up a node before that.
+  const PATIENCE = 20000, AGAIN = 1000;
+  /** @type {Record<string, ((value: any) => void)[]>} */
+  const listeners = {};
+  /** @type {Map<number, (answer: Answer) => void>} */
+  const waiting = new Map();
+  let number = 0, next = 0;
+  /** @type {WebSocket} */
+  let socket;
 
   const live = mrc.live = {
     columns: null,
-    // Call `listener(value)` for each 'row', 'rows', 'state', 'parameters' or 'topics'.
+    // Call `listener(value)` for each 'columns', 'rows', 'state', 'parameters', 'topics' or 'connection'.
     on(kind, listener) { (listeners[kind] = listeners[kind] || []).push(listener); },
     tell(kind, value) { (listeners[kind] || []).forEach((listener) => listener(value)); },
+    // Send what needs no answer.
+    send(message) { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); },
     // Ask the server; the promise has {good, text}.
     ask(request) {
       number += 1;
@@ -23,7 +32,7 @@ window.mrc = window.mrc || {};
         // an answer that was lost with the connection never comes
         setTimeout(() => live.answer([mine, false, 'the server of this page gave no answer; load the page again']),
           PATIENCE);
-        emitEvent('mrc', {...request, number: mine});
+        live.send({...request, number: mine});
       });
     },
     // Change parameters of a node.
@@ -33,33 +42,32 @@ window.mrc = window.mrc || {};
       waiting.delete(mine);
       if (resolve) resolve({good, text});
     },
-    rows(text) {
-      emitEvent('mrc', {do: 'received'});
-      if (!ready || !live.columns) { early.push(['rows', text]); return; }
+    rows([text, after]) {
+      live.send({do: 'received'});
+      next = after;
       const numbers = mrc.unpack(text), width = live.columns.length, rows = [];
       for (let n = 0; n + width <= numbers.length; n += width) rows.push(numbers.subarray(n, n + width));
       live.tell('rows', rows);
     },
-    state(value) { keep('state', value); },
-    parameters(value) { keep('parameters', value); },
-    topics(value) { keep('topics', value); },
+    state(value) {
+      // the first of all messages
+      if (!live.columns) { live.columns = value.columns; live.tell('columns', value.columns); }
+      live.tell('state', value);
+    },
+    parameters(value) { live.tell('parameters', value); },
+    topics(value) { live.tell('topics', value); },
     // Return a function that reads a column of a row.
     column(name) { const place = live.columns.indexOf(name); return (row) => row[place]; },
-    // Called once the page has its elements.
-    begin() { ready = true; flush(); },
+    // Open the connection; the page's parts listen.
+    begin() {
+      socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/live?from=${next}`);
+      socket.addEventListener('message', (event) => {
+        const [kind, value] = JSON.parse(event.data);
+        live[kind](value);
+      });
+      socket.addEventListener('open', () => live.tell('connection', true));
+      socket.addEventListener('close', () => { live.tell('connection', false); setTimeout(live.begin, AGAIN); });
+      mrc.socket = socket;
+    },
   };
-
-  function keep(kind, value) {
-    if (!ready) { early.push([kind, value]); return; }
-    if (kind === 'state' && !live.columns) { live.columns = value.columns; live.tell('columns', value.columns); flush(); }
-    live.tell(kind, value);
-  }
-
-  function flush() {
-    // the state first: it names the columns
-    const [states, others] = [early.filter(([kind]) => kind === 'state'), early.filter(([kind]) => kind !== 'state')];
-    early.length = 0;
-    states.forEach(([kind, value]) => keep(kind, value));
-    others.forEach(([kind, value]) => live[kind](value));
-  }
 }(window.mrc));

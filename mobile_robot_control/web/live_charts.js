@@ -21,39 +21,35 @@ window.mrc = window.mrc || {};
     cmd_angular: 'ω asked for', right_applied: 'right', left_applied: 'left', right_asked: 'right asked for',
     left_asked: 'left asked for', lyapunov: 'V'};
 
-  const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim() || '#888';
-
   // Make one chart in a container; returns {draw(rows), limits(values), figure}.
   function makeChart(container, spec, read) {
-    const figure = document.createElement('figure'), caption = document.createElement('figcaption');
-    const name = document.createElement('b');
-    name.textContent = spec.title + (spec.unit ? ` [${spec.unit}${spec.right ? `, ${spec.right}` : ''}]` : '');
-    caption.append(name);
+    const figure = mrc.element('figure'), caption = mrc.element('figcaption');
+    caption.append(mrc.element('b', '', spec.title + (
+      spec.unit ? ` [${spec.unit}${spec.right ? `, ${spec.right}` : ''}]` : '')));
     for (const [column, ink, , dashed] of spec.lines) {
-      const key = document.createElement('span'), stroke = document.createElement('i');
-      key.className = `key ${dashed || ''}`;
+      const key = mrc.element('span', `key ${dashed || ''}`), stroke = mrc.element('i');
       stroke.style.borderColor = `var(${ink})`;
       key.append(stroke, NAMES[column]);
       caption.append(key);
     }
-    const place = document.createElement('div');
+    const place = mrc.element('div');
     figure.append(caption, place);
     container.append(figure);
     const limits = (spec.limits || []).flatMap(([parameter, side]) => [1, -1].map((sign) => ({parameter, side, sign})));
     let values = {};
-    const axis = (scale, side) => ({scale, side, stroke: () => colour('--soft'), size: side === 1 ? 44 : 52, font: '12px system-ui',
-      grid: {show: side === 3, stroke: () => colour('--faint'), width: 1}, ticks: {show: false},
-      values: (_, ticks) => ticks.map((tick) => tick === null ? '' : Number(tick.toPrecision(4)).toString())});
+    const axis = (scale, side) => ({scale, side, stroke: () => mrc.colour('--soft'), size: side === 1 ? 44 : 52, font: '12px system-ui',
+      grid: {show: side === 3, stroke: () => mrc.colour('--faint'), width: 1}, ticks: {show: false},
+      values: (_, ticks) => ticks.map((tick) => tick === null ? '' : mrc.number(tick))});
     const plot = new uPlot({
       width: Math.max(200, container.clientWidth), height: 150, legend: {show: false}, cursor: {y: false},
       padding: [8, spec.right ? 0 : 44, 0, 0],  // so that the times of all charts stand one below the other
       scales: {x: {time: false}, left: {}, right: {}},
-      axes: [{stroke: () => colour('--soft'), size: 22, font: '12px system-ui', grid: {show: false}, ticks: {show: false}},
+      axes: [{stroke: () => mrc.colour('--soft'), size: 22, font: '12px system-ui', grid: {show: false}, ticks: {show: false}},
              axis('left', 3), ...(spec.right ? [axis('right', 1)] : [])],
       series: [{}, ...spec.lines.map(([, ink, side, dashed]) => ({
-        scale: side || 'left', stroke: () => colour(ink), width: 1.5, dash: dashed ? [5, 4] : undefined,
+        scale: side || 'left', stroke: () => mrc.colour(ink), width: 1.5, dash: dashed ? [5, 4] : undefined,
         points: {show: false}})),
-      ...limits.map(({side}) => ({scale: side || 'left', stroke: () => colour('--warn'), width: 1, dash: [2, 3],
+      ...limits.map(({side}) => ({scale: side || 'left', stroke: () => mrc.colour('--warn'), width: 1, dash: [2, 3],
                                   points: {show: false}}))],
     }, [[], ...spec.lines.map(() => []), ...limits.map(() => [])], place);
     new ResizeObserver(() => plot.setSize({width: Math.max(200, container.clientWidth), height: 150})).observe(container);
@@ -105,8 +101,6 @@ window.mrc = window.mrc || {};
       }
       charts.forEach((chart) => chart.setLimits(limits));
     });
-    window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
-      charts.forEach((chart) => chart.redraw());
-    });
+    mrc.onDark(() => charts.forEach((chart) => chart.redraw()));
   };
 }(window.mrc));

@@ -21,7 +21,7 @@ window.mrc = window.mrc || {};
   }
   let path = null;
   const near = (found, wanted, tolerance) => Math.abs(found - wanted) <= tolerance;
-  const shown = (number, unit) => Number.isFinite(number) ? `${Number(number.toPrecision(3))} ${unit}` : 'unknown';
+  const shown = (number, unit) => mrc.number(number, unit, 3);
 
   const place = {ahead: 0, left: 0};
   const put = async () => {
@@ -129,8 +129,8 @@ window.mrc = window.mrc || {};
 
   // Make one control of a lesson.
   function makeControl({label, range, choices, act}, verdict) {
-    const made = mrc.make('label', '', label);
-    const field = mrc.make(range ? 'input' : 'select'), written = mrc.make('span', 'soft');
+    const made = mrc.element('label', '', label);
+    const field = mrc.element(range ? 'input' : 'select'), written = mrc.element('span', 'soft');
     if (range) {
       field.type = 'range';
       [field.min, field.max, field.step, field.value] = range;
@@ -155,27 +155,27 @@ window.mrc = window.mrc || {};
   // Fill a container with the lessons.
   mrc.makeLessons = function (container) {
     for (const lesson of LESSONS) {
-      const details = mrc.make('details'), controls = mrc.make('div', 'controls'), words = mrc.make('p', 'verdict');
+      const details = mrc.element('details'), controls = mrc.element('div', 'controls'), words = mrc.element('p', 'verdict');
       words.setAttribute('role', 'status');
       const verdict = (right, text) => {
         words.textContent = (right === null ? '' : right ? 'Right. ' : '') + text;
         words.className = `verdict ${right === null ? '' : right ? 'right' : 'wrong'}`;
       };
       lesson.controls.forEach((control) => controls.append(makeControl(control, verdict)));
-      details.append(mrc.make('summary', '', lesson.title), mrc.make('p', '', lesson.text), controls);
+      details.append(mrc.element('summary', '', lesson.title), mrc.element('p', '', lesson.text), controls);
       if (lesson.extra) {
-        const element = mrc.make(lesson.tag);
+        const element = mrc.element(lesson.tag);
         details.append(element);
         lesson.extra(element);
       }
-      const bar = mrc.make('div', 'bar'), check = mrc.make('button', '', 'Check');
+      const bar = mrc.element('div', 'bar'), check = mrc.element('button', '', 'Check');
       let field = null;
       if (lesson.answer === 'number') {
-        field = mrc.make('input');
+        field = mrc.element('input');
         field.inputMode = 'decimal';
         field.size = 8;
       } else if (Array.isArray(lesson.answer)) {
-        field = mrc.make('select');
+        field = mrc.element('select');
         lesson.answer.forEach((choice) => field.append(new Option(choice, choice)));
       }
       if (field) { field.setAttribute('aria-label', 'your answer'); bar.append(field); }
@@ -189,7 +189,7 @@ window.mrc = window.mrc || {};
           verdict(false, 'Write a number.');
         } else verdict(...lesson.check(lesson.answer === 'number' ? Number(given) : given));
       });
-      details.append(mrc.make('p', 'question', lesson.question), bar, words);
+      details.append(mrc.element('p', 'question', lesson.question), bar, words);
       details.addEventListener('toggle', () => { if (details.open) fetchNumbers(); });
       container.append(details);
     }

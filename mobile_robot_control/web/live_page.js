@@ -5,210 +5,212 @@ window.mrc = window.mrc || {};
 
   const SPEEDS = [[0.1, '0.1 ×'], [0.5, '0.5 ×'], [1, '1 ×'], [2, '2 ×'], [5, '5 ×'], [0, 'as fast as possible']];
 
-  function begin() {
-    const $ = (name) => document.getElementById(name), make = mrc.make;
-    let nodes = {}, names = {}, recordings = [], speed = NaN, time = NaN, refused = 0;
+  const $ = (name) => document.getElementById(name);
+  let nodes = {}, names = {}, recordings = [], speed = NaN, time = NaN, refused = 0;
 
-    const value = (role, name) => (nodes[role] || {})[name];
-    const isPaused = () => value('plant', 'paused') === true;
+  const value = (role, name) => (nodes[role] || {})[name];
+  const isPaused = () => value('plant', 'paused') === true;
 
-    function notice(text) {
-      $('notice').textContent = text;
-      $('notice').hidden = !text;
-    }
-
-    // Show the words of an answer that is a refusal.
-    async function ask(request) {
-      const {good, text} = await mrc.live.ask(request);
-      notice(good ? '' : text);
-      return {good, text};
-    }
-
-    const pause = () => ask({do: 'set', node: 'plant', values: {paused: !isPaused()}});
-    $('pause').addEventListener('click', pause);
-    $('step').addEventListener('click', () => ask({do: 'step'}));
-    $('reset').addEventListener('click', () => reset());
-
-    const reset = () => ask({do: 'reset'});
-    function place(on) {
-      $('scene').classList.toggle('placing', on);
-      $('place').setAttribute('aria-pressed', on);
-      $('hint').textContent = on ? 'press where the robot is to start, pull where it is to look' : '';
-    }
-    $('place').addEventListener('click', () => place(!$('scene').classList.contains('placing')));
-
-    const stage = mrc.makeStage($('scene'), (pose) => { place(false); ask({do: 'reset', pose}); });
-    mrc.stage = stage;
-    mrc.makeCharts($('charts'));
-    mrc.makeParameters($('parameters'));
-    mrc.makeLessons($('lessons'));
-
-    let curveBuilt = '';
-    function showCurve(parameters) {
-      const cart = parameters.nodes.find((node) => node.role === 'reference_cart');
-      const entries = cart ? cart.entries.filter(({name}) => ['curve', 'scale', 'period'].includes(name)) : [];
-      const structure = JSON.stringify(entries);
-      if (structure !== curveBuilt) {
-        curveBuilt = structure;
-        $('curve').textContent = '';
-        curveControls.length = 0;
-        if (!entries.length) return;
-        const details = make('details');
-        details.append(make('summary', '', 'curve'), make('p', 'soft',
-          "Another curve or scale begins a new run at the cart's start where the robot is simulated."));
-        for (const entry of entries) {
-          const control = mrc.makeParameter({...entry, slider: entry.name === 'period' ? entry.slider : []},
-            (given) => mrc.live.ask({do: 'curve', values: {[entry.name]: given}}));
-          details.append(control.row);
-          curveControls.push([entry.name, control]);
-        }
-        $('curve').append(details);
-      }
-      curveControls.forEach(([name, control]) => control.show(cart.values[name]));
-    }
-    const curveControls = [];
-
-    SPEEDS.forEach(([factor, text]) => $('speed').append(new Option(text, factor)));
-    $('speed').addEventListener('change', () => {
-      const factor = Number($('speed').value);
-      ask({do: 'set', node: 'plant', values: {real_time_factor: factor}});
-    });
-    let entries = {};
-
-    $('law').addEventListener('change', async () => {
-      const {good} = await ask({do: 'set', node: 'position_controller', values: {controller_type: $('law').value}});
-      if (!good) $('law').value = value('position_controller', 'controller_type');
-    });
-
-    mrc.live.on('parameters', (parameters) => {
-      nodes = Object.fromEntries(parameters.nodes.map(({role, values}) => [role, values]));
-      entries = Object.fromEntries(parameters.nodes.map((node) => [node.role, node.entries]));
-      $('pause').textContent = isPaused() ? 'Run' : 'Pause';
-      $('pause').disabled = value('plant', 'paused') === undefined;
-      $('step').disabled = !isPaused() || value('plant', 'lockstep') !== true;
-      $('reset').disabled = $('place').disabled = $('pause').disabled;
-      const factor = value('plant', 'real_time_factor');
-      $('speed').disabled = factor === undefined || value('plant', 'lockstep') !== true;
-      if (![...$('speed').options].some((option) => Number(option.value) === factor) && factor !== undefined) {
-        $('speed').append(new Option(`${factor} ×`, factor));
-      }
-      if (factor !== undefined) $('speed').value = factor;
-      const law = (entries.position_controller || []).find(({name}) => name === 'controller_type');
-      if (law && law.choices.join() !== [...$('law').options].map((option) => option.value).join()) {
-        $('law').textContent = '';
-        law.choices.forEach((choice) => $('law').append(new Option(choice, choice)));
-      }
-      $('law').disabled = !law;
-      if (law && document.activeElement !== $('law')) $('law').value = value('position_controller', 'controller_type');
-      showCurve(parameters);
-    });
-
-    function showRun() {
-      const parts = [];
-      if (Number.isFinite(time)) parts.push(`t = ${time.toFixed(2)} s`);
-      if (Number.isFinite(speed)) parts.push(`${speed.toFixed(2)} × real time`);
-      parts.push(`${refused} refused`);
-      $('run').textContent = parts.join(' · ');
-    }
-
-    let shownRun = 0;
-    mrc.live.on('rows', (rows) => {
-      const last = rows[rows.length - 1];
-      time = mrc.live.column('time')(last);
-      speed = mrc.live.column('speed')(last);
-      if (performance.now() - shownRun > 200) { shownRun = performance.now(); showRun(); }
-    });
-
-    mrc.live.on('state', (state) => {
-      refused = state.refused;
-      recordings = state.recordings;
-      $('nodes').textContent = '';
-      for (const {name, role, text, good, reasons} of state.nodes) {
-        const row = make('div', 'node');
-        row.append(make('b', '', name), ' ', make('span', good ? 'state' : 'state bad', text));
-        for (const [reason, count] of Object.entries(reasons)) row.append(make('div', 'soft', `refused ${count}: ${reason}`));
-        row.dataset.role = role;
-        $('nodes').append(row);
-      }
-      for (const [reason, count] of Object.entries(state.unreadable)) {
-        $('nodes').append(make('div', 'soft', `not readable for this page, ${count}: ${reason}`));
-      }
-      if (!state.nodes.length) $('nodes').append(make('p', 'soft', 'no node publishes yet'));
-      if (state.ended.length || state.failure) notice([...state.ended, state.failure].filter(Boolean).join('\n'));
-      const list = $('changes').querySelector('ol');
-      list.textContent = '';
-      for (const {stamp, text} of state.events) {
-        list.append(make('li', '', `${stamp < 1e9 ? `t = ${stamp.toFixed(3)} s: ` : ''}${text}`));
-      }
-      showRecording();
-      showRun();
-    });
-
-    function showRecording() {
-      const newest = recordings.at(-1)?.state;
-      $('record').textContent = newest === 'recording' ? 'Stop recording' : 'Record';
-      $('record').disabled = asking || newest === 'writing';
-      $('recorded').textContent = '';
-      for (const {state, name, text} of [...recordings].reverse()) {
-        const row = make('span', text ? 'bad' : '', {
-          recording: `${name} …`, writing: `${name}: writing the report`, failed: `${name}: ${text}`,
-          done: text && `${name}: ${text}`,
-        }[state]);
-        if (state === 'done') {
-          const link = make('a', '', `report of ${name}`);
-          link.href = `/recordings/${encodeURIComponent(name)}/report.html`;
-          link.target = '_blank';
-          row.append(' ', link);
-        }
-        $('recorded').append(row, ' ');
-      }
-    }
-    let asking = false;
-    $('record').addEventListener('click', async () => {
-      asking = true;
-      showRecording();
-      await ask({do: recordings.at(-1)?.state === 'recording' ? 'finish' : 'record'});
-      asking = false;
-      showRecording();
-    });
-    $('save').addEventListener('click', async () => {
-      const {good, text} = await ask({do: 'save'});
-      if (!good) return;
-      const link = make('a', '', text);
-      link.href = `/saved/${encodeURIComponent(text)}`;
-      link.download = text;
-      $('saved').textContent = '';
-      $('saved').append(link);
-    });
-
-    $('topics').addEventListener('toggle', () => emitEvent('mrc', {do: 'topics', shown: $('topics').open}));
-    mrc.live.on('topics', (topics) => {
-      const body = $('topics').querySelector('tbody');
-      body.textContent = '';
-      for (const {name, type, rate, last} of topics) {
-        const row = make('tr'), first = make('td');
-        first.append(make('b', '', name), make('div', 'soft', type), make('div', 'last', last));
-        row.append(first, make('td', 'number', rate.toFixed(1)));
-        body.append(row);
-      }
-    });
-
-    const disturb = (key) => ask({do: 'disturb', key});
-    document.querySelectorAll('#disturbances button').forEach((button) => {
-      button.addEventListener('click', () => disturb(button.dataset.key));
-    });
-    document.addEventListener('keydown', (event) => {
-      const typing = event.target.closest('input, select, textarea, button, summary, a');
-      if (event.ctrlKey || event.altKey || event.metaKey) return;
-      if (event.key === ' ' && !typing) { event.preventDefault(); pause(); }
-      if (event.key.toLowerCase() === 'r' && !(typing && typing.matches('input, select'))) reset();
-      if (event.key.startsWith('Arrow') && event.target === $('scene')) { event.preventDefault(); disturb(event.key); }
-    });
-    mrc.live.begin();
+  function notice(text) {
+    $('notice').textContent = text;
+    $('notice').hidden = !text;
   }
 
-  // The elements come after the scripts.
-  const timer = setInterval(() => {
-    if (document.getElementById('live')) { clearInterval(timer); begin(); }
-  }, 20);
+  // Show the words of an answer that is a refusal.
+  async function ask(request) {
+    const {good, text} = await mrc.live.ask(request);
+    notice(good ? '' : text);
+    return {good, text};
+  }
+
+  const pause = () => ask({do: 'set', node: 'plant', values: {paused: !isPaused()}});
+  $('pause').addEventListener('click', pause);
+  $('step').addEventListener('click', () => ask({do: 'step'}));
+  $('reset').addEventListener('click', () => reset());
+
+  const reset = () => ask({do: 'reset'});
+  function place(on) {
+    $('scene').classList.toggle('placing', on);
+    $('place').setAttribute('aria-pressed', on);
+    $('hint').textContent = on ? 'press where the robot is to start, pull where it is to look' : '';
+  }
+  $('place').addEventListener('click', () => place(!$('scene').classList.contains('placing')));
+
+  const stage = mrc.makeStage($('scene'), (pose) => { place(false); ask({do: 'reset', pose}); });
+  mrc.stage = stage;
+  mrc.makeCharts($('charts'));
+  mrc.makeParameters($('parameters'));
+  mrc.makeLessons($('lessons'));
+
+  let curveBuilt = '';
+  function showCurve(parameters) {
+    const cart = parameters.nodes.find((node) => node.role === 'reference_cart');
+    const entries = cart ? cart.entries.filter(({name}) => ['curve', 'scale', 'period'].includes(name)) : [];
+    const structure = JSON.stringify(entries);
+    if (structure !== curveBuilt) {
+      curveBuilt = structure;
+      $('curve').textContent = '';
+      curveControls.length = 0;
+      if (!entries.length) return;
+      const details = mrc.element('details');
+      details.append(mrc.element('summary', '', 'curve'), mrc.element('p', 'soft',
+        "Another curve or scale begins a new run at the cart's start where the robot is simulated."));
+      for (const entry of entries) {
+        const control = mrc.makeParameter({...entry, slider: entry.name === 'period' ? entry.slider : []},
+          (given) => mrc.live.ask({do: 'curve', values: {[entry.name]: given}}));
+        details.append(control.row);
+        curveControls.push([entry.name, control]);
+      }
+      $('curve').append(details);
+    }
+    curveControls.forEach(([name, control]) => control.show(cart.values[name]));
+  }
+  const curveControls = [];
+
+  SPEEDS.forEach(([factor, text]) => $('speed').append(new Option(text, factor)));
+  $('speed').addEventListener('change', () => {
+    const factor = Number($('speed').value);
+    ask({do: 'set', node: 'plant', values: {real_time_factor: factor}});
+  });
+  let entries = {};
+
+  $('law').addEventListener('change', async () => {
+    const {good} = await ask({do: 'set', node: 'position_controller', values: {controller_type: $('law').value}});
+    if (!good) $('law').value = value('position_controller', 'controller_type');
+  });
+
+  mrc.live.on('parameters', (parameters) => {
+    nodes = Object.fromEntries(parameters.nodes.map(({role, values}) => [role, values]));
+    entries = Object.fromEntries(parameters.nodes.map((node) => [node.role, node.entries]));
+    $('pause').textContent = isPaused() ? 'Run' : 'Pause';
+    $('pause').disabled = value('plant', 'paused') === undefined;
+    $('step').disabled = !isPaused() || value('plant', 'lockstep') !== true;
+    $('reset').disabled = $('place').disabled = $('pause').disabled;
+    const factor = value('plant', 'real_time_factor');
+    $('speed').disabled = factor === undefined || value('plant', 'lockstep') !== true;
+    if (![...$('speed').options].some((option) => Number(option.value) === factor) && factor !== undefined) {
+      $('speed').append(new Option(`${factor} ×`, factor));
+    }
+    if (factor !== undefined) $('speed').value = factor;
+    const law = (entries.position_controller || []).find(({name}) => name === 'controller_type');
+    if (law && law.choices.some((choice, n) => choice !== ($('law').options[n] || {}).value)) {
+      $('law').textContent = '';
+      law.choices.forEach((choice) => $('law').append(new Option(choice, choice)));
+    }
+    // of a node with laws that this page does not know
+    const running = value('position_controller', 'controller_type');
+    if (law && ![...$('law').options].some((option) => option.value === running)) {
+      $('law').append(new Option(running, running));
+    }
+    $('law').disabled = !law;
+    if (law && document.activeElement !== $('law')) $('law').value = running;
+    showCurve(parameters);
+  });
+
+  function showRun() {
+    const parts = [];
+    if (Number.isFinite(time)) parts.push(`t = ${time.toFixed(2)} s`);
+    if (Number.isFinite(speed)) parts.push(`${speed.toFixed(2)} × real time`);
+    parts.push(`${refused} refused`);
+    $('run').textContent = parts.join(' · ');
+  }
+
+  let shownRun = 0;
+  mrc.live.on('rows', (rows) => {
+    const last = rows[rows.length - 1];
+    time = mrc.live.column('time')(last);
+    speed = mrc.live.column('speed')(last);
+    if (performance.now() - shownRun > 200) { shownRun = performance.now(); showRun(); }
+  });
+
+  mrc.live.on('state', (state) => {
+    refused = state.refused;
+    recordings = state.recordings;
+    $('nodes').textContent = '';
+    for (const {name, role, text, good, reasons} of state.nodes) {
+      const row = mrc.element('div', 'node');
+      row.append(mrc.element('b', '', name), ' ', mrc.element('span', good ? 'state' : 'state bad', text));
+      for (const [reason, count] of Object.entries(reasons)) row.append(mrc.element('div', 'soft', `refused ${count}: ${reason}`));
+      row.dataset.role = role;
+      $('nodes').append(row);
+    }
+    for (const [reason, count] of Object.entries(state.unreadable)) {
+      $('nodes').append(mrc.element('div', 'soft', `not readable for this page, ${count}: ${reason}`));
+    }
+    if (!state.nodes.length) $('nodes').append(mrc.element('p', 'soft', 'no node publishes yet'));
+    if (state.ended.length || state.failure) notice([...state.ended, state.failure].filter(Boolean).join('\n'));
+    const list = $('changes').querySelector('ol');
+    list.textContent = '';
+    for (const {stamp, text} of state.events) {
+      list.append(mrc.element('li', '', `${stamp < 1e9 ? `t = ${stamp.toFixed(3)} s: ` : ''}${text}`));
+    }
+    showRecording();
+    showRun();
+  });
+
+  function showRecording() {
+    const newest = recordings.at(-1)?.state;
+    $('record').textContent = newest === 'recording' ? 'Stop recording' : 'Record';
+    $('record').disabled = asking || newest === 'writing';
+    $('recorded').textContent = '';
+    for (const {state, name, text} of [...recordings].reverse()) {
+      const row = mrc.element('span', text ? 'bad' : '', {
+        recording: `${name} …`, writing: `${name}: writing the report`, failed: `${name}: ${text}`,
+        done: text && `${name}: ${text}`,
+      }[state]);
+      if (state === 'done') {
+        const link = mrc.element('a', '', `report of ${name}`);
+        link.href = `/recordings/${encodeURIComponent(name)}/report.html`;
+        link.target = '_blank';
+        row.append(' ', link);
+      }
+      $('recorded').append(row, ' ');
+    }
+  }
+  let asking = false;
+  $('record').addEventListener('click', async () => {
+    asking = true;
+    showRecording();
+    await ask({do: recordings.at(-1)?.state === 'recording' ? 'finish' : 'record'});
+    asking = false;
+    showRecording();
+  });
+  $('save').addEventListener('click', async () => {
+    const {good, text} = await ask({do: 'save'});
+    if (!good) return;
+    const link = mrc.element('a', '', text);
+    link.href = `/saved/${encodeURIComponent(text)}`;
+    link.download = text;
+    $('saved').textContent = '';
+    $('saved').append(link);
+  });
+
+  const showTopics = () => mrc.live.send({do: 'topics', shown: $('topics').open});
+  $('topics').addEventListener('toggle', showTopics);
+  mrc.live.on('connection', (open) => {
+    if (open) showTopics(); else $('run').textContent = 'no connection to the server of this page: trying again';
+  });
+  mrc.live.on('topics', (topics) => {
+    const body = $('topics').querySelector('tbody');
+    body.textContent = '';
+    for (const {name, type, rate, last} of topics) {
+      const row = mrc.element('tr'), first = mrc.element('td');
+      first.append(mrc.element('b', '', name), mrc.element('div', 'soft', type), mrc.element('div', 'last', last));
+      row.append(first, mrc.element('td', 'number', rate.toFixed(1)));
+      body.append(row);
+    }
+  });
+
+  const disturb = (key) => ask({do: 'disturb', key});
+  document.querySelectorAll('#disturbances button').forEach((button) => {
+    button.addEventListener('click', () => disturb(button.dataset.key));
+  });
+  document.addEventListener('keydown', (event) => {
+    const typing = event.target.closest('input, select, textarea, button, summary, a');
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key === ' ' && !typing) { event.preventDefault(); pause(); }
+    if (event.key.toLowerCase() === 'r' && !(typing && typing.matches('input, select'))) reset();
+    if (event.key.startsWith('Arrow') && event.target === $('scene')) { event.preventDefault(); disturb(event.key); }
+  });
+  mrc.live.begin();
 }(window.mrc));

@@ -6,14 +6,6 @@ window.mrc = window.mrc || {};
   // What has a control of its own.
   const ELSEWHERE = new Set(['controller_type', 'curve', 'scale', 'period', 'real_time_factor', 'paused', 'initial_pose']);
 
-  const make = (tag, kind, text) => {
-    const made = document.createElement(tag);
-    if (kind) made.className = kind;
-    if (text !== undefined) made.textContent = text;
-    return made;
-  };
-  mrc.make = make;
-
   // Return a value as a text field has it.
   const written = (value) => Array.isArray(value) ? value.map((one) => Number(Number(one).toPrecision(7))).join(', ')
     : typeof value === 'number' ? String(Number(value.toPrecision(7))) : String(value);
@@ -35,25 +27,25 @@ window.mrc = window.mrc || {};
 
   // Make the control of a parameter; `send(value)` returns a promise of {good, text}.
   mrc.makeParameter = function (entry, send) {
-    const row = make('div', 'parameter'), name = make('div', 'name'), words = make('div', 'words');
+    const row = mrc.element('div', 'parameter'), name = mrc.element('div', 'name'), words = mrc.element('div', 'words');
     words.setAttribute('role', 'alert');
     row.dataset.parameter = entry.name;
-    name.append(make('b', '', entry.name), make('span', 'unit', entry.unit ? ` [${entry.unit}]` : ''));
-    name.append(make('span', 'text', entry.text + (entry.allowed ? ` (${entry.allowed})` : '')));
-    const back = make('button', 'back', '↩');
+    name.append(mrc.element('b', '', entry.name), mrc.element('span', 'unit', entry.unit ? ` [${entry.unit}]` : ''));
+    name.append(mrc.element('span', 'text', entry.text + (entry.allowed ? ` (${entry.allowed})` : '')));
+    const back = mrc.element('button', 'back', '↩');
     let value = null, wanted = null, busy = false, slider = null, field;
     if (entry.kind === 'bool') {
-      field = make('input');
+      field = mrc.element('input');
       field.type = 'checkbox';
     } else if (entry.choices.length) {
-      field = make('select', 'wide');
+      field = mrc.element('select', 'wide');
       entry.choices.forEach((choice) => field.append(new Option(choice, choice)));
     } else {
-      field = make('input', entry.slider.length ? '' : 'wide');
+      field = mrc.element('input', entry.slider.length ? '' : 'wide');
       field.type = 'text';
       field.inputMode = entry.slider.length ? 'decimal' : 'text';
       if (entry.slider.length) {
-        slider = make('input');
+        slider = mrc.element('input');
         slider.type = 'range';
         [slider.min, slider.max] = entry.slider;
         slider.step = (entry.slider[1] - entry.slider[0]) / 500;
@@ -113,20 +105,20 @@ window.mrc = window.mrc || {};
 
     // Make the section of a node anew; others stay as they are.
     function build({role, name, entries}) {
-      const section = make('div');
+      const section = mrc.element('div');
       section.dataset.role = role;
       const live = entries.filter((entry) => entry.live && !ELSEWHERE.has(entry.name));
-      if (live.length) section.append(make('h3', '', role));
-      if (live.length && !name.endsWith(`/${role}`)) section.append(make('p', 'soft', name));
+      if (live.length) section.append(mrc.element('h3', '', role));
+      if (live.length && !name.endsWith(`/${role}`)) section.append(mrc.element('p', 'soft', name));
       const groups = new Map();
       for (const entry of live) {
         const group = entry.name.includes('.') ? entry.name.split('.')[0] : 'general';
         groups.set(group, [...(groups.get(group) || []), entry]);
       }
       for (const [group, members] of groups) {
-        const details = make('details');
+        const details = mrc.element('details');
         details.dataset.group = `${role}/${group}`;
-        details.append(make('summary', '', group));
+        details.append(mrc.element('summary', '', group));
         for (const entry of members) {
           const control = mrc.makeParameter(entry, (value) => mrc.live.set(role, {[entry.name]: value}));
           shown.set(`${role}.${entry.name}`, control);

@@ -9,10 +9,9 @@ window.mrc = window.mrc || {};
   mrc.makeSurface = function (canvas) {
     const pen = canvas.getContext('2d');
     let numbers = null, shown = 'linear', at = null, picture = null;
-    const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
     const mixed = (part) => {
       const ends = ['--robot-2', '--tint', '--robot-1'].map((name) => {
-        pen.fillStyle = colour(name);
+        pen.fillStyle = mrc.colour(name);
         return [1, 3, 5].map((n) => parseInt(pen.fillStyle.slice(n, n + 2), 16));
       });
       const place = part + 1, first = Math.min(1, Math.max(0, Math.floor(place)));
@@ -25,8 +24,7 @@ window.mrc = window.mrc || {};
       const most = Math.max(...values.map(Math.abs)) || 1;
       const image = new ImageData(columns, rows);
       values.forEach((value, n) => image.data.set([...mixed(value / most), 255], 4 * n));
-      picture = document.createElement('canvas');
-      [picture.width, picture.height] = [columns, rows];
+      picture = mrc.element('canvas', '', '', {width: columns, height: rows});
       picture.getContext('2d').putImageData(image, 0, 0);
       picture.most = most;
     }
@@ -41,7 +39,7 @@ window.mrc = window.mrc || {};
       const [wide, high] = [width - LEFT - RIGHT, height - BELOW - ABOVE];
       pen.drawImage(picture, LEFT, ABOVE, wide, high);
       pen.font = `12px ${getComputedStyle(canvas).fontFamily}`;
-      pen.fillStyle = colour('--soft');
+      pen.fillStyle = mrc.colour('--soft');
       pen.textAlign = 'right';
       [['π', 0], ['0', 0.5], ['-π', 1]].forEach(([text, part]) => pen.fillText(text, LEFT - 6, ABOVE + part * high + 4));
       pen.textAlign = 'left';
@@ -57,15 +55,15 @@ window.mrc = window.mrc || {};
       pen.beginPath();
       pen.arc(LEFT + Math.min(1, at[0] / numbers.farthest) * wide, ABOVE + (0.5 - at[1] / (2 * Math.PI)) * high, 6, 0,
               2 * Math.PI);
-      pen.fillStyle = colour('--ink');
+      pen.fillStyle = mrc.colour('--ink');
       pen.fill();
       pen.lineWidth = 2;
-      pen.strokeStyle = colour('--ground');
+      pen.strokeStyle = mrc.colour('--ground');
       pen.stroke();
     }
 
     new ResizeObserver(draw).observe(canvas);
-    window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { picture = null; draw(); });
+    mrc.onDark(() => { picture = null; draw(); });
     return {
       surface(given) { numbers = given; picture = null; draw(); },
       choose(name) { shown = name; picture = null; draw(); },

@@ -1,4 +1,4 @@
-"""Numbers of a page in few characters; arrays.js reads them."""
+"""Numbers of a page in few characters; basics.js reads them."""
 
 import base64
 

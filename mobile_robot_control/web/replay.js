@@ -2,7 +2,7 @@
 //
 //   mrc.makeReplay(element, data, clock)
 //
-// fills an element and shows it; `data` is what reporting/replay_data.py packs. Keys: space plays and pauses, arrows
+// fills an element and shows it; `data` is what pages/replay_data.py packs. Keys: space plays and pauses, arrows
 // move by a hundredth of the run (with shift by a thousandth), home and end to its ends. They work while the focus is
 // in the element, and where nothing has the focus and the element is in view, so that they scroll the page elsewhere.
 window.mrc = window.mrc || {};
@@ -10,13 +10,6 @@ window.mrc = window.mrc || {};
   'use strict';
 
   const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16, 32, 64], LONGEST = 60;  // [s] that a replay takes at first, at most
-
-  function element(kind, attributes, parent) {
-    const made = document.createElement(kind);
-    Object.entries(attributes).forEach(([name, value]) => { made[name] = value; });
-    if (parent) parent.append(made);
-    return made;
-  }
 
   // Return the row of a run before a time, and how far the time is on the way to the next row, 0 to 1.
   function placeAt(times, time) {
@@ -52,15 +45,15 @@ window.mrc = window.mrc || {};
     return {columns, stateAt, cartAt};
   }
 
-  function makeControls(element_, clock) {
-    const bar = element('div', {className: 'controls'}, element_);
-    const play = element('button', {type: 'button', className: 'play'}, bar);
-    const scrubber = element('input', {type: 'range', min: clock.start, max: clock.end, step: 'any'}, bar);
-    const time = element('output', {className: 'time'}, bar);
-    const speed = element('select', {className: 'speed', title: 'Simulated time per time'}, bar);
+  function makeControls(element, clock) {
+    const bar = element.appendChild(mrc.element('div', 'controls'));
+    const play = mrc.element('button', 'play', '', {type: 'button'}), time = mrc.element('output', 'time');
+    const scrubber = mrc.element('input', '', '', {type: 'range', min: clock.start, max: clock.end, step: 'any'});
+    const speed = mrc.element('select', 'speed', '', {title: 'Simulated time per time'});
+    bar.append(play, scrubber, time, speed);
     scrubber.setAttribute('aria-label', 'Time');
     speed.setAttribute('aria-label', 'Speed');
-    SPEEDS.forEach((factor) => element('option', {value: factor, textContent: `${factor} ×`}, speed));
+    SPEEDS.forEach((factor) => speed.append(new Option(`${factor} ×`, String(factor))));
     play.addEventListener('click', clock.toggle);
     scrubber.addEventListener('input', () => {
       const asked = Number(scrubber.value);  // pausing shows the present time
@@ -78,12 +71,12 @@ window.mrc = window.mrc || {};
     });
   }
 
-  function listenToKeys(element_, clock) {
+  function listenToKeys(element, clock) {
     const length = clock.end - clock.start;
     const moves = {ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1};
     document.addEventListener('keydown', (event) => {
-      const {target} = event, box = element_.getBoundingClientRect();
-      const inside = element_.contains(target), free = target === document.body && box.bottom > 0.5 * box.height;
+      const {target} = event, box = element.getBoundingClientRect();
+      const inside = element.contains(target), free = target === document.body && box.bottom > 0.5 * box.height;
       if (!(inside || free) || event.ctrlKey || event.altKey || event.metaKey || target.tagName === 'SELECT') return;
       if (event.key === ' ' && target.tagName !== 'BUTTON') clock.toggle();
       else if (event.key in moves && (inside || !/Up|Down/.test(event.key))) {
@@ -97,19 +90,19 @@ window.mrc = window.mrc || {};
     });
   }
 
-  mrc.makeReplay = function (element_, data, clock) {
-    const canvas = element('canvas', {tabIndex: 0}, element_);
+  mrc.makeReplay = function (element, data, clock) {
+    const canvas = element.appendChild(mrc.element('canvas', '', '', {tabIndex: 0}));
     canvas.setAttribute('role', 'img');
     canvas.setAttribute('aria-label', `Replay of ${data.runs.map((run) => run.name).join(', ')}: `
       + 'space plays, arrow keys move in time');
     const runs = data.runs.map((run) => unpackRun(run, data.trail));
     const path = {x: mrc.unpack(data.path.x), y: mrc.unpack(data.path.y), closed: false};
-    element_.hidden = false;
-    element_.parentElement.classList.add('moving');
+    element.hidden = false;
+    element.parentElement.classList.add('moving');
     const scene = mrc.makeScene(canvas, {robots: data.runs, path, errorScale: data.errorScale});
     runs.forEach(({columns}) => { if (columns.x) scene.fit(columns.x, columns.y); });
-    makeControls(element_, clock);
-    listenToKeys(element_, clock);
+    makeControls(element, clock);
+    listenToKeys(element, clock);
     // runs on one curve have one cart
     const cartsAt = (time) => runs.map((run) => run.cartAt(time)).filter((cart, n, all) => cart
       && all.findIndex((other) => other && Math.hypot(other[0] - cart[0], other[1] - cart[1]) < 1e-3) === n);

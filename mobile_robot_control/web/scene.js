@@ -1,4 +1,4 @@
-// Robots on the plane, drawn on a canvas: the one drawing of them that pages have. It depends on nothing else.
+// Robots on the plane, drawn on a canvas: the one drawing of them that pages have.
 //
 //   const scene = mrc.makeScene(canvas, {
 //     robots: [{name, colour, shape, wheelSeparation, wheelRadius}],  // [m]; also the order of `draw`
@@ -38,13 +38,6 @@ window.mrc = window.mrc || {};
   };
   const FAR = 1, LEAST = 16, STEPS = 16, FONT = 12;  // path sizes, half a robot [px], colours of a trail, [px]
   const LEFT = 48, BELOW = 24, ABOVE = 26, COLUMN = 190;  // [px] round the plane, and of the column at its right
-
-  // Return a quantity as text with three digits and a prefix, such as '9.67 mm'.
-  mrc.withUnit = function (value, unit) {
-    const size = Math.abs(value);
-    const [factor, prefix] = size >= 0.1 || size === 0 ? [1, ''] : size >= 1e-4 ? [1e3, 'm'] : [1e6, 'µ'];
-    return `${Number((value * factor).toPrecision(3))} ${prefix}${unit}`;
-  };
 
   // Return the smallest of 1, 2, 5, 10, 20, ... (and their fractions) that is at least a value.
   function round(value) {
@@ -365,7 +358,7 @@ window.mrc = window.mrc || {};
 
     const again = () => { if (last) draw(last); };
     new ResizeObserver(again).observe(canvas);
-    window.matchMedia('(prefers-color-scheme: dark)').addEventListener('change', again);
+    mrc.onDark(again);
     setPath(options.path);
     arrange({robots: []});
     return {draw, fit, setPath, toWorld, toScreen};

@@ -1,13 +1,11 @@
 // The page of a study: a map of starts with values under the pointer, replays of some runs, and distributions.
 //
-// `study-data` is what reporting/study_page.py packs. A run is shown by its number among those of its controller, from 1
+// `study-data` is what pages/study_page.py packs. A run is shown by its number among those of its controller, from 1
 // on; in the data indices are from 0 on.
 (function (mrc) {
   'use strict';
 
   const data = JSON.parse(document.getElementById('study-data').textContent);
-  const dark = window.matchMedia('(prefers-color-scheme: dark)');
-  const ofPage = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const host = document.querySelector('.charts[data-figure=starts]');
   const replayed = document.getElementById('replay');
   const REACH = 14;  // [px] of the pointer
@@ -56,8 +54,8 @@
       canvas.width = canvas.height = Math.round(size * ratio);
       pen.setTransform(ratio, 0, 0, ratio, 0, 0);
       pen.font = '12px system-ui, sans-serif';
-      pen.strokeStyle = ofPage('--faint');
-      pen.fillStyle = ofPage('--soft');
+      pen.strokeStyle = mrc.colour('--faint');
+      pen.fillStyle = mrc.colour('--soft');
       const step = 10 ** Math.floor(Math.log10(reach)) * (reach / 10 ** Math.floor(Math.log10(reach)) > 4 ? 2 : 1) / 2;
       for (let n = -Math.floor(reach / step); n * step < reach; n++) {
         const at = size / 2 * (1 + n * step / reach);
@@ -69,7 +67,7 @@
         for (let n = 0; n < one.count; n++) {
           if (success[n] !== succeeded) continue;
           const [px, py] = place(n);
-          pen.fillStyle = pen.strokeStyle = ofPage(succeeded ? '--robot-1' : '--robot-2');
+          pen.fillStyle = pen.strokeStyle = mrc.colour(succeeded ? '--robot-1' : '--robot-2');
           pen.beginPath();
           pen.arc(px, py, succeeded ? 2.5 : 4.5, 0, 2 * Math.PI);
           pen.fill();
@@ -79,7 +77,7 @@
           pen.lineTo(px + 12 * Math.cos(heading[n]), py - 12 * Math.sin(heading[n]));
           if (!succeeded || n === under) pen.stroke();
           if (String(n) in one.replays || n === under) {
-            pen.strokeStyle = ofPage('--ink');
+            pen.strokeStyle = mrc.colour('--ink');
             pen.beginPath();
             pen.arc(px, py, 7, 0, 2 * Math.PI);
             pen.stroke();
@@ -115,14 +113,13 @@
       if (String(found) in one.replays) replay(one, String(found));
     });
     Object.keys(one.replays).forEach((run) => {
-      const button = mrc.element('button', '', `${success[run] ? 'median' : 'failure'} ${Number(run) + 1}`);
-      button.type = 'button';
-      button.title = describe(one, Number(run));
+      const button = mrc.element('button', '', `${success[run] ? 'median' : 'failure'} ${Number(run) + 1}`,
+                                 {type: 'button', title: describe(one, Number(run))});
       button.addEventListener('click', () => replay(one, run));
       list.append(button);
     });
     new ResizeObserver(() => requestAnimationFrame(draw)).observe(box);
-    dark.addEventListener('change', draw);
+    mrc.onDark(draw);
     draw();
   }
 
@@ -150,8 +147,8 @@
       values.forEach((value, n) => shares.set(value, 100 * known / of * (values.length > 1 ? n / last : 1)));
       return [[...shares.keys()], [...shares.values()]];
     }));
-    const axis = (more) => ({stroke: () => ofPage('--soft'), font: '12px system-ui, sans-serif', ticks: {show: false},
-                             grid: {stroke: () => ofPage('--faint'), width: 1}, ...more});
+    const axis = (more) => ({stroke: () => mrc.colour('--soft'), font: '12px system-ui, sans-serif', ticks: {show: false},
+                             grid: {stroke: () => mrc.colour('--faint'), width: 1}, ...more});
     const show = (chart) => {
       const value = chart && chart.cursor.left >= 0 ? chart.posToVal(chart.cursor.left, 'x') : NaN;
       lines.forEach(({one}, n) => {
@@ -174,7 +171,7 @@
     new ResizeObserver(() => requestAnimationFrame(() => {
       if (box.clientWidth > 0 && box.clientWidth !== plot.width) plot.setSize({width: box.clientWidth, height: 180});
     })).observe(box);
-    dark.addEventListener('change', () => plot.redraw());
+    mrc.onDark(() => plot.redraw());
   }
 
   host.closest('figure').classList.add('charted');

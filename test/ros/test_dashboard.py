@@ -265,10 +265,9 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
 
 def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
     # messages on their way are lost, as where a network fails
-    page.driver.execute_script('const engine = window.socket.io.engine; engine.transport.ws.onmessage = () => {};'
-                               'window.kept = true; setTimeout(() => engine.close(), 1000)')
-    page.wait(lambda: page.driver.execute_script('return !window.socket.connected'))
-    page.wait(lambda: page.driver.execute_script('return window.socket.connected'))
+    page.driver.execute_script('window.kept = true; window.former = mrc.socket; mrc.socket.close()')
+    page.wait(lambda: page.text('run').startswith('no connection'))
+    page.wait(lambda: page.driver.execute_script('return mrc.socket !== window.former && mrc.socket.readyState === 1'))
     before = page.text('run')
     page.wait(lambda: page.text('run') != before)
     assert page.driver.execute_script('return window.kept')
@@ -276,8 +275,8 @@ def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
 
 def test_a_request_whose_answer_is_lost_is_answered_in_words(page):
     answer = page.driver.execute_async_script(
-        'const later = window.setTimeout; window.setTimeout = (act) => later(act, 0); window.emitEvent = () => {};'
-        'mrc.live.ask({do: "record"}).then(arguments[0])')
+        'const later = window.setTimeout; window.setTimeout = (act) => later(act, 0);'
+        'WebSocket.prototype.send = () => {}; mrc.live.ask({do: "record"}).then(arguments[0])')
     assert answer == {'good': False, 'text': 'the server of this page gave no answer; load the page again'}
 
 

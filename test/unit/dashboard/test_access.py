@@ -47,7 +47,7 @@ WITH_TOKEN = AccessGate(_application, frozenset(), 'secret')
 ])
 def test_only_requests_to_this_host_from_its_own_pages_pass(headers, status):
     assert _status(_ask(LOCAL, **headers)) == status
-    socket = _ask(LOCAL, 'websocket', '/_nicegui_ws/socket.io/', **headers)
+    socket = _ask(LOCAL, 'websocket', '/live', **headers)
     assert _status(socket) == (200 if status == 200 else 'websocket.close')
 
 

@@ -1,7 +1,7 @@
 """The entries of parameters: those of nodes that describe themselves equal those of the declarations."""
 
 import pytest
-from rcl_interfaces.msg import ParameterDescriptor, ParameterValue
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterValue
 
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.dashboard.parameter_entries import described_entry, known_entries, plain_value
@@ -34,9 +34,10 @@ def test_what_a_node_describes_is_what_it_declares(node):
 
 def test_a_parameter_of_another_package_has_what_its_node_tells():
     descriptor = ParameterDescriptor(name='speed', type=3, description='of the robot [m/s]',
-                                     additional_constraints='above 0.0 m/s, at most 2.5 m/s')
+                                     additional_constraints='not too fast',
+                                     floating_point_range=[FloatingPointRange(from_value=0.0, to_value=2.5)])
     entry = described_entry(descriptor, 1.0, {})
-    assert (entry.unit, entry.text, entry.low, entry.high) == ('m/s', 'of the robot', 0.0, 2.5)
+    assert (entry.text, entry.allowed, entry.low, entry.high) == ('of the robot [m/s]', 'not too fast', 0.0, 2.5)
     assert (entry.default, entry.slider, entry.live) == (None, (0.0, 2.5), True)
 
 
