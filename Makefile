@@ -23,7 +23,7 @@ READY := $(VENV)/.ready
 # where it is set, each of the thousand processes that the tests start compiles every module again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo figures test test-dds soak bench fingerprint mutants lint pages docs clean
+.PHONY: setup demo figures test test-dds soak bench fingerprint mutants lint lint-js pages docs clean
 
 setup: $(READY)
 
@@ -71,6 +71,13 @@ $(VENV)/.mutants: $(READY)
 
 lint: setup
 	$(BIN)/python -m pytest test/lint
+
+# the types of the scripts that run in a browser; it needs Node.js, and tools/package.json pins the checker
+lint-js: tools/node_modules/.package-lock.json
+	cd tools && npm run --silent check
+
+tools/node_modules/.package-lock.json: tools/package.json tools/package-lock.json
+	cd tools && npm ci --no-fund --no-audit
 
 # the generated parts of docs/: tables of parameters and of robots, what the robots and the position laws do, the table
 # of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in

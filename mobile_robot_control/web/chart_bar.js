@@ -1,5 +1,6 @@
+// @ts-check
 // The bar above the charts: time, zoom, the runs, and values or differences.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 

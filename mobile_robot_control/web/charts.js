@@ -1,3 +1,4 @@
+// @ts-check
 // Charts of runs over time, drawn with uPlot: one range of time, one cursor and one choice of lines for all of them.
 //
 //   mrc.showCharts(data, clock)
@@ -8,7 +9,7 @@
 // charts: [{figure, label, unit, bend, limits, lines: [{kind, run, name, time, value}]}], ...}; time and value of a line
 // are places in `columns`. The kinds are reference, value, command and difference. A click sets the clock, and the
 // clock moves the cursor of time.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
@@ -23,9 +24,13 @@ window.mrc = window.mrc || {};
 
   // What all charts share: the range of time that they show, and which lines.
   function makeView(data, clock) {
-    const listeners = [], off = new Set();
+    /** @type {((what?: string) => void)[]} */
+    const listeners = [];
+    /** @type {Set<string>} */
+    const off = new Set();
     const several = data.runs.length > 1;
     if (several) off.add('commanded');  // as many lines again
+    /** @type {View} */
     const view = {
       data, clock, off, several, range: [data.start, data.end], difference: false, hover: null,
       onChange(listener) { listeners.push(listener); },
@@ -69,10 +74,10 @@ window.mrc = window.mrc || {};
     const space = 'http://www.w3.org/2000/svg', picture = document.createElementNS(space, 'svg');
     const piece = document.createElementNS(space, 'line');
     for (const [name, value] of Object.entries({width: 30, height: 12, 'aria-hidden': 'true'})) {
-      picture.setAttribute(name, value);
+      picture.setAttribute(name, String(value));
     }
     const ends = {x1: 1, x2: 29, y1: 6, y2: 6, 'stroke-width': style.width, 'stroke-dasharray': style.dash.join(' ')};
-    for (const [name, value] of Object.entries(ends)) piece.setAttribute(name, value);
+    for (const [name, value] of Object.entries(ends)) piece.setAttribute(name, String(value));
     const paint = () => piece.setAttribute('stroke', mrc.look(style.colour));
     paint();
     mrc.onDark(paint);
@@ -107,8 +112,9 @@ window.mrc = window.mrc || {};
         : line.name;
       const style = commands ? {...stroke(view.data, line), colour: view.data.command} : stroke(view.data, line);
       const alone = lines.length === 1 && !view.several;  // there is nothing to choose
-      const entry = {line, commands, ...(alone ? {value: mrc.element('span', 'value')}
-        : mrc.switchOf(view, key, name, style))};
+      const {button, value} = alone ? {button: null, value: mrc.element('span', 'value')}
+        : mrc.switchOf(view, key, name, style);
+      const entry = {line, commands, button, value};
       if (entry.button) entry.button.title = 'Switch this line on or off, in every chart';
       entries.push(entry);
       legend.append(entry.button || entry.value);
@@ -249,7 +255,8 @@ window.mrc = window.mrc || {};
 
   mrc.showCharts = function (data, clock) {
     data.columns = data.columns.map(mrc.unpack);
-    const view = makeView(data, clock), hosts = [...document.querySelectorAll('.charts[data-figure]')];
+    const view = makeView(data, clock), 
+      hosts = /** @type {HTMLElement[]} */ ([...document.querySelectorAll('.charts[data-figure]')]);
     clock.onChange(() => view.changed('time'));
     for (const host of hosts) {
       const charts = data.charts.filter((chart) => chart.figure === host.dataset.figure);

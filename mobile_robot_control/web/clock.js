@@ -1,5 +1,6 @@
+// @ts-check
 // The time that a page shows: one clock, which the replay, its scrubber and all charts follow and set.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 

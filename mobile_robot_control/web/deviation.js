@@ -1,5 +1,6 @@
+// @ts-check
 // The path of each run beside that of the cart, with the error enlarged by a factor that a slider sets.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
@@ -32,9 +33,9 @@ window.mrc = window.mrc || {};
   }
 
   mrc.drawDeviation = function (view, host) {
-    const {data} = view, parts = data.deviation.map((part) => ({
-      run: part.run, ...Object.fromEntries(['time', 'x', 'y', 'x_error', 'y_error'].map(
-        (name) => [name, data.columns[part[name]]]))}));
+    const {data} = view, parts = data.deviation.map(({run, time, x, y, x_error, y_error}) => ({
+      run, time: data.columns[time], x: data.columns[x], y: data.columns[y], x_error: data.columns[x_error],
+      y_error: data.columns[y_error]}));
     const box = mrc.element('div', 'chart deviation'), canvas = mrc.element('canvas'), head = mrc.element('div', 'head');
     const slider = mrc.element('input', '', '', {type: 'range', min: 0, max: STEPS.length - 1, step: 1,
                                                  value: STEPS.indexOf(defaultFactor(parts))}), shown = mrc.element('output'), label = mrc.element('label', 'factor', 'error × ');
@@ -123,8 +124,8 @@ window.mrc = window.mrc || {};
         const cart = map(part.x[n], part.y[n]);
         const robot = map(part.x[n] + factor() * part.x_error[n], part.y[n] + factor() * part.y_error[n]);
         pen.beginPath();
-        pen.moveTo(...cart);
-        pen.lineTo(...robot);
+        pen.moveTo(cart[0], cart[1]);
+        pen.lineTo(robot[0], robot[1]);
         pen.lineWidth = 1;
         pen.strokeStyle = mrc.look(data.command);
         pen.stroke();

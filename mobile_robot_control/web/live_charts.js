@@ -1,5 +1,6 @@
+// @ts-check
 // Rolling charts of the live page: errors, velocities, torques with their limits, the Lyapunov function.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 

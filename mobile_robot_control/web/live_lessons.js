@@ -1,5 +1,6 @@
+// @ts-check
 // Five short lessons: each has two controls, one question, and an answer that is checked, most of them by measuring.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
@@ -99,7 +100,7 @@ window.mrc = window.mrc || {};
        {label: 'surface of', choices: ['linear', 'angular'], act: (given) => { surface.choose(given); return {good: true, text: ''}; }},
        {label: 'law', choices: ['backstepping', 'fuzzy'], act: (given) => set('position_controller', {controller_type: given})}],
      question: 'The law runs, and the robot follows: how far behind the cart does it stay, on average [m]?', answer: 'number',
-     extra: (element) => { surface = mrc.makeSurface(element); }, tag: 'canvas',
+     extra: (element) => { surface = mrc.makeSurface(element); },
      check: (given) => {
        if (value('position_controller', 'controller_type') !== 'fuzzy') return [false, 'Choose the fuzzy law first.'];
        const [e1, e2] = [last('e1', 5), last('e2', 5)];
@@ -132,8 +133,8 @@ window.mrc = window.mrc || {};
     const made = mrc.element('label', '', label);
     const field = mrc.element(range ? 'input' : 'select'), written = mrc.element('span', 'soft');
     if (range) {
-      field.type = 'range';
-      [field.min, field.max, field.step, field.value] = range;
+      const [min, max, step, value] = range;
+      Object.assign(field, {type: 'range', min, max, step, value});
       field.addEventListener('input', () => { written.textContent = ` ${field.value}`; });
     } else choices.forEach((choice) => field.append(new Option(choice, choice)));
     field.addEventListener('change', async () => {
@@ -164,7 +165,7 @@ window.mrc = window.mrc || {};
       lesson.controls.forEach((control) => controls.append(makeControl(control, verdict)));
       details.append(mrc.element('summary', '', lesson.title), mrc.element('p', '', lesson.text), controls);
       if (lesson.extra) {
-        const element = mrc.element(lesson.tag);
+        const element = mrc.element('canvas');
         details.append(element);
         lesson.extra(element);
       }

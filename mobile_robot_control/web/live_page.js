@@ -1,12 +1,14 @@
+// @ts-check
 // The live page put together: buttons, keys, states, topics.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  const SPEEDS = [[0.1, '0.1 ×'], [0.5, '0.5 ×'], [1, '1 ×'], [2, '2 ×'], [5, '5 ×'], [0, 'as fast as possible']];
+  const SPEEDS = [0.1, 0.5, 1, 2, 5, 0];  // 0: as fast as possible
 
+  /** @type {(name: string) => any} */
   const $ = (name) => document.getElementById(name);
-  let nodes = {}, names = {}, recordings = [], speed = NaN, time = NaN, refused = 0;
+  let nodes = {}, recordings = [], speed = NaN, time = NaN, refused = 0;
 
   const value = (role, name) => (nodes[role] || {})[name];
   const isPaused = () => value('plant', 'paused') === true;
@@ -67,7 +69,8 @@ window.mrc = window.mrc || {};
   }
   const curveControls = [];
 
-  SPEEDS.forEach(([factor, text]) => $('speed').append(new Option(text, factor)));
+  const addSpeed = (factor) => $('speed').append(new Option(factor ? `${factor} ×` : 'as fast as possible', factor));
+  SPEEDS.forEach(addSpeed);
   $('speed').addEventListener('change', () => {
     const factor = Number($('speed').value);
     ask({do: 'set', node: 'plant', values: {real_time_factor: factor}});
@@ -89,7 +92,7 @@ window.mrc = window.mrc || {};
     const factor = value('plant', 'real_time_factor');
     $('speed').disabled = factor === undefined || value('plant', 'lockstep') !== true;
     if (![...$('speed').options].some((option) => Number(option.value) === factor) && factor !== undefined) {
-      $('speed').append(new Option(`${factor} ×`, factor));
+      addSpeed(factor);
     }
     if (factor !== undefined) $('speed').value = factor;
     const law = (entries.position_controller || []).find(({name}) => name === 'controller_type');
@@ -202,11 +205,11 @@ window.mrc = window.mrc || {};
   });
 
   const disturb = (key) => ask({do: 'disturb', key});
-  document.querySelectorAll('#disturbances button').forEach((button) => {
+  $('disturbances').querySelectorAll('button').forEach((button) => {
     button.addEventListener('click', () => disturb(button.dataset.key));
   });
   document.addEventListener('keydown', (event) => {
-    const typing = event.target.closest('input, select, textarea, button, summary, a');
+    const typing = /** @type {Element} */ (event.target).closest('input, select, textarea, button, summary, a');
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === ' ' && !typing) { event.preventDefault(); pause(); }
     if (event.key.toLowerCase() === 'r' && !(typing && typing.matches('input, select'))) reset();

@@ -1,5 +1,6 @@
+// @ts-check
 // The live parameters of every node, made from what the nodes say of them: unit, bounds, description, default.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
@@ -33,22 +34,20 @@ window.mrc = window.mrc || {};
     name.append(mrc.element('b', '', entry.name), mrc.element('span', 'unit', entry.unit ? ` [${entry.unit}]` : ''));
     name.append(mrc.element('span', 'text', entry.text + (entry.allowed ? ` (${entry.allowed})` : '')));
     const back = mrc.element('button', 'back', '↩');
-    let value = null, wanted = null, busy = false, slider = null, field;
+    let value = null, wanted = null, busy = false, slider = null;
+    /** @type {any} */
+    let field;
     if (entry.kind === 'bool') {
-      field = mrc.element('input');
-      field.type = 'checkbox';
+      field = mrc.element('input', '', '', {type: 'checkbox'});
     } else if (entry.choices.length) {
       field = mrc.element('select', 'wide');
       entry.choices.forEach((choice) => field.append(new Option(choice, choice)));
     } else {
-      field = mrc.element('input', entry.slider.length ? '' : 'wide');
-      field.type = 'text';
-      field.inputMode = entry.slider.length ? 'decimal' : 'text';
+      const inputMode = entry.slider.length ? 'decimal' : 'text';
+      field = mrc.element('input', entry.slider.length ? '' : 'wide', '', {type: 'text', inputMode});
       if (entry.slider.length) {
-        slider = mrc.element('input');
-        slider.type = 'range';
-        [slider.min, slider.max] = entry.slider;
-        slider.step = (entry.slider[1] - entry.slider[0]) / 500;
+        const [min, max] = entry.slider;
+        slider = mrc.element('input', '', '', {type: 'range', min, max, step: (max - min) / 500});
         slider.setAttribute('aria-label', entry.name);
       }
     }

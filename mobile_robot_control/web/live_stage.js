@@ -1,5 +1,6 @@
+// @ts-check
 // The robot on the plane, live: the scene of scene.js, fed with rows; a start pose is dragged on it.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 

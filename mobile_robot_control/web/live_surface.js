@@ -1,5 +1,6 @@
+// @ts-check
 // The control surface of the fuzzy law, with a dot where the robot is on it.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
@@ -8,11 +9,12 @@ window.mrc = window.mrc || {};
   // Return the drawing on a canvas: {surface(numbers), choose('linear' or 'angular'), dot(distance, bearing)}.
   mrc.makeSurface = function (canvas) {
     const pen = canvas.getContext('2d');
-    let numbers = null, shown = 'linear', at = null, picture = null;
+    let most = 1, numbers = null, shown = 'linear', at = null, picture = null;
     const mixed = (part) => {
       const ends = ['--robot-2', '--tint', '--robot-1'].map((name) => {
         pen.fillStyle = mrc.colour(name);
-        return [1, 3, 5].map((n) => parseInt(pen.fillStyle.slice(n, n + 2), 16));
+        const hex = String(pen.fillStyle);
+        return [1, 3, 5].map((n) => parseInt(hex.slice(n, n + 2), 16));
       });
       const place = part + 1, first = Math.min(1, Math.max(0, Math.floor(place)));
       return ends[first].map((value, k) => Math.round(value + (place - first) * (ends[first + 1][k] - value)));
@@ -21,12 +23,11 @@ window.mrc = window.mrc || {};
     // Paint the surface once; the dot moves on it.
     function paint() {
       const {columns, rows} = numbers, values = numbers[shown];
-      const most = Math.max(...values.map(Math.abs)) || 1;
+      most = Math.max(...values.map(Math.abs)) || 1;
       const image = new ImageData(columns, rows);
       values.forEach((value, n) => image.data.set([...mixed(value / most), 255], 4 * n));
       picture = mrc.element('canvas', '', '', {width: columns, height: rows});
       picture.getContext('2d').putImageData(image, 0, 0);
-      picture.most = most;
     }
 
     function draw() {
@@ -41,7 +42,7 @@ window.mrc = window.mrc || {};
       pen.font = `12px ${getComputedStyle(canvas).fontFamily}`;
       pen.fillStyle = mrc.colour('--soft');
       pen.textAlign = 'right';
-      [['π', 0], ['0', 0.5], ['-π', 1]].forEach(([text, part]) => pen.fillText(text, LEFT - 6, ABOVE + part * high + 4));
+      ['π', '0', '-π'].forEach((text, n) => pen.fillText(text, LEFT - 6, ABOVE + 0.5 * n * high + 4));
       pen.textAlign = 'left';
       pen.fillText('bearing [rad]', LEFT + 4, ABOVE + 14);
       pen.fillText('0', LEFT, height - BELOW + 14);
@@ -49,7 +50,7 @@ window.mrc = window.mrc || {};
       pen.fillText(`distance ${numbers.farthest} m`, width - RIGHT, height - BELOW + 14);
       pen.textAlign = 'left';
       const unit = shown === 'linear' ? 'm/s' : 'rad/s';
-      pen.fillText(`orange: −${picture.most.toFixed(2)} ${unit}, blue: +${picture.most.toFixed(2)} ${unit}`, LEFT,
+      pen.fillText(`orange: −${most.toFixed(2)} ${unit}, blue: +${most.toFixed(2)} ${unit}`, LEFT,
                    height - 4);
       if (!at) return;
       pen.beginPath();

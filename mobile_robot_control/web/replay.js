@@ -1,3 +1,4 @@
+// @ts-check
 // The replay of runs: robots on the plane in step with the page's clock, with buttons, a scrubber and keys.
 //
 //   mrc.makeReplay(element, data, clock)
@@ -5,7 +6,7 @@
 // fills an element and shows it; `data` is what pages/replay_data.py packs. Keys: space plays and pauses, arrows
 // move by a hundredth of the run (with shift by a thousandth), home and end to its ends. They work while the focus is
 // in the element, and where nothing has the focus and the element is in view, so that they scroll the page elsewhere.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
@@ -22,10 +23,12 @@ window.mrc = window.mrc || {};
 
   // Return a run with its columns unpacked, and its state at a time as scene.js draws it.
   function unpackRun(run, trailLength) {
+    /** @type {Record<string, Float32Array>} */
     const columns = {};
     Object.entries(run.columns).forEach(([name, text]) => { columns[name] = mrc.unpack(text); });
     const {time} = columns, trail = {x: columns.x, y: columns.y, error: columns.error};
-    function stateAt(now) {
+    /** @type {(now: number) => RobotState & {error?: number}} */
+    const stateAt = function (now) {
       const place = placeAt(time, now), value = (name) => between(columns[name], place);
       if (!columns.x || now < time[0]) return {pose: null};
       return {
@@ -37,7 +40,7 @@ window.mrc = window.mrc || {};
         trail: {...trail, from: mrc.indexAt(time, now - trailLength), to: place.n},
         error: columns.error ? columns.error[place.n] : NaN,
       };
-    }
+    };
     const cartAt = (now) => {
       const place = placeAt(time, now);
       return columns.cart_x ? ['x', 'y', 'heading'].map((name) => between(columns[`cart_${name}`], place)) : null;
@@ -75,7 +78,7 @@ window.mrc = window.mrc || {};
     const length = clock.end - clock.start;
     const moves = {ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1};
     document.addEventListener('keydown', (event) => {
-      const {target} = event, box = element.getBoundingClientRect();
+      const target = /** @type {Element} */ (event.target), box = element.getBoundingClientRect();
       const inside = element.contains(target), free = target === document.body && box.bottom > 0.5 * box.height;
       if (!(inside || free) || event.ctrlKey || event.altKey || event.metaKey || target.tagName === 'SELECT') return;
       if (event.key === ' ' && target.tagName !== 'BUTTON') clock.toggle();

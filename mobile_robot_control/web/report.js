@@ -1,5 +1,6 @@
+// @ts-check
 // The start of a report's page: its numbers, its one clock, and the replay; charts take both from here.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 

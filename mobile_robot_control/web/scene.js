@@ -1,3 +1,4 @@
+// @ts-check
 // Robots on the plane, drawn on a canvas: the one drawing of them that pages have.
 //
 //   const scene = mrc.makeScene(canvas, {
@@ -23,7 +24,7 @@
 // The canvas has the size that CSS gives it; a change of size, of light and dark, draws the last state again. A robot
 // is drawn to scale, but never too small to see which way it points; one far from the path is an arrow at the edge.
 // Colours are the custom properties of colours.css. Text has 12 CSS pixels.
-window.mrc = window.mrc || {};
+window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
@@ -153,7 +154,8 @@ window.mrc = window.mrc || {};
     function shades() {
       const stops = ['--error-low', '--error-middle', '--error-high'].map((name) => {
         pen.fillStyle = colour(name);
-        return [1, 3, 5].map((n) => parseInt(pen.fillStyle.slice(n, n + 2), 16));
+        const hex = String(pen.fillStyle);
+        return [1, 3, 5].map((n) => parseInt(hex.slice(n, n + 2), 16));
       });
       return Array.from({length: STEPS}, (_, n) => {
         const place = 2 * n / (STEPS - 1), first = Math.min(1, Math.floor(place)), part = place - first;

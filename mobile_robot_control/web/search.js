@@ -1,3 +1,4 @@
+// @ts-check
 // The convergence of a search over its generations, in place of the picture of the figure `search`.
 (function (mrc) {
   'use strict';

@@ -31,14 +31,15 @@ def test_ci_runs_both_commands_of_the_readme_on_both_distributions():
     assert 'make test ' in readme
 
 
-def test_every_job_checks_the_repository_out_and_sets_python_up_before_it_runs_a_target_that_exists():
+def test_every_job_checks_the_repository_out_and_sets_its_language_up_before_it_runs_a_target_that_exists():
     workflow = _load('.github/workflows/ci.yml')
     # YAML 1.1 reads the key on as true
     assert {'push', 'pull_request'} <= set(workflow[True])
     for name, job in workflow['jobs'].items():
         assert job['runs-on'].startswith('ubuntu-')
         used = [step['uses'].partition('@')[0] for step in job['steps'] if 'uses' in step]
-        assert used[:2] == ['actions/checkout', 'actions/setup-python'], name
+        assert used[0] == 'actions/checkout', name
+        assert used[1] in ('actions/setup-python', 'actions/setup-node'), name
         first = next(n for n, step in enumerate(job['steps']) if 'run' in step)
         assert first >= 2
         for command in _runs(job):

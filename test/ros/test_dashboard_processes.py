@@ -122,7 +122,8 @@ def _memory(pid):
 async def _send_frames(address):
     """Send frames over the page's socket that are no requests, each over a connection of its own."""
     place = address.removeprefix('http://').rstrip('/')
-    for frame in ('{"do": "event"}', '[1]', '{}', '\x1b]0;X\x07', '[' * 100_000, b'\xff', 'x' * (1 << 20), '{"do": {}}'):
+    for frame in ('{"do": "event"}', '{"do": {}}', '[1]', '{}', '\x1b]0;X\x07', '[' * 100_000, b'\xff',
+                  'x' * (1 << 20)):
         async with websockets.connect(f'ws://{place}{SOCKET}%1b', origin=f'http://{place}') as socket:
             await socket.recv()
             await socket.send(frame)

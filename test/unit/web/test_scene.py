@@ -27,8 +27,9 @@ def scene(browser, tmp_path):
     """Shows a page with the drawing module; returns what evaluates expressions in it."""
     def show(scheme='light', width=WIDTH):
         file = tmp_path / 'scene.html'
-        file.write_text(PAGE.format(colours=asset('colours.css'), script=asset('scene.js'), width=width,
-                                    height=HEIGHT), encoding='utf-8')
+        script = asset('basics.js') + asset('scene.js')
+        file.write_text(PAGE.format(colours=asset('colours.css'), script=script, width=width, height=HEIGHT),
+                        encoding='utf-8')
         browser.show(file, 800, scheme)
         return browser.evaluate
 
