@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mobile_robot_control.recording.columns import COLUMNS
-from mobile_robot_control.runs.series import Signal, Stamps, empty_signal
+from mobile_robot_control.runs.series import Signal, Stamps
 
 _SURE = 50
 """So many stamps after a fall, behind as many before it, are a new run whose start was missed."""

@@ -116,7 +116,7 @@ class Run(_Contents):
 
     @property
     def velocity(self) -> Floats:
-        """v [m/s] and ω [rad/s] of the robot, shape (n, 2); true as `pose` is."""
+        """V [m/s] and ω [rad/s] of the robot, shape (n, 2); true as `pose` is."""
         return self._moving['velocity']
 
     @property
@@ -136,7 +136,7 @@ class Run(_Contents):
 
     @cached_property
     def cmd_vel(self) -> Floats:
-        """v [m/s] and ω [rad/s] that the position law commands, shape (n, 2)."""
+        """V [m/s] and ω [rad/s] that the position law commands, shape (n, 2)."""
         return self._held('cmd_vel', slice(0, 2))
 
     @cached_property

@@ -263,7 +263,8 @@ ERRORS = (_error_panel('e₁ ahead', 'longitudinal'), _error_panel('e₂ to the 
 DISTANCE = (PanelOf('distance', 'cm', distance_to_cart, None, _measured_distance, labels=_BOTH),)
 VELOCITY = (
     PanelOf('v', 'm/s', column('odom', 'linear'), column('reference', 'linear'), column('cmd_vel', 'linear'), True),
-    PanelOf('ω', 'rad/s', column('odom', 'angular'), column('reference', 'angular'), column('cmd_vel', 'angular'), True),
+    PanelOf('ω', 'rad/s', column('odom', 'angular'), column('reference', 'angular'), column('cmd_vel', 'angular'),
+            True),
 )
 TORQUE = (PanelOf('right torque', 'N m', lambda series: series.torque('right'), logarithmic=True),
           PanelOf('left torque', 'N m', lambda series: series.torque('left'), logarithmic=True))

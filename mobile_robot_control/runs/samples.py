@@ -97,7 +97,8 @@ def samples_of(series: Series) -> Iterator[Sample]:
             if number != at:
                 at = number
                 tick = PositionTick(float(joined.tick[number]), Pose(*odom[:3]), BodyVelocity(*odom[3:]),
-                                    Reference(Pose(*reference[:3]), BodyVelocity(*reference[3:])), TrackingError(*error))
+                                    Reference(Pose(*reference[:3]), BodyVelocity(*reference[3:])),
+                                    TrackingError(*error))
                 commanded = BodyVelocity(*command)
                 truth = Truth(Pose(*motion[:3]), BodyVelocity(*motion[3:]),
                               TrackingError(*true_error)) if series.hides_truth else None

@@ -3,12 +3,12 @@
 import json
 from pathlib import Path
 
-from mobile_robot_control.runs.run import Run
-from mobile_robot_control.runs.samples import samples_of
 from mobile_robot_control.configuration.files import configuration_text
 from mobile_robot_control.configuration.sources import File
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.csv_table import write_csv
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.samples import samples_of
 from mobile_robot_control.system.files import naming_errors, writable_file, write_atomically
 from mobile_robot_control.system.texts import printable
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from bag_making import WALL, messages_of
+
 from bench.graph import CONFIG
 from bench.progress import show
 from bench.row import Row, at_most
@@ -53,7 +54,8 @@ def rows() -> Iterator[Row]:
         subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.simulate', '--duration', '600', '--output',
                         folder / 'run.csv'], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         found = megabytes(folder / 'run.csv', folder / 'report')
-        yield at_most('memory of `report`, a table of ten minutes', found / TABLE, 1.0, f'{found:.0f} MB of {TABLE:.0f}')
+        yield at_most('memory of `report`, a table of ten minutes', found / TABLE, 1.0,
+                      f'{found:.0f} MB of {TABLE:.0f}')
         show('report, a bag of an hour')
         write_bag(folder / 'bag')
         found = megabytes(folder / 'bag', folder / 'report')

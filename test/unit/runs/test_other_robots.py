@@ -6,10 +6,9 @@ import pytest
 from bag_making import CMD_VEL, KINDS, ODOM, REFERENCE, WALL, messages_of, record
 from harness import numbers_in
 from measuring import configuration, measured
-from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.runs.run import Run
 
 from mobile_robot_control.cli import report
+from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.messages import writing
 from mobile_robot_control.pages import animation, report_writing
 from mobile_robot_control.pages.timing import timing_table
@@ -19,9 +18,9 @@ from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.reading import read_run
+from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect, samples_of
-from mobile_robot_control.runs.series import Series
 from mobile_robot_control.simulation.rollout import rollout
 
 MS = 1_000_000

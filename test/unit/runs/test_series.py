@@ -68,7 +68,8 @@ def test_until_keeps_the_times_of_receipt(origin):
 
 def test_a_topic_without_messages_gives_empty_lines():
     empty = Series({})
-    for line in (empty.line('odom', 'x'), empty.torque('right'), empty.energy(), empty.power('left'), *empty.headings()):
+    for line in (empty.line('odom', 'x'), empty.torque('right'), empty.energy(), empty.power('left'),
+                 *empty.headings()):
         assert line.time.size == line.value.size == 0
     assert not timed(empty)
 

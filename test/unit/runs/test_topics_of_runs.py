@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from bag_making import WALL
 from measuring import configuration
-from mobile_robot_control.recording.columns import READ
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS, RefusedMessageError
 from mobile_robot_control.messages.types import Header, JointState
 from mobile_robot_control.quantities import WheelTorque
+from mobile_robot_control.recording.columns import READ
 from mobile_robot_control.runs.errors import error_signal, with_errors
 from mobile_robot_control.runs.gaps import describe_gaps
 from mobile_robot_control.runs.messages import Messages
@@ -117,7 +117,8 @@ def test_a_new_run_whose_start_was_missed_is_not_mixed_with_the_old(samples, mis
 
 def test_a_topic_recorded_in_the_new_run_alone_belongs_to_it(samples):
     messages = _messages(samples)
-    found = _read([(*message, WALL + n) for n, message in enumerate([*(m for m in messages if m[0] != 'odom'), *messages])])
+    both = [*(message for message in messages if message[0] != 'odom'), *messages]
+    found = _read([(*message, WALL + n) for n, message in enumerate(both)])
     assert found.earlier_runs == 1
     assert list(samples_of(Series(found.signals))) == samples
 

@@ -7,14 +7,14 @@ import pytest
 from bag_making import record
 from harness import numbers_in
 from measuring import configuration, measured
-from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.runs.run import Run
 
 from mobile_robot_control.cli import report, simulate
 from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.pages import report_writing
 from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS, TRUTH_COLUMNS, Rows, write_csv
+from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect
 from mobile_robot_control.simulation.metric_table import INDICES
