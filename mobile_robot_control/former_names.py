@@ -14,7 +14,7 @@ MOVED = {f'{_PACKAGE}.{former}': f'{_PACKAGE}.{present}' for former, present in 
     'parameters.configuration': 'configuration.configure', 'parameters.files': 'configuration.files',
     'parameters.nodes': 'configuration.nodes', 'parameters.shared': 'configuration.shared',
     'registry': 'plugins.registry', 'tuning.scenarios': 'simulation.scenarios',
-    'api.runs': 'runs.run', 'api.saving': 'runs.saving', 'recording.bag_reader': 'runs.bag', 'reporting': 'pages',
+    'api.runs': 'runs.run', 'api.saving': 'runs.run_files', 'recording.bag_reader': 'runs.bag', 'reporting': 'pages',
     'reporting.animation': 'pages.animation', 'reporting.report_writing': 'pages.report_writing',
     'reporting.run_reading': 'runs.reading', 'reporting.sros2_policy': 'configuration.sros2_policy',
 }.items()}

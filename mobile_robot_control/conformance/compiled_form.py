@@ -31,7 +31,7 @@ from mobile_robot_control.conformance.sampling import (
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.compiler_messages import reason_of
+from mobile_robot_control.simulation.batch import reason_of
 
 DIFFERENT = {'hypot': 'math.sqrt(x * x + y * y)', 'pow': 'products', 'gamma': 'a table', 'lgamma': 'a table'}
 """Functions whose compiled form rounds otherwise, and what to write instead."""

@@ -10,7 +10,7 @@ from mobile_robot_control.figures.lines import Floats, Line
 from mobile_robot_control.figures.palette import GREY, INK, LINES, line_widths, on_dark
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.series import Series
-from mobile_robot_control.web.packing import pack
+from mobile_robot_control.web.assets import pack
 
 _LARGEST = 3.0e38
 """What a 32-bit float can hold; beyond it a chart has a gap."""

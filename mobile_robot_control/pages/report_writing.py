@@ -12,9 +12,15 @@ from mobile_robot_control.figures.figure import Figure
 from mobile_robot_control.figures.palette import LINES
 from mobile_robot_control.pages import page
 from mobile_robot_control.pages.animation import animate
-from mobile_robot_control.pages.chart_page import chart_numbers, chart_scripts, chart_styles
-from mobile_robot_control.pages.first_screen import first_screen, replay_scripts, replay_styles
 from mobile_robot_control.pages.metrics_table import configuration_table, metrics_table
+from mobile_robot_control.pages.page_parts import (
+    chart_numbers,
+    chart_scripts,
+    chart_styles,
+    first_screen,
+    replay_scripts,
+    replay_styles,
+)
 from mobile_robot_control.pages.timing import TIMING_FIGURES, timed, timing_table
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, TORQUE_FIGURE, RunFigure

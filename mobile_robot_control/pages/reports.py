@@ -12,7 +12,7 @@ from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.recording.bag_topics import NAMES
+from mobile_robot_control.runs.bag import NAMES
 from mobile_robot_control.runs.reading import load_run
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_files import UnreadableRunError

@@ -11,10 +11,16 @@ from mobile_robot_control.analysis.promises import Promise
 from mobile_robot_control.figures.figure import BEST, MEAN, Curve, Figure, Panel
 from mobile_robot_control.figures.lines import Line
 from mobile_robot_control.pages import page
-from mobile_robot_control.pages.chart_page import chart_numbers, chart_scripts, chart_styles
-from mobile_robot_control.pages.first_screen import first_screen, replay_scripts, replay_styles
 from mobile_robot_control.pages.metrics_table import configuration_table, metrics_table
-from mobile_robot_control.pages.promise_page import promise_parts
+from mobile_robot_control.pages.page_parts import (
+    chart_numbers,
+    chart_scripts,
+    chart_styles,
+    first_screen,
+    promise_parts,
+    replay_scripts,
+    replay_styles,
+)
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, PanelOf, distance_to_cart, heading_error, path_panel
 from mobile_robot_control.runs.series import Series

@@ -15,9 +15,13 @@ from mobile_robot_control.figures.figure import Figure, Marks, Panel
 from mobile_robot_control.figures.lines import Floats
 from mobile_robot_control.figures.palette import LINES, on_dark
 from mobile_robot_control.pages import page
-from mobile_robot_control.pages.chart_page import UPLOT_SCRIPT, chart_styles
-from mobile_robot_control.pages.first_screen import replay_scripts, replay_styles
-from mobile_robot_control.pages.promise_page import promise_parts
+from mobile_robot_control.pages.page_parts import (
+    UPLOT_SCRIPT,
+    chart_styles,
+    promise_parts,
+    replay_scripts,
+    replay_styles,
+)
 from mobile_robot_control.pages.readable import quantities
 from mobile_robot_control.pages.replay_data import replay_data
 from mobile_robot_control.quantities import Pose
@@ -29,8 +33,7 @@ from mobile_robot_control.tuning.comparison import COMPARED, comparison_texts
 from mobile_robot_control.tuning.failures import failure_texts
 from mobile_robot_control.tuning.monte_carlo import Judged, metric_labels, success_text, summarise_runs
 from mobile_robot_control.tuning.splits import Split, best_split
-from mobile_robot_control.web.assets import asset
-from mobile_robot_control.web.packing import pack
+from mobile_robot_control.web.assets import asset, pack
 
 FAILURES, MEDIANS = 8, 3
 """Runs of each controller that can be replayed, at most."""

@@ -8,8 +8,14 @@ from tempfile import TemporaryDirectory
 import yaml
 from rosbags.rosbag2 import Reader
 
-from mobile_robot_control.recording.mcap_stream import BagError, McapStream, Message, ProgressCallback
-from mobile_robot_control.recording.unpacking import unpack_file, unpack_message
+from mobile_robot_control.recording.mcap_stream import (
+    BagError,
+    McapStream,
+    Message,
+    ProgressCallback,
+    unpack_file,
+    unpack_message,
+)
 from mobile_robot_control.system.files import BAG, METADATA, open_bounded, read_bounded
 from mobile_robot_control.system.texts import shortened
 

@@ -1,10 +1,13 @@
 """The reader of bags, whole or damaged: memory holds numbers, never messages."""
 
+from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Set
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import (
@@ -14,19 +17,117 @@ from mobile_robot_control.messages.parsing import (
     serialised_stamp,
 )
 from mobile_robot_control.recording.bag_files import BagFiles
-from mobile_robot_control.recording.bag_topics import choose_topics, held_topics, missing_topics
 from mobile_robot_control.recording.changes import RESET, Change, read_change
 from mobile_robot_control.recording.columns import GROUND_TRUTH, READ
 from mobile_robot_control.recording.mcap_stream import BagError, Message, ProgressCallback
 from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.gaps import describe_gaps
 from mobile_robot_control.runs.messages import Messages
-from mobile_robot_control.runs.receipt import stamped_by_receipt
 from mobile_robot_control.runs.samples import samples_of
-from mobile_robot_control.runs.series import Series, empty_signal
+from mobile_robot_control.runs.series import Series, Signal, empty_signal
 from mobile_robot_control.simulation.closed_loop import Sample
+from mobile_robot_control.stamps import NANOSECONDS
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS, LOOP_TOPICS
+
+NAMES = (*LOOP_TOPICS, GROUND_TRUTH)
+"""Topics that a bag is searched for."""
+
+
+def held_topics(path: Path) -> set[str]:
+    """Return the absolute names of all topics of a bag; raise BagError if it is none."""
+    bag = BagFiles(path, lambda *_: None)
+    for _ in bag.messages(lambda _: False):
+        pass
+    return bag.topics
+
+
+def choose_topics(namespace: str, topics: Mapping[str, str], held: Set[str]) -> tuple[dict[str, str], list[str]]:
+    """
+    Choose the topics of a bag.
+
+    Parameters
+    ----------
+    namespace : str
+        In which the nodes ran; relative names are in it.
+    topics : mapping of str to str
+        The other names of some of NAMES.
+    held : set of str
+        Absolute names of the bag's topics; needed where there are other names.
+
+    Returns
+    -------
+    tuple of dict of str to str, and list of str
+        The loop's name of each topic by its name in the bag, and what the bag lacks, in words.
+    """
+    prefix = namespace.rstrip('/') + '/'
+    chosen, problems = {prefix + name: name for name in NAMES}, []
+    for name, given in topics.items():
+        other = given if given.startswith('/') else prefix + given
+        if other in held:
+            del chosen[prefix + name]
+            chosen[other] = name
+        else:
+            instead = f'{prefix + name} is taken' if prefix + name in held else f'it holds {_listed(held)}'
+            problems.append(f'--topic {name}:={given}: the bag has no {other}; {instead}')
+    return chosen, problems
+
+
+def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Set[str]) -> Iterator[str]:
+    """Yield what to name where a bag has no odometry or no reference under the names that were looked for."""
+    loop = [topic for topic, name in names.items() if name != GROUND_TRUTH]
+    if not any(topic in held for topic in loop):
+        yield (f'none of the topics {", ".join(loop)}; the bag holds {_listed(held)}: name the robot with --namespace, '
+               'or its topics with --topic odom:=/NAME')
+    elif lacking := [name for name in ('odom', 'reference') if name in silent]:
+        yield (f'the bag holds {_listed(held)}: where one of them is '
+               f'{" or ".join(lacking)}, add --topic {lacking[0]}:=/NAME')
+
+
+def _listed(held: Set[str]) -> str:
+    """Return the names of topics in one line."""
+    return shortened(', '.join(sorted(map(str, held)))) or 'nothing'
+
+
+_AGREE = NANOSECONDS
+"""[ns]: stamps that are nearer to their receipt than this are of the recorder's clock."""
+
+
+def stamped_by_receipt(plain: Signal, clock: Signal) -> Signal:
+    """
+    Return messages that were stamped with their receipt on the clock of another topic.
+
+    Parameters
+    ----------
+    plain : Signal
+        Whose stamps are the times of receipt [ns].
+    clock : Signal
+        Such as odometry, with stamps and times of receipt.
+
+    Returns
+    -------
+    Signal
+        As it is where the clock's stamps are wall times of the same clock. Where they are of simulated time, or of a
+        computer whose clock is wrong, each receipt is read on the clock, between the receipts of two of its messages;
+        what was received before the first or after the last of them is left out.
+    """
+    if not clock.received.size or abs(np.median(clock.received - clock.stamps)) < _AGREE:
+        return plain
+    # whole numbers of Python: products of times in ns are larger than 64 bits
+    pairs = sorted(zip(clock.received.tolist(), clock.stamps.tolist(), strict=True))
+    times = [received for received, _ in pairs]
+    kept: list[int] = []
+    stamps: list[int] = []
+    for n, received in enumerate(plain.received.tolist()):
+        after = bisect_right(times, received)
+        if 0 < after < len(pairs):
+            (begun, first), (ended, last) = pairs[after - 1], pairs[after]
+            stamp = first + (last - first) * (received - begun) // (ended - begun)
+            if not stamps or stamp > stamps[-1]:
+                kept.append(n)
+                stamps.append(stamp)
+    return Signal(np.array(stamps, np.int64), plain.received[kept], plain.values[kept])
+
 
 _LATEST = 1 << 63
 """[ns]: times of receipt are kept in 64 bits."""

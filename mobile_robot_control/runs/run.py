@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.figures.lines import Floats
-from mobile_robot_control.runs.between_ticks import moving_at
 from mobile_robot_control.runs.gaps import Gap, find_gaps
-from mobile_robot_control.runs.joining import Joined, join
+from mobile_robot_control.runs.joining import Joined, join, moving_at
 from mobile_robot_control.runs.series import Series
 from mobile_robot_control.system.texts import printable
 
@@ -221,7 +220,7 @@ class Run(_Contents):
 
         """
         # imported late: it takes a run itself
-        from mobile_robot_control.runs.saving import save_run  # noqa: PLC0415
+        from mobile_robot_control.runs.run_files import save_run  # noqa: PLC0415
 
         save_run(self, file)
 

@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import re
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -23,12 +24,45 @@ from mobile_robot_control.quantities import (
 )
 from mobile_robot_control.simulation import trial
 from mobile_robot_control.simulation.cart_motion import CartMotion, cart_motion, given_motion, references
-from mobile_robot_control.simulation.compiler_messages import reason_of
 from mobile_robot_control.simulation.indices import MeasuredMotion
 from mobile_robot_control.simulation.path_table import converted
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.trial import Outcome, Trial, prepared_loop
 from mobile_robot_control.system.texts import describe_error
+
+_BEGIN = 'Failed in nopython mode pipeline'
+"""Begins the report on each function; the innermost one comes last."""
+
+
+def reason_of(error: Exception) -> str:
+    r"""
+    Return why a function cannot be compiled, and where, in one line.
+
+    Parameters
+    ----------
+    error : Exception
+        Of numba: a report on each function from the outermost to the one that cannot be compiled, many lines each.
+
+    Returns
+    -------
+    str
+        The first line of the innermost report, with file and line where it names them.
+
+    Examples
+    --------
+    >>> reason_of(ValueError('Failed in nopython mode pipeline (step: nopython frontend)\nUnknown attribute'))
+    'Unknown attribute'
+
+    """
+    lines = [line.strip() for line in str(error).rpartition(_BEGIN)[2].splitlines()]
+    told = [line for line in lines if line and not line.startswith('(step:')]
+    if not told:
+        return type(error).__name__
+    # a module is named with the path of its library
+    reason = re.sub(r"(<module '[^']+').*?>", r'\1>', told[0])
+    found = next(filter(None, (re.search(r'^File "(.+)", line (\d+):$', line) for line in told)), None)
+    return f'{reason}, at {os.path.realpath(found[1])}, line {found[2]}' if found else reason
+
 
 try:
     import numba

@@ -9,9 +9,15 @@ from mobile_robot_control.reference.cart import CurveParameters
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.closed_loop import PositionTick
 from mobile_robot_control.simulation.cross_track import cross_track, distance_to_place, nearest_on_path
-from mobile_robot_control.simulation.indices import PerformanceIndices, add_tick, position_error
+from mobile_robot_control.simulation.indices import (
+    PerformanceIndices,
+    Variation,
+    add_tick,
+    position_error,
+    varied_command,
+    varied_torque,
+)
 from mobile_robot_control.simulation.path_table import GrowingPath
-from mobile_robot_control.simulation.variation import Variation, varied_command, varied_torque
 
 _ON_PATH = 0.01
 """Of a step of the table: a reference that is farther from the path is not on it."""

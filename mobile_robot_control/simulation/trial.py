@@ -15,18 +15,19 @@ from mobile_robot_control.quantities import Pose, Reference, WheelTorque
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState
 from mobile_robot_control.simulation.indices import (
     PerformanceIndices,
+    Variation,
     add_step,
     add_true_tick,
     given_alone,
     given_with_path,
     no_step,
     no_tick,
+    variation_step,
 )
 from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
-from mobile_robot_control.simulation.variation import Variation, variation_step
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.texts import describe_error
 

@@ -7,9 +7,8 @@ from xml.etree import ElementTree
 import pytest
 
 from mobile_robot_control.cli import report, simulate
-from mobile_robot_control.pages import first_screen, report_writing
-from mobile_robot_control.pages.chart_page import chart_scripts
-from mobile_robot_control.pages.first_screen import replay_scripts
+from mobile_robot_control.pages import page_parts, report_writing
+from mobile_robot_control.pages.page_parts import chart_scripts, replay_scripts
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
 from mobile_robot_control.runs.reading import load_run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, PanelOf
@@ -149,7 +148,7 @@ def test_a_replay_that_cannot_be_made_hides_nothing_else(table, tmp_path, monkey
     def fail(_):
         raise ValueError('odd\nnumbers')
 
-    monkeypatch.setattr(first_screen, 'replay_data', fail)
+    monkeypatch.setattr(page_parts, 'replay_data', fail)
     assert report.main([str(table), '--output', str(tmp_path)]) == 0
     page = _drawn(tmp_path)
     assert r'cannot be shown: ValueError: odd\nnumbers' in page

@@ -15,8 +15,7 @@ from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 from zstandard import ZstdCompressor
 
-from mobile_robot_control.recording.mcap_stream import BagError
-from mobile_robot_control.recording.unpacking import LARGEST, unpack_message
+from mobile_robot_control.recording.mcap_stream import LARGEST, BagError, unpack_message
 from mobile_robot_control.runs import bag
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from mobile_robot_control.simulation.compiler_messages import reason_of
+from mobile_robot_control.simulation.batch import reason_of
 
 
 def _remainder(x):

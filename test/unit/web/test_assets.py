@@ -7,8 +7,7 @@ import struct
 from pathlib import Path
 
 from mobile_robot_control import web
-from mobile_robot_control.web.assets import asset
-from mobile_robot_control.web.packing import pack
+from mobile_robot_control.web.assets import asset, pack
 
 
 def test_numbers_are_little_endian_floats():

@@ -2,7 +2,7 @@
 
 import logging
 
-from mobile_robot_control.dashboard.log_lines import LogLines
+from mobile_robot_control.dashboard.server import LogLines
 
 
 def test_a_record_is_one_printable_line_and_those_that_follow_are_counted(capsys):

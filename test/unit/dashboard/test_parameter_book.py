@@ -4,7 +4,7 @@ import pytest
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterValue
 
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.dashboard.parameter_entries import described_entry, known_entries, plain_value
+from mobile_robot_control.dashboard.parameter_book import described_entry, known_entries, plain_value
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.ros.parameter_bridge import declare
 
