@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 from mobile_robot_control.cli.command_parser import make_parser, request_of
 from mobile_robot_control.cli.main import make_main
 from mobile_robot_control.experiment.experiment import ExperimentRequest, Experiments, Performed
-from mobile_robot_control.pages.answer import run_sentence
+from mobile_robot_control.pages.run_words import run_sentence
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.ros.stop import Stop

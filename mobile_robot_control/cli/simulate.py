@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 from mobile_robot_control.api.simulation_files import SimulationFiles, simulate_into_files
 from mobile_robot_control.cli.command_parser import make_parser, request_of
 from mobile_robot_control.cli.main import make_main
-from mobile_robot_control.pages.answer import run_sentence
+from mobile_robot_control.pages.run_words import run_sentence
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.simulation.simulate import SimulationRequest
 from mobile_robot_control.system.texts import printable

@@ -98,7 +98,11 @@ def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_s
     # the cart's own time is that of its stamps: it drives as far as it says
     stamps, x, y = by_time(driven.cart)
     speeds = [message.twist.twist.linear.x for message in driven.cart[1:]]
-    assert np.hypot(np.diff(x), np.diff(y)).sum() == pytest.approx((speeds * np.diff(stamps)).sum(), rel=0.02)
+    # over a message that this listener was too late for, the way is no straight line
+    near = np.diff(stamps) < 0.1
+    assert near.sum() > 20
+    ways = np.hypot(np.diff(x), np.diff(y))
+    assert ways[near].sum() == pytest.approx((speeds * np.diff(stamps))[near].sum(), rel=0.02)
 
     driven.base.send_signal(signal.SIGUSR1)
     robot.listen(0.5)

@@ -17,7 +17,7 @@ from chapter_figures.runs import (
     ChapterRun,
     Runs,
 )
-from mobile_robot_control.pages.answer import peak_torque
+from mobile_robot_control.pages.run_words import peak_torque
 from mobile_robot_control.quantities import BodyVelocity
 
 RUNS = (FUZZY_BESIDE, FUZZY_TRIFOLIUM, HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, ORDINARY_TRIFOLIUM)
