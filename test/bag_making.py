@@ -1,6 +1,11 @@
 """Rollouts as the messages that the nodes would publish, and bags of them."""
 
+import json
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from mcap.writer import Writer
+from rclpy.serialization import serialize_message
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.recording.bag_writer import BagWriter
@@ -58,3 +63,12 @@ def write_mcap(file, samples, compression, chunk_size):
             for topic, stamp, message in messages_of(sample):
                 writer.add_message(channels[topic], WALL + stamp, message, WALL + stamp)
         writer.finish()
+
+
+def event(stamp, node, run=0, **values):
+    """Return an event as a node publishes it; two underscores stand for the dot in a key."""
+    array = DiagnosticArray(status=[DiagnosticStatus(name=node, values=[
+        KeyValue(key=key.replace('__', '.'), value=json.dumps(value)), KeyValue(key='run', value=str(run))])
+        for key, value in values.items()])
+    array.header.stamp = Time(sec=stamp // 10**9, nanosec=stamp % 10**9)
+    return bytes(serialize_message(array))

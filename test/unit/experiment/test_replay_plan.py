@@ -1,12 +1,10 @@
 """`experiment --replay`: what is planned from a bag, which bags are refused, and how runs are compared."""
 
-import json
 import math
 
 import pytest
-from bag_making import WALL, write
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from bag_making import WALL, event, write
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import serialize_message
 
 from mobile_robot_control.cli import experiment
@@ -21,15 +19,6 @@ from mobile_robot_control.simulation.rollout import rollout
 
 MS = 1_000_000
 TICK = 10 * MS
-
-
-def event(stamp, node, run=0, **values):
-    """Return an event as a node publishes it; two underscores stand for the dot in a key."""
-    array = DiagnosticArray(status=[DiagnosticStatus(name=node, values=[
-        KeyValue(key=key.replace('__', '.'), value=json.dumps(value)), KeyValue(key='run', value=str(run))])
-        for key, value in values.items()])
-    array.header.stamp = Time(sec=stamp // 10**9, nanosec=stamp % 10**9)
-    return bytes(serialize_message(array))
 
 
 @pytest.fixture

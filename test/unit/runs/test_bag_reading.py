@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from bag_making import WALL, messages_of, record, write_mcap
+from bag_making import WALL, event, messages_of, record, write, write_mcap
 from mcap.writer import CompressionType
 from measuring import configuration
 from rclpy.serialization import serialize_message
@@ -12,9 +12,12 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from mobile_robot_control.api.loading import load
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.recording.mcap_stream import BagError
 from mobile_robot_control.runs import bag
+from mobile_robot_control.runs.gaps import Gap
+from mobile_robot_control.runs.run import Event
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -235,3 +238,40 @@ def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):
     # it is computed from odometry and reference
     for found, sample in zip(recording.samples, samples[100:], strict=True):
         assert found.tick.error == pytest.approx(sample.tick.error, abs=1e-12)
+
+
+EVENTS_KIND = 'diagnostic_msgs/msg/DiagnosticArray'
+
+
+def _with_events(path, samples, *events):
+    """Write a bag of samples, in which messages of a kind stand on the topic of events."""
+    with BagWriter(path) as writer:
+        write(writer, samples)
+        for kind, message in events:
+            writer.write('/events', kind, WALL, message)
+    return path
+
+
+def test_a_run_has_the_events_of_the_last_run_each_once(tmp_path, samples):
+    earlier = [event(200_000_000, 'plant', paused=True), event(300_000_000, 'plant', reset=[0.0, 0.0, 0.0])]
+    gain = event(500_000_000, 'position_controller', run=1, backstepping__p=2.0)
+    run = load(_with_events(tmp_path / 'bag', samples, *((EVENTS_KIND, one) for one in [*earlier, gain, gain])))
+    assert run.events == (Event(0.5, 'position_controller', {'backstepping.p': 2.0}),)
+    assert not run.problems
+    assert run.gaps == {}
+
+
+def test_events_that_cannot_be_read_are_told_of_and_those_of_another_package_are_not(tmp_path, samples):
+    foreign = ('std_msgs/msg/String', bytes(serialize_message(String(data='a door opened'))))
+    assert not load(_with_events(tmp_path / 'foreign', samples, foreign)).problems
+    run = load(_with_events(tmp_path / 'broken', samples, (EVENTS_KIND, b'\x00\x01\x00\x00\xff'), foreign))
+    assert run.events == ()
+    problem, = run.problems
+    assert problem.startswith('1 messages left out: a message on /events is no change of a run')
+
+
+def test_a_run_has_its_gaps_by_topic(tmp_path, samples):
+    kept = [sample for sample in samples if not 0.2 < sample.time < 0.3]
+    run = load(record(tmp_path / 'bag', kept))
+    # the ticks within are missing, too
+    assert run.gaps == {topic: [Gap(0.2, 0.3)] for topic in LOOP_TOPICS}
