@@ -264,7 +264,7 @@ def test_a_run_has_the_events_of_the_last_run_each_once(tmp_path, samples):
 def test_events_that_cannot_be_read_are_told_of_and_those_of_another_package_are_not(tmp_path, samples):
     foreign = ('std_msgs/msg/String', bytes(serialize_message(String(data='a door opened'))))
     assert not load(_with_events(tmp_path / 'foreign', samples, foreign)).problems
-    run = load(_with_events(tmp_path / 'broken', samples, (EVENTS_KIND, b'\x00\x01\x00\x00\xff'), foreign))
+    run = load(_with_events(tmp_path / 'broken', samples, (EVENTS_KIND, b'\x00\x01\x00\x00\xff')))
     assert run.events == ()
     problem, = run.problems
     assert problem.startswith('1 messages left out: a message on /events is no change of a run')
