@@ -49,7 +49,7 @@ setup(
         # compiled rollouts: some hundred times faster searches; and the second algorithm
         'fast': ['numba==0.68.0', 'scipy==1.15.3'],
         # the page to watch and handle the robot
-        'dashboard': ['starlette==1.10.0', 'uvicorn==0.54.0', 'websockets==17.4'],
+        'dashboard': ['starlette==1.7.0', 'uvicorn==0.54.0', 'websockets==16.1.1'],
         # the search on a cluster
         'cluster': ['distributed==2026.8.0'],
         # the versions that the tests run with
