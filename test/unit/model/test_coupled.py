@@ -128,3 +128,14 @@ def test_long_periods_are_as_accurate_as_short_ones(dt):
     assert (state.pose.x, state.pose.y) == pytest.approx((whole.x, whole.y), abs=1e-12)
     assert state.pose.heading == pytest.approx(0.3 + whole.turn, abs=1e-12)
     assert state.velocity == pytest.approx((whole.linear, whole.angular), abs=1e-12)
+
+
+def test_a_fading_torque_moves_the_robot_as_its_means_over_short_periods():
+    torque, fading, rate, h = WheelTorque(0.5, 0.2), WheelTorque(2.0, -1.0), 100.0, 5e-5
+    times = np.arange(0.0, 0.01, h)
+    share = (np.exp(-rate * times) - np.exp(-rate * (times + h))) / (rate * h)
+    torques = [(0.5 + 2.0 * part, 0.2 - 1.0 * part) for part in share]
+    *_, (x, y, _, _, _, right, left) = chapter.drive([0.0, 0.0, 0.3, 0, 0, 0, 0], torques, h, coupling=True)
+    found = coupled.advance_fading(Pose(0.0, 0.0, 0.3), BodyVelocity(0.0, 0.0), torque, fading, rate, ROBOT, 0.01)
+    assert (found.linear, found.angular) == pytest.approx(chapter.body(right, left), rel=1e-5)
+    assert (found.x, found.y) == pytest.approx((x, y), rel=1e-4)

@@ -14,6 +14,7 @@ from mobile_robot_control.quantities import (
     WheelVelocity,
 )
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
+from mobile_robot_control.simulation.metric_table import RUN_METRICS
 from mobile_robot_control.simulation.metrics import MEASURED, MeasuredRun, RunMeter, summary
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
@@ -83,6 +84,13 @@ def test_the_summary_has_the_contracts_names_and_values(meter):
         'energy': 1.5,
         'objective': pytest.approx(math.log(4.0) + 5.0 * math.log(10.0) + math.log(3.75) + 14.0, rel=1e-15),
     }
+
+
+def test_the_metrics_with_a_value_for_each_wheel_are_those_of_the_table(meter):
+    values = summary(meter.run('completed'))
+    assert {name for name, value in values.items() if isinstance(value, dict)} == {
+        metric.name for metric in RUN_METRICS if metric.of_wheels}
+    assert list(values) == [metric.name for metric in RUN_METRICS]
 
 
 def test_equation_29_with_hand_numbers():
