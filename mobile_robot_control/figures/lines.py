@@ -37,7 +37,7 @@ def thinned(line: Line, buckets: int = _BUCKETS) -> Line:
     Examples
     --------
     >>> thinned(Line(np.arange(1e5), np.sin(np.arange(1e5)))).time.size
-    2402
+    1202
 
     """
     count = line.time.size
