@@ -26,7 +26,6 @@ def shown_state(link: RobotLink, nodes: StartedNodes | None, recordings: Recordi
         'events': link.events.newest_first(),
         'ended': nodes.reports() if nodes is not None else [],
         'recordings': recordings.state,
-        'attached': nodes is None,
         'columns': COLUMNS,
         'failure': link.failure,
     }
@@ -36,12 +35,10 @@ def shown_parameters(link: RobotLink) -> dict[str, Any]:
     """Return the parameters of all nodes and what follows from them; for the link's thread."""
     book = link.book
     return {
-        'version': book.version,
         'nodes': [{'role': role, 'name': known.name, 'values': known.values,
                    'entries': [entry.as_json() for entry in known.entries.values()]}
                   for role, known in book.nodes.items()],
         'path': _path(link),
-        'curves': list(CURVES),
     }
 
 

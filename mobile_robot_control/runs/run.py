@@ -110,42 +110,42 @@ class Run(_Contents):
 
     @property
     def pose(self) -> Floats:
-        """x, y [m] and heading in (-π, π] [rad] of the robot, shape (n, 3); true if known beside odometry."""
+        """Pose of the robot: x, y [m] and heading in (-π, π] [rad], shape (n, 3); true if known beside odometry."""
         return self._moving['pose']
 
     @property
     def velocity(self) -> Floats:
-        """V [m/s] and ω [rad/s] of the robot, shape (n, 2); true as `pose` is."""
+        """Velocities v [m/s] and ω [rad/s] of the robot, shape (n, 2); true as `pose` is."""
         return self._moving['velocity']
 
     @property
     def reference(self) -> Floats:
-        """x, y [m] and heading [rad] of the reference cart, shape (n, 3)."""
+        """Pose of the reference cart: x, y [m] and heading [rad], shape (n, 3)."""
         return self._moving['reference']
 
     @property
     def reference_velocity(self) -> Floats:
-        """v_r [m/s] and ω_r [rad/s] of the cart, shape (n, 2)."""
+        """Velocities v_r [m/s] and ω_r [rad/s] of the cart, shape (n, 2)."""
         return self._moving['reference_velocity']
 
     @property
     def tracking_error(self) -> Floats:
-        """e1 ahead, e2 to the left [m] and e3 [rad], Eq. (23), of `pose`, shape (n, 3)."""
+        """Errors e1 ahead, e2 to the left [m] and e3 [rad] of `pose`, Eq. (23), shape (n, 3)."""
         return self._moving['tracking_error']
 
     @cached_property
     def cmd_vel(self) -> Floats:
-        """V [m/s] and ω [rad/s] that the position law commands, shape (n, 2)."""
+        """Commands v [m/s] and ω [rad/s] of the position law, shape (n, 2)."""
         return self._held('cmd_vel', slice(0, 2))
 
     @cached_property
     def wheel_velocity(self) -> Floats:
-        """Of the right and of the left wheel, as measured, shape (n, 2) [rad/s]."""
+        """Velocities of the right and of the left wheel, as measured, shape (n, 2) [rad/s]."""
         return self._held('joint_states', slice(2, 4))
 
     @cached_property
     def wheel_torque(self) -> Floats:
-        """Applied to the right and to the left wheel over the step that ends at `time`, shape (n, 2) [N m]."""
+        """Torques applied to the right and to the left wheel over the step that ends at `time`, shape (n, 2) [N m]."""
         return self._held('joint_states', slice(4, 6))
 
     @cached_property

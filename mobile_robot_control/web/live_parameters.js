@@ -93,9 +93,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     }
     field.addEventListener('keydown', (event) => { if (event.key === 'Enter') field.blur(); });
     back.addEventListener('click', () => change(entry.default));
-    return {row, show: (given) => { if (!busy) show(given); }, disable(off) {
-      [field, slider, back].forEach((one) => { if (one) one.disabled = off; });
-    }};
+    return {row, show: (given) => { if (!busy) show(given); }};
   };
 
   // Fill a container with the parameters of all nodes, by node and group.

@@ -77,14 +77,14 @@ type Entry = {
   choices: string[], live: boolean, default: any, slider: number[],
 };
 type Parameters_ = {
-  version: number, nodes: {role: string, name: string, values: Record<string, any>, entries: Entry[]}[],
-  path: Path | null, curves: string[],
+  nodes: {role: string, name: string, values: Record<string, any>, entries: Entry[]}[],
+  path: Path | null,
 };
 type Recording = {state: 'recording' | 'writing' | 'failed' | 'done', name: string, text?: string};
 type State = {
   nodes: {name: string, role: string, text: string, good: boolean, reasons: Record<string, number>}[],
   refused: number, unreadable: Record<string, number>, events: {stamp: number, text: string}[], ended: string[],
-  recordings: Recording[], attached: boolean, columns: string[], failure: string,
+  recordings: Recording[], columns: string[], failure: string,
 };
 type Topic = {name: string, type: string, rate: number, last: string};
 type Request_ = {do: string, [key: string]: any};
@@ -124,7 +124,6 @@ interface Surface {
 interface Control {
   row: HTMLElement;
   show(value: any): void;
-  disable(off: boolean): void;
 }
 
 /** The namespace of all scripts. */
