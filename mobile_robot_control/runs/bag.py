@@ -167,7 +167,7 @@ class _Reading:
 
     def __init__(self) -> None:
         self._messages = Messages()
-        self._changes: list[Change] = []
+        self._changes: dict[bytes, Change] = {}
         self._left_out: Counter[str] = Counter()
         self._frames: dict[str, str] = {}
         self._found: dict[str, str] = {}
@@ -188,18 +188,15 @@ class _Reading:
         """Take in one message of a topic with the name of our events, which may be anybody's."""
         if message.kind == _EVENTS_KIND and isinstance(message.data, bytes):
             try:
-                change = read_change(message)
+                # a recorder that begins anew receives them all again
+                self._changes[message.data] = read_change(message)
             except BagError as error:
                 self._left_out[str(error)] += 1
-            else:
-                # a recorder that begins anew receives them all again
-                if change not in self._changes:
-                    self._changes.append(change)
 
     def changes(self) -> tuple[Change, ...]:
         """Return the events of the last run: each reset begins another one."""
-        last = sum(RESET in change.values for change in self._changes)
-        return tuple(change for change in self._changes if change.run == last)
+        last = sum(RESET in change.values for change in self._changes.values())
+        return tuple(change for change in self._changes.values() if change.run == last)
 
     def _read(self, name: str, kind: Any, received: Any, data: Any) -> tuple[int, tuple[float, ...]]:
         """Return stamp and numbers of a message; raise RefusedMessageError where it cannot be used."""
