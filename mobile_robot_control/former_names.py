@@ -3,7 +3,6 @@
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from types import ModuleType
@@ -21,12 +20,16 @@ MOVED = {f'{_PACKAGE}.{former}': f'{_PACKAGE}.{present}' for former, present in 
 """Present names by former ones."""
 
 
-class FormerNames(Loader, MetaPathFinder):
-    """An importer of former names alone; the module of a former name is the present one itself."""
+class FormerNames:
+    """
+    An importer of former names alone; the module of a former name is the present one itself.
+
+    Without the base classes of `importlib.abc`, whose import takes as long as the laws.
+    """
 
     def find_spec(self, name: str, _path: Sequence[str] | None, _target: ModuleType | None = None) -> ModuleSpec | None:
         """Find a module by its former name."""
-        return ModuleSpec(name, self) if name in MOVED else None
+        return ModuleSpec(name, self) if name in MOVED else None  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """Return the present module; keep its own specification, which the import replaces."""

@@ -63,6 +63,14 @@ class Browser:
         self.call('Emulation.setEmulatedMedia', media=kind,
                   features=[{'name': 'prefers-color-scheme', 'value': scheme}])
 
+    def close_other_windows(self):
+        """Close all windows but the first."""
+        first, *others = self.driver.window_handles
+        for window in others:
+            self.driver.switch_to.window(window)
+            self.driver.close()
+        self.driver.switch_to.window(first)
+
     def errors(self):
         """Return what the console has logged since the last call."""
         return [entry['message'] for entry in self.driver.get_log('browser')]

@@ -1,11 +1,16 @@
 """Shared by all tests: hypothesis draws the same examples in every run, each test over DDS has its own ROS domain."""
 
 import os
+import re
+from pathlib import Path
 
 import pytest
 from browser import CHROMIUM, DRIVER, Browser, refuse_to_start
 from domains import own_domain
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
+
+from mobile_robot_control.system import shared_memory
 
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
@@ -16,12 +21,51 @@ collect_ignore = ['mutants.py']
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
 
+SEGMENTS = shared_memory.segments()
+
+
+def pytest_sessionfinish(session):
+    """Remove the shared memory of nodes that tests have killed, once all workers have ended."""
+    if not hasattr(session.config, 'workerinput'):
+        shared_memory.remove(shared_memory.segments() - SEGMENTS)
+
+
+class Division(LoadScopeScheduling):
+    """Divides tests among the workers: those of one dashboard to one, files to one each, except for tests over DDS."""
+
+    def _split_scope(self, nodeid):
+        file = nodeid.partition('::')[0]
+        if file.startswith('test/ros/dashboard/'):
+            return 'dashboard'
+        return nodeid if file.startswith(('test/ros/', 'test/adversary/', 'test/examples/')) else file
+
+
+# without xdist pytest does not know it
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Divide tests among the workers."""
+    return Division(config, log)
+
 
 def pytest_collection_modifyitems(items):
-    """Mark every test over DDS."""
+    """Mark every test over DDS; begin with the dashboard's and with those that are long."""
     for item in items:
-        if 'domain' in item.fixturenames:
+        if not {'domain', 'live'}.isdisjoint(item.fixturenames):
             item.add_marker('dds')
+    items.sort(key=lambda item: not ('live' in item.fixturenames or item.get_closest_marker('long')))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """Keep what the browser shows when a test of a page fails."""
+    report = yield
+    if report.failed and call.when == 'call' and 'browser' in item.funcargs:
+        name = re.sub(r'\W+', '_', item.name)
+        path = Path('runs', 'failed_pages', f'{name}.png').absolute()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        item.funcargs['browser'].driver.save_screenshot(str(path))
+        report.sections.append(('the page', f'screenshot: {path}'))
+    return report
 
 
 def pytest_runtest_setup(item):

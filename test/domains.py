@@ -7,6 +7,8 @@ import os
 import tempfile
 from pathlib import Path
 
+# the ports of the domains between are those that Linux gives to any socket
+DOMAINS = [*range(1, 102), *range(215, 231)]
 _numbers = itertools.count(os.getpid() * 37)
 
 
@@ -14,7 +16,7 @@ _numbers = itertools.count(os.getpid() * 37)
 def own_domain():
     """Yield the environment variables of a ROS domain that no other test on this machine uses."""
     for number in _numbers:
-        name = number % 230 + 1
+        name = DOMAINS[number % len(DOMAINS)]
         with (Path(tempfile.gettempdir()) / f'ros_domain_{name}.lock').open('w') as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

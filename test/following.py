@@ -9,8 +9,8 @@ from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reference.waiting import begin_waiting, move_cart, slowed
-from mobile_robot_control.ros.command_choice import CommandChoice
-from mobile_robot_control.ros.law_runner import LawRunner
+from mobile_robot_control.ros.clocks.robot_guard import RobotGuard
+from mobile_robot_control.ros.nodes.law_runner import LawRunner
 
 NODE = types.SimpleNamespace(
     get_logger=lambda: types.SimpleNamespace(error=print), create_service=lambda *_: None,
@@ -34,7 +34,7 @@ class Following:
                                      limits=ours.limits._replace(tracking_error=limit),
                                      approach=ours.approach._replace(speed=approach_speed))
         self._law = LawRunner(NODE, self._values.control, 1.0 / ours.shared.position_rate, lambda: None)
-        self.drive = CommandChoice(NODE, ours.shared.lockstep, self._law, None, str)
+        self.drive = RobotGuard(NODE, self._law, None, lambda: None, str, lambda _: None)
         self._cart = None
         self._distance = parameters.reference_cart.waiting.wait_distance
         self._at = self.reference(0.0).pose
@@ -49,7 +49,7 @@ class Following:
         self._at = reference.pose
         pose = carried_forward(pose, velocity, time - stamp)
         error = tracking_error(reference.pose, pose)
-        command = self.drive.command(Observation(error, reference, velocity), self._values)
+        command = self.drive.command(Observation(error, reference, velocity), 0, self._values)
         assert not self._law.failure
         self.commands.append(command)
         self.apart.append(math.hypot(error.longitudinal, error.lateral))

@@ -79,7 +79,7 @@ class ForeignPositionController(Node):
 
     def __init__(self):
         super().__init__('foreign_position_controller')
-        self.accepted = self.odom = self.reference = self.answer = None
+        self.accepted = self.odom = self.reference = self.answer = self.again = None
         self.refused = Counter()
         self.cmd_vel = self.create_publisher(TwistStamped, 'cmd_vel', PUBLISHED)
         self.error = self.create_publisher(Vector3Stamped, 'tracking_error', PUBLISHED)
@@ -104,17 +104,33 @@ class ForeignPositionController(Node):
             return
         stamp, decision, pose = taken
         if decision == 'AGAIN':
-            self.publish()
+            # a plant that was started again asks stamp 0, too: the reference must come again
+            self.again = pose
+            if stamp > 0:
+                self.publish()
             return
         self.odom = stamp, pose
         self.answer_pair()
 
     def on_reference(self, message):
         taken = self.take(message, CART)
-        if taken is None or taken[1] == 'AGAIN':
+        if taken is None:
+            return
+        if taken[1] == 'AGAIN':
+            if taken[0] == 0 and self.again is not None:
+                self.answer_again(self.again, taken[2])
             return
         self.reference = taken[0], taken[2]
         self.answer_pair()
+
+    def answer_again(self, odom, reference):
+        """Repeat the answer to stamp 0, or begin a new run where an input has other numbers."""
+        self.again = None
+        if (odom, reference) == (self.odom[1], self.reference[1]):
+            self.publish()
+        else:
+            self.accepted, self.odom, self.reference = None, (0, odom), (0, reference)
+            self.answer_pair()
 
     def answer_pair(self):
         """Step and answer once both messages of the same, new stamp are there."""

@@ -21,7 +21,7 @@ from mobile_robot_control.experiment import fastdds_profiles
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.nodes.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.runs import bag
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS

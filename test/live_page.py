@@ -8,6 +8,8 @@ from pathlib import Path
 
 from processes import wait_until
 
+PLUGINS = Path(__file__).parent / 'plugins'
+
 
 class LivePage:
     """
@@ -94,6 +96,11 @@ class OpenPage:
         return self.driver.execute_script(
             f'const row = mrc.stage && mrc.stage.newest(); return row ? mrc.live.column("{column}")(row) : null')
 
+    def click(self, element):
+        """Click an element once it can be seen."""
+        self.wait(element.is_displayed)
+        element.click()
+
     def parameter(self, name, node='position_controller'):
         """Return the element of a parameter, its group opened."""
         row = self.find(f'details[data-group^="{node}/"] [data-parameter="{name}"]')
@@ -124,3 +131,42 @@ class OpenPage:
         from selenium.webdriver.support.select import Select
 
         Select(self.find(f'#{name}')).select_by_value(value)
+
+
+class Lesson:
+    """
+    A lesson of the page, opened.
+
+    Parameters
+    ----------
+    page : OpenPage
+    title : str
+        A part of its title.
+
+    """
+
+    def __init__(self, page, title):
+        self._page = page
+        self.element, = [found for found in page.driver.find_elements('css selector', '#lessons details')
+                         if title in found.find_element('css selector', 'summary').text]
+        page.driver.execute_script('arguments[0].open = true; arguments[0].scrollIntoView()', self.element)
+
+    def move(self, number, value):
+        """Set a control."""
+        self._page.driver.execute_script(
+            'const field = arguments[0].querySelectorAll(".controls input, .controls select")[arguments[1]];'
+            'field.value = arguments[2]; field.dispatchEvent(new Event("change"))', self.element, number, value)
+
+    def verdict(self):
+        """Return what is said of the last answer or of a control."""
+        return self.element.find_element('css selector', '.verdict').text
+
+    def check(self, answer=''):
+        """Answer, and return what is said of it."""
+        if answer:
+            self._page.driver.execute_script(
+                'arguments[0].querySelector(".bar input, .bar select").value = arguments[1]', self.element, answer)
+        button = self.element.find_element('css selector', '.bar button')
+        self._page.driver.execute_script('arguments[0].click()', button)
+        self._page.wait(button.is_enabled)
+        return self.verdict()

@@ -28,10 +28,12 @@ from cosmic_ray.mutating import mutate_code
 from mobile_robot_control.tuning.monte_carlo import wilson_interval
 
 ROOT = Path(__file__).resolve().parents[1]
-MUTATED = ('control', 'model', 'reference', 'simulation', 'messages', 'ros/stamp_policy.py')
+MUTATED = ('control', 'model', 'reference', 'simulation', 'messages', 'ros/inputs/stamp_policy.py',
+           'ros/clocks/lockstep.py')
 DECLARATIONS = 'test/lint/test_docs.py::test_the_table_of_all_parameters_is_present'
 """Compares declarations, which run at the import, with their table."""
-TESTS = (*(f'test/unit/{name}' for name in MUTATED[:-1]), 'test/unit/ros/test_stamp_policy.py', 'test/property',
+TESTS = (*(f'test/unit/{name}' for name in MUTATED[:-2]), 'test/unit/ros/test_stamp_policy.py',
+         'test/unit/ros/test_lockstep_driver.py', 'test/property',
          'test/closed_loop', DECLARATIONS)
 SEED, COUNT, WORKERS = 1, 200, 2
 LIMIT, LONGEST = 1800.0, 40.0

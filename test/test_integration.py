@@ -13,6 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import pytest
 import rclpy
 from geometry_msgs.msg import TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
@@ -120,16 +121,10 @@ def _check(controller):
     return f'{controller:20s} RMS error {100 * rms:.2f} cm, peak torque {torque:.2f} N m, every node ended with exit 0'
 
 
-def test_backstepping_tracks(domain):
-    _check('backstepping')
-
-
-def test_hybrid_backstepping_tracks(domain):
-    _check('hybrid_backstepping')
-
-
-def test_fuzzy_tracks(domain):
-    _check('fuzzy')
+@pytest.mark.parametrize('controller', [
+    'backstepping', *(pytest.param(name, marks=pytest.mark.soak) for name in ('hybrid_backstepping', 'fuzzy'))])
+def test_it_tracks(domain, controller):
+    _check(controller)
 
 
 if __name__ == '__main__':

@@ -7,7 +7,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.ros.qos import SUBSCRIBED
+from mobile_robot_control.ros.services.qos import PUBLISHED
 
 
 class Timeline:
@@ -30,7 +30,7 @@ class Timeline:
             def take(message, values=values, read=read):
                 values.append((stamp_nanoseconds(message.header.stamp) / 1e9, read(message)))
 
-            node.create_subscription(kind, topic, take, SUBSCRIBED)
+            node.create_subscription(kind, topic, take, PUBLISHED)
 
     def rms_error(self, since):
         """Return the RMS position error [m] from a time on."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from mobile_robot_control.cli.command_parser import make_parser, request_of
 from mobile_robot_control.cli.main import make_main
 from mobile_robot_control.dashboard.serving import DashboardRequest, serve
-from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.system.supervisor import leave_dds
 
 

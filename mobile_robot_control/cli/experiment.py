@@ -13,7 +13,7 @@ from mobile_robot_control.experiment.experiment import ExperimentRequest, Experi
 from mobile_robot_control.pages.run_words import run_sentence
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.system.supervisor import leave_dds
 from mobile_robot_control.system.texts import printable
 

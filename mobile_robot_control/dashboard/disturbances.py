@@ -11,7 +11,7 @@ from rclpy.node import Node
 
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.services.qos import PUBLISHED
 from mobile_robot_control.topics import DISTURBANCE
 
 DISTURBANCES = {'ArrowUp': (0.25, 0.0), 'ArrowDown': (-0.25, 0.0), 'ArrowLeft': (0.0, 1.5), 'ArrowRight': (0.0, -1.5)}

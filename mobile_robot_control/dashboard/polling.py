@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from mobile_robot_control.ros.qos import message_class
+from mobile_robot_control.ros.services.qos import message_class
 
 _WINDOW = 2.0
 """[s] of wall time over which a rate is measured."""

@@ -17,8 +17,8 @@ from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.ros.environment import check_environment
-from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.ros.services.environment import check_environment
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.system.files import encodable_path
 from mobile_robot_control.system.supervisor import Supervisor
 from mobile_robot_control.system.texts import printable

@@ -12,9 +12,9 @@ from mobile_robot_control.experiment.result import ExperimentResult, RunFailedEr
 from mobile_robot_control.experiment.runner import SETTLE, Course, ExperimentRunner, refuse_other_publishers
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.recorder import Recorder
+from mobile_robot_control.ros.nodes.recorder import Recorder
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.ros.spin import RCLError, make_executor, one_line
-from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.supervisor import Supervisor
 

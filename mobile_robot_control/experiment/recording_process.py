@@ -13,9 +13,9 @@ from mobile_robot_control.configuration.nodes import loop_of
 from mobile_robot_control.experiment.evaluation import evaluate
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.recorder import NO_LIMIT, Recorder
+from mobile_robot_control.ros.nodes.recorder import NO_LIMIT, Recorder
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.ros.stop import Stop
 from mobile_robot_control.system.files import explain
 from mobile_robot_control.system.supervisor import leave_dds
 from mobile_robot_control.topics import LOOPS, LoopGraph

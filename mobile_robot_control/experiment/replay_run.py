@@ -1,4 +1,10 @@
-"""The course of a replay: the run holds before each change, which is applied, and goes on."""
+"""
+The course of a replay: the run holds before each change, which is applied, and goes on.
+
+A change that affected stamps from s > 0 on is made while the run holds at the last position tick before s, once every
+node has stepped there; a reset is called at its run's last stamp. What acts from 0 on is set while the run before
+holds at its end.
+"""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -14,8 +20,8 @@ from mobile_robot_control.experiment.result import RunFailedError
 from mobile_robot_control.experiment.runner import ExperimentRunner
 from mobile_robot_control.quantities import Push
 from mobile_robot_control.recording.changes import Change
-from mobile_robot_control.ros.recorder import NO_LIMIT
-from mobile_robot_control.ros.replayer import Replayer
+from mobile_robot_control.ros.nodes.recorder import NO_LIMIT
+from mobile_robot_control.ros.nodes.replayer import Replayer
 from mobile_robot_control.topics import DISTURBANCE
 
 

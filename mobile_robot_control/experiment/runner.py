@@ -12,8 +12,8 @@ from mobile_robot_control.experiment.node_processes import NodeProcess
 from mobile_robot_control.experiment.result import ExperimentResult
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.recorder import AHEAD, Recorder
-from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.ros.nodes.recorder import AHEAD, Recorder
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.progress import RunProgress, tqdm
 from mobile_robot_control.topics import silent_node
@@ -42,7 +42,14 @@ def refuse_other_publishers(topics: list[str]) -> None:
 
 
 class ExperimentRunner:
-    """The processes of one experiment and its progress."""
+    """
+    The processes of one experiment and its progress.
+
+    DDS discovery takes up to seconds, and a run must not begin before its recorder receives all of it: nodes start with
+    `paused`. In lockstep the run begins when a message has come on every loop topic, since a paused plant repeats t = 0
+    and every node its answers; `hold_at` then keeps the plant no further ahead than publishers keep messages. On the
+    wall clock it begins when every node has found the recorder, by its diagnostics.
+    """
 
     def __init__(
         self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,

@@ -1,6 +1,5 @@
 """The check of one value against its declaration, in words that name value, unit, rule and remedy."""
 
-import difflib
 import math
 import sys
 from collections.abc import Iterable
@@ -12,6 +11,8 @@ from mobile_robot_control.quantities import LARGEST, SMALLEST
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return 'did you mean ...?' with the known name nearest to a mistaken one, or all known names if none is near."""
+    import difflib  # noqa: PLC0415 (a node starts sooner without)
+
     names = sorted(known)
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     return f"did you mean '{close[0]}'?" if close else f'known are {", ".join(names)}'

@@ -1,1 +1,1 @@
-"""The four nodes and what they share."""
+"""The four nodes, what decides when they step, their inputs, and what serves them."""

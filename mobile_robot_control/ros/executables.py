@@ -2,15 +2,18 @@
 
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.environment import check_environment
-from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
-from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.ros.services.environment import check_environment
+from mobile_robot_control.ros.services.refusal import LOAD_ERRORS, load_fault, refuse
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.system.streams import prepare_streams
 
 
-def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: bool = False) -> int:
+def run_nodes(
+    names: Sequence[str], arguments: Sequence[str], follow_parent: bool = False, own: Any = None
+) -> int:
     """
     Run nodes in this process until one is done or a stop is requested.
 
@@ -22,6 +25,8 @@ def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: boo
         ROS arguments, such as ``--ros-args --params-file FILE``.
     follow_parent : bool
         Whether to stop when the standard input closes.
+    own : OwnNode or None
+        Not one of the four nodes, but this one.
 
     Returns
     -------
@@ -44,7 +49,7 @@ def run_nodes(names: Sequence[str], arguments: Sequence[str], follow_parent: boo
         refuse(' '.join(names), [load_fault(error)])
         return 1
 
-    return spin(names, arguments, stop)
+    return spin(names, arguments, stop, own)
 
 
 def plant() -> int:

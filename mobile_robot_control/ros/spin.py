@@ -13,9 +13,9 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.refusal import LOAD_ERRORS, load_fault, refuse
-from mobile_robot_control.ros.ros_arguments import check_ros_arguments
-from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.ros.services.refusal import LOAD_ERRORS, load_fault, refuse
+from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.system.supervisor import LEAVING, exit_after
 
 RCLError = rclpy_implementation.RCLError
@@ -42,13 +42,15 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
-def make_node(name: str) -> Any:
-    """Make one of the four nodes by its name."""
-    module = importlib.import_module(f'mobile_robot_control.ros.{name}')
+def make_node(name: str, own: Any = None) -> Any:
+    """Make one of the four nodes by its name, or a node of one's own."""
+    if own is not None:
+        return importlib.import_module('mobile_robot_control.ros.nodes.step_node').StepNode(own)
+    module = importlib.import_module(f'mobile_robot_control.ros.nodes.{name}')
     return getattr(module, _CLASSES[name])()
 
 
-def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
+def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = None) -> int:
     """
     Start nodes and spin them until one is done or a stop is requested.
 
@@ -60,6 +62,8 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
         ROS arguments.
     stop : Stop
         The request to end.
+    own : OwnNode or None
+        Not one of the four nodes, but this one.
 
     Returns
     -------
@@ -69,7 +73,8 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
     """
     label = ' '.join(names)
     try:
-        check_ros_arguments(names, arguments)
+        if own is None:
+            check_ros_arguments(names, arguments)
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     except ParameterError as error:
         return refuse(label, error.violations)
@@ -79,7 +84,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop) -> int:
     code = 1
     try:
         for name in names:
-            nodes.append(make_node(name))
+            nodes.append(make_node(name, own))
     except ParameterError as error:
         code = refuse(label, error.violations)
     except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3

@@ -262,7 +262,7 @@ VARIABLES = {
     'NUMBA_DISABLE_JIT': ['1', 'x'], 'NUMBA_NUM_THREADS': ['x', '0', '9999'], 'NUMBA_CACHE_DIR': ['/dev/null'],
     'OMP_NUM_THREADS': ['x', '0'],
     'OPENBLAS_NUM_THREADS': ['x', '-1'], 'SOURCE_DATE_EPOCH': ['x', '-1', '9' * 30],
-    'ROS_DOMAIN_ID': ['', 'x', '233', '-1', '1e2', ' 7', '9' * 30],
+    'ROS_DOMAIN_ID': ['', 'x', '233', '-1', '1e2', ' 231', '9' * 30],
     'RMW_IMPLEMENTATION': ['x', '', 'rmw_x_cpp', '\udcff'],
     'ROS_LOG_DIR': ['/dev/null', '/proc/x', '~', 'a\nb'], 'ROS_HOME': ['/dev/null'],
     'ROS_AUTOMATIC_DISCOVERY_RANGE': ['x', '', 'OFF'],

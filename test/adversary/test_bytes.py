@@ -14,7 +14,7 @@ from rclpy.serialization import deserialize_message
 
 from adversary.contents import spoilt_bytes
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.ros.qos import message_class
+from mobile_robot_control.ros.services.qos import message_class
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 KINDS = {**{topic: row.kind for topic, row in ALL_LOOP_TOPICS.items()},

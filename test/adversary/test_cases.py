@@ -47,6 +47,7 @@ def play(stage, seeds, report=lambda text: None):
     return codes, broken
 
 
+@pytest.mark.long
 def test_odd_input_of_every_kind_keeps_the_rule(stage):
     stage.longest = 2.0
     seeds = [f'{kind}/{SEED}/{n}' for kind, count in FEW.items() for n in range(count)]

@@ -16,7 +16,7 @@ from bench.graph import CONFIG, Graph, new_domain
 from bench.listener import Listener
 from bench.progress import show
 from bench.row import Row, at_most
-from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.services.qos import PUBLISHED, SUBSCRIBED
 
 RUNS = 9
 
@@ -63,7 +63,8 @@ class StartTimer(Listener):
                 graph.start('empty', 'bench.empty_node')
             else:
                 graph.start(self._name, 'mobile_robot_control.ros.executables', self._name, '--ros-args',
-                            '--params-file', CONFIG / 'wall_clock.yaml')
+                            '--params-file', CONFIG / 'wall_clock.yaml',
+                            '-p', 'feedforward.enabled:=false', '-p', 'reference_horizon:=0')
             self.until(lambda: self._received is not None, 30.0, graph.check)
             return (self._received or began) - began
 

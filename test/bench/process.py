@@ -5,8 +5,8 @@ from typing import Any
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
+from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.ros.stop import Stop
 
 
 def spin(make: Any, *arguments: Any) -> None:

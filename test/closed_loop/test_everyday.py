@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
+from drawn import drawn
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
@@ -12,6 +13,7 @@ from mobile_robot_control.simulation.rollout import rollout
 
 CONFIG = Path(__file__).parents[2] / 'config'
 LAP = 16.0
+CURVES = ('trifolium', 'lemniscate')
 # [m], RMS over half a lap
 BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.10, 'kanayama': 0.05, 'ramsete': 0.05,
           'periodic': 0.05, 'dynamic_feedback_linearization': 0.05, 'sliding_mode': 0.05, 'lqr': 0.05}
@@ -36,17 +38,14 @@ def _half_lap(law, curve, start, laps):
     return rms, max(whole.totals.peak_right, whole.totals.peak_left)
 
 
-@pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
-@pytest.mark.parametrize('law', BOUNDS)
+@pytest.mark.parametrize(('law', 'curve'), drawn(BOUNDS, CURVES))
 def test_everyday_controllers_started_on_the_path_stay_within_their_bound(law, curve):
     rms, peak = _half_lap(law, curve, [1.0, 0.0, 0.5 * math.pi], laps=1)
     assert 0.0 < rms < BOUNDS[law]
     assert peak < 3.0
 
 
-@pytest.mark.parametrize('start', BESIDE)
-@pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
-@pytest.mark.parametrize('law', FROM_BESIDE)
+@pytest.mark.parametrize(('law', 'curve', 'start'), drawn(FROM_BESIDE, CURVES, BESIDE))
 def test_everyday_controllers_reach_the_path_with_the_cart_out_of_sight(law, curve, start):
     rms, _ = _half_lap(law, curve, start, laps=2)
     assert 0.0 < rms < BOUNDS[law]

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from drawn import drawn
 from measuring import configuration, measured
 
 VELOCITY = {'gains.k1': 1.0, 'gains.ti1': 10.0, 'gains.k2': 0.3, 'gains.ti2': 10.0}
@@ -23,8 +24,7 @@ def lap(law, curve, start, **plant):
     ), 16.0)
 
 
-@pytest.mark.parametrize('curve', CURVES)
-@pytest.mark.parametrize('law', BOUNDS)
+@pytest.mark.parametrize(('law', 'curve'), drawn(BOUNDS, CURVES))
 def test_each_law_started_on_the_curve_stays_within_its_bound(law, curve):
     found, last = lap(law, curve, [1.0, 0.0, 0.5 * math.pi])
     rms, end = BOUNDS[law]
@@ -32,9 +32,7 @@ def test_each_law_started_on_the_curve_stays_within_its_bound(law, curve):
     assert math.hypot(*last.tick.error[:2]) < end
 
 
-@pytest.mark.parametrize('start', [[0.8, 0.1, 2.2], [1.3, -0.4, -1.0]], ids=['inside', 'outside'])
-@pytest.mark.parametrize('curve', CURVES)
-@pytest.mark.parametrize('law', BOUNDS)
+@pytest.mark.parametrize(('law', 'curve', 'start'), drawn(BOUNDS, CURVES, [[0.8, 0.1, 2.2], [1.3, -0.4, -1.0]]))
 def test_each_law_reaches_the_curve_from_beside_it(law, curve, start):
     _, last = lap(law, curve, start)
     assert math.hypot(*last.tick.error[:2]) < BOUNDS[law][1]

@@ -82,11 +82,11 @@ def test_an_approach_is_not_stopped_for_its_distance_and_a_law_that_would_leap_i
     place = (1.0, -1.5, 0.0)
     approaching = Following(PARAMETERS, law, 0.2, limit=0.3)
     drive(Base(), approaching, place, 16.0)
-    assert not approaching.drive.stop.reason
+    assert not approaching.drive.reason
     assert approaching.apart[-1] < 0.2
     leaping = Following(PARAMETERS, law, 0.0, limit=0.3)
     drive(Base(), leaping, place, 1.0)
-    assert '1.50 m from the reference, and limits.tracking_error is 0.3 m' in leaping.drive.stop.reason
+    assert '1.50 m from the reference, and limits.tracking_error is 0.3 m' in leaping.drive.reason
     assert set(leaping.commands) == {(0.0, 0.0)}
 
 
@@ -98,6 +98,6 @@ def test_an_approach_that_leads_away_is_stopped():
         return following(time, stamp, (*pose[:2], pose[2] + math.pi), velocity)
 
     drive(Base(), reversed_base, (1.0, -1.5, 0.0), 16.0)
-    assert 'from the reference' in following.drive.stop.reason
+    assert 'from the reference' in following.drive.reason
     stopped = next(n for n, command in enumerate(following.commands) if n > 5 and command == (0.0, 0.0))
     assert following.apart[stopped] == pytest.approx(1.8, abs=0.01)

@@ -17,6 +17,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from each import each
 
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.declaration import declarations
@@ -138,6 +139,7 @@ def _run(text, folder, timeout):
     assert process.returncode == 0, output[-3000:]
 
 
+@pytest.mark.long
 def test_the_readmes_commands_run(domain, tmp_path):
     _run(script(ROOT / 'README.md', SLOW), tmp_path, 100)
 
@@ -149,7 +151,7 @@ def test_every_command_of_a_page_runs(domain, path, tmp_path):
     _run(script(path), tmp_path, 580)
 
 
-@pytest.mark.parametrize('path', PAGES, ids=_name)
+@each(PAGES, _name)
 def test_what_does_not_run_exists(path):
     """Also the `ros2` commands within the text."""
     script(path)
@@ -158,7 +160,7 @@ def test_what_does_not_run_exists(path):
             assert all((ROOT / file).exists() for file in files_of(command)), command
 
 
-@pytest.mark.parametrize('path', PAGES, ids=_name)
+@each(PAGES, _name)
 def test_no_command_hides_in_a_block_that_does_not_run(path):
     for kind, content in FENCE.findall(path.read_text(encoding='utf-8')):
         if kind in ('', 'text'):
@@ -168,7 +170,7 @@ def test_no_command_hides_in_a_block_that_does_not_run(path):
 
 def test_every_command_is_one_that_is_known():
     """A new kind of command is run knowingly, or listed in ELSEWHERE."""
-    known = COMMANDS | ELSEWHERE | set(NODES) | {'.', 'cat', 'cp', 'export', 'kill', 'pip', 'sleep'}
+    known = COMMANDS | ELSEWHERE | set(NODES) | {'.', 'cat', 'cp', 'export', 'kill', 'pip', 'python', 'sleep'}
     for path in PAGES:
         for kind, content in blocks(path.read_text(encoding='utf-8')):
             assert kind == 'python' or {first_word(command) for command in commands(content)} <= known, _name(path)

@@ -27,7 +27,7 @@ run = ['--duration', '2', '--params-file', file, '-p', 'plant.initial_pose:=[0.9
 assert experiment.main([*run, '--output', f'{folder}/run', '--composed', '--no-report',
                         '-p', 'plant.real_time_factor:=0.0']) == 0
 assert simulate.main([*run, '--output', f'{folder}/run.csv']) == 0
-on_all_cores, alone = (mrc.study(file, runs=4, seed=1, laps=0.05, workers=workers) for workers in (None, 1))
+on_all_cores, alone = (mrc.study(file, runs=2, seed=1, laps=0.02, workers=workers) for workers in (None, 1))
 assert on_all_cores.values == alone.values
 print('studied', alone.controllers['mpc']['runs'])
 sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', tests]))
@@ -57,6 +57,7 @@ def test_colcon_takes_it_as_ament_python(package):
 
 
 @pytest.mark.timeout(330)
+@pytest.mark.long
 def test_pip_installs_a_law_that_is_driven_over_dds_studied_and_passes_its_own_tests(domain, package, tmp_path):
     place = tmp_path / 'installed'
     _done([sys.executable, '-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-build-isolation',
@@ -65,7 +66,7 @@ def test_pip_installs_a_law_that_is_driven_over_dds_studied_and_passes_its_own_t
     printed, reported = _done([sys.executable, '-c', DRIVE, place / 'share' / 'mpc_controller' / 'config' / 'mpc.yaml',
                                tmp_path, package / 'test'], tmp_path, PYTHONPATH=paths)
     assert f'origin {place}' in printed
-    assert 'studied 4' in printed
+    assert 'studied 2' in printed
     assert reported.count("the law 'mpc' runs plain") == 1
     recording = bag.read_bag(tmp_path / 'run' / 'bag')
     assert not recording.problems

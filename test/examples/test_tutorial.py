@@ -32,7 +32,7 @@ def execute():
     return module
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.soak
 def test_the_notebook_runs_and_shows_what_is_stored(execute):
     import nbformat
 

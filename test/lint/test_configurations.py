@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from each import each
 from robots_table import PLACEHOLDER, head, sourced_parameters
 
 from mobile_robot_control.cli import tune
@@ -36,13 +37,13 @@ def test_every_everyday_and_chapter_file_is_shipped():
     assert {*chapter, *everyday} <= {_id(path) for path in FILES}
 
 
-@pytest.mark.parametrize('path', FILES, ids=_id)
+@each(FILES, _id)
 def test_every_shipped_file_loads_with_and_without_a_namespace(path):
     configuration = configure(load([path]))
     assert configure(load([path], namespace='/robot1')) == configuration
 
 
-@pytest.mark.parametrize('path', FILES, ids=_id)
+@each(FILES, _id)
 def test_every_key_of_a_shipped_file_is_a_declared_parameter(path):
     for section, content in yaml.safe_load(path.read_text()).items():
         nodes = NODES if section == '/**' else [section.removeprefix('/**/')]
@@ -64,14 +65,14 @@ def test_the_defaults_equal_backstepping_yaml():
         assert flatten(ours) == flatten(default)
 
 
-@pytest.mark.parametrize('law', BUILT_IN[3:], ids=lambda law: law.name)
+@each(BUILT_IN[3:], lambda law: law.name)
 def test_the_gains_of_a_further_law_are_its_defaults_for_the_same_velocity_gains(law):
     loaded = configure(load([CONFIG / f'{law.name}.yaml']))
     assert loaded.position_controller.control == PositionControl(controller_type=law.name)
     assert loaded.velocity_controller == Configuration().velocity_controller
 
 
-@pytest.mark.parametrize('path', ROBOTS, ids=_id)
+@each(ROBOTS, _id)
 def test_every_number_of_a_robot_has_its_source_above_it(path):
     """A source names a place, a choice its reason, a placeholder why it has its value."""
     text = path.read_text(encoding='utf-8')
@@ -95,7 +96,7 @@ def _fastest(configuration):
             max(abs(side) for one in asked for side in wheel_velocity(one, robot)))
 
 
-@pytest.mark.parametrize('path', ROBOTS, ids=_id)
+@each(ROBOTS, _id)
 def test_every_robot_can_drive_its_curve(path):
     """With a fifth of its speed to spare, within its own limits and those of its position controller."""
     configuration = configure(load([path]))
@@ -122,7 +123,7 @@ def test_the_command_that_found_the_gains_of_a_robot_is_one_of_tune(capsys):
     assert robots == {path.stem for path in ROBOTS} - {'chapter'}
 
 
-@pytest.mark.parametrize('path', ROBOTS, ids=_id)
+@each(ROBOTS, _id)
 def test_the_position_controller_of_a_robot_carries_odometry_forward_by_its_age_at_a_position_tick(path):
     """A sample that arrives between two ticks waits for the next one; a stamp of when it was taken tells its age."""
     configuration = configure(load([path]))
@@ -135,7 +136,7 @@ def test_the_position_controller_of_a_robot_carries_odometry_forward_by_its_age_
     assert control['compensate_latency'] == (age > 0.0)
 
 
-@pytest.mark.parametrize('path', sorted((CONFIG / 'chapter').glob('*.yaml')), ids=_id)
+@each((CONFIG / 'chapter').glob('*.yaml'), _id)
 def test_the_chapter_files_have_the_printed_numbers(path):
     configuration = configure(load([path]))
     curve, _, law = path.stem.partition('_')

@@ -1,6 +1,6 @@
 """Descriptions of parameters: each gain and each constant of the robot says what a larger value does."""
 
-import pytest
+from each import each
 
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.declaration import declarations
@@ -13,12 +13,12 @@ SIZES = [name for name, declared in ALL.items()
          and name not in NOT_A_SIZE]
 
 
-@pytest.mark.parametrize('name', SIZES)
+@each(SIZES)
 def test_it_says_what_a_larger_value_does(name):
     assert 'larger' in ALL[name].field.description
 
 
-@pytest.mark.parametrize('name', ALL)
+@each(ALL)
 def test_it_has_a_description_of_more_than_its_name(name):
     description = ALL[name].field.description
     assert len(description) > 5

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import metric_tables
 import pytest
+from each import each
 from parameter_table import insert_parameters, tables
 from robots_table import insert_robots
 
@@ -14,7 +15,7 @@ from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
-from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.ros.services.condition import SUBSCRIBERS_KEY
 from mobile_robot_control.simulation.indices import PerformanceIndices
 from mobile_robot_control.simulation.metric_table import INDEX_METRICS, INDICES, RUN_METRICS
 from mobile_robot_control.simulation.metrics import MeasuredRun, summary
@@ -44,7 +45,7 @@ def test_there_is_a_page_for_each_node():
     assert set(PAGES) == set(NODES)
 
 
-@pytest.mark.parametrize('node', NODES)
+@each(NODES)
 def test_the_table_of_its_parameters_is_present(node):
     assert insert_parameters(PAGES[node]) == PAGES[node]
     assert tables(node) in PAGES[node]

@@ -45,6 +45,15 @@ def test_imports_between_folders_run_one_way():
         raise AssertionError(f'these folders import each other: {" <- ".join(error.args[1])}') from error
 
 
+def test_the_folders_of_nodes_import_downwards_alone():
+    order = ['services', 'inputs', 'clocks', 'nodes']
+    for path in (PACKAGE / 'ros').glob('*/*.py'):
+        above = order[order.index(path.parent.name) + 1:]
+        found = [name for name in imported_names(path) for folder in above
+                 if name.startswith(f'{PACKAGE.name}.ros.{folder}.')]
+        assert not found, f'{path.relative_to(PACKAGE)} imports {", ".join(found)}'
+
+
 def test_formulas_stand_below_all_that_uses_them():
     graph = folder_graph()
     below = {'quantities', 'angles', 'jit', 'stamps', 'system', 'parameters', 'plugins'}
@@ -69,7 +78,7 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong():
     ('mobile_robot_control.cli.simulate', ROS | HEAVY),
     ('mobile_robot_control.api.simulating', ROS | HEAVY - {'numpy'}),
     ('mobile_robot_control.testing', ROS | HEAVY),
-    *((f'mobile_robot_control.ros.{node}', HEAVY - {'numpy'} | {'rosbags', 'tqdm'})
+    *((f'mobile_robot_control.ros.nodes.{node}', HEAVY - {'numpy'} | {'rosbags', 'tqdm'})
       for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')),
 ])
 def test_nodes_and_simulate_import_no_heavy_module(module, absent):

@@ -4,7 +4,7 @@ import re
 import subprocess
 from pathlib import Path
 
-import pytest
+from each import each
 from notebooks import text_of
 
 ROOT = Path(__file__).parents[2]
@@ -37,7 +37,7 @@ def faults(path, text):
             yield f'{target}: no such heading'
 
 
-@pytest.mark.parametrize('path', FILES, ids=lambda path: str(path.relative_to(ROOT)))
+@each(FILES, lambda path: str(path.relative_to(ROOT)))
 def test_every_link_leads_to_a_file_and_a_heading(path):
     assert not list(faults(path, text_of(path, ('markdown',))))
 

@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -16,6 +18,7 @@ def test_ruff_finds_nothing():
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.long
 def test_strict_mypy_finds_nothing():
     done = _run('mypy')
     assert done.returncode == 0, done.stdout

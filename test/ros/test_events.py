@@ -15,8 +15,8 @@ from mobile_robot_control.configuration.files import load
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.ros.qos import LATCHED
-from mobile_robot_control.ros.run_events import KEPT
+from mobile_robot_control.ros.services.qos import LATCHED
+from mobile_robot_control.ros.services.run_events import KEPT
 from mobile_robot_control.simulation.rollout import rollout
 
 FILE = CONFIG / 'backstepping.yaml'

@@ -30,19 +30,7 @@ def test_experiment_and_simulate_give_the_same_metrics(domain, tmp_path, capsys)
     assert 'data:image/svg+xml' in (tmp_path / 'run' / 'report.html').read_text()
 
 
-def test_the_bag_is_read_by_the_mcap_library(domain, tmp_path):
-    experiment(tmp_path / 'run', '--duration', 1, '--composed')
-    topics = {}
-    for message in read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap'):
-        topics.setdefault(message.channel.topic, []).append(message.ros_msg)
-    assert {'/odom', '/joint_states', '/reference', '/cmd_vel', '/wheel_torques', '/tracking_error', '/clock',
-            '/reference_path', '/parameter_events'} <= set(topics)
-    assert topics['/joint_states'][-1].header.stamp.sec == 1
-    assert list(topics['/wheel_torques'][0].name) == ['wheel_right_joint', 'wheel_left_joint']
-    assert 'storage_identifier: mcap' in (tmp_path / 'run' / 'bag' / 'metadata.yaml').read_text()
-
-
-def test_an_experiment_in_a_namespace_is_recorded(domain, tmp_path):
+def test_an_experiment_in_a_namespace_is_recorded_and_read_by_the_mcap_library(domain, tmp_path):
     output = tmp_path / 'run'
     done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1', '--no-report',
                        '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml',
@@ -52,6 +40,14 @@ def test_an_experiment_in_a_namespace_is_recorded(domain, tmp_path):
     recording = bag.read_bag(output / 'bag', '/robot1')
     assert len(recording.samples) == 501
     assert not recording.problems
+    topics = {}
+    for message in read_ros2_messages(output / 'bag' / 'bag.mcap'):
+        topics.setdefault(message.channel.topic, []).append(message.ros_msg)
+    of_the_robot = {'odom', 'joint_states', 'reference', 'cmd_vel', 'wheel_torques', 'tracking_error', 'reference_path'}
+    assert {'/clock', '/parameter_events', *(f'/robot1/{name}' for name in of_the_robot)} <= set(topics)
+    assert topics['/robot1/joint_states'][-1].header.stamp.sec == 1
+    assert list(topics['/robot1/wheel_torques'][0].name) == ['wheel_right_joint', 'wheel_left_joint']
+    assert 'storage_identifier: mcap' in (output / 'bag' / 'metadata.yaml').read_text()
 
 
 def test_a_recorder_that_stalls_misses_no_message(domain, tmp_path):
@@ -131,7 +127,9 @@ def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
     assert not (tmp_path / 'run').exists()
 
 
-def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path):
+def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path, monkeypatch):
+    # nothing is written there, so it runs without
+    monkeypatch.setenv('HOME', '/dev/null')
     (tmp_path / 'notes.txt').write_text('mine')
     experiment(tmp_path, '--duration', 0.2, '--composed')
     # as if that experiment had drawn them
@@ -156,8 +154,3 @@ def test_an_environment_that_ros_refuses_leaves_nothing_behind(domain, tmp_path,
     assert refusal in done.stderr
     assert 'Traceback' not in done.stderr
     assert not list(tmp_path.iterdir())
-
-
-def test_without_a_home_that_can_be_written_an_experiment_runs(domain, tmp_path, monkeypatch):
-    monkeypatch.setenv('HOME', '/dev/null')
-    experiment(tmp_path / 'run', '--duration', 0.2, '--composed')

@@ -42,6 +42,7 @@ def close(a, b):
     return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
 
 
+@pytest.mark.long
 def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(domain, tmp_path, my_kanayama):
     file = tmp_path / 'mine.yaml'
     file.write_text(FILE)

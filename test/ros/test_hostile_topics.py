@@ -12,9 +12,9 @@ from harness import Robots
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
-from mobile_robot_control.ros import recorder
-from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
-from mobile_robot_control.ros.qos import message_class
+from mobile_robot_control.ros.nodes import recorder
+from mobile_robot_control.ros.services.condition import SUBSCRIBERS_KEY
+from mobile_robot_control.ros.services.qos import message_class
 from mobile_robot_control.topics import LOOP_TOPICS
 
 KINDS = {'/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray', '/clock': 'rosgraph_msgs/msg/Clock',

@@ -16,30 +16,41 @@ from mobile_robot_control.model.kinematics import body_velocity
 ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=2.0']
 
 
-def test_another_law_takes_over_without_a_jump(robot):
-    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=4.0'], composed=True)
+def _start(robot):
+    """Start a run without an end, with its recorder from the beginning."""
+    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=0.0'], composed=True)
     robot.resume()
+
+
+def _after(robot, seconds):
+    """Let the run go on for some simulated seconds; return its recording."""
+    until = robot.time() + seconds
+    robot.spin_until(lambda: robot.time() > until)
+    robot.stop()
+    recording = robot.recording()
+    assert not recording.problems
+    return recording
+
+
+def test_another_law_takes_over_without_a_jump(robot):
+    _start(robot)
     robot.spin_until(lambda: robot.time() > 1.0)
     result, = robot.set('position_controller', controller_type='fuzzy')
     assert result.successful, result.reason
-    robot.finish()
-    recording = robot.recording()
-    assert not recording.problems
+    recording = _after(robot, 3.0)
     ticks = [sample for sample in recording.samples if sample.tick.time == sample.time]
-    assert len(ticks) == 401
     held = [after.time for before, after in itertools.pairwise(ticks[1:])
             if after.command == pytest.approx(before.command, abs=1e-12)]
     # the first command of the new law equals the last one of the old; their difference decays afterwards
     assert len(held) == 1
-    assert 1.0 <= held[0] <= 3.0
+    assert held[0] >= 1.0
     # the fuzzy law follows at a distance, backstepping does not
     assert max(abs(sample.tick.error.longitudinal) for sample in ticks[-100:]) > 0.02
     assert max(abs(sample.tick.error.longitudinal) for sample in ticks[50:100]) < 0.02
 
 
 def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
-    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=7.0'], composed=True)
-    robot.resume()
+    _start(robot)
     laws = [*list(LAWS)[1:], 'backstepping']
     changed = 0.0
     for law in laws:
@@ -48,9 +59,7 @@ def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
         changed = robot.time()
         result, = robot.set('position_controller', controller_type=law)
         assert result.successful, result.reason
-    robot.finish()
-    recording = robot.recording()
-    assert not recording.problems
+    recording = _after(robot, 0.6)
     ticks = [sample for sample in recording.samples if sample.tick.time == sample.time]
     held = [after.time for before, after in itertools.pairwise(ticks[1:])
             if after.command == pytest.approx(before.command, abs=1e-12)]
@@ -62,14 +71,11 @@ def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
 
 
 def test_new_velocity_gains_act_from_a_position_tick_on(robot):
-    robot.start(arguments=[*ARGUMENTS, '-p', 'paused:=true', '-p', 'duration:=3.0'], composed=True)
-    robot.resume()
+    _start(robot)
     robot.spin_until(lambda: robot.time() > 0.5)
     result, = robot.set('velocity_controller', gains__k1=0.25)
     assert result.successful, result.reason
-    robot.finish()
-    recording = robot.recording()
-    assert not recording.problems
+    recording = _after(robot, 0.6)
     parameters = configure(load([CONFIG / 'backstepping.yaml'])).velocity_controller
     gains, state, changed_at = parameters.gains, VelocityPiState(), []
     for sample in recording.samples:
@@ -83,7 +89,7 @@ def test_new_velocity_gains_act_from_a_position_tick_on(robot):
         state, torque = expected[gains.k1]
         assert torque == pytest.approx(sample.torque, abs=1e-9)
     at, = changed_at
-    assert 0.5 <= at <= 2.5
+    assert at >= 0.5
     assert round(at * 500) % 5 == 0
 
 

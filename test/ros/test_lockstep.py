@@ -12,9 +12,12 @@ from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.ros.qos import LATCHED, PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.services.qos import LATCHED, PUBLISHED
 from mobile_robot_control.simulation.metrics import RunMeter, summary
+from mobile_robot_control.simulation.rollout import rollout
 
 HYBRID = ('--params-file', str(CONFIG / 'hybrid_backstepping.yaml'))
 
@@ -26,9 +29,9 @@ def _metrics(samples):
     return summary(meter.run('completed'))
 
 
-@pytest.mark.parametrize('order', [list(NODES), list(NODES)[::-1]], ids=['plant first', 'plant last'])
-def test_nodes_may_start_in_any_order(robot, order):
-    for name in order:
+def test_nodes_may_start_in_any_order(robot):
+    # other tests start the plant first
+    for name in reversed(NODES):
         robot.start(name, arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0'])
         robot.listen(0.5)
     robot.finish()
@@ -82,6 +85,51 @@ def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
     assert recording.samples[-1].time == 3.0
 
 
+@pytest.mark.parametrize('paused', [pytest.param('true', marks=pytest.mark.soak), 'false'])
+def test_a_plant_killed_at_zero_and_started_again_elsewhere_begins_a_new_run(robot, paused):
+    torques = {}
+
+    def take(message):
+        torques[round(message.header.stamp.sec * 1e9) + message.header.stamp.nanosec] = tuple(message.effort)
+
+    robot.recorder.create_subscription(JointState, 'wheel_torques', take, PUBLISHED)
+    arguments = ['-p', 'duration:=0.1', '-p', 'real_time_factor:=0.0', '-p']
+    robot.start(*list(NODES)[1:], composed=True)
+    robot.start('plant', arguments=[*arguments, 'paused:=true'])
+    robot.spin_until(robot.recorder.has_every_topic)
+    robot.processes['plant'].kill()
+    # the wheels stand at both: only odometry, and the command that answers it, tell the runs apart
+    pose = 'initial_pose:=[0.3, -0.2, 0.5]'
+    robot.start('plant', arguments=[*arguments, f'paused:={paused}', '-p', pose])
+    if paused == 'true':
+        before = torques[0]
+        robot.spin_until(lambda: torques[0] != before)
+        robot.resume()
+    robot.finish()
+    robot.spin_until(lambda: 100_000_000 in torques)
+    simulated = [*rollout(configure(load([], [f'plant.{pose}'])), 0.1)]
+    assert sorted(torques) == [round(sample.time * 1e9) for sample in simulated]
+    for sample in simulated:
+        assert torques[round(sample.time * 1e9)] == pytest.approx(sample.torque, rel=1e-9)
+    assert robot.log('velocity_controller').count('a new run begins') == 3
+
+
+def test_a_plant_that_does_not_repeat_its_question_is_named(robot):
+    robot.start('reference_cart')
+    odom = robot.recorder.create_publisher(Odometry, 'odom', PUBLISHED)
+    message = Odometry(child_frame_id='base_link')
+    message.header.frame_id, message.pose.pose.orientation.w = 'odom', 1.0
+
+    def named():
+        message.pose.pose.position.x += 0.01
+        odom.publish(message)
+        robot.listen(0.1)
+        return 'published by /recorder: ' in robot.log('reference_cart')
+
+    robot.spin_until(named)
+    assert 'stamp 0.0 s, which was taken before' in robot.log('reference_cart')
+
+
 def test_time_stands_still_while_paused(robot):
     robot.start(arguments=['-p', 'paused:=true'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
@@ -114,7 +162,7 @@ def test_time_runs_up_to_where_it_is_held(robot):
 def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
     robot.start('velocity_controller', arguments=['-p', 'gains.ti1:=0.05'])
     node, answers = robot.recorder, []
-    node.create_subscription(JointState, 'wheel_torques', answers.append, SUBSCRIBED)
+    node.create_subscription(JointState, 'wheel_torques', answers.append, PUBLISHED)
     wheels = node.create_publisher(JointState, 'joint_states', PUBLISHED)
     command = node.create_publisher(TwistStamped, 'cmd_vel', PUBLISHED)
     robot.spin_until(lambda: wheels.get_subscription_count() > 1 and command.get_subscription_count() > 1)
@@ -164,7 +212,7 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
     robot.start('plant')
     node, odometry, wheels = robot.recorder, [], []
     torques = node.create_publisher(JointState, 'wheel_torques', PUBLISHED)
-    node.create_subscription(Odometry, 'odom', odometry.append, SUBSCRIBED)
+    node.create_subscription(Odometry, 'odom', odometry.append, PUBLISHED)
 
     def answer_the_first(message):
         wheels.append(message.header.stamp.nanosec)
@@ -172,7 +220,7 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
             still = JointState(name=message.name, effort=[0.0, 0.0])
             torques.publish(still)
 
-    node.create_subscription(JointState, 'joint_states', answer_the_first, SUBSCRIBED)
+    node.create_subscription(JointState, 'joint_states', answer_the_first, PUBLISHED)
     robot.spin_until(lambda: 2_000_000 in wheels)
     received = len(odometry)
     robot.spin_until(lambda: len(odometry) > received + 3)
@@ -197,8 +245,8 @@ def test_messages_carry_the_configured_frames(robot):
     robot.start(arguments=['-p', 'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'],
                 composed=True)
     odometry, references = [], []
-    robot.recorder.create_subscription(Odometry, 'odom', odometry.append, SUBSCRIBED)
-    robot.recorder.create_subscription(Odometry, 'reference', references.append, SUBSCRIBED)
+    robot.recorder.create_subscription(Odometry, 'odom', odometry.append, PUBLISHED)
+    robot.recorder.create_subscription(Odometry, 'reference', references.append, PUBLISHED)
     robot.spin_until(lambda: odometry and references)
     assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ('map', 'axle')
     assert (references[0].header.frame_id, references[0].child_frame_id) == ('map', 'cart')

@@ -7,7 +7,7 @@ import pytest
 from harness import CONFIG
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.ros_arguments import check_ros_arguments
+from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
 
 FUZZY = ['--params-file', str(CONFIG / 'fuzzy.yaml')]
 

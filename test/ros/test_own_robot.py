@@ -12,7 +12,7 @@ from geometry_msgs.msg import Twist, TwistStamped, Vector3Stamped
 from harness import CONFIG
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.ros.qos import SUBSCRIBED
+from mobile_robot_control.ros.services.qos import PUBLISHED
 
 OURS = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'odom_frame_id:=map', '-p',
         'base_frame_id:=base_footprint']
@@ -33,12 +33,12 @@ def base(robot):
 
 
 @pytest.mark.parametrize(('kind', 'topic', 'options', 'ours'), [
-    (TwistStamped, 'cmd_vel', [], []),
+    pytest.param(TwistStamped, 'cmd_vel', [], [], marks=pytest.mark.soak),
     (Twist, 'plain_cmd_vel', ['--plain'], ['-p', 'stamped_cmd_vel:=false', '-r', 'cmd_vel:=plain_cmd_vel']),
 ], ids=['stamped', 'plain'])
 def test_another_base_follows_the_cart_and_is_stopped_at_the_end(robot, base, kind, topic, options, ours):
     errors, commands = [], []
-    robot.recorder.create_subscription(Vector3Stamped, 'tracking_error', errors.append, SUBSCRIBED)
+    robot.recorder.create_subscription(Vector3Stamped, 'tracking_error', errors.append, PUBLISHED)
     robot.recorder.create_subscription(kind, topic, lambda message: commands.append(
         message if kind is Twist else message.twist), 100)
     base(*options)

@@ -9,7 +9,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.ros.ros_arguments import check_ros_arguments
+from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
 
 # numbers of which rclpy's client makes texts
 SMALL = """

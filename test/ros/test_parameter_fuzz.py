@@ -92,7 +92,7 @@ def test_fuzzed_calls_are_applied_whole_or_refused_by_name(robot):
     services, count = Services(robot), itertools.count(1)
 
     # a failure is not shrunk, since the nodes keep the values of the calls before
-    @settings(max_examples=250, phases=[Phase.generate])
+    @settings(max_examples=100, phases=[Phase.generate])
     @given(calls())
     def fuzz(call):
         (_all_or_nothing if call.atomically else _each)(services, call)
@@ -102,7 +102,7 @@ def test_fuzzed_calls_are_applied_whole_or_refused_by_name(robot):
 
     fuzz()
     _assert_it_goes_on(robot, services)
-    assert next(count) > 250
+    assert next(count) > 100
     for name, process in robot.processes.items():
         assert process.exit_code() is None
         assert 'Traceback' not in robot.log(name)

@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.recorder import NO_LIMIT, Recorder
+from mobile_robot_control.ros.nodes.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.topics import LOOPS
 

@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from processes import processes_of
 
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.run_events import KEPT
+from mobile_robot_control.ros.services.run_events import KEPT
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 SLOW = 1e-3
@@ -86,6 +86,7 @@ def _changed_run(robot, output):
     assert run.returncode == 0, error
 
 
+@pytest.mark.long
 def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_replay(robot, tmp_path):
     recorded, replayed, killed = tmp_path / 'recorded', tmp_path / 'replayed', tmp_path / 'killed'
     _changed_run(robot, recorded)

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.ros_arguments import check_ros_arguments
+from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
 
 _NAMES = ('duration', 'peer_timeout')
 _VALUES = st.sampled_from([1.0, 2.0, 3.0])
@@ -40,7 +40,7 @@ def _rcl_takes(arguments):
 def test_the_last_value_wins_or_is_refused(domain, tmp_path):
     outcomes = {True: 0, False: 0}
 
-    @settings(max_examples=150)
+    @settings(max_examples=60)
     @example(('/', [{'/**': {'peer_timeout': 1.0}, '/**/plant': {'duration': 1.0}}, ('', 'duration', 2.0)]))
     @given(st.sampled_from(list(_REACHING)).flatmap(_sources))
     def fuzz(drawn):

@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from watching import Timeline
 
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
-from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.services.qos import PUBLISHED, SUBSCRIBED
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 WALL_CLOCK = ['--params-file', str(CONFIG / 'wall_clock.yaml')]
@@ -89,7 +89,8 @@ def test_a_second_plant_that_comes_and_goes_does_not_hold_the_run_up(robot, tmp_
 
 def test_contradicting_odometry_stops_the_robot_on_the_wall_clock(robot, said):
     line = Timeline(robot.recorder)
-    robot.start(arguments=WALL_CLOCK)
+    # the robot stands for so long after the last contradiction, which this process may be late to publish
+    robot.start(arguments=[*WALL_CLOCK, '-p', 'position_controller:input_timeout:=3.0'])
     robot.spin_until(lambda: len(line.speeds) > 50 and line.speeds[-1][1] > 0.2)
     stranger = Stranger(robot)
     odom = stranger.create_publisher(Odometry, 'odom', PUBLISHED)

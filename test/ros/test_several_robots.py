@@ -15,7 +15,7 @@ from mobile_robot_control.configuration.files import parameter_file_text
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.qos import SUBSCRIBED
+from mobile_robot_control.ros.services.qos import PUBLISHED
 
 ROBOTS = {
     '/robot1': ['--params-file', CONFIG / 'hybrid_backstepping.yaml'],
@@ -80,7 +80,7 @@ def test_eight_robots_drive_on_in_flat_memory(domain, tmp_path):
         def note(message, name=name):
             stamps[name] = serialised_stamp(message) / 1e9
 
-        listener.create_subscription(Odometry, f'{name}/odom', note, SUBSCRIBED, raw=True)
+        listener.create_subscription(Odometry, f'{name}/odom', note, PUBLISHED, raw=True)
     with contextlib.closing(robots):
         for number, name in enumerate(names):
             law = tmp_path / f'{number}.yaml'

@@ -15,7 +15,7 @@ def _close(a, b):
     return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
 
 
-@pytest.mark.parametrize('robot', ['create3', 'turtlebot3_burger'])
+@pytest.mark.parametrize('robot', [pytest.param('create3', marks=pytest.mark.soak), 'turtlebot3_burger'])
 def test_a_robot_over_dds_is_the_one_that_is_simulated(domain, quick_discovery, tmp_path, robot):
     metrics, recording = experiment(tmp_path / 'run', '--robot', robot, '--duration', SECONDS, '--composed')
     parameters = at_cart_start(configure(load([shipped_robots()[robot]])))

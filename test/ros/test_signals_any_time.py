@@ -1,23 +1,20 @@
 """SIGINT and SIGTERM at random moments of nodes and experiments: exit code 0, complete bags, no traceback."""
 
-import contextlib
 import json
 import random
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 from harness import CONFIG
-from processes import catches_sigterm, processes_of, wait_until
+from processes import catches_sigterm, processes_of, segments_of, wait_until
 
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.runs import bag
 
-SHARED_MEMORY = Path('/dev/shm')
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -34,28 +31,23 @@ def _moments(targets, longest, count, seed):
     return [Moment(targets[k % len(targets)], draw.uniform(0.0, longest), SIGNALS[k % 2]) for k in range(count)]
 
 
-def _segments(pids):
-    """Return the files in shared memory that these processes have locked as their own."""
-    locked = set()
-    for line in Path('/proc/locks').read_text().splitlines():
-        words = line.split()
-        if len(words) > 5 and words[1] == 'FLOCK' and int(words[4]) in pids:
-            locked.add(int(words[5].rpartition(':')[2]))
-    # fastdds_ with Kilted, fastrtps_ with Jazzy
-    return {path for path in SHARED_MEMORY.glob('fast*_*') if _inode(path) in locked}
-
-
-def _inode(path):
-    with contextlib.suppress(OSError):
-        return path.stat().st_ino
-    return None
-
-
 def _start_node(name, folder, arguments):
     return subprocess.Popen(
         [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args', *map(str, arguments)],
         stdin=subprocess.PIPE, stdout=(folder / f'{name}.log').open('wb'), stderr=subprocess.STDOUT,
     )
+
+
+def _seen_until(moment, processes):
+    """Wait for the moment, a late one not before there are files in shared memory; return all that were there."""
+    seen, due = set(), time.monotonic() + moment.delay
+
+    def is_due():
+        seen.update(segments_of(processes()))
+        return time.monotonic() >= due and (seen or moment.delay < 2.0)
+
+    wait_until(is_due, step=0.05)
+    return seen
 
 
 def _signal_a_node(folder, moment):
@@ -70,8 +62,7 @@ def _signal_a_node(folder, moment):
         for name in NODES if moment.delay > 0.5 else [moment.target]:
             processes[name] = _start_node(name, folder, run)
         wait_until(lambda: all(catches_sigterm(process.pid) for process in processes.values()))
-        time.sleep(moment.delay)  # the moment is what is tested
-        segments = _segments({process.pid for process in processes.values()})
+        segments = _seen_until(moment, lambda: {process.pid for process in processes.values()})
         processes[moment.target].send_signal(moment.number)
         assert processes[moment.target].wait(60.0) == 0, (moment, (folder / f'{moment.target}.log').read_text())
         for process in processes.values():
@@ -94,8 +85,7 @@ def _signal_an_experiment(folder, moment):
                            stdout=log.open('wb'), stderr=subprocess.STDOUT)
     try:
         wait_until(lambda: catches_sigterm(run.pid))
-        time.sleep(moment.delay)  # the moment is what is tested
-        segments = _segments({run.pid, *processes_of(folder)})
+        segments = _seen_until(moment, lambda: {run.pid, *processes_of(folder)})
         run.send_signal(moment.number)
         # 1, unless the run had ended before the signal came
         assert run.wait(120.0) in (0, 1), (moment, log.read_text())

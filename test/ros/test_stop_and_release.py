@@ -8,7 +8,7 @@ from geometry_msgs.msg import TwistStamped
 from harness import CONFIG
 from nav_msgs.msg import Odometry
 
-from mobile_robot_control.ros.qos import SUBSCRIBED
+from mobile_robot_control.ros.services.qos import PUBLISHED
 
 APPROACH = 0.4
 """[m/s]"""
@@ -23,9 +23,9 @@ class Seen:
         self.commands, self.cart, self.poses, self.status = [], [], {}, {}
         node = robot.recorder
         node.create_subscription(TwistStamped, 'cmd_vel', lambda message: self.commands.append(
-            (message.twist.linear.x, message.twist.angular.z)), SUBSCRIBED)
-        node.create_subscription(Odometry, 'reference', self._on_reference, SUBSCRIBED)
-        node.create_subscription(Odometry, 'odom', self._on_odom, SUBSCRIBED)
+            (message.twist.linear.x, message.twist.angular.z)), PUBLISHED)
+        node.create_subscription(Odometry, 'reference', self._on_reference, PUBLISHED)
+        node.create_subscription(Odometry, 'odom', self._on_odom, PUBLISHED)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
 
     def _on_reference(self, message):
@@ -49,7 +49,7 @@ class Seen:
 
     def drives(self):
         """Return whether robot and cart drive, near each other."""
-        return self.cart[-1] > 0.1 and abs(self.commands[-1][0]) > 0.05 and math.hypot(
+        return len(self.poses) == 2 and self.cart[-1] > 0.1 and abs(self.commands[-1][0]) > 0.05 and math.hypot(
             self.poses['robot'].x - self.poses['cart'].x, self.poses['robot'].y - self.poses['cart'].y) < 0.2
 
 
@@ -67,6 +67,7 @@ def start_again(robot, name):
     robot.spin_until(lambda: robot.log(name).count('the robot is stopped') == learnt)
 
 
+@pytest.mark.long
 def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(robot, call):
     seen = Seen(robot)
     robot.start('position_controller', 'reference_cart', arguments=ELSEWHERE)

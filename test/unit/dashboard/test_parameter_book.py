@@ -6,7 +6,7 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, Paramete
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.dashboard.parameter_book import described_entry, known_entries, plain_value
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.ros.parameter_bridge import declare
+from mobile_robot_control.ros.services.parameter_bridge import declare
 
 TYPES = {bool: 1, int: 2, float: 3, str: 4, list: 8}
 

@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
 from mobile_robot_control.recording.columns import READ
-from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.inputs.conversions import bytes_reader
+from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
-READERS = {**{topic: make_reader(topic, read) for topic, read in READ.items()},
-           'reference_horizon': make_reader('reference_horizon', partial(
+READERS = {**{topic: bytes_reader(ALL_LOOP_TOPICS[topic].kind, read) for topic, read in READ.items()},
+           'reference_horizon': bytes_reader(ALL_LOOP_TOPICS['reference_horizon'].kind, partial(
                parsing.read_horizon, ticks=1, period=10_000_000)),
-           'cmd_accel': make_reader('cmd_accel', parsing.read_acceleration),
-           'twist': make_reader('cmd_vel', parsing.read_plain_twist, 'geometry_msgs/msg/Twist')}
+           'cmd_accel': bytes_reader(ALL_LOOP_TOPICS['cmd_accel'].kind, parsing.read_acceleration),
+           'twist': bytes_reader('geometry_msgs/msg/Twist', parsing.read_plain_twist)}
 _ENCODINGS = st.sampled_from([b'\0\1\0\0', b'\0\0\0\0', b'\0\3\0\0', b'\0\7\0\0', b''])
 _WORDS = st.sampled_from([b'\0\0\0\0', b'\1\0\0\0', b'\2\0\0\0', b'\xff\xff\xff\xff', b'\0\0\0\1', b'\0\0\xf0\x7f'])
 _BYTES = st.tuples(_ENCODINGS, st.lists(st.one_of(_WORDS, st.binary(max_size=9)), max_size=40)).map(

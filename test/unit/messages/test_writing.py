@@ -38,7 +38,8 @@ from mobile_robot_control.quantities import (
     WheelTorque,
     WheelVelocity,
 )
-from mobile_robot_control.ros.input_validation import make_reader
+from mobile_robot_control.ros.inputs.conversions import bytes_reader
+from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 STAMP = 12_345_678_901
 TORQUE = WheelTorque(0.1, -0.2)
@@ -94,7 +95,7 @@ HORIZON = writing.horizon_writer('odom', 'cart', 3, PERIOD)(STAMP, CART)
 def _horizon(**changes):
     kind = 'trajectory_msgs/msg/MultiDOFJointTrajectory'
     assert _as_rosbags_writes(HORIZON, kind) == HORIZON
-    return make_reader('reference_horizon', partial(
+    return bytes_reader(ALL_LOOP_TOPICS['reference_horizon'].kind, partial(
         read_horizon, **{'ticks': 3, 'period': PERIOD, 'frame': 'odom', 'child_frame': 'cart', **changes}))(HORIZON)
 
 
@@ -108,14 +109,15 @@ def test_a_written_horizon_is_read_back_and_a_longer_one_is_cut():
     assert [(point.time_from_start.sec, point.time_from_start.nanosec) for point in message.points] == [
         (0, 0), (0, PERIOD), (0, 2 * PERIOD), (1, 200_000_000)]
     accelerated = writing.acceleration_writer('base_link')(STAMP, CART[1].acceleration)
-    assert make_reader('cmd_accel', partial(read_acceleration, frame='base_link'))(accelerated) == CART[1].acceleration
+    read = bytes_reader(ALL_LOOP_TOPICS['cmd_accel'].kind, partial(read_acceleration, frame='base_link'))
+    assert read(accelerated) == CART[1].acceleration
 
 
 def test_a_written_time_is_read_back():
     written = writing.time_writer()(STAMP, 3_000_000_007)
     assert written == _as_rosbags_writes(written, 'sensor_msgs/msg/TimeReference')
     assert serialised_stamp(written) == STAMP
-    assert make_reader('odom_time', read_time)(written) == 3_000_000_007
+    assert bytes_reader(ALL_LOOP_TOPICS['odom_time'].kind, read_time)(written) == 3_000_000_007
 
 
 @pytest.mark.parametrize(('changes', 'reason'), [
@@ -132,7 +134,7 @@ def test_a_point_without_an_acceleration_is_refused():
     message = deserialize_message(HORIZON, MultiDOFJointTrajectory)
     message.points[2].accelerations = []
     with pytest.raises(RefusedMessageError, match=r'a point is not complete .point 2 lacks'):
-        make_reader('reference_horizon', partial(read_horizon, ticks=3, period=PERIOD))(
+        bytes_reader(ALL_LOOP_TOPICS['reference_horizon'].kind, partial(read_horizon, ticks=3, period=PERIOD))(
             bytes(serialize_message(message)))
 
 
@@ -159,7 +161,7 @@ def test_both_byte_orders_are_read(little_endian):
     sent = bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(written, kind), kind, little_endian=little_endian))
     assert (sent == written) is little_endian
     assert serialised_stamp(sent) == STAMP
-    assert make_reader('wheel_torques', read_torque)(sent) == TORQUE
+    assert bytes_reader(ALL_LOOP_TOPICS['wheel_torques'].kind, read_torque)(sent) == TORQUE
 
 
 @pytest.mark.parametrize('cut', [0, 1, 5, 11, 12, 30, 139])
@@ -168,7 +170,7 @@ def test_truncated_messages_are_refused(cut, order):
     written = bytearray(writing.joints_writer()(STAMP, (0, 0), WheelVelocity(0, 0), TORQUE))
     written[1] = order
     with pytest.raises(RefusedMessageError, match='not readable'):
-        make_reader('wheel_torques', read_torque)(bytes(written[:cut]))
+        bytes_reader(ALL_LOOP_TOPICS['wheel_torques'].kind, read_torque)(bytes(written[:cut]))
     if cut < 12:
         with pytest.raises(RefusedMessageError, match=f'{cut} bytes hold no stamp'):
             serialised_stamp(bytes(written[:cut]))

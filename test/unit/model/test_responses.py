@@ -5,17 +5,21 @@ import random
 from decimal import Decimal, localcontext
 
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from mobile_robot_control.model.modes import Mode, Modes, mode_after
 from mobile_robot_control.model.responses import fading_response, held_response
 from mobile_robot_control.model.zeros import Watch, first_zero
 
-RATES = [1e-9, 0.3, 1.0, 1.0000001, 7.0, 300.0]
+RATES = st.floats(-9.0, 2.5).map(lambda exponent: 10.0**exponent)
 
 
-@pytest.mark.parametrize('rate', [0.0, *RATES])
-@pytest.mark.parametrize('fading', RATES)
-@pytest.mark.parametrize('time', [0.001, 0.4, 3.0])
+@given(RATES, RATES, st.floats(0.001, 3.0))
+@example(0.0, 1e-9, 3.0)
+@example(0.0, 300.0, 0.4)
+@example(1.0, 1.0000001, 3.0)
+@example(7.0, 7.0, 0.001)
 def test_the_responses_are_those_of_many_digits(rate, fading, time):
     with localcontext() as context:
         context.prec = 120
@@ -24,8 +28,10 @@ def test_the_responses_are_those_of_many_digits(rate, fading, time):
         one, other = (1 - (-a * t).exp()) / a, (1 - (-b * t).exp()) / b
         held = (float((-a * t).exp()), float(one), float((t - one) / a))
         faded = (float(((-b * t).exp() - (-a * t).exp()) / (a - b)), float((other - one) / (a - b)))
-    assert held_response(rate, time) == pytest.approx(held, rel=2e-14, abs=1e-300)
-    assert fading_response(rate, fading, time) == pytest.approx(faded, rel=2e-14)
+    # an exponential of a rounded exponent is right to as many digits as the exponent is
+    near = 2e-14 + 2e-16 * max(rate, fading) * time
+    assert held_response(rate, time) == pytest.approx(held, rel=near, abs=1e-300)
+    assert fading_response(rate, fading, time) == pytest.approx(faded, rel=near)
 
 
 NOTHING = Mode(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -3,6 +3,8 @@
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.parameters.checking import ParameterError, build
@@ -18,7 +20,7 @@ FORMULAS = {
     'line': lambda s: (s / (2 * math.pi), 0.0),
 }
 CLOSED = [name for name, curve in CURVES.items() if curve.closed]
-PARAMETERS = [-2.0, -0.3, 0.0, 0.4, 1.0, 0.5 * math.pi, 2.2, math.pi, 4.0, 5.5, 2.0 * math.pi, 9.0]
+NAMES, PARAMETERS, TIMES = st.sampled_from(sorted(CURVES)), st.floats(-7.0, 10.0), st.floats(0.0, 20.0)
 PLACED = Placement(scale=0.5, period=12.0, phase=0.15, center=(0.3, -0.8), rotation=0.7)
 
 # central differences of eighth order
@@ -41,15 +43,13 @@ def test_the_curves_are_those_of_the_contract():
     assert set(CLOSED) == set(FORMULAS) - {'line'}
 
 
-@pytest.mark.parametrize('name', CURVES)
-@pytest.mark.parametrize('s', PARAMETERS)
+@given(NAMES, PARAMETERS)
 def test_points_are_those_of_the_contracts_formula(name, s):
     point = CURVES[name](s)
     assert (point.x, point.y) == pytest.approx(FORMULAS[name](s), abs=1e-14)
 
 
-@pytest.mark.parametrize('name', CURVES)
-@pytest.mark.parametrize('s', PARAMETERS)
+@given(NAMES, PARAMETERS)
 def test_derivatives_are_those_of_the_contracts_formula(name, s):
     point = CURVES[name](s)
     for axis, (first, second) in enumerate(((point.dx, point.ddx), (point.dy, point.ddy))):
@@ -97,9 +97,7 @@ def test_the_trifolium_has_three_leaves():
     assert directions == pytest.approx([-120.0, 0.0, 120.0], abs=1e-9)
 
 
-@pytest.mark.parametrize('placement', [Placement(), PLACED], ids=['default', 'placed'])
-@pytest.mark.parametrize('name', CURVES)
-@pytest.mark.parametrize('time', [0.0, 0.7, 3.1, 5.0, 8.8, 14.2, 20.0])
+@given(NAMES, TIMES, st.sampled_from([Placement(), PLACED]))
 def test_v_r_and_omega_r_are_the_derivatives_of_the_pose(name, time, placement):
     curve = CURVES[name]
     reference = reference_at(curve, time, placement)
@@ -117,8 +115,7 @@ def test_v_r_and_omega_r_are_the_derivatives_of_the_pose(name, time, placement):
     assert first_difference(heading, time, h=0.01) == pytest.approx(reference.velocity.angular, abs=1e-9)
 
 
-@pytest.mark.parametrize('name', CURVES)
-@pytest.mark.parametrize('time', [0.0, 1.3, 7.0, 13.0])
+@given(NAMES, TIMES)
 def test_placement_by_the_contract(name, time):
     pose = reference_at(CURVES[name], time, PLACED).pose
     x, y = FORMULAS[name](2.0 * math.pi * (time / 12.0 + 0.15))

@@ -7,7 +7,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
-from mobile_robot_control.ros.cart_wait import CartWait
+from mobile_robot_control.ros.clocks.cart_wait import CartWait
 
 START = Pose(0.0, 0.0, 0.0)
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.environment import check_environment
+from mobile_robot_control.ros.services.environment import check_environment
 
 
 @pytest.fixture(autouse=True)

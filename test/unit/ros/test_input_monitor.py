@@ -5,8 +5,8 @@ import types
 
 import pytest
 
-from mobile_robot_control.ros import input_monitor
-from mobile_robot_control.ros.input_monitor import InputMonitor
+from mobile_robot_control.ros.inputs import input_monitor
+from mobile_robot_control.ros.inputs.input_monitor import InputMonitor
 
 
 @pytest.fixture

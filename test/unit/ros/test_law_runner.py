@@ -8,7 +8,7 @@ import pytest
 from mobile_robot_control.control.command_limits import Limits
 from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
-from mobile_robot_control.ros.law_runner import LawRunner
+from mobile_robot_control.ros.nodes.law_runner import LawRunner
 
 DT = 0.02
 AHEAD = TrackingError(1.0, 0.0, 0.0)

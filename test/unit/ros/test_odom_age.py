@@ -4,7 +4,7 @@ import pytest
 
 from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
-from mobile_robot_control.ros.odom_age import OdomAge
+from mobile_robot_control.ros.inputs.odom_age import OdomAge, WallClockOdomAge
 
 MS = 1_000_000
 POSE, VELOCITY = Pose(1.0, 2.0, 0.0), BodyVelocity(0.5, 0.1)
@@ -23,7 +23,7 @@ def test_in_lockstep_repeats_are_counted_from_the_first_on():
 
 
 def test_on_the_wall_clock_a_sample_with_a_new_stamp_is_as_old_as_it_was():
-    age = OdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
+    age = WallClockOdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
     age.note(1000 * MS, POSE, VELOCITY)
     age.note(1030 * MS, POSE, VELOCITY)
     assert age.at(1040 * MS, 0.02) == pytest.approx(0.06)
@@ -35,7 +35,7 @@ def test_on_the_wall_clock_a_sample_with_a_new_stamp_is_as_old_as_it_was():
 
 
 def test_the_reference_moves_on_to_now():
-    age = OdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
+    age = WallClockOdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
     reference = Reference(POSE, BodyVelocity(0.5, 0.0))
     assert age.present(reference, 20 * MS) == Reference(Pose(1.01, 2.0, 0.0), BodyVelocity(0.5, 0.0))
     assert age.present(reference, -20 * MS) == reference
@@ -49,7 +49,6 @@ def test_the_reference_moves_on_to_now():
 
 def test_in_lockstep_a_time_of_sampling_tells_the_age():
     age = OdomAge(Shared(odometry_stamped='sampled'))
-    age.note(100 * MS, POSE, VELOCITY)
-    age.tell(40 * MS)
+    age.note_step(100 * MS, POSE, VELOCITY, 40 * MS)
     assert age.at(100 * MS, 0.0) == pytest.approx(0.06)
     assert age.at(100 * MS, 0.01) == pytest.approx(0.07)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.ros.odom_conflict import contradicts
+from mobile_robot_control.ros.inputs.odom_conflict import contradicts
 
 LAST = (0, Pose(1.0, 0.0, 3.1), BodyVelocity(0.5, 1.0))
 DT = 20_000_000

@@ -6,7 +6,7 @@ import types
 import pytest
 
 from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.ros.odom_twist import OdomTwist
+from mobile_robot_control.ros.inputs.odom_twist import OdomTwist
 
 V, OMEGA, DT = 0.4, 0.8, 0.02
 

@@ -2,8 +2,8 @@
 
 import types
 
-from mobile_robot_control.ros import publisher_watch
-from mobile_robot_control.ros.publisher_watch import PublisherWatch
+from mobile_robot_control.ros.services import publisher_watch
+from mobile_robot_control.ros.services.publisher_watch import PublisherWatch
 from mobile_robot_control.topics import LOOPS
 
 

@@ -3,9 +3,9 @@
 import struct
 import types
 
-from mobile_robot_control.ros import input_validation
-from mobile_robot_control.ros.input_validation import InputValidator
-from mobile_robot_control.ros.stamp_policy import LockstepStampPolicy
+from mobile_robot_control.ros.inputs import input_validation
+from mobile_robot_control.ros.inputs.input_validation import InputValidator
+from mobile_robot_control.ros.inputs.stamp_policy import LockstepStampPolicy
 
 
 def _validator(monkeypatch):

@@ -10,9 +10,9 @@ from std_srvs.srv import Trigger
 
 from mobile_robot_control.control.tracking_limit import allowed_distance
 from mobile_robot_control.messages.serialising import serialise
-from mobile_robot_control.ros.input_validation import InputValidator
-from mobile_robot_control.ros.safety_stop import SafetyStop
-from mobile_robot_control.ros.stop_memory import remember_stops
+from mobile_robot_control.ros.clocks.safety_stop import SafetyStop, refuse_to_stop
+from mobile_robot_control.ros.clocks.stop_memory import remember_stops
+from mobile_robot_control.ros.inputs.input_validation import InputValidator
 
 
 class Endpoints:
@@ -45,11 +45,11 @@ class Endpoints:
 class Controller(Endpoints):
     """Stands for the position controller: has its services by name."""
 
-    def __init__(self, lockstep=False):
+    def __init__(self):
         super().__init__()
-        self.services, self.acts = {}, 0
+        self.services, self.acts, self.noted = {}, 0, []
         self.again = ''
-        self.stop = SafetyStop(self, lockstep, self.validator, self.act)
+        self.stop = SafetyStop(self, self.validator, self.act, self.noted.append)
 
     def create_service(self, kind, name, answer):
         assert kind is Trigger
@@ -78,6 +78,7 @@ def test_a_stop_holds_until_the_release():
     assert node.stop.reason == ''
     # each once
     assert node.logged == ['the robot is stopped: by a call of stop; call release to drive on', 'the robot is released']
+    assert node.noted == ['by a call of stop; call release to drive on', '']
     assert node.acts == 4
 
 
@@ -120,7 +121,8 @@ def test_an_approach_may_be_far_but_not_lead_away():
 
 
 def test_in_lockstep_both_services_are_refused_with_what_to_do():
-    node = Controller(lockstep=True)
+    node = Controller()
+    refuse_to_stop(node)
     for name in ('stop', 'release'):
         success, message = node.call(name)
         assert not success

@@ -2,7 +2,7 @@
 
 import types
 
-from mobile_robot_control.ros.stall_detector import StallDetector
+from mobile_robot_control.ros.clocks.stall_detector import StallDetector
 from mobile_robot_control.topics import LOOPS
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from mobile_robot_control.ros.pacing import LockstepPacer
-from mobile_robot_control.ros.stamp_policy import (
+from mobile_robot_control.ros.clocks.questions import LockstepPacer
+from mobile_robot_control.ros.inputs.stamp_policy import (
     AnswerStampPolicy,
     LockstepStampPolicy,
     StampDecision,

@@ -4,7 +4,7 @@ import sys
 import types
 
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.ros.plant_publishers import make_broadcaster
+from mobile_robot_control.ros.nodes.plant_publishers import make_broadcaster
 
 
 def test_without_tf2_there_is_no_broadcaster(monkeypatch):

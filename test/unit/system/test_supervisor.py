@@ -16,7 +16,7 @@ from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLE
 START = """
 import ctypes, subprocess, time
 from mobile_robot_control.system.supervisor import Supervisor
-from mobile_robot_control.ros.stop import Stop
+from mobile_robot_control.ros.services.stop import Stop
 stop = Stop()
 node = subprocess.Popen(['sleep', '100'], stdin=subprocess.PIPE, stderr=-3)
 with Supervisor({seconds}, {grace}) as supervisor:

@@ -3,6 +3,9 @@
 import math
 
 import pytest
+from each import each
+from hypothesis import example, given
+from hypothesis import strategies as st
 from scipy import special, stats
 
 from mobile_robot_control.tuning.tail_probabilities import (
@@ -13,17 +16,21 @@ from mobile_robot_control.tuning.tail_probabilities import (
     student_quantile,
 )
 
-SIZES = [(0.5, 0.5), (2.0, 7.5), (0.5, 1e3), (300.0, 20.0), (5e5, 5e5), (1.0, 1e6)]
+SIZES = st.floats(-0.3, 6.0).map(lambda exponent: 10.0**exponent)
 
 
-@pytest.mark.parametrize(('a', 'b'), SIZES)
-@pytest.mark.parametrize('x', [0.0, 1e-9, 0.02, 0.4999, 0.5, 0.9, 0.999999, 1.0])
+@given(SIZES, SIZES, st.floats(0.0, 1.0))
+@example(0.5, 0.5, 0.0)
+@example(2.0, 7.5, 1.0)
+@example(0.5, 1e3, 1e-9)
+@example(5e5, 5e5, 0.4999)
 def test_the_incomplete_beta_function_is_that_of_scipy(a, b, x):
     assert incomplete_beta(a, b, x) == pytest.approx(special.betainc(a, b, x), rel=1e-7, abs=1e-12)
 
 
-@pytest.mark.parametrize(('a', 'b'), SIZES)
-@pytest.mark.parametrize('probability', [0.0007, 0.5, 0.975])
+@given(SIZES, SIZES, st.floats(0.0007, 0.9993))
+@example(1.0, 1e6, 0.0007)
+@example(0.5, 0.5, 0.975)
 def test_its_quantile_is_that_of_scipy(a, b, probability):
     assert beta_quantile(a, b, probability) == pytest.approx(special.betaincinv(a, b, probability), rel=1e-6)
 
@@ -41,7 +48,7 @@ def test_the_interval_of_a_rate_is_the_exact_one(successes, trials):
     assert binomial_interval(successes, trials, 0.95) == pytest.approx((exact.low, exact.high), rel=1e-6, abs=1e-12)
 
 
-@pytest.mark.parametrize('trials', range(1, 15))
+@each(range(1, 15))
 def test_the_interval_leaves_out_one_half_where_the_sign_test_rejects_it(trials):
     for successes in range(trials + 1):
         low, high = binomial_interval(successes, trials, 0.95)

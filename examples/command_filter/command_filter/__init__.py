@@ -1,0 +1,1 @@
+"""A node of one's own for mobile_robot_control."""

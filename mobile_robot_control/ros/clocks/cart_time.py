@@ -1,0 +1,107 @@
+"""The time along the reference cart's curve: by stamps in lockstep; on the wall clock by a clock that may wait."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from mobile_robot_control.quantities import Pose, Reference
+from mobile_robot_control.ros.services.condition import Condition
+
+PERIOD = 'period'
+"""The parameter that acts without a jump of the cart."""
+References = tuple[Reference, ...]
+
+
+class Course(Protocol):
+    """Where the cart is at a time along its curve: CartCourse."""
+
+    def references(self, time: int) -> References:
+        """Return the references of a time [ns] and of the ticks of the horizon."""
+
+
+class LockstepTime:
+    """
+    Stamps are the time.
+
+    Parameters
+    ----------
+    course : Course
+        Of the cart.
+    accepted : callable
+        Returns the stamp of the last step [ns], None before the first.
+
+    """
+
+    def __init__(self, course: Course, accepted: Callable[[], int | None]) -> None:
+        self._course, self._accepted = course, accepted
+
+    def now(self) -> float:
+        """Return the time along the curve [s]."""
+        return (self._accepted() or 0) / 1e9
+
+    def references(self, stamp: int) -> References:
+        """Return the references of a step at a stamp [ns]."""
+        return self._course.references(stamp)
+
+    def waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
+        """Return whether parameters that were set act from the next run on."""
+        return set(changed) != {PERIOD}
+
+    def may_jump(self) -> bool:
+        """Return whether the cart may leave its curve for another one."""
+        return True
+
+    def note(self, pose: Pose) -> None:
+        """Take in the robot's pose when it comes."""
+
+    def begin_anew(self) -> None:
+        """Begin at the start of the curve."""
+
+    def forget(self) -> None:
+        """Begin again with the next odometry."""
+
+    def condition(self) -> Condition | None:
+        """Return what a cart that waits reports."""
+        return None
+
+
+class WallClockTime(LockstepTime):
+    """
+    The clock is the time, from the first odometry on.
+
+    Parameters
+    ----------
+    course : Course
+        Of the cart.
+    clock : callable
+        Returns the robot's time [s].
+
+    """
+
+    def __init__(self, course: Course, clock: Callable[[], float]) -> None:
+        self._course, self._clock = course, clock
+        self._began: float | None = None
+
+    def now(self) -> float:
+        """Return the time along the curve [s]."""
+        return 0.0 if self._began is None else self._clock() - self._began
+
+    def references(self, _stamp: int) -> References:
+        """Return the references of now."""
+        return self._course.references(round(self.now() * 1e9))
+
+    def waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
+        """Return False: there are no runs on the wall clock."""
+        return False
+
+    def may_jump(self) -> bool:
+        """Return whether the cart stands at its start, still."""
+        return self._began is None
+
+    def note(self, _pose: Pose) -> None:
+        """Begin with the first odometry."""
+        if self._began is None:
+            self._began = self._clock()
+
+    def forget(self) -> None:
+        """Begin again with the next odometry."""
+        self._began = None

@@ -1,0 +1,116 @@
+"""The reference cart that waits for the robot, on the wall clock: its clock, its log, its diagnostics."""
+
+from collections.abc import Callable
+from itertools import accumulate
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+
+from mobile_robot_control.quantities import Pose, Reference
+from mobile_robot_control.reference.waiting import (
+    NEAR,
+    WaitingCart,
+    after_a_pause,
+    apart,
+    begin_waiting,
+    later,
+    move_cart,
+    slowed,
+)
+from mobile_robot_control.ros.clocks.cart_time import WallClockTime
+from mobile_robot_control.ros.inputs.input_monitor import InputMonitor
+from mobile_robot_control.ros.services.condition import Condition
+from mobile_robot_control.ros.services.robot_clock import SteadyClock
+
+_HELD_UP = 0.5
+"""[s], and three periods at least, between two steps: the node was held up, and the cart has stood meanwhile."""
+
+
+class CartWait(WallClockTime):
+    """
+    Moves the cart by the robot's time while the robot comes along.
+
+    Parameters
+    ----------
+    node : Node
+        For the log.
+    clock : SteadyClock
+        Of the node.
+    monitor : InputMonitor
+        Has the age of odometry.
+    wait_distance : float
+        [m].
+    period : float
+        Of the cart's steps [s].
+    reference_at : callable
+        Returns the reference at a time along the curve [s].
+    horizon : int
+        Steps ahead for which there is a reference.
+
+    """
+
+    def __init__(
+        self, node: Node, clock: SteadyClock, monitor: InputMonitor, wait_distance: float, period: float,
+        reference_at: Callable[[float], Reference], horizon: int = 0,
+    ) -> None:
+        self._node, self._clock, self._monitor = node, clock.now, monitor
+        self._longest = max(_HELD_UP, 3.0 * period)
+        self._period, self._horizon = period, horizon
+        self._wait_distance, self._reference_at = wait_distance, reference_at
+        self._cart: WaitingCart | None = None
+        self._pose = self._at = reference_at(0.0).pose
+
+    def now(self) -> float:
+        """Return the time along the curve [s]."""
+        return 0.0 if self._cart is None else self._cart.time
+
+    def begin_anew(self) -> None:
+        """Bring the cart to the start of another curve, where it waits for the robot."""
+        self._at = self._reference_at(0.0).pose
+        if self._cart is not None:
+            self._cart = begin_waiting(self._clock(), self._pose)
+            self._log_wait(self._cart)
+
+    def _log_wait(self, cart: WaitingCart) -> None:
+        self._node.get_logger().warning(f'the cart waits: {self._words(cart)}')
+
+    def note(self, pose: Pose) -> None:
+        """Take in the robot's pose; the first one brings the cart to its start."""
+        self._pose = pose
+        if self._cart is None:
+            self._cart = begin_waiting(self._clock(), pose)
+
+    def may_jump(self) -> bool:
+        """Return True: the cart waits at the start of another curve."""
+        return True
+
+    def forget(self) -> None:
+        """Wait at the start, for the robot of another run."""
+        self.begin_anew()
+
+    def references(self, _stamp: int = 0) -> tuple[Reference, ...]:
+        """Return the reference now, and those of the steps ahead."""
+        now = self._clock()
+        before = self._cart or begin_waiting(now, self._pose)
+        if now - before.now > self._longest:
+            before = after_a_pause(before, now)
+        self._cart = move_cart(before, now, self._monitor.age('odom'), self._pose, self._at, self._wait_distance)
+        if self._cart.why and not before.why:
+            self._log_wait(self._cart)
+        elif before.why and not self._cart.why:
+            self._node.get_logger().info('the cart drives')
+        carts = accumulate(range(self._horizon), lambda cart, _: later(cart, self._period), initial=self._cart)
+        references = tuple(slowed(self._reference_at(cart.time), cart.rate) for cart in carts)
+        self._at = references[0].pose
+        return references
+
+    def condition(self) -> Condition | None:
+        """Return what a cart that waits reports; None while it drives."""
+        if self._cart is None or not self._cart.why:
+            return None
+        return Condition(DiagnosticStatus.WARN, 'waiting', self._monitor.missing(), self._words(self._cart))
+
+    def _words(self, cart: WaitingCart) -> str:
+        """Return why the cart waits, and what ends it."""
+        return (f'{cart.why}: {apart(self._pose, self._at):.2f} m lie between robot and cart, which goes on within '
+                f'{NEAR} m')

@@ -1,0 +1,247 @@
+"""The plant in lockstep: it asks by publishing its state, and steps by the first answer of the present stamp."""
+
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.timer import Timer
+
+from mobile_robot_control.configuration.nodes import PlantParameters
+from mobile_robot_control.ros.clocks.run_control import LockstepRunControl
+from mobile_robot_control.ros.clocks.wall_clock import LONGEST_LAG
+from mobile_robot_control.ros.inputs.input_validation import ValidInput
+from mobile_robot_control.ros.inputs.stamp_policy import AnswerStampPolicy, StampDecision
+from mobile_robot_control.ros.inputs.table import Inputs
+from mobile_robot_control.ros.services.condition import Condition
+from mobile_robot_control.ros.services.timers import create_steady_timer
+
+REPEAT_AFTER = 0.1
+"""[s] of wall time without an answer."""
+
+
+class LockstepPacer:
+    """
+    Holds simulated time back to a multiple of wall time, and repeats questions that are not answered.
+
+    Parameters
+    ----------
+    node : Node
+        The plant's.
+    policy : AnswerStampPolicy
+        Told of each question.
+    real_time_factor : float
+        1 is wall speed, 0 as fast as possible.
+    publish : callable
+        Publishes the plant's messages of the present time.
+    repeat : callable
+        Publishes them again; takes for how long [s] it has been asked without an answer.
+
+    Attributes
+    ----------
+    overruns : int
+        How often the run fell too far behind the wall clock to catch up.
+
+    """
+
+    def __init__(
+        self, node: Any, policy: AnswerStampPolicy, real_time_factor: float, publish: Callable[[], None],
+        repeat: Callable[[float], None],
+    ) -> None:
+        self._node, self._policy, self._publish, self._repeat = node, policy, publish, repeat
+        self._due = self._asked = time.monotonic()
+        self._factor, self._wall_period = 0.0, 0.0
+        self._timer: Timer | None = None
+        self.overruns = self._repeats = 0
+        create_steady_timer(REPEAT_AFTER, self._repeat_unanswered, node)
+        self.change(real_time_factor)
+
+    def change(self, real_time_factor: float) -> None:
+        """Pace by another factor from now on."""
+        if real_time_factor == self._factor:
+            return
+        self._factor, self._due = real_time_factor, time.monotonic()
+        self._wall_period = self._policy.period / 1e9 / real_time_factor if real_time_factor > 0.0 else 0.0
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+            self._timer = None
+        if self._wall_period > 0.0:
+            self._timer = create_steady_timer(max(self._wall_period, 5e-4), self._ask_when_due, self._node)
+        elif not self._policy.asking:
+            self._ask_when_due()
+
+    def ask(self, present: int) -> None:
+        """Publish the question of a simulated time [ns] now, or as soon as the wall clock allows."""
+        self._policy.wait_to_ask(present)
+        self._due += self._wall_period
+        self._ask_when_due()
+
+    def remind(self) -> None:
+        """Repeat at once a question that is not answered."""
+        if self._policy.asking:
+            self._repeat(0.0)
+
+    def _ask_when_due(self) -> None:
+        now = time.monotonic()
+        if self._policy.asking or now < self._due:
+            return
+        if now - self._due > LONGEST_LAG:
+            self._due = now - LONGEST_LAG
+            self.overruns += self._wall_period > 0.0
+        self._policy.asking, self._asked, self._repeats = True, now, 0
+        self._publish()
+
+    def _repeat_unanswered(self) -> None:
+        if self._policy.asking and time.monotonic() - self._asked >= REPEAT_AFTER:
+            # counted, not measured: a plant that was stopped itself has neither asked nor listened meanwhile
+            self._repeats += 1
+            self._repeat(self._repeats * REPEAT_AFTER)
+
+
+def _no_age(_topic: str) -> float:
+    """Return 0: an answer is of the present time."""
+    return 0.0
+
+
+class Asking(Protocol):
+    """The plant, as its driver handles it; times are simulated ones."""
+
+    exit_code: int | None
+
+    @property
+    def now(self) -> int:
+        """The present time [ns]."""
+
+    @property
+    def tick(self) -> int:
+        """The present position tick [ns]."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has reached its end."""
+
+    def step(self, inputs: Inputs, dt: float) -> Any:
+        """Move by a velocity period."""
+
+    def publish_question(self) -> None:
+        """Publish what the present time asks."""
+
+    def repeat_question(self) -> None:
+        """Publish the newest question again."""
+
+    def publish_wheels(self) -> None:
+        """Publish `joint_states` that ask nothing."""
+
+    def begin_anew(self) -> None:
+        """Begin a new run at 0."""
+
+    def note_step(self, stamp: int) -> None:
+        """Note a step."""
+
+
+class Stalls(Protocol):
+    """Names the nodes that a run waits for: StallDetector."""
+
+    named: list[str]
+
+    def note_silence(self, silence: float, stamp: int, tick: int) -> None:
+        """Note that a stamp [ns], after a position tick [ns], has not been answered for a time [s]."""
+
+    def note_progress(self) -> None:
+        """Note that it was answered."""
+
+
+class QuestionDriver:
+    """
+    Steps the plant once for each answer.
+
+    Parameters
+    ----------
+    plant : Asking
+        The plant.
+    node : Node
+        The plant's, for timers.
+    period : int
+        Between two questions [ns].
+    control : LockstepRunControl
+        Knows whether the run is held, or begins anew.
+    stalls : Stalls
+        Told how long a question has not been answered.
+    real_time_factor : float
+        1 is wall speed, 0 as fast as possible.
+
+    Attributes
+    ----------
+    pace : LockstepPacer
+        When questions are asked.
+
+    """
+
+    def __init__(
+        self, plant: Asking, node: Any, period: int, control: LockstepRunControl, stalls: Stalls,
+        real_time_factor: float,
+    ) -> None:
+        self._plant, self._control, self._stalls = plant, control, stalls
+        self._policy = AnswerStampPolicy(period)
+        self.pace = LockstepPacer(node, self._policy, real_time_factor, plant.publish_question, self._repeat)
+
+    def _repeat(self, silence: float) -> None:
+        """Ask again a question that has not been answered for a time [s]."""
+        if not self._control.held:
+            self._stalls.note_silence(silence, self._plant.now, self._plant.tick)
+        self._plant.repeat_question()
+
+    def condition(self) -> Condition | None:
+        """Return what a plant reports that waits for other nodes."""
+        if not self._stalls.named:
+            return None
+        return Condition(DiagnosticStatus.ERROR if self._plant.now else DiagnosticStatus.STALE, 'waiting',
+                         self._stalls.named)
+
+    def policy(self, _topic: str) -> AnswerStampPolicy:
+        """Return the policy for the stamps of answers."""
+        return self._policy
+
+    def ask(self) -> None:
+        """Ask the present question."""
+        self.pace.ask(self._plant.now)
+
+    def restart(self) -> None:
+        """Ask the first question of a new run."""
+        self._control.note_new_run()
+        self.ask()
+        self._stalls.note_progress()
+
+    def go_on(self) -> None:
+        """Repeat the question of a run that was held."""
+        self.pace.remind()
+
+    def change(self, values: PlantParameters) -> None:
+        """Take the parameters after a live change."""
+        self.pace.change(values.real_time_factor)
+
+    def close(self) -> None:
+        """Publish nothing: a last zero would be taken for an answer."""
+
+    def take(self, topic: str, message: ValidInput) -> None:
+        """Take an answer: the first one to the present question moves the plant, unless it is held."""
+        if message.decision is not StampDecision.STEP or self._control.held:
+            return
+        plant = self._plant
+        if self._control.begins_anew():
+            plant.begin_anew()
+            return
+        inputs = Inputs(message.stamp, {topic: (message.stamp, message.value)}, _no_age)
+        while not plant.is_over:
+            plant.step(inputs, 0.0)
+            # a base follows a command until the next position tick, and needs no answer in between
+            if plant.exit_code is not None or plant.now % self._policy.period == 0:
+                break
+            plant.publish_wheels()
+        else:
+            plant.exit_code = 0
+        if plant.exit_code is None:
+            self.ask()
+        # publish before updating diagnostics: the other nodes wait for the next question
+        plant.note_step(message.stamp)
+        self._stalls.note_progress()

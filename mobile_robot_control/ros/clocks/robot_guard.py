@@ -1,0 +1,186 @@
+"""What stands between law and robot: nothing in lockstep; on the wall clock stops, the approach, odd odometry."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+
+from mobile_robot_control.configuration.nodes import PositionControllerParameters
+from mobile_robot_control.control.approach import stands_still
+from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.quantities import (
+    BodyAcceleration,
+    BodyVelocity,
+    Observation,
+    Pose,
+    Reference,
+    TrackingError,
+)
+from mobile_robot_control.ros.clocks.safety_stop import SafetyStop, refuse_to_stop
+from mobile_robot_control.ros.inputs.input_validation import InputValidator
+from mobile_robot_control.ros.inputs.odom_conflict import CONFLICT, OdomConflict
+from mobile_robot_control.ros.inputs.odom_twist import OdomTwist
+from mobile_robot_control.ros.services.condition import Condition
+
+_ZERO = BodyVelocity(0.0, 0.0)
+_FAR = 0.5
+"""[m] from the cart: a start that is worth a line."""
+
+
+class Law(Protocol):
+    """The position law in its run: LawRunner."""
+
+    def command(
+        self, observation: Observation, stamp: int | None, time_limit: float, acceleration: BodyAcceleration | None,
+    ) -> BodyVelocity:
+        """Return the law's command."""
+
+    def approach(self, error: TrackingError, speed: float, control: PositionControl) -> BodyVelocity:
+        """Return the command towards a cart that waits."""
+
+
+class LockstepGuard:
+    """
+    Lets the law command: in lockstep there is no robot to stop.
+
+    Parameters
+    ----------
+    node : Node
+        The position controller.
+    law : Law
+        Of the node.
+
+    """
+
+    reason = ''
+
+    def __init__(self, node: Node, law: Law) -> None:
+        self._node, self._law = node, law
+        refuse_to_stop(node)
+
+    def note(self, _stamp: int, _pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
+        """Take note of an odometry when it comes; return the velocity of the robot."""
+        return velocity
+
+    def is_held(self, _values: PositionControllerParameters) -> bool:
+        """Return whether the robot has to stand."""
+        return False
+
+    def is_ready(self) -> bool:
+        """Return whether the law may begin."""
+        return True
+
+    def approach_speed(self, _values: PositionControllerParameters, _reference: Reference) -> float:
+        """Return the speed at which the robot approaches a cart that waits [m/s]; 0 where the law tracks it."""
+        return 0.0
+
+    def command(
+        self, observation: Observation, stamp: int, _values: PositionControllerParameters,
+        acceleration: BodyAcceleration | None = None,
+    ) -> BodyVelocity:
+        """Return the command of a step at a stamp [ns]."""
+        return self._law.command(observation, stamp, math.inf, acceleration)
+
+    def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
+        """Log where a run starts far from the cart."""
+        cart, speed = reference.pose, self.approach_speed(values, reference)
+        apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
+        if apart <= _FAR:
+            return
+        where = (f'the run starts {apart:.2f} m from the cart: the robot is at ({pose.x:.2f}, {pose.y:.2f}) m, the '
+                 f'cart at ({cart.x:.2f}, {cart.y:.2f}) m')
+        if speed > 0.0:
+            self._node.get_logger().info(f'{where}, and waits; the robot drives there at {speed:g} m/s at most')
+        else:
+            self._node.get_logger().warning(f'{where}; set plant.initial_pose, or place the curve elsewhere')
+
+    def condition(self, _values: PositionControllerParameters, _problems: list[str], _drives: bool) -> Condition | None:
+        """Return the condition of a node whose robot stands, or whose odometry is odd."""
+        return None
+
+    def forget(self) -> None:
+        """Forget a run whose simulated time has jumped back."""
+
+
+class RobotGuard(LockstepGuard):
+    """
+    Chooses the command of each tick on the wall clock: a stop, the approach to a cart that waits, or the law's.
+
+    Parameters
+    ----------
+    node : Node
+        The position controller.
+    law : Law
+        Of the node.
+    validator : InputValidator
+        Of the node.
+    conflict : callable
+        Makes the OdomConflict of a run.
+    act, note : callable
+        As of SafetyStop.
+
+    """
+
+    def __init__(
+        self, node: Node, law: Law, validator: InputValidator, conflict: Callable[[], OdomConflict],
+        act: Callable[[], str], note: Callable[[str], None],
+    ) -> None:
+        self._node, self._law = node, law
+        self._stop = SafetyStop(node, validator, act, note)
+        self._twist, self._make_conflict, self._conflict = OdomTwist(node), conflict, conflict()
+
+    @property
+    def reason(self) -> str:  # type: ignore[override]
+        """Why the robot is stopped; '' while it is not."""
+        return self._stop.reason
+
+    def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
+        """Take note of an odometry when it comes; return the velocity of the robot, by its poses if they say other."""
+        self._conflict.note(stamp, pose, velocity)
+        return self._twist.note(stamp, pose, velocity)
+
+    def is_held(self, values: PositionControllerParameters) -> bool:
+        """Return whether the robot has to stand."""
+        return bool(self.reason) or self._in_conflict(values)
+
+    def _in_conflict(self, values: PositionControllerParameters) -> bool:
+        return values.stop_on_odom_conflict and self._conflict.present
+
+    def is_ready(self) -> bool:
+        """Return whether the law may begin: not before a stop from before this node is known."""
+        return self._stop.is_known()
+
+    def approach_speed(self, values: PositionControllerParameters, reference: Reference) -> float:
+        """Return the speed at which the robot approaches a cart that waits [m/s]; 0 where the law tracks it."""
+        return values.approach.speed if stands_still(reference) else 0.0
+
+    def command(
+        self, observation: Observation, _stamp: int, values: PositionControllerParameters,
+        acceleration: BodyAcceleration | None = None,
+    ) -> BodyVelocity:
+        """Return the command; zero where the robot has just been stopped for its distance from the reference."""
+        speed = self.approach_speed(values, observation.reference)
+        if not self._stop.allows(distance(observation.error), values.limits.tracking_error, speed > 0.0):
+            return _ZERO
+        if speed > 0.0:
+            return self._law.approach(observation.error, speed, values.control)
+        return self._law.command(observation, None, values.input_timeout, acceleration)
+
+    def condition(self, values: PositionControllerParameters, problems: list[str], drives: bool) -> Condition | None:
+        """Return the condition of a node whose robot stands, or whose odometry is odd."""
+        if self.reason:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self.reason)
+        if self._in_conflict(values):
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *problems]))
+        if self._twist.problem and drives:
+            return Condition(DiagnosticStatus.WARN, 'running', detail='; '.join([self._twist.problem, *problems]))
+        return None
+
+    def forget(self) -> None:
+        """Forget a run whose simulated time has jumped back; a stop stays."""
+        self._conflict = self._make_conflict()

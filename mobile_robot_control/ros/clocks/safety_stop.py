@@ -1,0 +1,128 @@
+"""The stop of a robot on the wall clock: by a service, or beyond a distance from the reference, until its release."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from mobile_robot_control.control.tracking_limit import allowed_distance
+from mobile_robot_control.ros.clocks.stop_memory import StopLink
+from mobile_robot_control.ros.inputs.input_validation import InputValidator
+from mobile_robot_control.topics import STOP_MEMORY, STOPPED
+
+STOP, RELEASE = '~/stop', '~/release'
+_BY_REQUEST = 'by a call of stop; call release to drive on'
+_IN_LOCKSTEP = ('in lockstep there is no robot to stop: simulated time stands still while the parameter paused of the '
+                'plant is true')
+
+
+def refuse_to_stop(node: Node) -> None:
+    """Serve `stop` and `release` in lockstep, where both are refused."""
+
+    def answer(_request: Any, response: Any) -> Any:
+        response.success, response.message = False, _IN_LOCKSTEP
+        return response
+
+    node.create_service(Trigger, STOP, answer)
+    node.create_service(Trigger, RELEASE, answer)
+
+
+class SafetyStop:
+    """
+    Serves `stop` and `release`, and stops a robot that is too far from the reference.
+
+    Parameters
+    ----------
+    node : Node
+        The position controller.
+    validator : InputValidator
+        Of the node.
+    act : callable
+        Called after each request: applies it at once and returns the condition of the node in words.
+    note : callable
+        Called with the reason of each stop, and with '' at each release.
+
+    Attributes
+    ----------
+    reason : str
+        Why the robot is stopped; '' while it is not.
+
+    """
+
+    def __init__(
+        self, node: Node, validator: InputValidator, act: Callable[[], str], note: Callable[[str], None]
+    ) -> None:
+        self._node, self._act, self._note = node, act, note
+        self.reason = ''
+        self._closest = math.inf
+        self._link = StopLink(node, validator, STOPPED, STOP_MEMORY, self._on_memory)
+        self._is_known = False
+        node.create_service(Trigger, STOP, self._on_stop)
+        node.create_service(Trigger, RELEASE, self._on_release)
+
+    def allows(self, apart: float, limit: float, approaching: bool) -> bool:
+        """
+        Return whether a robot may drive so far from the reference; where it may not, stop it.
+
+        Parameters
+        ----------
+        apart : float
+            Distance from the reference [m].
+        limit : float
+            `limits.tracking_error` [m], 0 for none.
+        approaching : bool
+            Whether it approaches a cart that waits: the limit then holds from the nearest that it has come.
+
+        """
+        self._closest = min(self._closest, apart) if approaching else math.inf
+        if apart <= allowed_distance(self._closest if approaching else 0.0, limit):
+            return True
+        self._change(f'{apart:.2f} m from the reference, and limits.tracking_error is {limit:g} m; bring the robot '
+                     'back or raise the limit, then call release')
+        return False
+
+    def is_known(self) -> bool:
+        """
+        Return whether a stop from before this node began would be known by now.
+
+        It is once a reference cart has published what it remembers, or where no cart of ours publishes the reference.
+        """
+        self._is_known = self._is_known or not self._link.has_other()
+        return self._is_known
+
+    def _on_memory(self, reason: str) -> None:
+        """Take over the stop that the cart remembers, unless this node has decided by itself since it began."""
+        if not self._is_known:
+            self._is_known = True
+            if reason:
+                self._change(reason)
+
+    def _on_stop(self, _request: Any, response: Any) -> Any:
+        return self._answer(response, self.reason or _BY_REQUEST)
+
+    def _on_release(self, _request: Any, response: Any) -> Any:
+        return self._answer(response, '')
+
+    def _answer(self, response: Any, reason: str) -> Any:
+        """Stop the robot, or release it without a reason; answer with what is then."""
+        self._change(reason)
+        now = self._act()
+        response.message = now if self.reason else f'released: {now}'
+        # a robot that is released too far from the reference is stopped again
+        response.success = bool(self.reason) == bool(reason)
+        return response
+
+    def _change(self, reason: str) -> None:
+        """Log a change, once."""
+        if reason and not self.reason:
+            self._node.get_logger().error(f'the robot is stopped: {reason}')
+        elif self.reason and not reason:
+            self._node.get_logger().info('the robot is released')
+        if bool(reason) != bool(self.reason):
+            self._note(reason)
+        self.reason, self._closest, self._is_known = reason, math.inf, True
+        self._link.publish(reason)

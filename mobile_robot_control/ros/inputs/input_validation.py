@@ -1,0 +1,172 @@
+"""Input validation: a node takes messages whose stamp and content are right, and counts the others by reason."""
+
+import math
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rclpy.node import Node
+
+from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.ros.inputs.input_monitor import InputMonitor
+from mobile_robot_control.ros.inputs.stamp_policy import StampDecision, StampPolicy
+from mobile_robot_control.ros.services.publisher_watch import publisher_names
+
+_WARN_EVERY = 2.0
+"""[s]"""
+_KEPT = 8
+"""Messages of each topic that are compared with later ones of their stamp."""
+
+
+class ValidInput(NamedTuple):
+    """
+    A message that was taken.
+
+    Attributes
+    ----------
+    stamp : int
+        [ns].
+    decision : StampDecision
+        What the stamp means.
+    value : object
+        The message's content.
+
+    """
+
+    stamp: int
+    decision: StampDecision
+    value: Any
+
+
+class InputValidator:
+    """
+    Takes messages whose stamp and content are right; counts the others by reason, and warns about each, throttled.
+
+    Parameters
+    ----------
+    node : Node
+        Whose inputs.
+    monitor : InputMonitor
+        Told of what is taken; a refused message changes nothing, no timeout either.
+    patience : float
+        Wall time without a message that could be taken after which a repeated stamp is joined, in lockstep [s].
+
+    Attributes
+    ----------
+    refused : Counter of str
+        How many messages were refused, by 'topic: reason'.
+
+    """
+
+    def __init__(self, node: Node, monitor: InputMonitor, patience: float) -> None:
+        self._node, self._monitor, self._patience = node, monitor, patience
+        self._taken: dict[str, dict[int, bytes]] = {}
+        self._refused_stamps: dict[str, tuple[int, float]] = {}
+        self.refused: Counter[str] = Counter()
+        self._warned_at: dict[str, float] = {}
+
+    def validate(
+        self, topic: str, message: bytes, read: Callable[[bytes], Any], policy: StampPolicy
+    ) -> ValidInput | None:
+        """
+        Take a message or refuse it.
+
+        Parameters
+        ----------
+        topic : str
+            It came on.
+        message : bytes
+            Serialised, with a header.
+        read : callable
+            Of `conversions.reader`.
+        policy : StampPolicy
+            Decides about its stamp.
+
+        Returns
+        -------
+        ValidInput or None
+            None where it was refused.
+
+        """
+        try:
+            stamp = serialised_stamp(message)
+            decision = policy.decide(stamp)
+            if decision is StampDecision.REFUSED and not self._asked_again(topic, stamp):
+                raise policy.refusal(stamp)
+            value = read(message)
+            if decision is StampDecision.REFUSED:
+                decision = self._joined(topic, stamp, policy)
+            if decision is not StampDecision.HOLD:
+                self._compare(topic, stamp, message, value, read, decision)
+        except RefusedMessageError as refusal:
+            self._note_refusal(topic, refusal)
+            return None
+        self._monitor.note_input(topic, policy.age(stamp))
+        return ValidInput(stamp, decision, value)
+
+    def _asked_again(self, topic: str, stamp: int) -> bool:
+        """
+        Return whether a refused stamp has been asked again and again, by the only publisher, with nothing taken since.
+
+        Another plant on the same topics may have taken this node out of the run, and gone.
+        """
+        now = time.monotonic()
+        refused, since = self._refused_stamps.get(topic, (stamp, now))
+        self._refused_stamps[topic] = stamp, since if refused == stamp else now
+        waited = refused == stamp and now - since > self._patience and self._monitor.age(topic) > self._patience
+        return waited and self._node.count_publishers(self._node.resolve_topic_name(topic)) == 1
+
+    def _joined(self, topic: str, stamp: int, policy: StampPolicy) -> StampDecision:
+        """
+        Leave the run that a policy was in; return what a refused stamp then means, or raise its refusal.
+
+        It runs where a plant asks for the same refused stamp again and again: another run goes on than the node's own.
+        """
+        refusal = policy.refusal(stamp)
+        decision = policy.decide(stamp) if policy.forget() else StampDecision.REFUSED
+        if decision is StampDecision.REFUSED:
+            raise refusal
+        del self._refused_stamps[topic]
+        return decision
+
+    def _compare(
+        self, topic: str, stamp: int, message: bytes, value: Any, read: Callable[[bytes], Any], decision: StampDecision
+    ) -> None:
+        """
+        Count a message with other numbers than the first of its stamp, which counts; stamp 0 may be of another run.
+
+        It is not refused: a node that was started again may answer otherwise, and the run must go on.
+        """
+        taken = self._taken.setdefault(topic, {})
+        if stamp == 0 or decision is StampDecision.JOIN:
+            taken.clear()
+        first = taken.setdefault(stamp, message)
+        if len(taken) > _KEPT:
+            del taken[next(iter(taken))]
+        if stamp and first != message and read(first) != value:
+            self.note_other_numbers(topic, stamp)
+
+    def note_other_numbers(self, topic: str, stamp: int) -> None:
+        """Count a message that has other numbers than the first of its stamp [ns], and name its publishers."""
+        names = publisher_names(self._node, self._node.resolve_topic_name(topic))
+        self._note_refusal(topic, RefusedMessageError(
+            'other numbers for a stamp', f'stamp {stamp / 1e9} s, which was taken before, published by {names}: there '
+            'is a second publisher, or one that does not repeat its message byte by byte (docs/lockstep.md)'))
+
+    def read(self, topic: str, message: bytes, read: Callable[[bytes], Any]) -> Any:
+        """Return the content of a message without a stamp; None where it was refused."""
+        try:
+            return read(message)
+        except RefusedMessageError as refusal:
+            self._note_refusal(topic, refusal)
+            return None
+
+    def _note_refusal(self, topic: str, refusal: RefusedMessageError) -> None:
+        """Count a refusal, and warn at most every two seconds for each topic and reason."""
+        reason = f'{topic}: {refusal.reason}'
+        self.refused[reason] += 1
+        now = time.monotonic()
+        if now - self._warned_at.get(reason, -math.inf) >= _WARN_EVERY:
+            self._warned_at[reason] = now
+            self._node.get_logger().warning(f'refused a message on {topic}: {refusal}')

@@ -1,0 +1,1 @@
+"""The nodes: what each does in a step, and what it publishes."""

@@ -1,0 +1,306 @@
+"""What all nodes of the loop have in common: checked parameters, tables of topics, a driver, events, diagnostics."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import Any, Generic, Protocol, TypeVar
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+try:
+    from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+except ImportError:  # before iron
+    from rclpy.qos_event import PublisherEventCallbacks, SubscriptionEventCallbacks
+
+from mobile_robot_control.configuration.nodes import with_options
+from mobile_robot_control.configuration.shared import Shared
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.ros.clocks.lockstep import LockstepDriver, Outputs
+from mobile_robot_control.ros.clocks.wall_clock import FixedRateTimer, WallClockDriver
+from mobile_robot_control.ros.inputs.command_input import PLAIN, stamped_on_receipt
+from mobile_robot_control.ros.inputs.conversions import writer
+from mobile_robot_control.ros.inputs.input_monitor import InputMonitor
+from mobile_robot_control.ros.inputs.input_validation import InputValidator
+from mobile_robot_control.ros.inputs.stamp_policy import StampDecision
+from mobile_robot_control.ros.inputs.table import Input, Inputs
+from mobile_robot_control.ros.nodes.diagnostics import Diagnostics, OverrunCounter
+from mobile_robot_control.ros.services.condition import Condition
+from mobile_robot_control.ros.services.parameter_bridge import declare
+from mobile_robot_control.ros.services.parameter_service import CheckedParameterService
+from mobile_robot_control.ros.services.publisher_watch import PublisherWatch
+from mobile_robot_control.ros.services.qos import SENSORS, SUBSCRIBED, flush, publish_on, subscribe_to
+from mobile_robot_control.ros.services.robot_clock import RobotClock, SteadyClock
+from mobile_robot_control.ros.services.run_events import RunEvents
+from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.topics import (
+    ALL_LOOP_TOPICS,
+    LOOPS,
+    MEASURED_TOPICS,
+    OTHER_INPUTS,
+    OTHER_TOPICS,
+    LoopGraph,
+)
+
+
+class _NodeParameters(Protocol):
+    @property
+    def shared(self) -> Shared:
+        """Parameters that all four nodes agree on."""
+
+
+NodeGroup = TypeVar('NodeGroup', bound=_NodeParameters)
+
+
+class LoopNode(Node, Generic[NodeGroup]):
+    """
+    A node of the loop.
+
+    A subclass connects its topics in its constructor, and calls `_start` at the end of it. A driver, of lockstep or of
+    the wall clock, then calls `begin`, `step`, `rest` and `publish`.
+
+    Parameters
+    ----------
+    name : str
+        Of the node.
+    group : type
+        The NamedTuple that declares its parameters.
+
+    Attributes
+    ----------
+    exit_code : int or None
+        Set when the node is done by itself; None before.
+    parameters : NodeGroup
+        The present ones.
+
+    """
+
+    exit_code: int | None = None
+    _has_run = False
+    _saturated = False
+
+    def __init__(self, name: str, group: type[NodeGroup]) -> None:
+        super().__init__(name, start_parameter_services=False)
+        self._own_name = name  # whatever it is renamed to
+        self._check_topics()
+        self.parameters = self._changed = declare(self, group)
+        self._shared = self.parameters.shared
+        self._period, self._position_period = map(
+            period_nanoseconds, (self._shared.velocity_rate, self._shared.position_rate))
+        self._loop = self._loop_graph()
+        self._driver: Any = None
+        self._pace: OverrunCounter | None = None
+        lockstep = self._shared.lockstep
+        self._robot_clock = SteadyClock(self) if lockstep else RobotClock(self, self._begin_anew_in_time)
+        self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout, self._robot_clock)
+        self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
+        watched = [*self._loop.topics_of(name), *(topic for topic, nodes in OTHER_INPUTS.items() if name in nodes)]
+        self._watch = PublisherWatch(
+            self, watched, self._loop.listeners_of(name) if lockstep else {}, self._shared.peer_timeout)
+        self._events = RunEvents(self)
+        self._askers: dict[str, set[bytes]] = {}
+        self._outputs: list[tuple[str, Publisher[Any], Callable[[int, Any], bytes]]] = []
+
+    def _connect(self, inputs: Mapping[str, Input], outputs: Iterable[str], rate: float) -> None:
+        """
+        Make the driver, the publishers and the subscriptions of the node.
+
+        Parameters
+        ----------
+        inputs : mapping of str to Input
+            By topic; the first one is the question in lockstep.
+        outputs : iterable of str
+            Topics, in the order in which they are published.
+        rate : float
+            Of the node's steps [Hz].
+
+        """
+        self._driver = self._make_driver(inputs, rate)
+        for topic in outputs:
+            self._outputs.append((topic, self._publish_on(topic), self._writer(topic)))
+        for topic, one in inputs.items():
+            self._subscribe(topic, one)
+
+    def _make_driver(self, inputs: Mapping[str, Input], rate: float) -> Any:
+        if self._shared.lockstep:
+            return LockstepDriver(self, inputs, 1.0 / rate, self._position_period)
+        driver = WallClockDriver(
+            self, inputs, rate, self.get_clock(), self._shared.stamp_tolerance, self._monitor.age)
+        self._pace = FixedRateTimer(self._robot_clock, rate, driver.tick)
+        return driver
+
+    def _writer(self, topic: str) -> Callable[[int, Any], bytes]:
+        return writer(topic, self._shared)
+
+    def _publish_on(self, topic: str) -> Publisher[Any]:
+        """Make a publisher on a loop topic."""
+        return publish_on(self, topic, self._kind(topic), event_callbacks=PublisherEventCallbacks(
+            incompatible_qos=partial(self._watch.note_unfit, topic, 'subscription')))
+
+    def _subscribe(self, topic: str, one: Input) -> None:
+        """Subscribe to a loop topic; on the wall clock take what robots measure from best-effort publishers, too."""
+        validate, take, policy = self._validator.validate, self._driver.take, self._driver.policy(topic)
+
+        def receive(message: bytes) -> None:
+            valid = validate(topic, message, one.read, policy)
+            if valid is not None:
+                take(topic, valid)
+
+        kind = self._kind(topic)
+        quality = SENSORS if topic in MEASURED_TOPICS and not self._shared.lockstep else SUBSCRIBED
+        subscribe_to(
+            self, topic, stamped_on_receipt(self._validator, self._clock_stamp, receive) if kind == PLAIN else receive,
+            quality, kind, event_callbacks=SubscriptionEventCallbacks(
+                incompatible_qos=partial(self._watch.note_unfit, topic, 'publisher')))
+
+    def _kind(self, topic: str) -> str:
+        kind = self._loop.topics[topic].kind
+        return PLAIN if kind == LOOPS['torque'].topics['cmd_vel'].kind and not self._shared.stamped_cmd_vel else kind
+
+    def _start(self) -> None:
+        """Begin to serve parameters and to publish diagnostics."""
+        self._diagnostics = Diagnostics(
+            self, self._validator, self._monitor, self._watch, self._pace, self._condition)
+        CheckedParameterService(self, type(self.parameters), self._apply, self._refusals)
+        self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
+
+    def _check_topics(self) -> None:
+        """Raise ParameterError where remapping gives two topics one name."""
+        names: dict[str, list[str]] = {}
+        for topic in {**ALL_LOOP_TOPICS, **OTHER_TOPICS, **OTHER_INPUTS}:
+            names.setdefault(self.resolve_topic_name(topic), []).append(topic)
+        violations = [f"{' and '.join(topics)} would be the same topic, '{name}'; change the remapping (-r) of one"
+                         for name, topics in names.items() if len(topics) > 1]
+        if violations:
+            raise ParameterError(violations)
+
+    # what a driver calls, in the order of a run
+
+    def note_run(self, decision: StampDecision, stamp: int = 0) -> None:
+        """Log that a run begins, begins anew or is joined at a stamp [ns]."""
+        if decision is StampDecision.JOIN:
+            self.get_logger().info(f'joined a run under way at t = {stamp / 1e9:g} s')
+        else:
+            self.get_logger().info('a new run begins' if self._has_run else 'a run begins')
+            self._events.begin_run(self._has_run)
+        self._has_run = True
+        self._askers = {topic: self._watch.endpoints(topic) for topic, source in self._monitor.sources.items()
+                        if source == 'plant'}
+
+    def note_other_start(self, topic: str) -> None:
+        """Count a question of stamp 0 that the same plant asks with other numbers; another plant may."""
+        if topic in self._askers and self._askers[topic] == self._watch.endpoints(topic):
+            self._validator.note_other_numbers(topic, 0)
+
+    def begin(self, inputs: Inputs, joins: bool) -> None:
+        """Begin a run whose first step has these inputs, or join one that is under way."""
+
+    def take_changes(self) -> None:
+        """Take live changes of parameters from the next step on."""
+        self.parameters = self._changed
+
+    def step(self, inputs: Inputs, dt: float) -> Outputs:
+        """Step by a period [s]; return what to publish, by topic."""
+        raise NotImplementedError
+
+    def publish(self, stamp: int, outputs: Outputs) -> None:
+        """Publish outputs with a stamp [ns]."""
+        for topic, publisher, write in self._outputs:
+            if topic in outputs:
+                publisher.publish(write(stamp, outputs[topic]))
+
+    def note_step(self, stamp: int) -> None:
+        """Note a step with a stamp [ns], and publish which changes act from there on."""
+        self._diagnostics.note_step(self._saturated)
+        if self._events.pending and self.parameters is self._changed:
+            self._events.publish_pending(stamp)
+
+    # on the wall clock alone
+
+    def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
+        """Take note of an input when it comes; return its content as steps shall use it."""
+        return value
+
+    def is_held(self) -> bool:
+        """Return whether the robot has to stand, whatever the inputs are."""
+        return False
+
+    def is_ready(self) -> bool:
+        """Return whether the node may begin to step."""
+        return True
+
+    def resume(self) -> None:
+        """Go on after a rest."""
+
+    def rest(self) -> Outputs:
+        """Forget states that must not outlast a rest; return what stops the robot."""
+        return {}
+
+    def note_stop(self, *topics: str) -> None:
+        """Note that the robot stands since inputs are silent."""
+        self._diagnostics.note_stop(*topics)
+
+    def forget(self) -> None:
+        """Forget the states of a run whose simulated time has jumped back."""
+
+    def _begin_anew_in_time(self) -> None:
+        self.get_logger().warning('/clock has jumped back: a new run begins with the next inputs')
+        self._monitor.forget()
+        self._driver.begin_anew()
+
+    def _awaited(self) -> list[str]:
+        """Return what the node waits for before a run begins."""
+        return [f'{topic} from {source}' for topic, source in self._monitor.sources.items()]
+
+    def _reached(self) -> int | None:
+        """Return the newest simulated time [ns], where there is one."""
+        reached: int | None = self._driver.accepted
+        return reached
+
+    def _loop_graph(self) -> LoopGraph:
+        """Return the loop that the node is part of; all but the plant have the same topics in each."""
+        return with_options(LOOPS['torque'], self._shared)
+
+    def _monitored(self) -> dict[str, str]:
+        """Return the input topics whose silence is reported, each with its publisher."""
+        return self._loop.inputs_of(self._own_name)
+
+    def _condition(self) -> Condition | None:
+        """Return a condition that only the node itself can know, or None."""
+        return None
+
+    def _last_condition(self) -> Condition:
+        """Return what the last diagnostics say."""
+        return Condition(DiagnosticStatus.OK, 'ended')
+
+    def _refusals(self, _values: NodeGroup) -> Iterable[str]:
+        """Return why parameters cannot be taken now."""
+        return ()
+
+    def _waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
+        """Return whether parameters that were set act from the next run on, and not from the next step."""
+        return False
+
+    def _apply(self, values: NodeGroup, changed: Mapping[str, Any]) -> None:
+        waits = self._waits_for_a_run(changed)
+        self._events.note(changed, waits)
+        self._change(values, waits)
+
+    def _change(self, values: NodeGroup, _waits: bool) -> None:
+        """Take the parameters after a live change."""
+        self.parameters = self._changed = values
+
+    def _clock_stamp(self) -> int:
+        """Return the present stamp of the wall clock [ns]."""
+        return int(self.get_clock().now().nanoseconds)
+
+    def close(self) -> None:
+        """Make a robot on the wall clock stand, publish what must be published last, and wait until it has arrived."""
+        self._driver.close()
+        self._events.flush()
+        self._diagnostics.end(self._last_condition())
+        reached = self._reached() if self._has_run else None
+        self.get_logger().info('ended' if reached is None else f'ended at t = {reached / 1e9:g} s')
+        flush(*(publisher for _, publisher, _ in self._outputs))

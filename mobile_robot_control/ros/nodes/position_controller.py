@@ -1,0 +1,150 @@
+"""The node `position_controller`: from odometry and reference to a body velocity command."""
+
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from mobile_robot_control.configuration.nodes import (
+    PositionControllerParameters,
+    counted_twice,
+)
+from mobile_robot_control.control.feedforward import mean_acceleration
+from mobile_robot_control.control.latency import carried_forward
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.quantities import (
+    NO_ACCELERATION,
+    BodyVelocity,
+    Observation,
+    Reference,
+)
+from mobile_robot_control.ros.clocks.lockstep import Outputs
+from mobile_robot_control.ros.clocks.robot_guard import LockstepGuard, RobotGuard
+from mobile_robot_control.ros.inputs.conversions import reader
+from mobile_robot_control.ros.inputs.odom_age import OdomAge, WallClockOdomAge
+from mobile_robot_control.ros.inputs.odom_conflict import OdomConflict
+from mobile_robot_control.ros.inputs.table import Input, Inputs
+from mobile_robot_control.ros.nodes.law_runner import LawRunner
+from mobile_robot_control.ros.nodes.loop_node import LoopNode
+from mobile_robot_control.ros.services.condition import LAW_FAILED, Condition
+
+_STANDS: Outputs = {'cmd_accel': NO_ACCELERATION, 'cmd_vel': BodyVelocity(0.0, 0.0)}
+
+
+def _timeout(values: PositionControllerParameters) -> float:
+    return values.input_timeout
+
+
+class PositionController(LoopNode[PositionControllerParameters]):
+    """Runs the position law that `controller_type` names."""
+
+    def __init__(self) -> None:
+        super().__init__('position_controller', PositionControllerParameters)
+        shared = self._shared
+        self._law = LawRunner(
+            self, self.parameters.control, 1.0 / shared.position_rate, self._tell)
+        self._age: OdomAge = OdomAge(shared) if shared.lockstep else WallClockOdomAge(shared)
+        self._guard: LockstepGuard = LockstepGuard(self, self._law) if shared.lockstep else RobotGuard(
+            self, self._law, self._validator,
+            partial(OdomConflict, self, self._watch, self._robot_clock, self.parameters.input_timeout), self._act,
+            lambda why: self._events.publish(self._clock_stamp(), {'stop': why} if why else {'release': True}))
+        self._drives = False
+        self._feeds = shared.feedforward.enabled
+        topics = [topic for topic, wanted in (('odom', True), ('odom_time', shared.has_odom_time), (
+            'reference_horizon', shared.reference_horizon > 0), ('reference', True)) if wanted]
+        self._connect(
+            {topic: Input(reader(topic, shared), self._position_period, _timeout) for topic in topics},
+            ['cmd_accel', 'cmd_vel', 'tracking_error'] if self._feeds else ['cmd_vel', 'tracking_error'],
+            shared.position_rate)
+        self._monitor.latencies['odom'] = self.parameters.odom_latency
+        for text in counted_twice(self.parameters):
+            self.get_logger().warning(text)
+        self._start()
+
+    def _change(self, values: PositionControllerParameters, waits: bool) -> None:
+        super()._change(values, waits)
+        self._monitor.latencies['odom'] = values.odom_latency
+        self._law.change(values.control)
+
+    def begin(self, inputs: Inputs, joins: bool) -> None:
+        """Begin the law; one that has failed in another run begins again."""
+        self._law.failure = ''
+        self._law.begin(self.parameters.control, under_way=joins)
+        if not joins:
+            self._guard.check_start(
+                self.parameters, inputs.value('odom')[0], Reference(*inputs.value('reference')))
+        self._age.begin()
+
+    def step(self, inputs: Inputs, _dt: float) -> Outputs:
+        """Return command, acceleration and tracking error."""
+        pose, velocity = inputs.value('odom')
+        reference, *later = self._references(inputs)
+        self._age.note_step(inputs.stamp, pose, velocity, inputs.value('odom_time'))
+        if self.parameters.compensate_latency:
+            pose = carried_forward(pose, velocity, self._age.at(inputs.stamp, self.parameters.odom_latency))
+            reference = self._age.present(reference, inputs.stamp - inputs.given['reference'][0])
+        observation = Observation(tracking_error(reference.pose, pose), reference, velocity, tuple(later))
+        acceleration = mean_acceleration(reference, later[0]) if self._feeds else None
+        command = self._guard.command(observation, inputs.stamp, self.parameters, acceleration)
+        if self._law.failure or self._guard.reason or acceleration is None:
+            acceleration = NO_ACCELERATION
+        self._drives = True
+        return {'cmd_accel': acceleration, 'cmd_vel': command, 'tracking_error': observation.error}
+
+    @staticmethod
+    def _references(inputs: Inputs) -> tuple[Reference, ...]:
+        """Return the reference, and those of the horizon where there is one."""
+        reference = Reference(*inputs.value('reference'))
+        horizon = inputs.value('reference_horizon')
+        if horizon is None:
+            return (reference,)
+        now, *later = horizon
+        return (reference._replace(acceleration=now.acceleration), *later)
+
+    def receive(self, topic: str, stamp: int, value: Any) -> Any:
+        """Take note of an odometry when it comes; return it with the velocity of the robot."""
+        if topic != 'odom':
+            return value
+        pose, velocity = value
+        self._age.note(stamp, pose, velocity)
+        return pose, self._guard.note(stamp, pose, velocity)
+
+    def is_held(self) -> bool:
+        """Return whether the robot is stopped."""
+        return self._guard.is_held(self.parameters)
+
+    def is_ready(self) -> bool:
+        """Return whether the law may begin."""
+        return self._guard.is_ready()
+
+    def resume(self) -> None:
+        """Begin the law again, whose robot has stood."""
+        self._law.begin(self.parameters.control, under_way=True)
+
+    def rest(self) -> Outputs:
+        """Return a command that stops the robot."""
+        self._drives = False
+        return _STANDS
+
+    def forget(self) -> None:
+        """Forget the ages and the conflict of a run whose simulated time has jumped back."""
+        self._age.begin()
+        self._guard.forget()
+
+    def _tell(self) -> None:
+        self._diagnostics.publish_now()
+
+    def _act(self) -> str:
+        """Apply a stop or a release at once; return the condition in words."""
+        self._driver.tick()
+        self._diagnostics.publish_now()
+        return self._diagnostics.condition().text()
+
+    def _condition(self) -> Condition | None:
+        if self._law.failure:
+            return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._law.failure)
+        return self._guard.condition(self.parameters, self._diagnostics.problems(), self._drives)
+
+    def _last_condition(self) -> Condition:
+        # a run may end before the first report that an experiment receives
+        return (self._condition() if self._law.failure else None) or super()._last_condition()

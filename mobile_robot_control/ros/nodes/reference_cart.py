@@ -1,0 +1,103 @@
+"""The node `reference_cart`: moves the virtual robot that the real one follows."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from nav_msgs.msg import Path
+
+from mobile_robot_control.configuration.nodes import ReferenceCartParameters
+from mobile_robot_control.messages import writing
+from mobile_robot_control.ros.clocks.cart_time import LockstepTime, WallClockTime
+from mobile_robot_control.ros.clocks.cart_wait import CartWait
+from mobile_robot_control.ros.clocks.lockstep import Outputs
+from mobile_robot_control.ros.clocks.stop_memory import remember_stops
+from mobile_robot_control.ros.inputs.conversions import reader
+from mobile_robot_control.ros.inputs.table import Input, Inputs
+from mobile_robot_control.ros.nodes.cart_course import CartCourse
+from mobile_robot_control.ros.nodes.loop_node import LoopNode
+from mobile_robot_control.ros.services.condition import Condition
+from mobile_robot_control.ros.services.qos import LATCHED
+
+_JUMP = ('the cart would jump: on the wall clock its curve can change where wait is true, so that it waits at the new '
+         'start; or start the node again')
+
+
+class ReferenceCart(LoopNode[ReferenceCartParameters]):
+    """Answers each odometry with the cart's pose and velocity at that time."""
+
+    def __init__(self) -> None:
+        super().__init__('reference_cart', ReferenceCartParameters)
+        shared, horizon = self._shared, self._shared.reference_horizon
+        self._course = CartCourse(self.parameters.curve, horizon, self._position_period)
+        self._time = self._make_time(horizon)
+        if not shared.lockstep:
+            # before `reference` is published: a position controller that finds `reference` has found this one, too
+            remember_stops(self, self._validator)
+        self._connect({'odom': Input(reader('odom', shared), self._position_period)},
+                      ['reference_horizon', 'reference'] if horizon else ['reference'], shared.position_rate)
+        self._path = self.create_publisher(Path, 'reference_path', LATCHED)
+        self._publish_path()
+        self._start()
+
+    def _make_time(self, horizon: int) -> LockstepTime:
+        if self._shared.lockstep:
+            return LockstepTime(self._course, self._reached)
+        waiting = self.parameters.waiting
+        if waiting.wait:
+            return CartWait(self, self._robot_clock, self._monitor, waiting.wait_distance,
+                            1.0 / self._shared.position_rate, self._course.reference, horizon)
+        return WallClockTime(self._course, self._robot_clock.now)
+
+    def _publish_path(self) -> None:
+        self._path.publish(writing.path_message(self._shared.odom_frame_id, self._course.lap()))
+
+    def _waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
+        return self._time.waits_for_a_run(changed)
+
+    def _refusals(self, values: ReferenceCartParameters) -> Iterable[str]:
+        before, after = (one._replace(placement=one.placement._replace(period=0.0))
+                         for one in (self.parameters.curve, values.curve))
+        if after != before and not self._time.may_jump():
+            yield _JUMP
+
+    def _change(self, values: ReferenceCartParameters, waits: bool) -> None:
+        before = self.parameters.curve
+        super()._change(values, waits)
+        if waits:
+            return
+        only_period = before.placement._replace(period=values.curve.placement.period)
+        if values.curve == before._replace(placement=only_period):
+            self._course.change_period(values, self._time.now())
+        else:
+            self._begin_course()
+
+    def _begin_course(self) -> None:
+        """Begin on the curve of the parameters; a cart that waits, at its start."""
+        is_new = self._course.is_new(self.parameters.curve)
+        self._course.begin(self.parameters.curve)
+        if is_new:
+            self._publish_path()
+            self._time.begin_anew()
+
+    def begin(self, _inputs: Inputs, joins: bool) -> None:
+        """Begin at the start of the curve; one that joins a run has the place that the stamp tells."""
+        if not joins:
+            self._begin_course()
+
+    def step(self, inputs: Inputs, _dt: float) -> Outputs:
+        """Return the reference, and those ahead."""
+        references = self._time.references(inputs.stamp)
+        return {'reference': references[0], 'reference_horizon': references}
+
+    def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
+        """Take note of the robot's pose when it comes."""
+        self._time.note(value[0])
+        return value
+
+    def forget(self) -> None:
+        """Begin again with the next odometry."""
+        self._course.begin(self.parameters.curve)
+        self._time.forget()
+
+    def _condition(self) -> Condition | None:
+        return self._time.condition()

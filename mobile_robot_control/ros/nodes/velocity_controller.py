@@ -1,0 +1,65 @@
+"""The node `velocity_controller`: from a body velocity command and the wheels' velocities to wheel torques."""
+
+from mobile_robot_control.configuration.nodes import VelocityControllerParameters
+from mobile_robot_control.control import velocity_pi
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.model.kinematics import body_velocity
+from mobile_robot_control.quantities import BodyVelocity, WheelTorque
+from mobile_robot_control.ros.clocks.lockstep import Outputs
+from mobile_robot_control.ros.inputs.conversions import reader
+from mobile_robot_control.ros.inputs.table import Input, Inputs, never
+from mobile_robot_control.ros.nodes.loop_node import LoopNode
+
+_OLDEST_WHEELS, _OLDEST_ACCELERATION = 0.1, 0.5
+"""[s]: on the wall clock no torque is asked for by older velocities of wheels, and no older acceleration is used."""
+
+_ZERO = BodyVelocity(0.0, 0.0)
+
+
+def _command_timeout(values: VelocityControllerParameters) -> float:
+    return values.cmd_vel_timeout or never(values)
+
+
+class VelocityController(LoopNode[VelocityControllerParameters]):
+    """Runs the multivariable PI law."""
+
+    def __init__(self) -> None:
+        super().__init__('velocity_controller', VelocityControllerParameters)
+        shared = self._shared
+        self._state = VelocityPiState()
+        inputs = {'joint_states': Input(reader('joint_states', shared), self._period, lambda _: _OLDEST_WHEELS)}
+        if shared.feedforward.enabled:
+            # accelerations may fall silent alone, where another node commands
+            inputs['cmd_accel'] = Input(reader('cmd_accel', shared), self._position_period,
+                                        lambda _: _OLDEST_ACCELERATION, needed=False, stops=False)
+        # a silent command means zero
+        inputs['cmd_vel'] = Input(reader('cmd_vel', shared), self._position_period, _command_timeout, needed=False)
+        self._connect(inputs, ['wheel_torques'], shared.velocity_rate)
+        self._start()
+
+    def _change(self, values: VelocityControllerParameters, _waits: bool) -> None:
+        self._changed = values  # used from a position tick on, as in the position controller
+
+    def begin(self, _inputs: Inputs, _joins: bool) -> None:
+        """Begin with empty integrators."""
+        self._state = VelocityPiState()
+
+    def step(self, inputs: Inputs, dt: float) -> Outputs:
+        """Return the wheel torques."""
+        measured = body_velocity(inputs.value('joint_states'), self._shared.robot)
+        command, acceleration = inputs.value('cmd_vel'), inputs.value('cmd_accel')
+        gains, robot, limit = self.parameters.gains, self._shared.robot, self.parameters.max_wheel_torque
+        if command is not None and acceleration is not None:
+            self._state, torque = velocity_pi.fed_step(
+                self._state, command, acceleration, min(inputs.age('cmd_vel'), self._position_period / 1e9), measured,
+                gains, robot, limit, dt)
+        else:
+            self._state, torque = velocity_pi.step(
+                self._state, _ZERO if command is None else command, measured, gains, robot, limit, dt)
+        self._saturated = 0.0 < limit <= max(abs(torque.right), abs(torque.left))
+        return {'wheel_torques': torque}
+
+    def rest(self) -> Outputs:
+        """Empty the integrators; return torques that leave the wheels alone."""
+        self._state = VelocityPiState()
+        return {'wheel_torques': WheelTorque(0.0, 0.0)}

@@ -1,0 +1,61 @@
+"""Quality of service of the topics, and the loop's publishers and subscriptions."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import importlib
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+from mobile_robot_control.topics import ALL_LOOP_TOPICS
+
+SUBSCRIBED = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+"""
+Of subscriptions to loop topics: reliable, the newest few messages. The loop needs only the newest; but with a depth of
+one, a message from another publisher would replace it before it is taken.
+"""
+
+SENSORS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Of subscriptions to what a robot measures, on the wall clock: most drivers publish it without repetitions."""
+
+PUBLISHED = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
+"""
+Of publishers on loop topics: a slow subscriber, such as a recorder, can ask again for what it lost. Fast DDS tells
+subscribers what they should have after some 200 kB; what all of them have is dropped at once.
+"""
+
+LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Of what is published once and holds for later subscribers too."""
+
+
+def message_class(kind: str) -> Any:
+    """Return the rclpy class of a message type such as 'nav_msgs/msg/Odometry'."""
+    package, _, name = kind.split('/')
+    return getattr(importlib.import_module(f'{package}.msg'), name)
+
+
+def publish_on(node: Node, topic: str, kind: str, **options: Any) -> Publisher[Any]:
+    """Make a node's publisher on a topic of the loop, with messages of a type."""
+    return node.create_publisher(message_class(kind), topic, PUBLISHED, **options)
+
+
+def subscribe_to(
+    node: Node, topic: str, take: Callable[[bytes], None], quality: QoSProfile = SUBSCRIBED, kind: str = '',
+    **options: Any,
+) -> Subscription[Any]:
+    """Make a node's subscription to a loop topic, whose type need not be given; messages are taken as bytes."""
+    known = kind or ALL_LOOP_TOPICS[topic].kind
+    return node.create_subscription(message_class(known), topic, take, quality, raw=True, **options)
+
+
+def flush(*publishers: Publisher[Any], seconds: float = 1.0) -> None:
+    """Wait, for some wall time at most, until every subscriber has what a node that is about to end has published."""
+    deadline = time.monotonic() + seconds
+    for publisher in publishers:
+        publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))

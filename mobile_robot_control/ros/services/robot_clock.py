@@ -1,0 +1,106 @@
+"""The time in which a robot on the wall clock drives: the steady clock's or, with use_sim_time, that of /clock."""
+
+import time
+from collections.abc import Callable
+
+from rclpy.clock import JumpThreshold, TimeJump
+from rclpy.duration import Duration
+from rclpy.node import Node
+
+from mobile_robot_control.ros.services.timers import create_steady_timer
+
+_PATIENCE = 2.0
+"""[s] of wall time without a message on /clock."""
+_STANDS = '/clock stands still or is not published: with use_sim_time nothing moves until it goes on'
+
+
+class SteadyClock:
+    """
+    Tells the time of the steady clock; in lockstep, where stamps are the time, and `use_sim_time` changes nothing.
+
+    Parameters
+    ----------
+    node : Node
+        Whose ticks it times.
+
+    """
+
+    is_simulated = False
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+
+    def now(self) -> float:
+        """Return the time [s]."""
+        return time.monotonic()
+
+    def call_every(self, period: float, tick: Callable[[], None]) -> None:
+        """Call a function once a period [s]."""
+        create_steady_timer(period, tick, self._node)
+
+    def problems(self) -> list[str]:
+        """List what is wrong with the clock, in words."""
+        return []
+
+
+class RobotClock(SteadyClock):
+    """
+    Tells the time of a node's ticks, timeouts and waits; peers and processes are timed by the steady clock.
+
+    Parameters
+    ----------
+    node : Node
+        Whose parameter `use_sim_time` counts.
+    begin_anew : callable
+        Called when simulated time has jumped back.
+
+    Attributes
+    ----------
+    is_simulated : bool
+        Whether it follows /clock.
+
+    """
+
+    def __init__(self, node: Node, begin_anew: Callable[[], None]) -> None:
+        super().__init__(node)
+        self._begin_anew = begin_anew
+        self._tick: Callable[[], None] | None = None
+        self._stands = False
+        self.is_simulated = bool(node.get_parameter('use_sim_time').value)
+        if self.is_simulated:
+            every = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1),
+                                  on_clock_change=False)
+            self._jumps = node.get_clock().create_jump_callback(every, post_callback=self._on_clock)
+            self._heard = time.monotonic()
+            create_steady_timer(_PATIENCE / 2.0, self._listen, node)
+
+    def now(self) -> float:
+        """Return the time [s]; 0 before the first message on /clock."""
+        return int(self._node.get_clock().now().nanoseconds) / 1e9 if self.is_simulated else super().now()
+
+    def call_every(self, period: float, tick: Callable[[], None]) -> None:
+        """Call a function once a period [s] of the steady clock, or whenever /clock goes on."""
+        if self.is_simulated:
+            self._tick = tick
+        else:
+            super().call_every(period, tick)
+
+    def problems(self) -> list[str]:
+        """List what is wrong with the clock, in words."""
+        return [_STANDS] if self._stands else []
+
+    def _listen(self) -> None:
+        """Log once where /clock is silent, and once where it goes on."""
+        stands = time.monotonic() - self._heard > _PATIENCE
+        if stands and not self._stands:
+            self._node.get_logger().warning(_STANDS)
+        elif self._stands and not stands:
+            self._node.get_logger().info('/clock goes on')
+        self._stands = stands
+
+    def _on_clock(self, jump: TimeJump) -> None:
+        self._heard = time.monotonic()
+        if jump.delta.nanoseconds < 0:
+            self._begin_anew()
+        if self._tick is not None:
+            self._tick()

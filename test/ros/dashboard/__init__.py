@@ -1,0 +1,1 @@
+"""A package, so that its dashboard ends with its last test."""

@@ -1,0 +1,240 @@
+"""The live page in a browser: what is changed there changes in the nodes, and what is refused is shown in words."""
+
+import json
+
+import pytest
+from live_page import PLUGINS, OpenPage
+from processes import wait_until
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.select import Select
+
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.plugins import load_plugins
+from mobile_robot_control.recording.loop_messages import read_loop_messages
+from mobile_robot_control.topics import POSITION_TOPICS
+
+P = 'backstepping.p'
+
+
+def _drag(page, live, row, right):
+    """Drag the slider of a parameter to the right; return the value that it has then, once the node has it."""
+    slider = row.find_element('css selector', 'input[type=range]')
+    ActionChains(page.driver).drag_and_drop_by_offset(slider, right, 0).perform()
+    page.wait(lambda: abs(live.asker.value('/position_controller', P) - float(slider.get_attribute('value'))) < 1e-9)
+    return live.asker.value('/position_controller', P)
+
+
+def test_a_slider_that_is_dragged_changes_the_parameter_and_the_arrow_takes_it_back(page, live):
+    row = page.parameter(P)
+    default = live.asker.value('/position_controller', P)
+    assert _drag(page, live, row, 60) > default + 0.1
+    page.wait(lambda: 'changed' in row.get_attribute('class'))
+    page.click(row.find_element('css selector', '.back'))
+    page.wait(lambda: live.asker.value('/position_controller', P) == default)
+    page.wait(lambda: 'changed' not in row.get_attribute('class'))
+
+
+def test_a_refused_value_shows_the_words_of_the_node_and_the_control_goes_back(page, live):
+    field = page.parameter(P).find_element('css selector', 'input[type=text]')
+    before = field.get_attribute('value')
+    for text in ('-1', 'Infinity', 'nonsense <b>bold</b>'):
+        page.type_into(field, text)
+        page.wait(lambda text=text: text in page.words(P))
+        page.wait(lambda: field.get_attribute('value') == before)
+    assert 'must be above 0.0' in page.words(P) or 'write a number' in page.words(P)
+    assert not page.driver.find_elements('css selector', '#parameters b b')
+    page.type_into(field, '1,75')
+    page.wait(lambda: live.asker.value('/position_controller', P) == 1.75)
+    page.click(page.parameter(P).find_element('css selector', '.back'))
+    page.wait(lambda: field.get_attribute('value') == before)
+
+
+def test_another_law_runs_and_the_lyapunov_function_is_shown_where_there_is_one(page, live):
+    page.choose('law', 'my_kanayama')
+    page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'my_kanayama')
+    assert 'longitudinal gain' in page.parameter('my_kanayama.p').text
+    page.wait(lambda: 'Lyapunov' not in page.find('#charts').text)
+    page.choose('law', 'backstepping')
+    page.wait(lambda: 'Lyapunov' in page.find('#charts').text)
+    page.wait(lambda: page.find('details[data-group="position_controller/backstepping"]').get_attribute('open'))
+
+
+def test_another_curve_begins_a_new_run_at_its_start(page):
+    run = page.number('run')
+    page.driver.execute_script('document.querySelector("#curve details").open = true')
+    for curve, right in (('ellipse', [1.0, 0.5]), ('trifolium', [1.0, 0.88])):
+        Select(page.find('#curve [data-parameter="curve"] select')).select_by_value(curve)
+        page.wait(lambda run=run: page.number('run') > run)
+        run = page.number('run')
+        page.wait(lambda right=right: page.driver.execute_script(
+            'return ["x", "y"].map((name) => Math.max(...mrc.stage.path()[name]))') == pytest.approx(right, abs=0.02))
+        page.wait(lambda: abs(page.number('e1')) + abs(page.number('e2')) < 0.1)
+
+
+def test_space_holds_the_run_a_step_is_one_position_tick_and_space_lets_it_go_on(page, live):
+    page.keys(' ')
+    page.wait(lambda: 'paused' in page.text('nodes'))
+    page.wait(lambda: page.find('#step').is_enabled())
+    held = page.number('time')
+    page.find('#step').click()
+    page.wait(lambda: page.number('time') > held)
+    assert page.number('time') == pytest.approx(held + 0.01, abs=1e-4)
+    page.keys(' ')
+    page.wait(lambda: page.number('time') > held + 0.1)
+
+
+def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
+    page.choose('speed', '1')
+    page.wait(lambda: page.number('time') > 1.0)
+    page.keys('r')
+    page.wait(lambda: page.number('time') < 1.0)
+    page.find('#place').click()
+    x, y = page.driver.execute_script('return mrc.stage.toScreen(0.5, 0.8)')
+    canvas = page.find('#scene')
+    size = canvas.size
+    (ActionChains(page.driver).move_to_element_with_offset(canvas, x - size['width'] / 2, y - size['height'] / 2)
+     .click_and_hold().move_by_offset(60, 0).release().perform())
+    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(0.5, abs=0.05))
+    assert list(live.asker.value('/plant', 'initial_pose')[1:]) == pytest.approx([0.8, 0.0], abs=0.05)
+
+
+def test_an_arrow_key_pushes_the_robot(page):
+    page.keys(' ')
+    page.wait(lambda: page.find('#step').is_enabled())
+    canvas = page.find('#scene')
+    for key, column, least in ((Keys.ARROW_LEFT, 'angular', 0.5), (Keys.ARROW_UP, 'linear', 0.1)):
+        held, pushes = page.number(column), page.text('changes').count('disturbance')
+        seen = []
+        canvas.click()
+        canvas.send_keys(key)
+
+        def is_pushed(pushes=pushes, column=column, seen=seen):
+            # the push acts on the next step, and the controllers bring the robot back in those after it
+            before = page.number('time')
+            page.find('#step').click()
+            page.wait(lambda: page.number('time') > before)
+            seen.append(page.number(column))
+            return page.text('changes').count('disturbance') > pushes
+
+        page.wait(is_pushed)
+        page.wait(lambda held=held, column=column, least=least, seen=seen: (
+            max(*seen, page.number(column)) > held + least))
+    page.keys(' ')
+
+
+def test_the_speed_is_changed_and_measured(page, live):
+    page.choose('speed', '0.1')
+    page.wait(lambda: live.asker.value('/plant', 'real_time_factor') == 0.1)
+    page.wait(lambda: page.number('speed') == pytest.approx(0.1, abs=0.05))
+    page.choose('speed', '1')
+    page.wait(lambda: page.number('speed') > 0.3)
+
+
+def test_what_one_browser_changes_another_one_shows(page, live):
+    first = page.driver.current_window_handle
+    page.driver.switch_to.new_window('window')
+    other = OpenPage(page.browser, live.address)
+    field = other.parameter('backstepping.g').find_element('css selector', 'input[type=text]')
+    other.type_into(field, '9.5')
+    other.wait(lambda: live.asker.value('/position_controller', 'backstepping.g') == 9.5)
+    page.driver.close()
+    page.driver.switch_to.window(first)
+    shown = page.parameter('backstepping.g').find_element('css selector', 'input[type=text]')
+    page.wait(lambda: shown.get_attribute('value') == '9.5')
+
+
+def test_the_run_goes_on_while_the_page_is_closed(page, live):
+    begun = page.number('time')
+    page.driver.get('about:blank')
+    wait_until(lambda: live.process.poll() is None and len(live.nodes()) == 4)
+    again = OpenPage(page.browser, live.address)
+    assert again.number('time') > begun
+
+
+def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_node(page, live, registered):
+    page.choose('speed', '1')
+    page.find('#record').click()
+    page.wait(lambda: page.find('#record').text == 'Stop recording')
+    page.wait(lambda: any((live.folder / 'recordings').glob('*/bag/*.mcap')))
+    recorded, = (live.folder / 'recordings').glob('*/bag/*.mcap')
+    page.wait(lambda: recorded.stat().st_size > 50_000)
+    dragged = _drag(page, live, page.parameter(P), 40)
+    page.wait(lambda: f'{P} = {dragged}' in page.text('changes'))
+    # what is recorded is written twice a second
+    page.wait(lambda: f'{P} = {dragged}'.encode() in recorded.read_bytes())
+    page.find('#save').click()
+    page.wait(lambda: page.text('saved').startswith('parameters_'))
+    load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])
+    assert load([live.folder / 'saved' / page.text('saved')]).keys() == set(NODES)
+    page.find('#record').click()
+    page.wait(lambda: page.driver.find_elements('css selector', '#recorded a'))
+    changes = read_loop_messages(recorded.parent, '/', ()).changes
+    assert ('position_controller', {P: dragged}) in [(change.node, change.values) for change in changes], changes
+    page.click(page.parameter(P).find_element('css selector', '.back'))
+    # a recording begun late is whole, and counts from its beginning
+    metrics = json.loads((recorded.parents[1] / 'metrics.json').read_text())
+    courses = read_loop_messages(recorded.parent, '/', POSITION_TOPICS).courses.values()
+    first, last = (choose(course.stamps[n] for course in courses) / 1e9 for choose, n in ((max, 0), (min, -1)))
+    assert first > 1.0
+    assert metrics['outcome'] == 'recorded'
+    assert metrics['duration'] == pytest.approx(last - first, abs=0.1)
+    # in one step: the page makes the link again with each state that it shows
+    report = page.driver.execute_script('return document.querySelector("#recorded a").href')
+    # a further one does not hide it
+    assert page.driver.execute_script(
+        'mrc.live.state({nodes: [], unreadable: {}, events: [], ended: [], recordings: ['
+        '{state: "done", name: "recording_1"}, {state: "recording", name: "recording_2"}]});'
+        'return document.querySelectorAll("#recorded a").length + document.getElementById("recorded").textContent'
+    ) == '1recording_2 …  report of recording_1 '
+    page.driver.get(report)
+    assert 'was recorded for' in page.find('body').text
+    shown = page.find('body').text
+    assert 'is not complete' not in shown, shown.partition('What is missing')[2][:400]
+
+
+def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
+    # messages on their way are lost, as where a network fails
+    page.driver.execute_script('window.kept = true; window.former = mrc.socket; mrc.socket.close()')
+    page.wait(lambda: page.text('run').startswith('no connection'))
+    page.wait(lambda: page.driver.execute_script('return mrc.socket !== window.former && mrc.socket.readyState === 1'))
+    before = page.text('run')
+    page.wait(lambda: page.text('run') != before)
+    assert page.driver.execute_script('return window.kept')
+
+
+def test_a_request_whose_answer_is_lost_is_answered_in_words(page):
+    answer = page.driver.execute_async_script(
+        'const later = window.setTimeout; window.setTimeout = (act) => later(act, 0);'
+        'WebSocket.prototype.send = () => {}; mrc.live.ask({do: "record"}).then(arguments[0])')
+    assert answer == {'good': False, 'text': 'the server of this page gave no answer; load the page again'}
+
+
+def test_texts_of_the_graph_are_shown_as_text(page, live):
+    text = '<img src=x onerror="document.title=1"><b>bold</b>'
+
+    def is_shown():
+        live.asker.report(text)
+        return text in page.text('nodes')
+
+    page.wait(is_shown)
+    assert not page.driver.find_elements('css selector', '#nodes img, #nodes b b')
+
+
+@pytest.mark.parametrize(('width', 'scheme'), [(360, 'light'), (360, 'dark'), (1280, 'dark')])
+def test_nothing_overflows_and_nothing_is_logged(page, live, width, scheme):
+    page.browser.call('Emulation.setDeviceMetricsOverride', width=width, height=700, deviceScaleFactor=1,
+                      mobile=width < 600)
+    page.browser.media('', scheme)
+    for details in page.driver.find_elements('css selector', '#live details'):
+        page.driver.execute_script('arguments[0].open = true', details)
+    page.wait(lambda: 'geometry_msgs' in page.text('topics'))
+    over = page.driver.execute_script(
+        'return [...document.querySelectorAll("#live *")].filter((one) => !one.closest(".scroll") && '
+        '!one.closest(".u-wrap") && one.getBoundingClientRect().right > arguments[0] + 1)'
+        '.map((one) => one.outerHTML)', width)
+    assert not over
+    assert page.driver.execute_script('return document.documentElement.scrollWidth') <= width
+    ground = page.driver.execute_script('return getComputedStyle(document.getElementById("live")).backgroundColor')
+    assert ground == ('rgb(255, 255, 255)' if scheme == 'light' else 'rgb(21, 24, 28)')

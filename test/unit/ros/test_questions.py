@@ -1,0 +1,193 @@
+"""The plant's side of lockstep without DDS: it asks, is answered, held, stepped, begun anew and ended."""
+
+import types
+
+import pytest
+
+from mobile_robot_control.configuration.nodes import PlantParameters
+from mobile_robot_control.ros.clocks import questions
+from mobile_robot_control.ros.clocks.questions import QuestionDriver
+from mobile_robot_control.ros.clocks.run_control import LockstepRunControl
+from mobile_robot_control.ros.inputs.input_validation import ValidInput
+from mobile_robot_control.ros.inputs.stamp_policy import StampDecision
+
+D, P = 2_000_000, 10_000_000
+
+
+class Asker:
+    """A plant that counts, whose question period is D, or P for a base."""
+
+    def __init__(self, monkeypatch, period=D, end=10**9, **values):
+        self.k, self.asked, self.exit_code, self.end = 0, [], None, end
+        self.timers, self.wall, self.pushed, self.silences = [], 50.0, [], []
+        monkeypatch.setattr(questions, 'time', types.SimpleNamespace(monotonic=lambda: self.wall))
+        monkeypatch.setattr(questions, 'create_steady_timer', lambda _, function, __: self.timers.append(function))
+        self.values = PlantParameters(**values)
+        self.control = LockstepRunControl(self.values, lambda: self.now, self.go_on, self.begin_anew)
+        stalls = types.SimpleNamespace(note_silence=self.note_silence, note_progress=lambda: None, named=[])
+        self.driver = QuestionDriver(self, self, period, self.control, stalls, 0.0)
+        self.driver.ask()
+
+    @property
+    def now(self):
+        return self.k * D
+
+    @property
+    def is_over(self):
+        return self.now == self.end
+
+    def step(self, inputs, _dt):
+        self.pushed.append(inputs.value('command'))
+        self.k += 1
+
+    def publish_question(self):
+        self.asked.append(self.now)
+
+    @property
+    def tick(self):
+        return self.now - self.now % P
+
+    def note_silence(self, silence, stamp, tick):
+        assert (stamp, tick) == (self.now, self.tick)
+        self.silences.append(round(silence, 3))
+
+    def repeat_question(self):
+        self.asked.append(f'again {self.now}')
+
+    def publish_wheels(self):
+        self.asked.append(f'wheels {self.now}')
+
+    def go_on(self):
+        self.driver.go_on()
+
+    def begin_anew(self):
+        self.k = 0
+        self.driver.restart()
+
+    def note_step(self, stamp):
+        """Nothing is counted."""
+
+    def answer(self, stamp, value=0.0):
+        """Take an answer; return what the plant publishes then."""
+        self.asked = []
+        decision = self.driver.policy('command').decide(stamp)
+        if decision is not StampDecision.REFUSED:
+            self.driver.take('command', ValidInput(stamp, decision, value))
+        return self.asked
+
+    def run_to(self, stamp):
+        while self.now < stamp:
+            assert self.answer(self.now) == [self.now]
+
+    def change(self, **values):
+        self.asked, self.values = [], self.values._replace(**values)
+        self.control.change(self.values)
+        return self.asked
+
+
+@pytest.mark.parametrize(('stamp', 'asked'), [
+    (3 * D, [4 * D]),                                  # STEP
+    (2 * D, []), (0, []),                              # AGAIN
+    (4 * D, []), (3 * D + 1, []), (-D, []),            # REFUSED
+])
+def test_each_decision(monkeypatch, stamp, asked):
+    plant = Asker(monkeypatch)
+    plant.run_to(3 * D)
+    assert plant.answer(stamp) == asked
+    assert plant.k == 3 + len(asked)
+
+
+def test_the_first_answer_of_a_stamp_counts(monkeypatch):
+    plant = Asker(monkeypatch)
+    plant.answer(0, 1.0)
+    plant.answer(0, 2.0)
+    assert plant.pushed == [1.0]
+
+
+def test_a_question_is_repeated_while_it_is_not_answered(monkeypatch):
+    plant = Asker(monkeypatch)
+    plant.run_to(D)
+    (repeat,) = plant.timers
+    plant.asked = []
+    plant.wall += 0.05
+    repeat()
+    assert plant.asked == []
+    plant.wall += 0.06
+    repeat()
+    repeat()
+    assert plant.asked == [f'again {D}'] * 2
+    assert plant.silences == [0.1, 0.2]
+
+
+def test_a_plant_that_is_held_waits_for_nobody(monkeypatch):
+    plant = Asker(monkeypatch, paused=True)
+    plant.wall += 5.0
+    plant.timers[0]()
+    assert plant.asked[-1] == 'again 0'
+    assert not plant.silences
+
+
+def test_while_it_is_paused_no_answer_moves_it_and_the_question_is_repeated_at_the_end(monkeypatch):
+    plant = Asker(monkeypatch, paused=True)
+    assert plant.answer(0) == []
+    assert plant.k == 0
+    assert plant.change(paused=False) == ['again 0']
+    assert plant.answer(0) == [D]
+
+
+def test_it_holds_at_a_time_and_steps_from_position_tick_to_position_tick(monkeypatch):
+    plant = Asker(monkeypatch, hold_at=0.005)
+    plant.run_to(3 * D)
+    assert plant.answer(3 * D) == []
+    assert plant.control.step() == (True, 'time goes on to t = 0.01 s')
+    plant.run_to(P)
+    assert plant.answer(P) == []
+    assert plant.control.step()[1] == 'time goes on to t = 0.02 s'
+    assert plant.control.step()[1] == 'time goes on to t = 0.03 s'
+    plant.run_to(3 * P)
+    assert plant.answer(3 * P) == []
+    plant.change(hold_at=0.0)
+    assert plant.control.step() == (False, 'the run is not held: set the parameter paused to true first')
+
+
+@pytest.mark.parametrize(('at', 'last'), [(0, P), (D, P), (P, P), (P + D, 2 * P)])
+def test_a_reset_begins_anew_after_an_answered_position_tick_that_is_not_the_first(monkeypatch, at, last):
+    plant = Asker(monkeypatch)
+    plant.run_to(at)
+    done, words = plant.control.reset()
+    assert done
+    assert words.endswith(f'begins after t = {last / 1e9:g} s')
+    plant.run_to(last)
+    assert plant.answer(last) == [0]
+    # a late answer of the run that ended moves nothing, and is not refused
+    assert plant.driver.policy('command').decide(last) is StampDecision.AGAIN
+    assert plant.answer(0) == [D]
+    plant.run_to(2 * P)
+
+
+def test_a_held_run_goes_on_to_its_reset_and_the_new_one_is_held(monkeypatch):
+    plant = Asker(monkeypatch, paused=True)
+    plant.control.reset()
+    plant.run_to(P)
+    assert plant.answer(P) == [0]
+    assert plant.answer(0) == []
+
+
+def test_a_base_follows_a_command_until_the_next_position_tick(monkeypatch):
+    plant = Asker(monkeypatch, period=P)
+    assert plant.answer(0, 4.0) == [*(f'wheels {n * D}' for n in range(1, 5)), P]
+    assert plant.pushed == [4.0] * 5
+
+
+@pytest.mark.parametrize(('period', 'end', 'asked'), [(D, 2 * D, []), (P, P, []), (P, P + D, [f'wheels {P + D}'])])
+def test_the_last_question_is_answered_and_ends_the_run(monkeypatch, period, end, asked):
+    plant = Asker(monkeypatch, period=period, end=end)
+    while plant.exit_code is None:
+        said = plant.answer(plant.now)
+    assert (plant.now, plant.exit_code, said) == (end, 0, asked)
+
+
+def test_a_motion_that_diverged_asks_nothing(monkeypatch):
+    plant = Asker(monkeypatch)
+    plant.exit_code = 1
+    assert plant.answer(0) == []

@@ -1,0 +1,159 @@
+"""The wall clock without DDS: a clock that the test moves, and messages that come or do not."""
+
+import types
+
+import pytest
+
+from mobile_robot_control.ros.clocks.wall_clock import WallClockDriver
+from mobile_robot_control.ros.inputs.input_validation import ValidInput
+from mobile_robot_control.ros.inputs.stamp_policy import StampDecision
+from mobile_robot_control.ros.inputs.table import Input
+
+INPUTS = {
+    'wheels': Input(None, 0, lambda values: values.longest),
+    'command': Input(None, 0, lambda values: 0.5, needed=False),
+    'acceleration': Input(None, 0, lambda values: 0.5, needed=False, stops=False),
+}
+
+
+class Robot:
+    """A node whose clock [s] the test moves."""
+
+    def __init__(self):
+        self.now, self.came, self.did = 100.0, {}, []
+        self.held, self.ready, self.parameters = False, True, types.SimpleNamespace(longest=0.1)
+        stamps = types.SimpleNamespace(now=lambda: types.SimpleNamespace(nanoseconds=round(self.now * 1e9)))
+        self.driver = WallClockDriver(self, INPUTS, 10.0, stamps, 0.5, lambda topic: self.now - self.came[topic])
+        self.is_held, self.is_ready = lambda: self.held, lambda: self.ready
+
+    def begin(self, inputs, joins):
+        assert not joins
+        self.did.append('begin')
+
+    def resume(self):
+        self.did.append('resume')
+
+    def step(self, inputs, dt):
+        assert dt == 0.1
+        return ''.join(topic[0] for topic in inputs.given)
+
+    def rest(self):
+        return 'rest'
+
+    def publish(self, stamp, outputs):
+        assert stamp == round(self.now * 1e9)
+        self.did.append(outputs)
+
+    def receive(self, topic, stamp, value):
+        return value
+
+    def note_run(self, decision, stamp):
+        assert decision is StampDecision.HOLD
+        self.did.append('run')
+
+    def note_stop(self, *topics):
+        self.did.append(f'silent: {" ".join(topics)}')
+
+    def forget(self):
+        self.did.append('forget')
+
+    def take_changes(self):
+        """Changes act from any step on."""
+
+    def note_step(self, stamp):
+        """Nothing is counted."""
+
+    def take(self, *topics):
+        for topic in topics:
+            self.came[topic] = self.now
+            self.driver.take(topic, ValidInput(round(self.now * 1e9), StampDecision.HOLD, 0.0))
+
+    def tick(self, seconds=0.0):
+        """Return what one tick does, some time later."""
+        self.now += seconds
+        self.did = []
+        self.driver.tick()
+        return self.did
+
+
+def test_it_waits_for_what_it_needs_then_begins_once():
+    robot = Robot()
+    assert robot.tick() == []
+    robot.take('command')
+    assert robot.tick() == []
+    robot.take('wheels')
+    assert robot.tick() == ['run', 'begin', 'cw']
+    assert len(robot.tick()) == 1
+
+
+def test_a_silent_input_that_is_needed_makes_the_robot_rest_until_it_is_back():
+    robot = Robot()
+    robot.take('wheels', 'command', 'acceleration')
+    robot.tick()
+    assert robot.tick(0.09) == ['wca']
+    assert robot.tick(0.02) == ['silent: wheels', 'rest']
+    robot.parameters.longest = 0.2
+    assert robot.tick() == ['resume', 'wca']
+
+
+@pytest.mark.parametrize(('back', 'did'), [(('wheels', 'command'), ['wc']), (('wheels', 'acceleration'), [
+    'wa', 'silent: command']), (('wheels',), ['w', 'silent: command'])])
+def test_other_inputs_are_left_out_when_they_are_old(back, did):
+    robot = Robot()
+    robot.take('wheels', 'command', 'acceleration')
+    robot.tick()
+    robot.now += 1.0
+    robot.take(*back)
+    assert robot.tick() == did
+
+
+def test_a_robot_that_is_held_rests_and_resumes():
+    robot = Robot()
+    robot.held = True
+    assert robot.tick() == ['rest']
+    robot.take('wheels', 'command')
+    robot.held = False
+    assert robot.tick() == ['run', 'begin', 'wc']
+    robot.held = True
+    assert robot.tick() == ['rest']
+    robot.held = False
+    assert robot.tick() == ['resume', 'wc']
+
+
+def test_it_begins_only_when_the_node_is_ready():
+    robot = Robot()
+    robot.ready = False
+    robot.take('wheels', 'command')
+    assert robot.tick() == []
+    robot.ready = True
+    assert robot.tick() == ['run', 'begin', 'wc']
+
+
+def test_time_that_jumps_back_begins_another_run():
+    robot = Robot()
+    robot.take('wheels', 'command')
+    robot.tick()
+    robot.did = []
+    robot.driver.begin_anew()
+    assert robot.did == ['forget', 'rest']
+    assert robot.tick() == []
+    robot.take('wheels', 'command')
+    assert robot.tick() == ['run', 'begin', 'wc']
+
+
+@pytest.mark.parametrize('has_driven', [False, True])
+def test_a_robot_that_has_driven_stands_at_the_end(has_driven):
+    robot = Robot()
+    if has_driven:
+        robot.take('wheels', 'command')
+        robot.tick()
+    robot.did = []
+    robot.driver.close()
+    assert robot.did == ['rest'] * has_driven
+
+
+@pytest.mark.parametrize(('age', 'decision'), [(0.0, 'HOLD'), (0.5, 'HOLD'), (-0.5, 'HOLD'), (0.6, 'REFUSED'),
+                                               (-0.6, 'REFUSED')])
+def test_stamps_near_to_now_are_held(age, decision):
+    robot = Robot()
+    assert robot.driver.policy('wheels').decide(round((100.0 - age) * 1e9)).name == decision
