@@ -7,31 +7,67 @@ PYTHON ?= python3
 ifdef ROS_DISTRO
 VENV := .venv
 VENV_OPTIONS := --system-site-packages
-EXTRAS := dashboard,pinned,test
+ROS_WHEELS :=
+LOCKED := $(ROS_DISTRO)
 else
 ROS ?= kilted
 VENV := .venv$(if $(filter-out kilted,$(ROS)),-$(ROS))
 VENV_OPTIONS :=
-EXTRAS := $(ROS),dashboard,pinned,test
+ROS_WHEELS := $(ROS),
+LOCKED := $(ROS)
 endif
 ifneq ($(filter-out kilted jazzy $(ROS_DISTRO),$(ROS)),)
 $(error ROS=$(ROS): wheels exist for kilted and jazzy; to use another ROS 2, source its setup file instead)
 endif
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+TESTED := $(VENV)/.tested
+# of the commands: nodes, live page, compiled search; the tests, the site and the mutants add theirs
+EXTRAS := $(ROS_WHEELS)dashboard,fast,pinned
+TEST_EXTRAS := $(EXTRAS),cluster,test
+MUTANTS_EXTRAS := $(TEST_EXTRAS),mutants
+DOCS_EXTRAS := $(EXTRAS),docs
 
 # where it is set, each of the thousand processes that the tests start compiles every module again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo figures test test-dds soak bench fingerprint mutants lint lint-js pages docs clean
+.PHONY: setup constraints demo figures test test-dds soak bench fingerprint mutants lint lint-js pages docs clean
 
 setup: $(READY)
 
-$(READY): setup.py setup.cfg package.xml
+# what the packages of setup.py pull in has its version from a file in constraints/, where there is one
+define install
+@versions=constraints/$(LOCKED)-$$($(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])').txt; \
+  if [ ! -f $$versions ]; then echo "no $$versions: the newest versions that fit are installed"; versions=/dev/null; fi; \
+  $(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --constraint $$versions \
+    --editable '.[$(1)]'
+@touch $@
+endef
+
+# the last file that venv writes
+$(BIN)/activate:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 	  { echo "$(PYTHON) is older than 3.10; name a newer one: make PYTHON=python3.11"; exit 2; }
 	$(PYTHON) -m venv $(VENV_OPTIONS) $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --editable '.[$(EXTRAS)]'
+
+$(READY): setup.py setup.cfg package.xml $(wildcard constraints/*) | $(BIN)/activate
+	$(call install,$(EXTRAS))
+
+$(TESTED): setup.py setup.cfg package.xml $(wildcard constraints/*) | $(BIN)/activate
+	$(call install,$(TEST_EXTRAS))
+	@touch $(READY)
+
+# lock what setup.py pulls in, on both distributions and all Pythons. A version that still fits stays, which CI checks;
+# UPGRADE=--upgrade takes the newest
+constraints: $(VENV)/.locking
+	@for ros in kilted jazzy; do for python in 3.10 3.11 3.12 3.13; do \
+	  $(BIN)/uv pip compile --quiet $(UPGRADE) --no-header --no-annotate --python-version $$python --extra $$ros \
+	    $(foreach extra,cluster dashboard docs fast locking mutants pinned test,--extra $(extra)) \
+	    setup.py -o constraints/$$ros-$$python.txt || exit; done; done
+
+# not after `setup`, which a pin that has changed makes fail until the files are written again
+$(VENV)/.locking: setup.py | $(BIN)/activate
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --editable '.[locking,pinned]'
 	@touch $@
 
 demo: setup
@@ -42,34 +78,34 @@ demo: setup
 figures: setup
 	PYTHONPATH=examples/chapter $(BIN)/python -m chapter_figures.index --output runs/figures
 
-test: setup
+test: $(TESTED)
 	$(BIN)/python -m pytest
 
 # the tests over DDS alone: those that another distribution could change; ONLY='FILE...' for some of them
-test-dds: setup
+test-dds: $(TESTED)
 	$(BIN)/python -m pytest -m "dds and not soak" $(ONLY)
 
-# one test at a time, each with the machine for itself; a line a test says how far it is
-soak: setup
-	$(BIN)/python -m pytest -m soak --numprocesses 0 --capture no --verbose --durations 0 -o faulthandler_timeout=0
+# one test at a time, each with the machine for itself; a line a test says how far it is; ONLY='FILE...' for some
+soak: $(TESTED)
+	$(BIN)/python -m pytest -m soak --numprocesses 0 --capture no --verbose --durations 0 -o faulthandler_timeout=0 \
+	  $(ONLY)
 
 # one table of ratios, each to something measured in the same run; ONLY='lockstep memory' for some of it
-bench: setup
+bench: $(TESTED)
 	@PYTHONPATH=test $(BIN)/python -m bench $(ONLY)
 
 # one checksum an output, to compare two checkouts: see test/fingerprint.py
-fingerprint: setup
+fingerprint: $(TESTED)
 	@$(BIN)/python test/fingerprint.py
 
 # do the tests notice small changes of what moves the robot? see test/mutants.py; half an hour
 mutants: $(VENV)/.mutants
 	$(BIN)/python test/mutants.py
 
-$(VENV)/.mutants: $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --editable '.[$(EXTRAS),mutants]'
-	@touch $@
+$(VENV)/.mutants: $(TESTED)
+	$(call install,$(MUTANTS_EXTRAS))
 
-lint: setup
+lint: $(TESTED)
 	$(BIN)/python -m pytest test/lint
 
 # the types of the scripts that run in a browser; it needs Node.js, and tools/package.json pins the checker
@@ -84,7 +120,7 @@ tools/node_modules/.package-lock.json: tools/package.json tools/package-lock.jso
 # examples/tutorial. Where the searches behind the table of the laws have changed, they run again: some ten minutes,
 # which can be interrupted. The last one, the replay that moves, needs chromium
 pages: MADE := PYTHONPATH=examples/chapter $(BIN)/python tools
-pages: setup
+pages: $(TESTED)
 	$(MADE)/package_drawing.py
 	$(MADE)/parameter_table.py docs/parameters.md docs/nodes/*.md
 	$(MADE)/metric_tables.py docs/metrics.md
@@ -103,8 +139,7 @@ docs: $(VENV)/.docs
 	@echo 'site: $(CURDIR)/docs/_build/index.html'
 
 $(VENV)/.docs: $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --editable '.[$(EXTRAS),docs]'
-	@touch $@
+	$(call install,$(DOCS_EXTRAS))
 
 clean:
 	rm -rf .venv .venv-jazzy build install log docs/_build *.egg-info

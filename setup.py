@@ -62,6 +62,8 @@ setup(
             'rosbags==0.11.9',
             'tqdm==4.70.1',
         ],
+        # the files in constraints/: make constraints
+        'locking': ['uv==0.13.9'],
         # the documentation as a site: make docs
         'docs': [
             'furo==2025.12.19',
@@ -82,10 +84,8 @@ setup(
             # of the notebook in examples
             'ipykernel==6.30.1',
             'mcap-ros2-support==0.6.0',
-            'distributed==2026.8.0',
             'mypy==2.4.1',
             'nbclient==0.11.0',
-            'numba==0.68.0',
             'pandas==2.3.3',
             # of examples/mpc_controller
             'piqp==0.7.0',
@@ -95,7 +95,6 @@ setup(
             # what a law of this package is compared with
             'robotpy-wpimath==2026.2.2',
             'ruff==0.17.5',
-            'scipy==1.15.3',
             'selenium==4.51.0',
             'types-PyYAML==6.0.12.20261113',
             'wheel==0.45.1',

@@ -52,6 +52,17 @@ def test_the_distributions_of_ci_are_those_of_the_makefile():
         assert re.search(rf'\bfilter-out .*\b{distribution}\b', MAKEFILE), distribution
 
 
+def test_every_pin_of_the_package_is_locked_for_both_distributions_and_every_python():
+    pins = set(re.findall(r"'([\w.-]+)(?:\[\w+\])?==([\w.]+)'", (ROOT / 'setup.py').read_text(encoding='utf-8')))
+    locked = sorted((ROOT / 'constraints').iterdir())
+    assert len(locked) == 8
+    for file in locked:
+        other = {'jazzy': 'ros-kilted', 'kilted': 'ros-jazzy'}[file.name.partition('-')[0]]
+        versions = set(re.findall('^(.+)==(.+)$', file.read_text(encoding='utf-8').lower(), re.MULTILINE))
+        missing = {pin for pin in pins if (pin[0].lower(), pin[1]) not in versions and not pin[0].startswith(other)}
+        assert not missing, f'{file.name} lacks {missing}: make constraints'
+
+
 def test_without_a_browser_the_tests_of_pages_are_skipped_in_general_and_fail_in_the_full_run(monkeypatch):
     assert f'export {REQUIRED}=1' in (ROOT / '.ci' / 'run').read_text(encoding='utf-8')
     monkeypatch.delenv(REQUIRED, raising=False)
