@@ -11,17 +11,21 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from domains import own_domain
+
 CONFIG = Path(__file__).parents[2] / 'config'
-_domains = itertools.count(os.getpid() * 37)
 _GRACE = 5.0
 """[s] that processes have to end by themselves."""
-_LOCALHOST = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+_domains = contextlib.ExitStack()
+"""Those of this run, for as long as its process lives."""
 
 
 def new_domain() -> int:
-    """Give a ROS domain that nothing else in this run uses; this process may join it, too."""
-    os.environ.update(_LOCALHOST)
-    return next(_domains) % 230 + 1
+    """Give a ROS domain that nothing else uses; this process may join it, too."""
+    found = _domains.enter_context(own_domain())
+    name = found.pop('ROS_DOMAIN_ID')
+    os.environ.update(found)
+    return int(name)
 
 
 class Graph:
@@ -38,7 +42,7 @@ class Graph:
     def __init__(self, domain: int) -> None:
         self.domain = domain
         path = os.pathsep.join(filter(None, [str(Path(__file__).parents[1]), os.environ.get('PYTHONPATH')]))
-        self._environment = os.environ | _LOCALHOST | {'ROS_DOMAIN_ID': str(domain), 'PYTHONPATH': path}
+        self._environment = os.environ | {'ROS_DOMAIN_ID': str(domain), 'PYTHONPATH': path}
         # rclpy was compiled when it was installed; what a node imports of ours must not be compiled at every start
         self._environment.pop('PYTHONDONTWRITEBYTECODE', None)
         self._processes: dict[str, subprocess.Popen[bytes]] = {}

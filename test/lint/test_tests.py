@@ -2,10 +2,12 @@
 
 import ast
 import re
+import socket
 from pathlib import Path
 
 import pytest
 import rclpy
+from domains import DOMAINS, own_domain
 
 TEST = Path(__file__).parents[1]
 # how NamedTuples name what others may use, os the end of a forked process, and notebooks what shows a picture
@@ -53,3 +55,13 @@ def test_a_test_with_the_fixture_domain_is_marked_as_over_dds(request, domain):
     assert request.node.get_closest_marker('dds')
     rclpy.init()
     rclpy.shutdown()
+
+
+def test_no_test_is_given_a_domain_in_which_somebody_left_a_node():
+    with own_domain() as found:
+        left = int(found['ROS_DOMAIN_ID'])
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as node:
+        node.bind(('127.0.0.1', 7410 + 250 * left))
+        for _ in DOMAINS:
+            with own_domain() as one, own_domain() as another:
+                assert len({one['ROS_DOMAIN_ID'], another['ROS_DOMAIN_ID'], str(left)}) == 3
