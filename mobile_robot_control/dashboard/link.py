@@ -28,6 +28,7 @@ from mobile_robot_control.dashboard.service_calls import ServiceCalls
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import TrackingError
+from mobile_robot_control.recording.changes import RESET
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS
@@ -42,16 +43,17 @@ class Events:
     def __init__(self) -> None:
         self._kept: deque[dict[str, Any]] = deque(maxlen=_KEPT_CHANGES)
 
-    def take(self, message: bytes) -> None:
-        """Take in a message; one that is not readable changes nothing."""
+    def take(self, message: bytes) -> bool:
+        """Take in a message; return whether it is of a reset. One that is not readable changes nothing."""
         try:
             stamp = serialised_stamp(message)
             array = read_or_refuse(_KIND, (partial(deserialise, _KIND),), message)
         except RefusedMessageError:
-            return
+            return False
         for status in array.status[:_KEPT_CHANGES]:
             self._kept.append({'stamp': stamp / 1e9, 'node': shortened(status.name, 100),
                                'text': shortened(status.message, 200)})
+        return any(pair.key == RESET for status in array.status for pair in status.values)
 
     def newest_first(self) -> list[dict[str, Any]]:
         """Return them with stamp [s], node and text, as JSON has them."""
@@ -188,7 +190,8 @@ class RobotLink:
         for message in self._diagnostics.take():
             self.states.take(message)
         for message in self._events.take():
-            self.events.take(message)
+            if self.events.take(message):
+                self.loop.sampler.note_reset()
         if self._changes.take():
             self.book.refresh()
         if self.loop.polled:

@@ -66,6 +66,16 @@ def test_a_stamp_that_falls_begins_a_new_run():
     assert (_column(sampler, 'run'), _column(sampler, 'time'), _column(sampler, 'x')) == (2.0, 0.0, 3.0)
 
 
+def test_a_reset_begins_one_new_run_whether_stamps_fall_or_not():
+    sampler = _taken(Sampler(), odom=[_odometry(10_000_000)])
+    sampler.note_reset()
+    # by now the new run is farther than the old one ever was
+    _taken(sampler, odom=[_odometry(500_000_000)])
+    assert (_column(sampler, 'run'), _column(sampler, 'time')) == (2.0, 0.5)
+    _taken(sampler, odom=[_odometry(0)]).note_reset()
+    assert _column(sampler, 'run') == 3.0
+
+
 def test_a_row_of_a_new_run_has_nothing_of_the_run_before():
     late = 5_000_000_000
     sampler = _taken(Sampler(), odom=[_odometry(late)], tracking_error=[_error(late, 0.4)],
