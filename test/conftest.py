@@ -30,14 +30,19 @@ def pytest_sessionfinish(session):
         shared_memory.remove(shared_memory.segments() - SEGMENTS)
 
 
+def scope_of(nodeid):
+    """Return what goes to one worker: all tests of the dashboard, a file, or a test over DDS."""
+    file = nodeid.partition('::')[0]
+    if file.startswith('test/ros/dashboard/'):
+        return 'dashboard'
+    return nodeid if file.startswith(('test/ros/', 'test/adversary/', 'test/examples/')) else file
+
+
 class Division(LoadScopeScheduling):
-    """Divides tests among the workers: those of one dashboard to one, files to one each, except for tests over DDS."""
+    """Divides tests among the workers by `scope_of`."""
 
     def _split_scope(self, nodeid):
-        file = nodeid.partition('::')[0]
-        if file.startswith('test/ros/dashboard/'):
-            return 'dashboard'
-        return nodeid if file.startswith(('test/ros/', 'test/adversary/', 'test/examples/')) else file
+        return scope_of(nodeid)
 
 
 # without xdist pytest does not know it
@@ -48,11 +53,16 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 def pytest_collection_modifyitems(items):
-    """Mark every test over DDS; begin with the dashboard's and with those that are long."""
+    """Mark tests over DDS, which wait more than they compute, and mix them among the others; begin with long ones."""
+    scopes = {True: {}, False: {}}
     for item in items:
-        if not {'domain', 'live'}.isdisjoint(item.fixturenames):
+        over_dds = not {'domain', 'live'}.isdisjoint(item.fixturenames)
+        if over_dds:
             item.add_marker('dds')
-    items.sort(key=lambda item: not ('live' in item.fixturenames or item.get_closest_marker('long')))
+        scopes[over_dds].setdefault(scope_of(item.nodeid), len(scopes[over_dds]))
+    share = {scope: place / len(found) for found in scopes.values() for scope, place in found.items()}
+    items.sort(key=lambda item: (not ('live' in item.fixturenames or item.get_closest_marker('long')),
+                                 share[scope_of(item.nodeid)]))
 
 
 @pytest.hookimpl(wrapper=True)

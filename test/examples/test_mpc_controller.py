@@ -58,6 +58,7 @@ def test_colcon_takes_it_as_ament_python(package):
 
 @pytest.mark.timeout(330)
 @pytest.mark.long
+@pytest.mark.soak
 def test_pip_installs_a_law_that_is_driven_over_dds_studied_and_passes_its_own_tests(domain, package, tmp_path):
     place = tmp_path / 'installed'
     _done([sys.executable, '-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-build-isolation',

@@ -97,7 +97,7 @@ def test_a_stopped_robot_reports_the_missing_node(robot):
     robot.spin_until(lambda: reports.newest('position_controller').message == 'running')
 
 
-@pytest.mark.parametrize('name', ['plant', 'velocity_controller'])
+@pytest.mark.parametrize('name', ['plant', pytest.param('velocity_controller', marks=pytest.mark.soak)])
 def test_saturation_is_a_warning(robot, name):
     reports = Reports(robot)
     robot.start(arguments=['-p', f'{name}:max_wheel_torque:=0.001'], composed=True)

@@ -103,7 +103,7 @@ def test_divergence_ends_with_exit_code_1(domain, tmp_path):
 
 
 @pytest.mark.parametrize(('number', 'report'), [
-    (signal.SIGINT, True), pytest.param(signal.SIGTERM, False, marks=pytest.mark.soak)])
+    (signal.SIGINT, False), pytest.param(signal.SIGTERM, True, marks=pytest.mark.soak)])
 def test_an_interrupted_run_has_a_complete_bag_and_metrics(domain, tmp_path, number, report):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 60, report=report)

@@ -86,6 +86,7 @@ def test_on_the_wall_clock_a_run_is_recorded_from_its_start(domain, tmp_path):
     assert 340 < len(samples) <= 401
 
 
+@pytest.mark.soak
 def test_on_the_wall_clock_an_interrupted_run_has_a_complete_bag(domain, tmp_path):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 60, *WALL_CLOCK, '--composed')

@@ -32,6 +32,7 @@ def _after(robot, seconds):
     return recording
 
 
+@pytest.mark.soak
 def test_another_law_takes_over_without_a_jump(robot):
     _start(robot)
     robot.spin_until(lambda: robot.time() > 1.0)

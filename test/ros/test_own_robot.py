@@ -51,6 +51,7 @@ def test_another_base_follows_the_cart_and_is_stopped_at_the_end(robot, base, ki
     robot.spin_until(lambda: commands[-1] == Twist())
 
 
+@pytest.mark.soak
 def test_command_limits_hold_on_another_base(robot, base):
     commands = []
     robot.recorder.create_subscription(TwistStamped, 'cmd_vel', commands.append, 100)

@@ -69,6 +69,7 @@ def test_two_runs_are_equal_to_the_last_bit(domain, lossless, tmp_path, drive, n
     assert all(len(bytes_) == 1 for stamps in first.values() for bytes_ in stamps.values())
 
 
+@pytest.mark.soak
 def test_a_base_waits_for_killed_nodes_and_the_run_goes_on(domain, quick_discovery, tmp_path):
     robots = Robots(tmp_path, drive='velocity')
     try:

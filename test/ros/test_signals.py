@@ -11,7 +11,7 @@ from processes import catches_sigterm, wait_until
 from mobile_robot_control.configuration.nodes import NODES
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.soak)])
 def test_running_nodes_end_with_exit_code_0_and_print_nothing(robot, number):
     robot.start(arguments=['-p', 'peer_timeout:=60.0'])
     robot.spin_until(lambda: robot.time() > 0.5)

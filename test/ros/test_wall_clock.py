@@ -56,8 +56,8 @@ class Watch:
         return math.sqrt(sum(error**2 for error in late) / len(late))
 
 
-@pytest.mark.parametrize('controller', [
-    name if name == 'backstepping' else pytest.param(name, marks=pytest.mark.soak) for name in BOUNDS])
+@pytest.mark.soak
+@pytest.mark.parametrize('controller', BOUNDS)
 def test_each_law_tracks_on_the_wall_clock(robot, controller):
     watch = Watch(robot)
     robot.start(arguments=[*ARGUMENTS, '-p', f'position_controller:controller_type:={controller}'])
