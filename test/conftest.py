@@ -30,11 +30,16 @@ def pytest_sessionfinish(session):
         shared_memory.remove(shared_memory.segments() - SEGMENTS)
 
 
+TOGETHER = ('test/closed_loop/', 'test/unit/cli/', 'test/unit/conformance/', 'test/ros/dashboard/')
+"""Folders whose tests compile rollouts, which one process does once, or share a dashboard."""
+
+
 def scope_of(nodeid):
-    """Return what goes to one worker: all tests of the dashboard, a file, or a test over DDS."""
+    """Return what goes to one worker: a folder of TOGETHER, a file, or one test where processes are waited for."""
     file = nodeid.partition('::')[0]
-    if file.startswith('test/ros/dashboard/'):
-        return 'dashboard'
+    together = [folder for folder in TOGETHER if file.startswith(folder)]
+    if together:
+        return together[0]
     return nodeid if file.startswith(('test/ros/', 'test/adversary/', 'test/examples/')) else file
 
 
@@ -61,8 +66,8 @@ def pytest_collection_modifyitems(items):
             item.add_marker('dds')
         scopes[over_dds].setdefault(scope_of(item.nodeid), len(scopes[over_dds]))
     share = {scope: place / len(found) for found in scopes.values() for scope, place in found.items()}
-    items.sort(key=lambda item: (not ('live' in item.fixturenames or item.get_closest_marker('long')),
-                                 share[scope_of(item.nodeid)]))
+    items.sort(key=lambda item: (
+        not (scope_of(item.nodeid).endswith('/') or item.get_closest_marker('long')), share[scope_of(item.nodeid)]))
 
 
 @pytest.hookimpl(wrapper=True)
