@@ -58,9 +58,8 @@ def _run(folder, duration, beside=None):
             if beside is not None:
                 robot.spin_until(lambda: min(map(robot.recorder.count_publishers, garbage.KINDS)) == 2)
                 # every kind has been refused, and reported, before the run begins; and goes on beside it
-                begun = time.monotonic()
-                robot.spin_until(lambda: not _missing(refused) or time.monotonic() > begun + 20.0)
-                assert not _missing(refused), (_missing(refused), refused)
+                # a node that is starved keeps ten messages of a flood: its turn to see a rare kind may come late
+                robot.spin_until(lambda: not _missing(refused), 150.0)
             robot.resume()
             started = time.monotonic()
             robot.finish(60.0 + 20.0 * duration)
