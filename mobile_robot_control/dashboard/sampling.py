@@ -65,7 +65,8 @@ class Sampler:
         self._values: dict[str, float] = dict.fromkeys(COLUMNS, math.nan)
         self._recent: dict[str, dict[int, tuple[str, bytes]]] = {}
         self._came: dict[str, float] = {}
-        self._begun, self._resets, self._newest, self._origin = 0, 0, -1, 0
+        self._run, self._newest, self._origin = 0, -1, 0
+        self._resets, self._falls = 0, 0
         self._stamp, self._agree = -1, False
         self._ages: deque[tuple[float, int]] = deque(maxlen=41)
 
@@ -91,12 +92,15 @@ class Sampler:
             recent.pop(stamp, None)
             recent[stamp] = kind, message
             self._came[topic] = time.monotonic()
+        if topic == 'odom' and messages:
+            self._match_resets()
         while len(recent) > _DRAINED:
             del recent[next(iter(recent))]
 
     def _begin_run(self, stamp: int) -> None:
         """Begin a row at the first odometry of a run; what other topics have of later stamps is of the run before."""
-        self._begun += 1
+        self._run += 1
+        self._falls += self._newest >= 0
         self._stamp, self._agree, self._origin = -1, False, stamp if stamp > _WALL else 0
         self._ages.clear()
         self._values.update(dict.fromkeys(COLUMNS, math.nan))
@@ -105,8 +109,15 @@ class Sampler:
                 self._recent[topic] = {other: held for other, held in recent.items() if other <= stamp}
 
     def note_reset(self) -> None:
-        """Note a reset; stamps do not show it if the run before it was shorter than a fast run is at the next look."""
+        """Note a reset. Stamps do not fall if the run before it was shorter than a fast run is at the next look."""
         self._resets += 1
+
+    def _match_resets(self) -> None:
+        """Begin a run for each reset without a fall of the stamps; odometry of the new run has come."""
+        unseen = max(0, self._resets - self._falls)
+        self._run += unseen
+        self._falls -= self._resets - unseen
+        self._resets = 0
 
     def fill(self) -> None:
         """Fill the row: from the newest stamp that all topics have, else that those of the slow loop have."""
@@ -147,7 +158,7 @@ class Sampler:
         now = time.monotonic()
         self._ages.append((now, self._stamp))
         passed = now - self._ages[0][0]
-        self._values['run'] = float(max(self._begun, 1 + self._resets))
+        self._values['run'] = float(self._run)
         self._values['time'] = (self._stamp - self._origin) / 1e9 if self._stamp >= 0 else math.nan
         self._values['speed'] = (self._stamp - self._ages[0][1]) / 1e9 / passed if passed > 0.2 else math.nan
         self._values['lyapunov'] = lyapunov

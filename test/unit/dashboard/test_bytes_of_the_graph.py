@@ -69,11 +69,18 @@ def test_a_stamp_that_falls_begins_a_new_run():
 def test_a_reset_begins_one_new_run_whether_stamps_fall_or_not():
     sampler = _taken(Sampler(), odom=[_odometry(10_000_000)])
     sampler.note_reset()
-    # by now the new run is farther than the old one ever was
+    # the row is of the old run until the new one has come, which is farther by now than the old one ever was
+    assert (_column(sampler, 'run'), _column(sampler, 'time')) == (1.0, 0.01)
     _taken(sampler, odom=[_odometry(500_000_000)])
     assert (_column(sampler, 'run'), _column(sampler, 'time')) == (2.0, 0.5)
-    _taken(sampler, odom=[_odometry(0)]).note_reset()
-    assert _column(sampler, 'run') == 3.0
+    for told_first in (True, False):
+        if told_first:
+            sampler.note_reset()
+        _taken(sampler, odom=[_odometry(0)])
+        if not told_first:
+            sampler.note_reset()
+        _taken(sampler, odom=[_odometry(500_000_000)])
+    assert _column(sampler, 'run') == 4.0
 
 
 def test_a_row_of_a_new_run_has_nothing_of_the_run_before():
