@@ -1,0 +1,124 @@
+"""The grid of a path: intervals short enough for its bends, with length, curvature and sharpness at their ends."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from mobile_robot_control.reference.path_shape import Span
+
+Floats = npt.NDArray[np.float64]
+MOST_POINTS = 100_000
+"""Of a grid."""
+_INTERVALS = 800
+"""In a path without bends."""
+_TURN = 0.04
+"""[rad] in an interval at most."""
+_SHARPEST = 0.3
+"""Curvature times length of an interval at most."""
+_CHANGE, _WEAK = 0.1, 2.0
+"""Change of the curvature in an interval at most, as a share of its size and of this one [1/m]."""
+_SAMPLES = 16
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+class TooSharpError(ValueError):
+    """A path bends too sharply; `span` is the number of the span."""
+
+    def __init__(self, span: int) -> None:
+        super().__init__(f'span {span}')
+        self.span = span
+
+
+class PathGrid(NamedTuple):
+    """
+    A path as N intervals of its spans.
+
+    Attributes
+    ----------
+    span : array of int, shape (N,)
+        The span of each interval.
+    u : array of float, shape (N, 2)
+        Where it begins and ends in its span.
+    rate : array of float, shape (N, 2)
+        du / ds there [1/m].
+    length : array of float, shape (N,)
+        [m].
+    curvature, sharpness : array of float, shape (N, 2)
+        At its ends, within the interval [1/m], [1/m²].
+
+    """
+
+    span: npt.NDArray[np.int64]
+    u: Floats
+    rate: Floats
+    length: Floats
+    curvature: Floats
+    sharpness: Floats
+
+
+def _coefficients(spans: list[Span]) -> tuple[Floats, Floats]:
+    return np.array([span.x for span in spans]), np.array([span.y for span in spans])
+
+
+def _derivatives(c: Floats, u: Floats) -> tuple[Floats, Floats, Any]:
+    """Return the first three derivatives by u of cubics, coefficients of shape (..., 4)."""
+    c1, c2, c3 = c[..., 1], c[..., 2], c[..., 3]
+    return c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3, 6.0 * c3
+
+
+def _bends(x: Floats, y: Floats, u: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return speed, curvature and sharpness, as `path_shape.bend` does, of many points; u of shape (n, k)."""
+    (dx, ddx, dddx), (dy, ddy, dddy) = (_derivatives(c[:, None, :], u) for c in (x, y))
+    square = dx * dx + dy * dy
+    speed = np.sqrt(square)
+    cube = square * speed
+    curvature = (dx * ddy - dy * ddx) / cube
+    turn = (dx * dddy - dy * dddx) / cube
+    return speed, curvature, (turn - 3.0 * curvature * (dx * ddx + dy * ddy) / square) / speed
+
+
+def lay_grid(spans: list[Span]) -> PathGrid:
+    """
+    Lay a grid on a path.
+
+    Raises
+    ------
+    TooSharpError
+        Where a bend would need more than MOST_POINTS.
+
+    """
+    x, y = _coefficients(spans)
+    with np.errstate(divide='ignore', invalid='ignore', over='ignore'):
+        return _refined(x, y, _first_counts(x, y))
+
+
+def _first_counts(x: Floats, y: Floats) -> npt.NDArray[np.int64]:
+    """Return the number of intervals of each span by its length and its turn."""
+    u = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, (len(x), 1))
+    speed, curvature, _ = _bends(x, y, u)
+    lengths = speed.mean(axis=1)
+    turns = np.nan_to_num(np.abs(curvature) * speed, nan=0.0, posinf=1.0).mean(axis=1)
+    counts: npt.NDArray[np.int64] = np.ceil(np.maximum(lengths * _INTERVALS / lengths.sum(), turns / _TURN)).astype(int)
+    return np.maximum(counts, 1)
+
+
+def _refined(x: Floats, y: Floats, counts: npt.NDArray[np.int64]) -> PathGrid:
+    """Return the grid with so many intervals in each span, or more where the path bends sharply."""
+    while True:
+        if counts.sum() >= MOST_POINTS:
+            raise TooSharpError(int(np.argmax(counts)))
+        span = np.repeat(np.arange(len(counts)), counts)
+        number = np.arange(len(span)) - np.repeat(np.cumsum(counts) - counts, counts)
+        u = np.stack([number / counts[span], (number + 1) / counts[span]], axis=1)
+        middle, half = 0.5 * (u[:, :1] + u[:, 1:]), 0.5 * (u[:, 1:] - u[:, :1])
+        between, inner, _ = _bends(x[span], y[span], middle + half * _NODES)
+        length = (half * (between * _WEIGHTS)).sum(axis=1)
+        speed, curvature, sharpness = _bends(x[span], y[span], u)
+        bend = np.maximum(np.abs(curvature).max(axis=1), np.abs(inner).max(axis=1))
+        change = np.abs(sharpness).max(axis=1) * length / (bend + _WEAK)
+        worst = np.zeros(len(counts))
+        np.maximum.at(worst, span, np.nan_to_num(np.maximum(bend * length / _SHARPEST, change / _CHANGE), nan=np.inf))
+        if not (worst > 1.0).any():
+            return PathGrid(span, u, 1.0 / speed, length, curvature, sharpness)
+        counts = np.where(worst > 1.0, 2 * counts, counts)

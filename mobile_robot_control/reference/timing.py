@@ -1,0 +1,359 @@
+"""
+Time-optimal timing: the fastest motion along a path that keeps every limit.
+
+At a point of the path with curvature κ and κ' = dκ/ds, the square x = v² of the speed and the acceleration a along the
+path determine all that is limited: ω = κ v, dω/dt = κ a + κ' x and, by Eq. (13)-(14) of the chapter, the wheel torques.
+Each limit is a row c1 a + c2 x + c3 v <= c0. Between two points a is constant, x is linear in the length, and the rows
+of both ends hold.
+
+A backward pass computes at each point the largest speed from which the rest of the path can be driven; a forward pass
+accelerates as hard as it may below. The friction makes rows nonlinear in x, unlike those of TOPP-RA (H. Pham and
+Q.-C. Pham, A New Approach to Time-Optimal Path Parameterization based on Reachability Analysis, 2018), which this
+follows otherwise: a row is quadratic in v at either end, and its largest root is exact.
+"""
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.parameters.declaration import Field
+
+Floats = npt.NDArray[np.float64]
+_EXACT, _CLOSE = 1e-9, 1e-7
+"""Shares of a limit by which the passes exceed it: the second one more than the first, which has set its speeds."""
+_ROUNDED, _LAST_BITS = 1e-12, 2e-15
+"""Rounding errors of a row: at least, and as a share of its largest part."""
+_HALVINGS = 50
+_BACK = 0.99
+_ACTIVE = 0.99
+"""Share of a limit from which on it is active."""
+
+
+class Timing(NamedTuple):
+    """Limits of the motion along a path; 0 means none."""
+
+    speed_factor: Annotated[
+        float, Field('', 'speed along the path as a share of the fastest motion within the limits: smaller drives '
+                     'slower', above=0.0, maximum=1.0)
+    ] = 1.0
+    torque_fraction: Annotated[
+        float, Field('', "share of the motors' torque that the planned motion may take: larger drives faster, and leaves "
+                     'less to correct errors', above=0.0, maximum=1.0)
+    ] = 0.5
+    max_linear_velocity: Annotated[
+        float, Field('m/s', 'limit of the linear velocity: larger drives faster', minimum=0.0)
+    ] = 0.0
+    max_angular_velocity: Annotated[
+        float, Field('rad/s', 'limit of the angular velocity: larger takes bends faster', minimum=0.0)
+    ] = 0.0
+    max_linear_acceleration: Annotated[
+        float, Field('m/s²', 'limit of the linear acceleration and deceleration: larger starts and brakes harder',
+                     minimum=0.0)
+    ] = 0.0
+    max_angular_acceleration: Annotated[
+        float, Field('rad/s²', 'limit of the angular acceleration: larger enters bends faster', minimum=0.0)
+    ] = 0.0
+    max_lateral_acceleration: Annotated[
+        float, Field('m/s²', 'limit of the lateral acceleration, v ω: larger takes bends faster', minimum=0.0)
+    ] = 0.0
+    max_wheel_velocity: Annotated[
+        float, Field('rad/s', 'limit of the speed of each wheel: larger drives faster', minimum=0.0)
+    ] = 0.0
+    max_wheel_torque: Annotated[
+        float, Field('N m', "torque that each motor can give, of which torque_fraction is planned with, by the robot's "
+                     'equations: larger drives faster', minimum=0.0)
+    ] = 0.0
+
+
+class Drive(NamedTuple):
+    """
+    What the wheel torques of a motion depend on.
+
+    Attributes
+    ----------
+    robot : Robot
+        Physical constants.
+    coulomb : float
+        Dry friction of each wheel [N m].
+    stall_torque, no_load_speed : float
+        Ends of the motors' torque-speed line [N m], [rad/s]; 0 means none.
+
+    """
+
+    robot: Robot = Robot()
+    coulomb: float = 0.0
+    stall_torque: float = 0.0
+    no_load_speed: float = 0.0
+
+
+class Grid(NamedTuple):
+    """
+    A path as intervals, N of them.
+
+    Attributes
+    ----------
+    length : array of float, shape (N,)
+        Of each interval [m].
+    curvature : array of float, shape (N, 2)
+        At the start and the end of each [1/m].
+    sharpness : array of float, shape (N, 2)
+        dκ/ds there, within the interval [1/m²].
+    speed : array of float, shape (N + 1,)
+        Limit of the speed at each point, beside those of Timing; inf where there is none [m/s].
+
+    """
+
+    length: Floats
+    curvature: Floats
+    sharpness: Floats
+    speed: Floats
+
+
+class Row(NamedTuple):
+    """A limit c1 a + c2 x + c3 v <= c0 at both ends of each interval: its name, and arrays of shape (N, 2)."""
+
+    name: str
+    c1: Floats
+    c2: Floats
+    c3: Floats
+    c0: Floats
+
+
+class Profile(NamedTuple):
+    """
+    The fastest motion along a path.
+
+    Attributes
+    ----------
+    speed : array of float, shape (N + 1,)
+        At each point [m/s].
+    acceleration : array of float, shape (N,)
+        Along the path, in each interval [m/s²].
+    limit : list of str
+        The limit that is active in each interval; '' where none is.
+
+    """
+
+    speed: Floats
+    acceleration: Floats
+    limit: list[str]
+
+
+class StuckError(ValueError):
+    """No speed keeps the limits at a point; `place` is its number."""
+
+    def __init__(self, place: int, reason: str) -> None:
+        super().__init__(reason)
+        self.place = place
+
+
+def _both_ways(name: str, c1: Floats, c2: Floats, c3: Floats, limit: float, friction: Floats | float = 0.0) -> list[Row]:
+    """Return the rows of |c1 a + c2 x + c3 v + friction| <= limit, as shares of the limit."""
+    # a wheel that reverses within an interval has both frictions there
+    return [Row(name, sign * c1 / limit, sign * c2 / limit, sign * c3 / limit,
+                1.0 - np.max(sign * friction * np.ones_like(c1), axis=1, keepdims=True) / limit * np.ones_like(c1))
+            for sign in (1.0, -1.0)]
+
+
+def _torque_rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
+    """Return the rows of both wheels' torques: Eq. (13)-(14), solved for the torques, with dry friction."""
+    robot, rows = drive.robot, []
+    r, half, share = robot.wheel_radius, half_separation(robot), timing.torque_fraction
+    for side in (1.0, -1.0):
+        # the wheel turns by 1/r (1 + side R κ) along the path
+        rim = 1.0 + side * half * grid.curvature
+        friction = drive.coulomb * np.sign(rim)
+        c1 = (linear_inertia(robot) + side * half * angular_inertia(robot) * grid.curvature) / r
+        c2 = side * half * angular_inertia(robot) * grid.sharpness / r
+        c3 = robot.viscous_friction * rim / r
+        if timing.max_wheel_torque:
+            rows += _both_ways('wheel torque', c1, c2, c3, share * timing.max_wheel_torque, friction)
+        if drive.stall_torque:
+            # a motor gives less the faster it turns, and brakes the harder
+            line = share * drive.stall_torque
+            less = line * rim / (r * drive.no_load_speed)
+            rows += _both_ways('torque-speed line', c1, c2, c3 + less, line, friction)
+    return rows
+
+
+def _rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
+    """Return all limits in which the acceleration has a part."""
+    ones, none = np.ones_like(grid.curvature), np.zeros_like(grid.curvature)
+    rows = []
+    if timing.max_linear_acceleration:
+        rows += _both_ways('linear acceleration', ones, none, none, timing.max_linear_acceleration)
+    if timing.max_angular_acceleration:
+        rows += _both_ways('angular acceleration', grid.curvature, grid.sharpness, none,
+                           timing.max_angular_acceleration)
+    return rows + _torque_rows(grid, timing, drive)
+
+
+def _speed_limits(grid: Grid, timing: Timing, drive: Drive) -> dict[str, Floats]:
+    """Return the largest speed that each limit without the acceleration allows at both ends of each interval [m/s]."""
+    bend = np.abs(grid.curvature)
+    rim = 1.0 + half_separation(drive.robot) * bend
+    found = {'path': np.stack([grid.speed[:-1], grid.speed[1:]], axis=1)}
+    with np.errstate(divide='ignore'):
+        if timing.max_linear_velocity:
+            found['linear velocity'] = np.full_like(bend, timing.max_linear_velocity)
+        if timing.max_angular_velocity:
+            found['angular velocity'] = timing.max_angular_velocity / bend
+        if timing.max_lateral_acceleration:
+            found['lateral acceleration'] = np.sqrt(timing.max_lateral_acceleration / bend)
+        if timing.max_wheel_velocity:
+            found['wheel velocity'] = timing.max_wheel_velocity * drive.robot.wheel_radius / rim
+    return found
+
+
+Quadratic = tuple[float, float, float]
+"""A limit a y² + b y + c <= 0 of a speed y."""
+
+
+def _largest(rows: list[Quadratic], top: float) -> tuple[float, int]:
+    """Return the largest speed up to `top` that keeps all rows, -1.0 if none does, and the row that it touches."""
+    y, touched, again = top, -1, True
+    while again:
+        again = False
+        for number, (a, b, c) in enumerate(rows):
+            beyond = (a * y + b) * y + c
+            # short intervals have large coefficients, which cancel
+            if beyond <= _ROUNDED or beyond <= _LAST_BITS * abs(a) * y * y:
+                continue
+            y = _root_below(a, b, c, y)
+            if y < 0.0:
+                return -1.0, number
+            touched, again = number, True
+    return y, touched
+
+
+def _root_below(a: float, b: float, c: float, y: float) -> float:
+    """Return the largest root of a y² + b y + c below a y where that is positive; -1.0 if none is."""
+    discriminant = b * b - 4.0 * a * c
+    if discriminant < 0.0:
+        return -1.0
+    q = -0.5 * (b + math.copysign(math.sqrt(discriminant), b))
+    roots = [root for root in ((q / a) if a else -1.0, (c / q) if q else 0.0) if 0.0 <= root < y]
+    return max(roots, default=-1.0)
+
+
+class _Passes:
+    """The passes over the intervals of a grid."""
+
+    def __init__(self, rows: list[Row], length: Floats, tops: Floats) -> None:
+        # by interval, the rows of its start (c1 / 2h, c2, c3, c0) and of its end
+        per = 0.5 / length
+        by_row = [np.stack([row.c1[:, end] * per, row.c2[:, end], row.c3[:, end], row.c0[:, end]], axis=1)
+                  for end in (0, 1) for row in rows]
+        self._rows: list[list[list[float]]] = np.stack(by_row, axis=1).tolist() if rows else [[]] * len(length)
+        self._half = len(rows)
+        self.tops: list[float] = tops.tolist()
+
+    def _before(self, n: int, after: float) -> tuple[float, int]:
+        """Return the largest speed at the start of an interval for a speed at its end, and the row that it touches."""
+        square, half = after * after, self._half
+        rows = [(c2 - e, c3, e * square - c0 - _EXACT) for e, c2, c3, c0 in self._rows[n][:half]]
+        rows += [(-e, 0.0, (e + c2) * square + c3 * after - c0 - _EXACT) for e, c2, c3, c0 in self._rows[n][half:]]
+        return _largest(rows, self.tops[n])
+
+    def _after(self, n: int, before: float, slack: float) -> float:
+        """Return the largest speed at the end of an interval for a speed at its start; -1.0 if there is none."""
+        square, half = before * before, self._half
+        rows = [(e, 0.0, (c2 - e) * square + c3 * before - c0 - slack) for e, c2, c3, c0 in self._rows[n][:half]]
+        rows += [(e + c2, c3, -e * square - c0 - slack) for e, c2, c3, c0 in self._rows[n][half:]]
+        return _largest(rows, self.tops[n + 1])[0]
+
+    def _gains_by_less(self, n: int, row: int, after: float) -> bool:
+        """Return whether the start of an interval may be faster if its end is slower, by the row that it touches."""
+        e, c2, c3, _ = self._rows[n][row]
+        return e > 0.0 if row < self._half else 2.0 * (e + c2) * after + c3 > 0.0
+
+    def _controllable(self, n: int) -> float:
+        """Return the largest speed at the start of an interval from which its end can be within its top."""
+        if self._after(n, self.tops[n], _EXACT) >= 0.0:
+            return self.tops[n]
+        low, high = 0.0, self.tops[n + 1]
+        found, row = self._before(n, high)
+        if found >= 0.0 and not self._gains_by_less(n, row, high):
+            return found
+        # at the best speed at the end a row that asks for less meets one that asks for more
+        best = self._before(n, low)[0]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            found, row = self._before(n, middle)
+            best = max(best, found)
+            if found < 0.0 or self._gains_by_less(n, row, middle):
+                high = middle
+            else:
+                low = middle
+        return best
+
+    def run(self, start: float, end: float) -> list[float]:
+        """Return the speed at every point, from one at the start to one at the end [m/s]."""
+        count = len(self._rows)
+        self.tops[count] = min(end, self.tops[count])
+        for n in range(count - 1, -1, -1):
+            self.tops[n] = self._controllable(n)
+            if self.tops[n] < 0.0:
+                raise StuckError(n, 'the torque limit is not above the friction')
+        if start > self.tops[0] * (1.0 + _CLOSE):
+            raise StuckError(0, f'it begins at {start:g} m/s, and the limits allow {self.tops[0]:g} m/s')
+        speeds, n = [min(start, self.tops[0])], 0
+        while n < count:
+            following = self._after(n, speeds[n], _CLOSE)
+            if following >= 0.0:
+                speeds.append(following)
+                n += 1
+            elif n == 0:
+                raise StuckError(0, 'no acceleration keeps the limits at the start')
+            else:
+                # nonlinear rows may leave a gap below a controllable speed: arrive slower
+                self.tops[n] = _BACK * speeds.pop()
+                n -= 1
+        return speeds
+
+
+def _active(
+    rows: list[Row], limits: dict[str, Floats], speeds: Floats, acceleration: Floats
+) -> list[str]:
+    """Return the name of the limit that each interval uses most, '' where none is used up."""
+    ends = np.stack([speeds[:-1], speeds[1:]], axis=1)
+    used = [(name, np.max(ends / limit, axis=1)) for name, limit in limits.items()]
+    for row in rows:
+        share = row.c1 * acceleration[:, None] + row.c2 * ends * ends + row.c3 * ends + 1.0 - row.c0
+        used.append((row.name, np.max(share, axis=1)))
+    shares = np.stack([share for _, share in used])
+    most = np.argmax(shares, axis=0)
+    return [used[n][0] if shares[n, k] >= _ACTIVE else '' for k, n in enumerate(most.tolist())]
+
+
+def fastest(grid: Grid, timing: Timing, drive: Drive, start: float = 0.0, end: float = 0.0) -> Profile:
+    """
+    Return the fastest motion along a path that keeps all limits, `speed_factor` apart.
+
+    Parameters
+    ----------
+    grid : Grid
+        The path.
+    timing : Timing
+        At least a limit of the speed, and one of the acceleration or the torque.
+    drive : Drive
+        For the torques.
+    start, end : float
+        Speeds at the ends of the path [m/s].
+
+    Raises
+    ------
+    StuckError
+        Where no speed keeps them.
+
+    """
+    limits, rows = _speed_limits(grid, timing, drive), _rows(grid, timing, drive)
+    least: Any = np.min(np.stack(list(limits.values())), axis=0)
+    tops = np.append(least[:, 0], least[-1, 1])
+    tops[1:] = np.minimum(tops[1:], least[:, 1])
+    speeds = np.array(_Passes(rows, grid.length, tops).run(start, end))
+    acceleration = (speeds[1:] ** 2 - speeds[:-1] ** 2) / (2.0 * grid.length)
+    return Profile(speeds, acceleration, _active(rows, limits, speeds, acceleration))
