@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from mobile_robot_control.configuration.configure import at_cart_start
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.control.law import is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.quantities import BodyVelocity, Reference
-from mobile_robot_control.reference.cart import references_along
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.course import references_along
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState
 from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.ticks import make_position_tick, make_velocity_tick
@@ -119,19 +118,18 @@ def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
         If the motion diverges, the law fails, or the run would be too long.
 
     """
-    placement = configuration.reference_cart.curve.placement
-    curve, lap = CURVES[configuration.reference_cart.curve.curve], lap_loop(configuration)
+    course, lap = course_of(configuration.reference_cart), lap_loop(configuration)
     dt = lap.loop.position_dt
-    settling = math.ceil(_SETTLING / placement.period) * placement.period
+    settling = math.ceil(_SETTLING / course.period) * course.period
     first = math.ceil(settling / dt)
-    steps = math.ceil((settling + placement.period) / lap.loop.plant.dt)
+    steps = math.ceil((settling + course.period) / lap.loop.plant.dt)
     if steps > _MOST_STEPS:
-        raise NotFollowedError(f'a lap of {placement.period:g} s and what comes before take {steps} velocity periods, '
+        raise NotFollowedError(f'a lap of {course.period:g} s and what comes before take {steps} velocity periods, '
                                f'and more than {_MOST_STEPS} are too many')
     state, law = start(at_cart_start(configuration))[1], LAWS[configuration.position_controller.control.controller_type]
     state = state._replace(law=law.start if law.joining is None else law.joining)
     period = period_nanoseconds(1.0 / dt)
-    references_at = references_along(curve, placement, configuration.plant.shared.reference_horizon)
+    references_at = references_along(course, configuration.plant.shared.reference_horizon)
     references = references_at(0, period)
     for n in itertools.count():
         following, k, time = references_at((n + 1) * period, period), n * lap.ratio, n * dt

@@ -10,7 +10,7 @@ from mobile_robot_control.analysis.lap_multiplier import lap_multiplier
 from mobile_robot_control.analysis.linearisation import linear_position_loop, linear_velocity_loop
 from mobile_robot_control.analysis.margins import UNKNOWN, Margins, longest_delay, margins_of
 from mobile_robot_control.analysis.modelled import drive_of, pattern_of, smooth_part
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, course_of
 
 _POINTS = 24
 """Of the lap, at which the position loop is looked at; fewer where a pattern of several periods costs more."""
@@ -96,11 +96,11 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
 
     """
     smooth, by_torque = smooth_part(configuration), drive_of(configuration) == 'torque'
-    lap, placement, pattern = lap_loop(smooth), smooth.reference_cart.curve.placement, pattern_of(smooth)
+    lap, period, pattern = lap_loop(smooth), course_of(smooth.reference_cart).period, pattern_of(smooth)
     nothing = LapMargins(UNKNOWN, math.nan, math.nan)
     if not pattern:
         return LoopMargins(nothing if by_torque else None, nothing, 'the rates of the base have no common pattern')
-    ticks = math.ceil(placement.period / lap.loop.position_dt)
+    ticks = math.ceil(period / lap.loop.position_dt)
     points = max(_LEAST_POINTS, _POINTS // pattern)
     chosen = sorted({n * ticks // points for n in range(points)})
     velocity: list[tuple[float, Margins]] = []
@@ -110,7 +110,7 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
         followed += islice(followed_lap(smooth), -(-ticks // pattern) * pattern + pattern)
         for first in chosen:
             window = followed[first:first + pattern]
-            time = window[0].time % placement.period
+            time = window[0].time % period
             if by_torque and len(position) % _VELOCITY_EVERY == 0:
                 velocity.append((time, margins_of(linear_velocity_loop(lap, window[0]))))
             position.append((time, margins_of(linear_position_loop(lap, window), longest_delay(lap.loop.position_dt))))

@@ -11,7 +11,7 @@ from mobile_robot_control import __version__
 from mobile_robot_control.analysis.promises import promise, promise_lines
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.figures.drawing import draw_and_save
@@ -214,7 +214,7 @@ class SearchRun:
 
     def _tried(self, name: str, parameters: Configuration) -> Run:
         """Run the configured loop once."""
-        duration = self._goal.laps * parameters.reference_cart.curve.placement.period
+        duration = self._goal.laps * course_of(parameters.reference_cart).period
         reader = SampleReader()
         measured = measure(parameters, duration, reader.taking(rollout(parameters, duration)))
         return Run(name, reader.series(), (), summary(measured), parameters)

@@ -3,13 +3,11 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from mobile_robot_control.configuration.nodes import NODES, Configuration, velocity_loop_is_stable
+from mobile_robot_control.configuration.nodes import NODES, Configuration, course_of, velocity_loop_is_stable
 from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.reference.cart import reference_at
-from mobile_robot_control.reference.curves import CURVES
 
 
 def _disagreements(configuration: Configuration) -> Iterator[str]:
@@ -68,6 +66,5 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
 
 def at_cart_start(configuration: Configuration) -> Configuration:
     """Return a configuration whose robot starts where the reference cart does, with the same heading."""
-    curve = configuration.reference_cart.curve
-    start = reference_at(CURVES[curve.curve], 0.0, curve.placement).pose
+    start = course_of(configuration.reference_cart).reference(0.0).pose
     return configuration._replace(plant=configuration.plant._replace(initial_pose=tuple(start)))

@@ -12,12 +12,18 @@ from mobile_robot_control.control.tracking_limit import TrackingLimit
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.control.velocity_stability import instability
 from mobile_robot_control.model.base import base_violations
+from mobile_robot_control.model.friction import Friction
+from mobile_robot_control.model.motors import Motor
 from mobile_robot_control.model.plant import VELOCITY, PlantModel
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_violations
 from mobile_robot_control.parameters.checking import ParameterError, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations
-from mobile_robot_control.reference.cart import CurveParameters, too_fast_to_send
+from mobile_robot_control.reference.cart import CurveParameters, Placement, too_fast_to_send
+from mobile_robot_control.reference.course import Course, make_course
+from mobile_robot_control.reference.curve import PATH
+from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing, path_violations
 from mobile_robot_control.reference.waiting import WaitParameters
+from mobile_robot_control.reference.waypoints import read_waypoints_once
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.topics import LOOPS, LoopGraph, extended, with_truth
 
@@ -113,6 +119,11 @@ class ReferenceCartParameters(NamedTuple):
     shared: Annotated[Shared, INLINE] = Shared()
     curve: Annotated[CurveParameters, INLINE] = CurveParameters()
     waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
+    path: PathParameters = PathParameters()
+    timing: Timing = Timing()
+    # as of the plant, for the torques of a path
+    motor: Motor = Motor()
+    friction: Friction = Friction()
 
 
 class Configuration(NamedTuple):
@@ -141,6 +152,20 @@ def has_exact_odometry(plant: PlantParameters) -> bool:
     """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
     noise = plant.model.imperfections.noise
     return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
+
+
+def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
+    """Return the path that the cart drives; () where it drives a curve."""
+    if cart.curve.curve != PATH:
+        return ()
+    motor, robot = cart.motor, cart.shared.robot
+    return PathRequest(read_waypoints_once(cart.path.file), cart.path, cart.timing,
+                       Drive(robot, cart.friction.coulomb, motor.stall_torque, motor.no_load_speed))
+
+
+def course_of(cart: ReferenceCartParameters) -> Course:
+    """Return what the cart drives."""
+    return make_course(cart.curve.curve, cart.curve.placement, path_of(cart))
 
 
 def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
@@ -182,8 +207,34 @@ def _horizon_is_long(parameters: PositionControllerParameters) -> Iterator[str]:
 
 
 @rule
+def _path_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
+    """Refuse a path without what it needs, one that nothing can drive, and what would have no effect."""
+    if cart.curve.curve != PATH:
+        for name, value in cart.path._asdict().items():
+            if value != getattr(PathParameters(), name):
+                yield (f"path.{name} = {value} is of curve = '{PATH}', and curve is '{cart.curve.curve}'; leave it out, "
+                       'or change curve')
+        return
+    missing = [*_unplaced(cart), *path_violations(cart.path, cart.timing, cart.motor.stall_torque)]
+    yield from missing
+    if not missing:
+        try:
+            course_of(cart)
+        except ParameterError as error:
+            yield from error.violations
+
+
+def _unplaced(cart: ReferenceCartParameters) -> Iterator[str]:
+    """Yield what places a curve and has no meaning for a path."""
+    for name, value in cart.curve.placement._asdict().items():
+        if value != getattr(Placement(), name):
+            yield (f"{name} = {list(value) if isinstance(value, tuple) else value} places a curve, and curve is "
+                   f"'{PATH}': leave it out, since waypoints and timing decide")
+
+
+@rule
 def _horizon_can_be_sent(parameters: ReferenceCartParameters) -> Iterator[str]:
-    if parameters.shared.reference_horizon:
+    if parameters.shared.reference_horizon and parameters.curve.curve != PATH:
         yield from too_fast_to_send(parameters.curve)
 
 

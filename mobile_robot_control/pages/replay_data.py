@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mobile_robot_control.configuration.nodes import course_of
 from mobile_robot_control.figures.lines import Floats, Line, ordinary_size
 from mobile_robot_control.figures.palette import LINES
-from mobile_robot_control.reference.cart import CurveParameters, reference_at
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.course import Course
 from mobile_robot_control.runs.gaps import MANY_PERIODS
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.series import Series
@@ -26,9 +26,9 @@ def packed_path(runs: Sequence[Run]) -> dict[str, str]:
     """Return the paths of the carts, each once, as packed `x` and `y` [m] with breaks of nan."""
     drawn: dict[Any, tuple[Floats, Floats]] = {}
     for n, run in enumerate(runs):
-        curve = run.parameters.reference_cart.curve if run.parameters else None
-        if curve is not None and _is_followed(curve, run.series):
-            drawn.setdefault(curve, _lap(curve, run.series))
+        course = course_of(run.parameters.reference_cart) if run.parameters else None
+        if course is not None and _is_followed(course, run.series):
+            drawn.setdefault(course, _lap(course, run.series))
         else:
             x, y = (run.series.line('reference', name).value for name in ('x', 'y'))
             chosen = np.linspace(0, x.size - 1, min(x.size, _TRACE)).astype(np.int_)
@@ -38,22 +38,22 @@ def packed_path(runs: Sequence[Run]) -> dict[str, str]:
             for n, name in enumerate(('x', 'y'))}
 
 
-def _is_followed(curve: CurveParameters, series: Series) -> bool:
-    """Return whether the recorded reference is that of a curve: the cart did not wait, and was no other one."""
+def _is_followed(course: Course, series: Series) -> bool:
+    """Return whether the recorded reference is that of a course: the cart did not wait, and was no other one."""
     x, y = series.line('reference', 'x'), series.line('reference', 'y')
     chosen = np.linspace(0, x.time.size - 1, min(x.time.size, 50)).astype(np.int_)
-    asked = [reference_at(CURVES[curve.curve], x.time[n], curve.placement).pose for n in chosen]
-    return all(math.hypot(x.value[n] - pose.x, y.value[n] - pose.y) < _SAME * curve.placement.scale
+    asked = [course.reference(x.time[n]).pose for n in chosen]
+    return all(math.hypot(x.value[n] - pose.x, y.value[n] - pose.y) < _SAME * course.size
                for n, pose in zip(chosen, asked, strict=True))
 
 
-def _lap(curve: CurveParameters, series: Series) -> tuple[Floats, Floats]:
-    """Return x and y [m] of a lap of a curve; of one that does not end where it begins, as much as was driven."""
-    end = curve.placement.period
-    first, last = (reference_at(CURVES[curve.curve], time, curve.placement).pose for time in (0.0, end))
-    if math.hypot(last.x - first.x, last.y - first.y) > _SAME * curve.placement.scale:
+def _lap(course: Course, series: Series) -> tuple[Floats, Floats]:
+    """Return x and y [m] of a lap of a course; of one that does not end where it begins, as much as was driven."""
+    end = course.period
+    first, last = (course.reference(time).pose for time in (0.0, end))
+    if math.hypot(last.x - first.x, last.y - first.y) > _SAME * course.size:
         end = float(series.time('reference')[-1]) if series.time('reference').size else end
-    poses = [reference_at(CURVES[curve.curve], time, curve.placement).pose for time in np.linspace(0.0, end, _LAP)]
+    poses = [course.reference(time).pose for time in np.linspace(0.0, end, _LAP)]
     return np.array([pose.x for pose in poses]), np.array([pose.y for pose in poses])
 
 
@@ -95,7 +95,7 @@ def replay_data(runs: Sequence[Run], rows: int = _ROWS) -> dict[str, Any] | None
         return None
     errors = np.concatenate([_distance(run.series).value for run in runs])
     errors = errors[np.isfinite(errors)]
-    laps = [run.parameters.reference_cart.curve.placement.period for run in runs if run.parameters]
+    laps = [course_of(run.parameters.reference_cart).period for run in runs if run.parameters]
     return {
         'start': float(min(times[0] for times in moving)), 'end': float(max(times[-1] for times in moving)),
         'trail': max(laps, default=_TRAIL),

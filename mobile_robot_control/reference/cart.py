@@ -1,7 +1,7 @@
 """The reference cart: its pose and velocity at a time."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Collection, Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
@@ -9,7 +9,7 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.checking import rule
 from mobile_robot_control.parameters.declaration import INLINE, Field
 from mobile_robot_control.quantities import LARGEST, NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.curve import CurveFunction, CurvePoint
+from mobile_robot_control.reference.curve import PATH, CurveFunction, CurvePoint
 from mobile_robot_control.reference.curves import CURVES
 
 _DS = 1e-5
@@ -40,10 +40,25 @@ class Placement(NamedTuple):
     ] = 0.0
 
 
+class _Choices(Collection[str]):
+    """The names of the curves, and of the path."""
+
+    def __contains__(self, name: object) -> bool:
+        return name == PATH or name in CURVES
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*CURVES, PATH))
+
+    def __len__(self) -> int:
+        return len(CURVES) + 1
+
+
 class CurveParameters(NamedTuple):
     """Which curve the reference cart drives, and its placement."""
 
-    curve: Annotated[str, Field('', f'the curve{_NEXT_RUN}', choices=CURVES, live=True)] = 'trifolium'
+    curve: Annotated[
+        str, Field('', f'the curve, or {PATH} for waypoints{_NEXT_RUN}', choices=_Choices(), live=True)
+    ] = 'trifolium'
     placement: Annotated[Placement, INLINE] = Placement()
 
 
@@ -120,20 +135,6 @@ def accelerated_at(curve: CurveFunction, time: float, placement: Placement) -> R
         # dω_r/dt = d/ds ((x' y'' - y' x'')/(x'² + y'²)) (ds/dt)²
         turn_rate * rate * rate,
     ))
-
-
-def references_along(
-    curve: CurveFunction, placement: Placement, horizon: int
-) -> Callable[[int, int], tuple[Reference, ...]]:
-    """
-    Make a function of a time and a period [ns] that returns the reference then and at the next `horizon` ticks.
-
-    Without a horizon there is no acceleration.
-    """
-    if horizon == 0:
-        return lambda time, _period: (reference_at(curve, time / 1e9, placement),)
-    return lambda time, period: tuple(
-        accelerated_at(curve, (time + n * period) / 1e9, placement) for n in range(horizon + 1))
 
 
 def with_period(placement: Placement, period: float, time: float) -> Placement:
@@ -219,6 +220,8 @@ def too_fast_to_send(curve: CurveParameters) -> Iterator[str]:
 @rule
 def _lap_can_be_followed(curve: CurveParameters) -> Iterator[str]:
     """Refuse a cart without a heading, and one that leaves what messages may hold: the run would wait for ever."""
+    if curve.curve == PATH:
+        return
     placement, unfit = curve.placement, _failure(curve) or _standstill(curve)
     if unfit:
         yield unfit

@@ -3,6 +3,9 @@
 import math
 from typing import NamedTuple, Protocol
 
+PATH = 'path'
+"""In place of a curve's name: waypoints give the course."""
+
 
 class CurvePoint(NamedTuple):
     """

@@ -3,11 +3,11 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import NDArray
 
 from mobile_robot_control.reference.path_shape import Span
 
-Floats = npt.NDArray[np.float64]
+Floats = NDArray[np.float64]
 MOST_POINTS = 100_000
 """Of a grid."""
 _INTERVALS = 800
@@ -49,7 +49,7 @@ class PathGrid(NamedTuple):
 
     """
 
-    span: npt.NDArray[np.int64]
+    span: NDArray[np.int64]
     u: Floats
     rate: Floats
     length: Floats
@@ -93,17 +93,17 @@ def lay_grid(spans: list[Span]) -> PathGrid:
         return _refined(x, y, _first_counts(x, y))
 
 
-def _first_counts(x: Floats, y: Floats) -> npt.NDArray[np.int64]:
+def _first_counts(x: Floats, y: Floats) -> NDArray[np.int64]:
     """Return the number of intervals of each span by its length and its turn."""
     u = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, (len(x), 1))
     speed, curvature, _ = _bends(x, y, u)
     lengths = speed.mean(axis=1)
     turns = np.nan_to_num(np.abs(curvature) * speed, nan=0.0, posinf=1.0).mean(axis=1)
-    counts: npt.NDArray[np.int64] = np.ceil(np.maximum(lengths * _INTERVALS / lengths.sum(), turns / _TURN)).astype(int)
+    counts: NDArray[np.int64] = np.ceil(np.maximum(lengths * _INTERVALS / lengths.sum(), turns / _TURN)).astype(int)
     return np.maximum(counts, 1)
 
 
-def _refined(x: Floats, y: Floats, counts: npt.NDArray[np.int64]) -> PathGrid:
+def _refined(x: Floats, y: Floats, counts: NDArray[np.int64]) -> PathGrid:
     """Return the grid with so many intervals in each span, or more where the path bends sharply."""
     while True:
         if counts.sum() >= MOST_POINTS:

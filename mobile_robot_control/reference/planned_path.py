@@ -3,14 +3,25 @@
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.path_grid import Floats, PathGrid, lay_grid
-from mobile_robot_control.reference.path_shape import Span, bend
-from mobile_robot_control.reference.timing import Drive, Grid, Profile, Timing, fastest
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
+from mobile_robot_control.reference.path_grid import MOST_POINTS, Floats, PathGrid, TooSharpError, lay_grid
+from mobile_robot_control.reference.path_parameters import Drive, PathRequest, Timing
+from mobile_robot_control.reference.path_shape import Span, bend, control_points, spans_of
+from mobile_robot_control.reference.timing import Grid, Profile, StuckError, fastest
+
+
+class ImpossibleError(ValueError):
+    """No motion along a path keeps the limits; `span` is the number of the span where it ends."""
+
+    def __init__(self, span: int, reason: str) -> None:
+        super().__init__(reason)
+        self.span = span
 
 
 class Moment(NamedTuple):
@@ -57,10 +68,20 @@ class PlannedPath:
 
     Attributes
     ----------
-    times : array of float, shape (N + 1,)
-        At which each point is reached [s].
-    duration, length : float
-        [s], [m].
+    grid : PathGrid
+        As given.
+    times, speeds : array of float, shape (N + 1,)
+        When each point is reached [s], and how fast [m/s].
+    accelerations : array of float, shape (N,)
+        Along the path, in each interval [m/s²].
+    limit : list of str
+        The limit that is active in each interval; '' where none is.
+    period, length : float
+        Of the whole path [s], [m].
+    size : float
+        A length by which distances from it are judged [m].
+    closed : bool
+        False: it ends in a stop, wherever that is.
 
     """
 
@@ -70,17 +91,22 @@ class PlannedPath:
         self.accelerations = profile.acceleration * speed_factor * speed_factor
         self.times: Floats = np.concatenate(
             [[0.0], np.cumsum(2.0 * grid.length / (self.speeds[1:] + self.speeds[:-1]))])
-        self.duration, self.length = float(self.times[-1]), float(grid.length.sum())
+        self.period, self.length = float(self.times[-1]), float(grid.length.sum())
+        self.size, self.closed = 1.0, False
         self._spans = list(spans)
         self._times: list[float] = self.times.tolist()
         self._moments = [Moment(*row) for row in zip(
             grid.span.tolist(), grid.u[:, 0].tolist(), *(each.tolist() for each in _way(grid)),
             self.speeds[:-1].tolist(), self.accelerations.tolist(), strict=True)]
 
-    def at(self, time: float) -> Reference:
-        """Return the reference at a time since the start [s], with its acceleration; it stands before and after."""
-        within = 0.0 <= time < self.duration
-        time = min(max(time, 0.0), self.duration)
+    def reference(self, time: float) -> Reference:
+        """Return the reference at a time since the start [s], without its acceleration; it stands before and after."""
+        return self.accelerated(time)._replace(acceleration=NO_ACCELERATION)
+
+    def accelerated(self, time: float) -> Reference:
+        """Return the reference at a time since the start [s], with its acceleration."""
+        within = 0.0 <= time < self.period
+        time = min(max(time, 0.0), self.period)
         n = min(bisect_right(self._times, time) - 1, len(self._moments) - 1)
         span, u, u1, u2, u3, speed, acceleration = self._moments[n]
         dt = time - self._times[n]
@@ -123,12 +149,51 @@ def plan_spans(
     start : float
         Speed at its start [m/s].
 
+    Raises
+    ------
+    TooSharpError
+        Where a bend needs too many points.
+    ImpossibleError
+        Where no motion keeps the limits.
+
     """
     grid = lay_grid(list(spans))
     speed = np.full(len(grid.length) + 1, np.inf)
     if speed_limits is not None:
         by_interval = np.asarray(speed_limits)[grid.span]
         speed = np.minimum(np.append(by_interval, np.inf), np.append(np.inf, by_interval))
-    profile = fastest(Grid(grid.length, grid.curvature, grid.sharpness, speed), timing, drive,
-                      start / timing.speed_factor)
+    try:
+        profile = fastest(Grid(grid.length, grid.curvature, grid.sharpness, speed), timing, drive,
+                          start / timing.speed_factor)
+    except StuckError as error:
+        raise ImpossibleError(int(grid.span[error.interval]), str(error)) from None
     return PlannedPath(spans, grid, profile, timing.speed_factor)
+
+
+@lru_cache(maxsize=8)
+def plan(request: PathRequest) -> PlannedPath:
+    """
+    Plan a path.
+
+    Raises
+    ------
+    ParameterError
+        Where the path has a cusp, or no motion along it keeps the limits; it names the waypoint.
+
+    """
+    waypoints, path = request.waypoints, request.path
+    points = control_points(waypoints.points, path.closed, path.corner_tolerance)
+    spans = spans_of([point for point, _ in points], path.closed)
+    # the span after each control point, and so the waypoint that it follows
+    numbers = [number for _, number in points][:len(spans)]
+    spans, numbers = path.laps * spans, path.laps * numbers
+    try:
+        return plan_spans(spans, request.timing, request.drive, [waypoints.speeds[number] for number in numbers])
+    except TooSharpError as error:
+        raise ParameterError([
+            f'{waypoints.places[numbers[error.span]]}: the path turns back near this waypoint, a cusp that more than '
+            f'{MOST_POINTS} points would be needed for; move it, raise path.corner_tolerance = '
+            f'{path.corner_tolerance:g} m, or leave waypoints out']) from None
+    except ImpossibleError as error:
+        raise ParameterError([f'{waypoints.places[numbers[error.span]]}: no motion from here keeps the limits of '
+                              f'timing ({error}); raise them']) from None

@@ -13,15 +13,15 @@ follows otherwise: a row is quadratic in v at either end, and its largest root i
 """
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import NDArray
 
-from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
-from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.reference.path_parameters import Drive, Timing
 
-Floats = npt.NDArray[np.float64]
+Floats = NDArray[np.float64]
 _EXACT, _CLOSE = 1e-9, 1e-7
 """Shares of a limit by which the passes exceed it: the second one more than the first, which has set its speeds."""
 _ROUNDED, _LAST_BITS = 1e-12, 2e-15
@@ -30,63 +30,6 @@ _HALVINGS = 50
 _BACK = 0.99
 _ACTIVE = 0.99
 """Share of a limit from which on it is active."""
-
-
-class Timing(NamedTuple):
-    """Limits of the motion along a path; 0 means none."""
-
-    speed_factor: Annotated[
-        float, Field('', 'speed along the path as a share of the fastest motion within the limits: smaller drives '
-                     'slower', above=0.0, maximum=1.0)
-    ] = 1.0
-    torque_fraction: Annotated[
-        float, Field('', "share of the motors' torque that the planned motion may take: larger drives faster, and leaves "
-                     'less to correct errors', above=0.0, maximum=1.0)
-    ] = 0.5
-    max_linear_velocity: Annotated[
-        float, Field('m/s', 'limit of the linear velocity: larger drives faster', minimum=0.0)
-    ] = 0.0
-    max_angular_velocity: Annotated[
-        float, Field('rad/s', 'limit of the angular velocity: larger takes bends faster', minimum=0.0)
-    ] = 0.0
-    max_linear_acceleration: Annotated[
-        float, Field('m/s²', 'limit of the linear acceleration and deceleration: larger starts and brakes harder',
-                     minimum=0.0)
-    ] = 0.0
-    max_angular_acceleration: Annotated[
-        float, Field('rad/s²', 'limit of the angular acceleration: larger enters bends faster', minimum=0.0)
-    ] = 0.0
-    max_lateral_acceleration: Annotated[
-        float, Field('m/s²', 'limit of the lateral acceleration, v ω: larger takes bends faster', minimum=0.0)
-    ] = 0.0
-    max_wheel_velocity: Annotated[
-        float, Field('rad/s', 'limit of the speed of each wheel: larger drives faster', minimum=0.0)
-    ] = 0.0
-    max_wheel_torque: Annotated[
-        float, Field('N m', "torque that each motor can give, of which torque_fraction is planned with, by the robot's "
-                     'equations: larger drives faster', minimum=0.0)
-    ] = 0.0
-
-
-class Drive(NamedTuple):
-    """
-    What the wheel torques of a motion depend on.
-
-    Attributes
-    ----------
-    robot : Robot
-        Physical constants.
-    coulomb : float
-        Dry friction of each wheel [N m].
-    stall_torque, no_load_speed : float
-        Ends of the motors' torque-speed line [N m], [rad/s]; 0 means none.
-
-    """
-
-    robot: Robot = Robot()
-    coulomb: float = 0.0
-    stall_torque: float = 0.0
-    no_load_speed: float = 0.0
 
 
 class Grid(NamedTuple):
@@ -143,14 +86,16 @@ class Profile(NamedTuple):
 
 
 class StuckError(ValueError):
-    """No speed keeps the limits at a point; `place` is its number."""
+    """No motion keeps the limits; `interval` is the number of that where it ends."""
 
-    def __init__(self, place: int, reason: str) -> None:
+    def __init__(self, interval: int, reason: str) -> None:
         super().__init__(reason)
-        self.place = place
+        self.interval = interval
 
 
-def _both_ways(name: str, c1: Floats, c2: Floats, c3: Floats, limit: float, friction: Floats | float = 0.0) -> list[Row]:
+def _both_ways(
+    name: str, c1: Floats, c2: Floats, c3: Floats, limit: float, friction: Floats | float = 0.0
+) -> list[Row]:
     """Return the rows of |c1 a + c2 x + c3 v + friction| <= limit, as shares of the limit."""
     # a wheel that reverses within an interval has both frictions there
     return [Row(name, sign * c1 / limit, sign * c2 / limit, sign * c3 / limit,

@@ -4,11 +4,10 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.quantities import Reference
-from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.course import Course
 from mobile_robot_control.simulation.indices import MeasuredMotion
 from mobile_robot_control.simulation.path_table import GrowingPath
-from mobile_robot_control.simulation.trial import Trial
+from mobile_robot_control.simulation.trial import Trial, course_of_trial
 from mobile_robot_control.stamps import period_nanoseconds
 
 
@@ -18,10 +17,8 @@ class CartMotion(NamedTuple):
 
     Attributes
     ----------
-    curve : str
-        Of CURVES.
-    placement : Placement
-        Of the curve.
+    course : Course
+        What the cart drives.
     period : int
         Of the position loop [ns].
     ticks : int
@@ -30,8 +27,7 @@ class CartMotion(NamedTuple):
         Ticks beyond these for which there is a reference; with one or more, references have accelerations.
     """
 
-    curve: str
-    placement: Placement
+    course: Course
     period: int
     ticks: int
     horizon: int = 0
@@ -39,15 +35,15 @@ class CartMotion(NamedTuple):
 
 def cart_motion(trial: Trial) -> CartMotion:
     """Return the motion of the reference cart in a trial; equal for trials that have the same."""
-    return CartMotion(trial.curve, trial.loop.placement, period_nanoseconds(1.0 / trial.loop.position_dt),
+    return CartMotion(course_of_trial(trial), period_nanoseconds(1.0 / trial.loop.position_dt),
                       -(-trial.steps // trial.ratio), trial.form.horizon)
 
 
 @lru_cache(maxsize=32)
 def references(motion: CartMotion) -> tuple[Reference, ...]:
     """Return the reference at every position tick and in the horizon; cached, since thousands of trials share it."""
-    curve, at = CURVES[motion.curve], accelerated_at if motion.horizon else reference_at
-    return tuple(at(curve, n * motion.period / 1e9, motion.placement) for n in range(motion.ticks + motion.horizon))
+    at = motion.course.accelerated if motion.horizon else motion.course.reference
+    return tuple(at(n * motion.period / 1e9) for n in range(motion.ticks + motion.horizon))
 
 
 @lru_cache(maxsize=32)
@@ -55,5 +51,5 @@ def given_motion(motion: CartMotion, with_path: bool) -> Any:
     """Return what a plain rollout is given of a motion: the references at its ticks, with the path if asked for."""
     if not with_path:
         return references(motion)
-    path = GrowingPath(CURVES[motion.curve], motion.placement)
+    path = GrowingPath(motion.course)
     return MeasuredMotion(references(motion), path.between(0.0, motion.ticks * motion.period / 1e9))

@@ -2,11 +2,10 @@
 
 import math
 
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
-from mobile_robot_control.reference.cart import CurveParameters
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.course import Course
 from mobile_robot_control.simulation.closed_loop import PositionTick
 from mobile_robot_control.simulation.cross_track import cross_track, distance_to_place, nearest_on_path
 from mobile_robot_control.simulation.indices import (
@@ -32,8 +31,8 @@ class CartOnPath:
 
     Parameters
     ----------
-    curve : CurveParameters
-        What the cart drives, and its placement.
+    course : Course
+        What the cart drives.
 
     Notes
     -----
@@ -41,9 +40,9 @@ class CartOnPath:
     reference is elsewhere, it is looked for from its last place on.
     """
 
-    def __init__(self, curve: CurveParameters) -> None:
-        self._period = curve.placement.period
-        self._path = GrowingPath(CURVES[curve.curve], curve.placement)
+    def __init__(self, course: Course) -> None:
+        self._period = course.period
+        self._path = GrowingPath(course)
         self._clock = self._lag = math.nan
 
     def cross_track(self, tick: PositionTick, pose: Pose, apart: float) -> float:
@@ -89,7 +88,7 @@ class IndexMeter:
         self._indices = PerformanceIndices()
         self._position_dt = position_dt
         self._robot = parameters.plant.shared.robot if parameters else _NO_ROBOT
-        self._cart = CartOnPath(parameters.reference_cart.curve) if parameters else None
+        self._cart = CartOnPath(course_of(parameters.reference_cart)) if parameters else None
         self._torque = self._command = Variation()
 
     @property

@@ -5,8 +5,7 @@ from array import array
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from mobile_robot_control.reference.cart import Placement, reference_at
-from mobile_robot_control.reference.curve import Curve
+from mobile_robot_control.reference.course import Course
 
 POINTS = 512
 """In a lap; with cubics between them the path is exact to 1e-8 of its scale for the built-in curves."""
@@ -59,19 +58,17 @@ class GrowingPath:
 
     Parameters
     ----------
-    curve : Curve
+    course : Course
         What the cart drives.
-    placement : Placement
-        Of the curve.
 
     Notes
     -----
     A closed path has a quarter lap before its start, an open one begins there. Points at which a curve raises are nan.
     """
 
-    def __init__(self, curve: Curve, placement: Placement) -> None:
-        self._curve, self._placement, self._step = curve, placement, placement.period / POINTS
-        self._start = self._first = -QUARTER if curve.closed else 0
+    def __init__(self, course: Course) -> None:
+        self._course, self._step = course, course.period / POINTS
+        self._start = self._first = -QUARTER if course.closed else 0
         self._rows = array('d'), array('d'), array('d'), array('d')
         self._speed = _STANDING
 
@@ -95,9 +92,9 @@ class GrowingPath:
     def _point(self, n: int) -> tuple[float, ...]:
         """Return position and change in a step of a point; nan where the curve has none."""
         # before the start of a closed path is its end
-        time = n * self._step + (self._placement.period if n < 0 else 0.0)
+        time = n * self._step + (self._course.period if n < 0 else 0.0)
         try:
-            pose, velocity, _ = reference_at(self._curve, time, self._placement)
+            pose, velocity, _ = self._course.reference(time)
         except Exception:  # a curve can raise anything
             return _UNKNOWN
         way = velocity.linear * self._step

@@ -12,15 +12,14 @@ from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.plant_form import sensing
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Pose, Push, Truth, WheelTorque
-from mobile_robot_control.reference.cart import references_along
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.course import references_along
 from mobile_robot_control.simulation.closed_loop import Coming, Loop, Sample
 from mobile_robot_control.simulation.index_meter import IndexMeter
 from mobile_robot_control.simulation.indices import PerformanceIndices
 from mobile_robot_control.simulation.loop_start import shows_the_truth
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
-from mobile_robot_control.simulation.trial import Trial, make_trial, prepared_loop
+from mobile_robot_control.simulation.trial import Trial, course_of_trial, make_trial, prepared_loop
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.texts import describe_error
 
@@ -90,7 +89,7 @@ def trial_rollout(
     loop, state, form = prepared_loop(trial), trial.state, trial.form
     position_tick = make_position_tick(LAWS[trial.law].step, form)
     velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
-    references_at = references_along(CURVES[trial.curve], loop.placement, trial.form.horizon)
+    references_at = references_along(course_of_trial(trial), trial.form.horizon)
     position_period = trial.ratio * velocity_period
     applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
     noise = loop.imperfections.noise  # of the scenario

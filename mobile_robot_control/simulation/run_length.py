@@ -1,6 +1,6 @@
 """How long a run may be: one without a step, and one without an end in sight, are refused before they begin."""
 
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.parameters.checking import ParameterError
 
 ONE_RUN = 1e9
@@ -46,6 +46,6 @@ def check_run_length(asked: str, seconds: float, velocity_rate: float, most: flo
 
 def check_laps(laps: float, parameters: Configuration) -> None:
     """Check the length of each of many runs, as `check_run_length` does, by its laps."""
-    period = parameters.reference_cart.curve.placement.period
+    period = course_of(parameters.reference_cart).period
     check_run_length(f'--laps {laps:g} of reference_cart.period = {period!r} s', laps * period,
                      parameters.plant.shared.velocity_rate, EACH_OF_MANY)

@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, path_of
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.actuators import Delay
 from mobile_robot_control.model.discretisation import discretise
@@ -13,8 +13,8 @@ from mobile_robot_control.model.plant import TORQUE, PlantModel
 from mobile_robot_control.model.plant_form import drive_at_rest, drive_constants, sensor_values, sensors_at_rest
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.cart import reference_at
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.course import make_course
+from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.simulation.loop_start import plant_grid
 from mobile_robot_control.simulation.trial import Trial, make_trial
 
@@ -73,10 +73,11 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
     """
     cart = configuration.reference_cart
     placement = cart.curve.placement._replace(scale=scenario.scale)
-    prepared = make_trial(configuration, laps * placement.period, late * placement.period)
+    course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())
+    prepared = make_trial(configuration, laps * course.period, late * course.period)
     state = prepared.state
     if scenario.start is not None:
-        cart_start = reference_at(CURVES[scenario.curve], 0.0, placement).pose
+        cart_start = course.reference(0.0).pose
         offset = scenario.start
         at = Pose(cart_start.x + offset.x, cart_start.y + offset.y, cart_start.heading + offset.heading)
         state = state._replace(plant=dynamics.at_rest(at))
@@ -87,6 +88,7 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
                       sensor_values(model, robot, grid))
     return prepared._replace(
         curve=scenario.curve,
+        path=prepared.path if scenario.curve == PATH else (),
         loop=loop._replace(
             plant=plant,
             imperfections=model.imperfections,

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, path_of
 from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque
+from mobile_robot_control.reference.course import Course, make_course
 from mobile_robot_control.simulation.closed_loop import Loop, LoopState
 from mobile_robot_control.simulation.indices import (
     PerformanceIndices,
@@ -55,6 +56,8 @@ class Trial(NamedTuple):
         The step from which the late totals count.
     form : Form
         Which functions the loop is made of.
+    path : PathRequest or tuple
+        What the cart drives in place of a curve; () where it drives one.
     """
 
     law: str
@@ -65,6 +68,7 @@ class Trial(NamedTuple):
     ratio: int
     late: int
     form: Form = IDEAL_FORM
+    path: Any = ()
 
 
 class Outcome(NamedTuple):
@@ -111,7 +115,13 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
         period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
         round(late * shared.velocity_rate),
         form_of(configuration),
+        path_of(configuration.reference_cart),
     )
+
+
+def course_of_trial(trial: Trial) -> Course:
+    """Return what the cart drives in a trial."""
+    return make_course(trial.curve, trial.loop.placement, trial.path)
 
 
 def prepared_loop(trial: Trial) -> Loop:

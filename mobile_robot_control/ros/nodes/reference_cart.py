@@ -28,7 +28,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def __init__(self) -> None:
         super().__init__('reference_cart', ReferenceCartParameters)
         shared, horizon = self._shared, self._shared.reference_horizon
-        self._course = CartCourse(self.parameters.curve, horizon, self._position_period)
+        self._course = CartCourse(self.parameters, self._position_period)
         self._time = self._make_time(horizon)
         if not shared.lockstep:
             # before `reference` is published: a position controller that finds `reference` has found this one, too
@@ -73,8 +73,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def _begin_course(self) -> None:
         """Begin on the curve of the parameters; a cart that waits, at its start."""
-        is_new = self._course.is_new(self.parameters.curve)
-        self._course.begin(self.parameters.curve)
+        is_new = self._course.is_new(self.parameters)
+        self._course.begin(self.parameters)
         if is_new:
             self._publish_path()
             self._time.begin_anew()
@@ -96,7 +96,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def forget(self) -> None:
         """Begin again with the next odometry."""
-        self._course.begin(self.parameters.curve)
+        self._course.begin(self.parameters)
         self._time.forget()
 
     def _condition(self) -> Condition | None:

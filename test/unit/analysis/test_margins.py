@@ -22,11 +22,11 @@ from mobile_robot_control.analysis.modelled import pattern_of, smooth_part
 from mobile_robot_control.analysis.promises import promise, warnings_of
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import course_of
 from mobile_robot_control.control.hybrid_backstepping import TRACKING
 from mobile_robot_control.control.velocity_stability import spectral_radius
 from mobile_robot_control.quantities import WheelTorque
-from mobile_robot_control.reference.cart import references_along
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.course import references_along
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.simulation.scenarios import configured_scenario
 from mobile_robot_control.simulation.ticks import make_position_tick
@@ -143,10 +143,9 @@ def test_a_delay_of_the_motors_is_part_of_both_loops():
 
 def growth_of_position(parameters, gain=1.0, ticks_late=0):
     """Drive round from a small offset, with the gain on the command's deviation; return how it changes over 5 s."""
-    lap, placement = lap_loop(parameters), parameters.reference_cart.curve.placement
+    lap = lap_loop(parameters)
     period = round(1e9 * lap.loop.position_dt)
-    references_at = references_along(CURVES[parameters.reference_cart.curve.curve], placement,
-                                     parameters.plant.shared.reference_horizon)
+    references_at = references_along(course_of(parameters.reference_cart), parameters.plant.shared.reference_horizon)
     followed = next(followed_lap(parameters))
 
     def run(offset):

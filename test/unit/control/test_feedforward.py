@@ -26,7 +26,8 @@ from mobile_robot_control.quantities import (
     Reference,
     TrackingError,
 )
-from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at, references_along
+from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
+from mobile_robot_control.reference.course import CurveCourse, references_along
 from mobile_robot_control.reference.curve import CurvePoint
 from mobile_robot_control.reference.curves import CURVES
 
@@ -90,9 +91,9 @@ def test_without_a_horizon_nothing_is_computed():
         return CurvePoint(s, 0.0, 1.0, 0.0, 0.0, 0.0)
 
     asked = []
-    assert references_along(once, PLACED, 0)(10**9, 10**7) == (reference_at(once, 1.0, PLACED),)
+    assert references_along(CurveCourse(once, PLACED), 0)(10**9, 10**7) == (reference_at(once, 1.0, PLACED),)
     assert len(asked) == 2
-    assert len(references_along(once, PLACED, 2)(10**9, 10**7)) == 3
+    assert len(references_along(CurveCourse(once, PLACED), 2)(10**9, 10**7)) == 3
 
 
 OBSERVED = Observation(TrackingError(0.0, 0.0, 0.0), Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.5, 0.2)),

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError
 from mobile_robot_control.reference.cart import CurveParameters, Placement, reference_at
+from mobile_robot_control.reference.course import CurveCourse
 from mobile_robot_control.reference.curve import Curve
 from mobile_robot_control.reference.curves import BUILT_IN, CURVES, circle
 from mobile_robot_control.simulation.closed_loop import PositionTick
@@ -19,7 +20,7 @@ PERIOD = 16.0
 PLACED = Placement(scale=0.7, period=PERIOD, phase=0.3, center=(1.1, -0.4), rotation=0.6)
 EXACT = 1e-8
 """What docs/metrics.md promises, of the scale."""
-PATHS = {name: GrowingPath(CURVES[name], PLACED) for name in (curve.name for curve in BUILT_IN)}
+PATHS = {name: GrowingPath(CurveCourse(CURVES[name], PLACED)) for name in (curve.name for curve in BUILT_IN)}
 
 
 def across(path, x, y, time, bound=math.inf):
@@ -59,12 +60,13 @@ def test_it_is_the_distance_that_brute_force_finds(name, time, ahead, aside):
 def test_of_a_circle_it_is_the_difference_of_the_radii(radius, angle, time):
     placed = Placement(scale=1.5, period=PERIOD)
     at = 2.0 * math.pi * time / PERIOD + angle
-    found = across(GrowingPath(CURVES['circle'], placed), radius * math.cos(at), radius * math.sin(at), time)
+    path = GrowingPath(CurveCourse(CURVES['circle'], placed))
+    found = across(path, radius * math.cos(at), radius * math.sin(at), time)
     assert found == pytest.approx(abs(radius - 1.5), abs=1.5 * EXACT)
 
 
 def test_beyond_a_quarter_lap_it_is_the_distance_to_the_end_of_the_quarter():
-    path = GrowingPath(CURVES['circle'], Placement(period=PERIOD))
+    path = GrowingPath(CurveCourse(CURVES['circle'], Placement(period=PERIOD)))
     # half a lap from the cart, both ends are a quarter of the circle away
     assert across(path, 1.0, 0.0, 0.5 * PERIOD) == pytest.approx(math.sqrt(2.0), abs=EXACT)
     # the way in which the quarter ends between two points of the table
@@ -74,7 +76,7 @@ def test_beyond_a_quarter_lap_it_is_the_distance_to_the_end_of_the_quarter():
 
 
 def test_the_other_branch_of_a_path_that_crosses_itself_is_not_taken():
-    path = GrowingPath(CURVES['lissajous'], Placement(period=PERIOD))
+    path = GrowingPath(CurveCourse(CURVES['lissajous'], Placement(period=PERIOD)))
     # the cart is at the crossing, headed (1, 2); the robot stands on the branch headed (-1, 2)
     other = reference_at(CURVES['lissajous'], 0.51 * PERIOD, Placement(period=PERIOD)).pose
     table = path.between(0.0, PERIOD)
@@ -86,7 +88,7 @@ def test_the_other_branch_of_a_path_that_crosses_itself_is_not_taken():
 
 
 def test_an_open_path_begins_at_its_start():
-    path = GrowingPath(CURVES['line'], Placement(scale=4.0, period=PERIOD))
+    path = GrowingPath(CurveCourse(CURVES['line'], Placement(scale=4.0, period=PERIOD)))
     assert across(path, -0.3, 0.4, 1.0) == pytest.approx(0.5, abs=EXACT)
     assert across(path, 0.3, 0.4, 1.0) == pytest.approx(0.4, abs=EXACT)
 
@@ -115,7 +117,7 @@ def test_a_closed_path_has_its_end_before_its_start():
         assert s >= 0.0
         return circle(s)
 
-    path = GrowingPath(Curve('from zero', from_zero), Placement(period=PERIOD))
+    path = GrowingPath(CurveCourse(Curve('from zero', from_zero), Placement(period=PERIOD)))
     assert across(path, 1.3 * math.cos(1.0), -1.3 * math.sin(1.0), 0.0) == pytest.approx(0.3, abs=EXACT)
 
 
@@ -132,20 +134,20 @@ def test_points_at_which_a_curve_fails_are_left_out():
             raise ValueError
         return circle(s)
 
-    path = GrowingPath(Curve('broken', broken), Placement(period=PERIOD))
+    path = GrowingPath(CurveCourse(Curve('broken', broken), Placement(period=PERIOD)))
     # the nearest points that there are lie 0.1 rad away, or up to a step farther
     found = across(path, 1.5 * math.cos(1.1), 1.5 * math.sin(1.1), 0.0)
     assert math.hypot(1.5 - math.cos(0.1), math.sin(0.1)) <= found < math.hypot(1.5 - math.cos(0.113), math.sin(0.113))
 
 
 def test_of_a_cart_that_drives_for_long_few_points_are_kept():
-    path = GrowingPath(CURVES['line'], PLACED)
+    path = GrowingPath(CurveCourse(CURVES['line'], PLACED))
     for n in range(150):
         table = path.between(0.2 * n * PERIOD, 0.2 * n * PERIOD)
     assert len(table.x) < 20 * POINTS
     assert table.first > 0
     # and of one whose clock is far on, none before it
-    assert len(GrowingPath(CURVES['circle'], PLACED).between(1e6, 1e6).x) < POINTS
+    assert len(GrowingPath(CurveCourse(CURVES['circle'], PLACED)).between(1e6, 1e6).x) < POINTS
 
 
 CURVE = CurveParameters('lissajous', Placement(period=PERIOD))
@@ -160,7 +162,7 @@ def tick(clock, along, aside=0.0):
 
 
 def measured(ticks):
-    cart = CartOnPath(CURVE)
+    cart = CartOnPath(CurveCourse(CURVES[CURVE.curve], CURVE.placement))
     return [cart.cross_track(one, one.pose, abs(one.error.lateral)) for one in ticks]
 
 

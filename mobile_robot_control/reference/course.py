@@ -1,0 +1,92 @@
+"""What the reference cart drives: a curve with a lap time, or a path with its timing."""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from mobile_robot_control.quantities import Reference
+from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
+from mobile_robot_control.reference.curve import CurveFunction
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.path_parameters import PathRequest
+
+
+class Course(Protocol):
+    """What the reference cart drives."""
+
+    @property
+    def period(self) -> float:
+        """Time for one lap, or for all of a path [s]."""
+
+    @property
+    def size(self) -> float:
+        """A length by which distances from it are judged [m]."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether it ends where it begins, and goes on."""
+
+    def reference(self, time: float) -> Reference:
+        """Return the reference at a time [s], without its acceleration."""
+
+    def accelerated(self, time: float) -> Reference:
+        """Return the reference at a time [s], with its acceleration."""
+
+
+class CurveCourse(NamedTuple):
+    """
+    A curve with its placement.
+
+    Attributes
+    ----------
+    curve : callable
+        One of CURVES.
+    placement : Placement
+        Size, lap time, start and place.
+
+    """
+
+    curve: CurveFunction
+    placement: Placement
+
+    @property
+    def period(self) -> float:
+        """Time for one lap [s]."""
+        return self.placement.period
+
+    @property
+    def size(self) -> float:
+        """The curve's scale [m]."""
+        return self.placement.scale
+
+    @property
+    def closed(self) -> bool:
+        """Whether a lap ends where it begins; a mere function is taken for closed."""
+        return getattr(self.curve, 'closed', True)
+
+    def reference(self, time: float) -> Reference:
+        """Return the reference at a time [s], without its acceleration."""
+        return reference_at(self.curve, time, self.placement)
+
+    def accelerated(self, time: float) -> Reference:
+        """Return the reference at a time [s], with its acceleration."""
+        return accelerated_at(self.curve, time, self.placement)
+
+
+def make_course(curve: str, placement: Placement, path: PathRequest | tuple[()]) -> Course:
+    """Return what the cart drives: a path where one is requested, else a curve of CURVES."""
+    if not path:
+        return CurveCourse(CURVES[curve], placement)
+    from mobile_robot_control.reference.planned_path import plan  # noqa: PLC0415 (nodes without a path need no NumPy)
+
+    return plan(path)
+
+
+def references_along(course: Course, horizon: int) -> Callable[[int, int], tuple[Reference, ...]]:
+    """
+    Make a function of a time and a period [ns] that returns the reference then and at the next `horizon` ticks.
+
+    Without a horizon there is no acceleration.
+    """
+    if horizon == 0:
+        return lambda time, _period: (course.reference(time / 1e9),)
+    return lambda time, period: tuple(course.accelerated((time + n * period) / 1e9) for n in range(horizon + 1))

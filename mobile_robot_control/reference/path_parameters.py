@@ -1,0 +1,122 @@
+"""A path for the reference cart: its parameters, the limits of its motion, and the request to plan it."""
+
+from collections.abc import Iterator
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.reference.curve import PATH
+from mobile_robot_control.reference.waypoints import Waypoints
+
+NO_FILE = 'none'
+
+
+class PathParameters(NamedTuple):
+    """Which path the reference cart drives where its curve is `path`."""
+
+    file: Annotated[
+        str, Field('', "CSV or YAML file of waypoints: x, y [m] and, if you like, speed [m/s]; relative to the file "
+                   'that names it; none for no path')
+    ] = NO_FILE
+    closed: Annotated[bool, Field('', 'the last waypoint leads to the first one')] = False
+    laps: Annotated[
+        int, Field('', 'laps of a closed path, driven without a stop between them', minimum=1, maximum=1000)
+    ] = 1
+    corner_tolerance: Annotated[
+        float, Field('m', 'how far the path may be from a waypoint at which it turns: larger rounds corners more, and '
+                     'drives them faster', above=0.0)
+    ] = 0.05
+
+
+class Timing(NamedTuple):
+    """Limits of the motion along a path; 0 means none."""
+
+    speed_factor: Annotated[
+        float, Field('', 'speed along the path as a share of the fastest motion within the limits: smaller drives '
+                     'slower', above=0.0, maximum=1.0)
+    ] = 1.0
+    torque_fraction: Annotated[
+        float, Field('', "share of the motors' torque that the planned motion may take: larger drives faster, and "
+                     'leaves less to correct errors', above=0.0, maximum=1.0)
+    ] = 0.5
+    max_linear_velocity: Annotated[
+        float, Field('m/s', 'limit of the linear velocity: larger drives faster', minimum=0.0)
+    ] = 0.0
+    max_angular_velocity: Annotated[
+        float, Field('rad/s', 'limit of the angular velocity: larger takes bends faster', minimum=0.0)
+    ] = 0.0
+    max_linear_acceleration: Annotated[
+        float, Field('m/s²', 'limit of the linear acceleration and deceleration: larger starts and brakes harder',
+                     minimum=0.0)
+    ] = 0.0
+    max_angular_acceleration: Annotated[
+        float, Field('rad/s²', 'limit of the angular acceleration: larger enters bends faster', minimum=0.0)
+    ] = 0.0
+    max_lateral_acceleration: Annotated[
+        float, Field('m/s²', 'limit of the lateral acceleration, v ω: larger takes bends faster', minimum=0.0)
+    ] = 0.0
+    max_wheel_velocity: Annotated[
+        float, Field('rad/s', 'limit of the speed of each wheel: larger drives faster', minimum=0.0)
+    ] = 0.0
+    max_wheel_torque: Annotated[
+        float, Field('N m', "torque that each motor can give, of which torque_fraction is planned with, by the robot's "
+                     'equations: larger drives faster', minimum=0.0)
+    ] = 0.0
+
+
+class Drive(NamedTuple):
+    """
+    What the wheel torques of a motion depend on.
+
+    Attributes
+    ----------
+    robot : Robot
+        Physical constants.
+    coulomb : float
+        Dry friction of each wheel [N m].
+    stall_torque, no_load_speed : float
+        Ends of the motors' torque-speed line [N m], [rad/s]; 0 means none.
+
+    """
+
+    robot: Robot = Robot()
+    coulomb: float = 0.0
+    stall_torque: float = 0.0
+    no_load_speed: float = 0.0
+
+
+class PathRequest(NamedTuple):
+    """
+    A path that is to be planned.
+
+    Attributes
+    ----------
+    waypoints : Waypoints
+        What it leads through.
+    path : PathParameters
+        How.
+    timing : Timing
+        Limits of its motion.
+    drive : Drive
+        The robot.
+
+    """
+
+    waypoints: Waypoints
+    path: PathParameters
+    timing: Timing
+    drive: Drive
+
+
+def path_violations(path: PathParameters, timing: Timing, stall_torque: float) -> Iterator[str]:
+    """Yield what a path lacks before it can be planned."""
+    if path.file == NO_FILE:
+        yield f"curve = '{PATH}' needs path.file, a file of waypoints"
+    if not (timing.max_linear_velocity or timing.max_wheel_velocity):
+        yield (f"curve = '{PATH}' needs a limit of the speed: set timing.max_linear_velocity or "
+               'timing.max_wheel_velocity, or name a robot with --robot')
+    if not (timing.max_linear_acceleration or timing.max_wheel_torque or stall_torque):
+        yield (f"curve = '{PATH}' needs a limit of the acceleration: set timing.max_linear_acceleration or "
+               'timing.max_wheel_torque, or name a robot with --robot')
+    if path.laps > 1 and not path.closed:
+        yield f'path.laps = {path.laps} needs path.closed = true'

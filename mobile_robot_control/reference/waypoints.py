@@ -1,0 +1,195 @@
+"""Waypoints of a path: read from a CSV or YAML file, each refused by its line."""
+
+import math
+import os
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.quantities import LARGEST
+from mobile_robot_control.system.files import FileKind, read_bounded
+from mobile_robot_control.system.texts import shortened
+
+WAYPOINTS = FileKind('file of waypoints', 1 << 24)
+MOST = 50_000
+"""Waypoints of a path."""
+_SAME = 1e-6
+"""[m]: nearer waypoints are the same one."""
+
+
+class Waypoints(NamedTuple):
+    """
+    What a path leads through.
+
+    Attributes
+    ----------
+    points : tuple of (float, float)
+        Positions in the odometry frame, in their order [m].
+    speeds : tuple of float
+        Upper limit of the speed from each on; inf where there is none [m/s].
+    places : tuple of str
+        Where each was read, for messages.
+
+    """
+
+    points: tuple[tuple[float, float], ...]
+    speeds: tuple[float, ...]
+    places: tuple[str, ...]
+
+
+def read_waypoints(file: str | Path) -> Waypoints:
+    """
+    Read a file of waypoints: CSV with `x,y` or `x,y,speed`, or a list of such in YAML.
+
+    Parameters
+    ----------
+    file : path
+        A CSV file may have a header, empty lines, and comments after '#'. A YAML file, named .yaml or .yml, is a list
+        of `[x, y]`, `[x, y, speed]` or `{x: ..., y: ..., speed: ...}`, by itself or under `waypoints`.
+
+    Returns
+    -------
+    Waypoints
+        Without repeated neighbours. A speed holds from its waypoint on until another one has one.
+
+    Raises
+    ------
+    ParameterError
+        Naming file and line.
+
+    """
+    source = str(file)
+    try:
+        text = read_bounded(Path(file), WAYPOINTS).decode('utf-8-sig')
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
+        raise ParameterError([f'{source}: cannot be read ({reason}); name a file of waypoints']) from error
+    rows = _yaml_rows(text, source) if Path(file).suffix in ('.yaml', '.yml') else _csv_rows(text)
+    return checked_waypoints([(f'{source}:{line}', row) for line, row in rows], source)
+
+
+def read_waypoints_once(file: str) -> Waypoints:
+    """Read a file of waypoints as `read_waypoints` does, again only if it has changed."""
+    try:
+        found = os.stat(file)
+    except (OSError, ValueError):
+        return read_waypoints(file)
+    return _read_version(file, found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=8)
+def _read_version(file: str, _changed: int, _size: int) -> Waypoints:
+    return read_waypoints(file)
+
+
+def _csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield line number and fields of each row of a CSV text; its header is left out."""
+    begun = False
+    for number, line in enumerate(text.splitlines(), start=1):
+        fields = [field.strip() for field in line.partition('#')[0].replace(';', ',').split(',')]
+        if not any(fields):
+            continue
+        header = not begun and any(field and not _is_number(field) for field in fields)
+        begun = True
+        if not header:
+            yield number, fields
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _yaml_rows(text: str, source: str) -> list[tuple[int, list[Any]]]:
+    """Return line number and fields of each entry of a YAML text."""
+    try:
+        tree = yaml.compose(text, yaml.SafeLoader)
+    except (yaml.YAMLError, RecursionError) as error:
+        mark = getattr(error, 'problem_mark', None)
+        at = f':{mark.line + 1}' if mark else ''
+        raise ParameterError([f'{source}{at}: is no YAML ({getattr(error, "problem", None) or "nested too deep"}); '
+                              'write a list of [x, y]']) from None
+    if isinstance(tree, yaml.MappingNode):
+        tree = next((value for key, value in tree.value if getattr(key, 'value', '') == 'waypoints'), None)
+    if not isinstance(tree, yaml.SequenceNode):
+        raise ParameterError([f"{source}: holds no list of waypoints; write '- [x, y]' lines, or these under "
+                              "'waypoints:'"])
+    return [(entry.start_mark.line + 1, _yaml_fields(entry)) for entry in tree.value]
+
+
+def _yaml_fields(entry: Any) -> list[Any]:
+    if isinstance(entry, yaml.SequenceNode):
+        return [getattr(field, 'value', '') for field in entry.value]
+    if isinstance(entry, yaml.MappingNode):
+        by_name = {getattr(key, 'value', ''): getattr(value, 'value', '') for key, value in entry.value}
+        if set(by_name) <= {'x', 'y', 'speed'} and {'x', 'y'} <= set(by_name):
+            return [by_name[name] for name in ('x', 'y', 'speed') if name in by_name]
+    return []
+
+
+def checked_waypoints(rows: Sequence[tuple[str, Sequence[Any]]], source: str) -> Waypoints:
+    """
+    Make waypoints of rows of two or three fields.
+
+    Parameters
+    ----------
+    rows : sequence of (str, sequence)
+        Where each was read, and its fields.
+    source : str
+        Of them all.
+
+    Raises
+    ------
+    ParameterError
+        Naming what is wrong, the first few.
+
+    """
+    violations: list[str] = []
+    points: list[tuple[float, float]] = []
+    speeds: list[float] = []
+    places: list[str] = []
+    for place, row in rows:
+        fields = list(row[:2]) + [field for field in row[2:] if field != '']
+        wrong = _row_violation(fields)
+        if wrong:
+            violations.append(f'{place}: {wrong}')
+            continue
+        x, y, *limit = map(float, fields)
+        if points and math.hypot(x - points[-1][0], y - points[-1][1]) < _SAME:
+            violations.append(f'{place}: ({x:g}, {y:g}) is the waypoint before it; leave it out')
+        points.append((x, y))
+        speeds.append(limit[0] if limit else speeds[-1] if speeds else math.inf)
+        places.append(place)
+    if not violations and len(points) < 2:
+        violations.append(f'{source}: has {len(points)} waypoint{"" if len(points) == 1 else "s"}; a path needs two or '
+                          'more')
+    if len(points) > MOST:
+        violations.append(f'{source}: has {len(points)} waypoints, and more than {MOST} are too many; leave some out')
+    if violations:
+        raise ParameterError(violations[:10])
+    return Waypoints(tuple(points), tuple(speeds), tuple(places))
+
+
+def _row_violation(fields: Sequence[Any]) -> str:
+    """Return what is wrong with the fields of a waypoint, in words; '' for nothing."""
+    told = ','.join(shortened(str(field), 20) for field in fields)
+    if len(fields) not in (2, 3):
+        return f"'{shortened(told, 60)}' has {len(fields)} fields; write x,y or x,y,speed"
+    try:
+        numbers = [float(field) for field in fields]
+    except (TypeError, ValueError):
+        return f"'{told}' is no x,y or x,y,speed in numbers"
+    if not all(map(math.isfinite, numbers)):
+        return f"'{told}' is not finite; write numbers"
+    if max(map(abs, numbers[:2])) > LARGEST:
+        return f"'{told}' lies beyond {LARGEST:g} m"
+    if len(numbers) == 3 and numbers[2] <= 0.0:
+        return f'speed = {numbers[2]:g} m/s; write more than 0, or leave it out'
+    return ''
