@@ -94,6 +94,7 @@ setup(
             'pytest-xdist==3.8.0',
             # what a law of this package is compared with
             'robotpy-wpimath==2026.2.2',
+            'toppra==0.6.10',
             'ruff==0.17.5',
             'selenium==4.51.0',
             'types-PyYAML==6.0.12.20261113',

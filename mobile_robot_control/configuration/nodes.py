@@ -212,8 +212,8 @@ def _path_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
     if cart.curve.curve != PATH:
         for name, value in cart.path._asdict().items():
             if value != getattr(PathParameters(), name):
-                yield (f"path.{name} = {value} is of curve = '{PATH}', and curve is '{cart.curve.curve}'; leave it out, "
-                       'or change curve')
+                yield (f"path.{name} = {value} is of curve = '{PATH}', and curve is '{cart.curve.curve}'; leave it "
+                       'out, or change curve')
         return
     missing = [*_unplaced(cart), *path_violations(cart.path, cart.timing, cart.motor.stall_torque)]
     yield from missing

@@ -190,8 +190,10 @@ def plan(request: PathRequest) -> PlannedPath:
     try:
         return plan_spans(spans, request.timing, request.drive, [waypoints.speeds[number] for number in numbers])
     except TooSharpError as error:
+        bend_at = spans[error.span].at(0.5)
+        nearest = min(range(len(waypoints.points)), key=lambda n: math.dist(waypoints.points[n], bend_at[:2]))
         raise ParameterError([
-            f'{waypoints.places[numbers[error.span]]}: the path turns back near this waypoint, a cusp that more than '
+            f'{waypoints.places[nearest]}: the path turns back near this waypoint, a cusp that more than '
             f'{MOST_POINTS} points would be needed for; move it, raise path.corner_tolerance = '
             f'{path.corner_tolerance:g} m, or leave waypoints out']) from None
     except ImpossibleError as error:

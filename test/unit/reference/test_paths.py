@@ -1,0 +1,199 @@
+"""Paths: their shape, and a timing that keeps every limit and uses one of them nearly everywhere."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+from mobile_robot_control.control.feedforward import inverse_dynamics
+from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.reference.path_grid import TooSharpError, lay_grid
+from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
+from mobile_robot_control.reference.path_shape import control_points, spans_of
+from mobile_robot_control.reference.planned_path import plan, plan_spans
+from mobile_robot_control.reference.waypoints import checked_waypoints
+
+TIMING = Timing(max_linear_velocity=0.6, max_linear_acceleration=0.5, max_angular_acceleration=4.0,
+                max_wheel_torque=0.3)
+NO_FRICTION = Robot(viscous_friction=0.0)
+RECTANGLE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
+WAYPOINTS = st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=3, max_size=8)
+
+
+def shape_of(points, closed=False, tolerance=0.1):
+    return spans_of([point for point, _ in control_points(points, closed, tolerance)], closed)
+
+
+def smooth_shape(points):
+    """Return the shape of a path without sharp bends, or give the example up."""
+    assume(all(math.dist(one, other) > 0.2 for one, other in pairwise(points)))
+    spans = shape_of(points, tolerance=0.2)
+    try:
+        grid = lay_grid(spans)
+    except TooSharpError:
+        assume(False)
+    assume(len(grid.length) < 5000)
+    return spans
+
+
+def used_at(path, time, timing, drive):
+    """Return the share of each limit that the timed reference uses, torques by inverse dynamics."""
+    _, v, a = path.accelerated(time)
+    half = half_separation(drive.robot)
+    torques = inverse_dynamics(v, a, drive.robot)
+    wheels = [(torque + drive.coulomb * np.sign(v.linear + side * half * v.angular),
+               (v.linear + side * half * v.angular) / drive.robot.wheel_radius)
+              for torque, side in ((torques.right, 1.0), (torques.left, -1.0))]
+    shares = {'linear velocity': v.linear / timing.max_linear_velocity}
+    if timing.max_linear_acceleration:
+        shares['linear acceleration'] = abs(a.linear) / timing.max_linear_acceleration
+    if timing.max_angular_acceleration:
+        shares['angular acceleration'] = abs(a.angular) / timing.max_angular_acceleration
+    if timing.max_wheel_torque:
+        shares['wheel torque'] = max(abs(torque) for torque, _ in wheels) / (
+            timing.torque_fraction * timing.max_wheel_torque)
+    if drive.stall_torque:
+        shares['torque-speed line'] = max(
+            abs(torque + drive.stall_torque * timing.torque_fraction * turn / drive.no_load_speed) for torque, turn
+            in wheels) / (timing.torque_fraction * drive.stall_torque)
+    return shares
+
+
+@pytest.mark.parametrize('closed', [False, True])
+def test_a_path_is_within_its_tolerance_of_the_corners_and_straight_between_them(closed):
+    spans = shape_of(RECTANGLE, closed, 0.05)
+    points = np.array([spans[n].at(u)[:2] for n in range(len(spans)) for u in np.linspace(0.0, 1.0, 50)])
+    for corner in RECTANGLE:
+        assert np.hypot(*(points - corner).T).min() <= 0.05 + 1e-12
+    middle = points[np.abs(points[:, 0] - 1.0) < 0.5]
+    assert np.minimum(abs(middle[:, 1]), abs(middle[:, 1] - 1.0)).max() < 1e-12
+    if not closed:
+        assert tuple(points[0]) == pytest.approx(RECTANGLE[0])
+        assert tuple(points[-1]) == pytest.approx(RECTANGLE[-1])
+
+
+def test_curvature_is_continuous_and_the_sharpness_its_slope():
+    grid = lay_grid(shape_of(RECTANGLE, True))
+    assert np.abs(grid.curvature[:-1, 1] - grid.curvature[1:, 0]).max() < 1e-9
+    # trapezoidal rule, within each interval
+    risen = np.diff(grid.curvature, axis=1)[:, 0]
+    assert np.abs(risen - grid.sharpness.mean(axis=1) * grid.length).max() < 0.01
+    assert (np.abs(grid.curvature).max(axis=1) * grid.length).max() <= 0.3
+
+
+def test_crossing_waypoints_are_followed_in_their_order():
+    points = [(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]
+    path = plan_spans(shape_of(points), TIMING, Drive())
+    driven = np.array([path.reference(time).pose[:2] for time in np.linspace(0.0, path.period, 2000)])
+    passed = [int(np.hypot(*(driven - point).T).argmin()) for point in points]
+    assert passed == sorted(passed)
+
+
+@given(WAYPOINTS, st.sampled_from([0.0, 0.02]), st.sampled_from([Robot(), NO_FRICTION]),
+       st.sampled_from([(0.0, 0.0), (0.5, 40.0)]), st.floats(0.1, 0.6), st.sampled_from([0.0, 3.0]))
+@hypothesis_settings(max_examples=20)
+def test_random_paths_keep_every_limit_and_use_one_nearly_everywhere(points, coulomb, robot, line, torque, turn):
+    timing = TIMING._replace(max_wheel_torque=torque, max_angular_acceleration=turn)
+    drive, spans = Drive(robot, coulomb, *line), smooth_shape(points)
+    path = plan_spans(spans, timing, drive)
+    for n in range(len(path.times) - 1):
+        for share, most in ((0.0, 1.001), (0.37, 1.01), (0.9999999, 1.001)):
+            used = used_at(path, path.times[n] + share * (path.times[n + 1] - path.times[n]), timing, drive)
+            assert max(used.values()) <= most, (n, used)
+    active = sum(map(bool, path.limit)) / len(path.limit)
+    assert active >= (0.95 if coulomb or robot.viscous_friction else 0.98)
+
+
+def test_without_friction_it_is_as_fast_as_toppra_also_over_a_point_without_inertia():
+    toppra = pytest.importorskip('toppra')
+    robot, timing = NO_FRICTION, TIMING._replace(max_wheel_torque=0.4)
+    spans = shape_of([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.2, 0.4)], tolerance=0.2)
+    path = plan_spans(spans, timing, Drive(robot))
+    grid = path.grid
+    r, half = robot.wheel_radius, half_separation(robot)
+    lengths = np.concatenate([[0.0], np.cumsum(grid.length)])
+    curvature, sharpness = (np.append(each[:, 0], each[-1, 1]) for each in (grid.curvature, grid.sharpness))
+    # where a wheel's torque does not depend on the acceleration: 1.89 1/m for the chapter's robot
+    neutral = linear_inertia(robot) / (half * angular_inertia(robot))
+    assert np.abs(curvature).max() > neutral == pytest.approx(1.89, abs=0.01)
+
+    class AlongAndAround(toppra.interpolator.AbstractGeometricPath):
+        """Length and heading of the path."""
+
+        def __call__(self, at, order=0):
+            at = np.asarray(at)
+            heading = np.concatenate([[0.0], np.cumsum(grid.curvature.mean(axis=1) * grid.length)])
+            ones = np.ones_like(at)
+            return np.stack([(at, ones, 0.0 * ones)[order],
+                             np.interp(at, lengths, (heading, curvature, sharpness)[order])], axis=-1)
+
+        dof, path_interval, waypoints = 2, np.array([0.0, lengths[-1]]), (lengths, np.zeros((2, 2)))
+
+    interpolated = {'discretization_scheme': toppra.constraint.DiscretizationType.Interpolation}
+    inverse = np.array([[linear_inertia(robot), half * angular_inertia(robot)],
+                        [linear_inertia(robot), -half * angular_inertia(robot)]]) / r
+    torque = timing.torque_fraction * timing.max_wheel_torque
+    limits = [
+        toppra.constraint.JointVelocityConstraint(np.array([[-0.6, 0.6], [-1e6, 1e6]])),
+        toppra.constraint.JointAccelerationConstraint(np.array([[-0.5, 0.5], [-4.0, 4.0]]), **interpolated),
+        toppra.constraint.SecondOrderConstraint.joint_torque_constraint(
+            lambda _q, _dq, ddq: inverse @ ddq, np.array([[-torque, torque]] * 2), np.zeros(2), **interpolated),
+    ]
+    _, speeds, _ = toppra.algorithm.TOPPRA(limits, AlongAndAround(), gridpoints=lengths,
+                                           solver_wrapper='seidel').compute_parameterization(0.0, 0.0)
+    theirs = float(np.sum(2.0 * grid.length / (speeds[1:] + speeds[:-1])))
+    assert path.period == pytest.approx(theirs, rel=0.01)
+
+
+def test_a_path_starts_and_ends_at_rest_and_half_the_speed_takes_twice_the_time():
+    path = plan_spans(shape_of(RECTANGLE), TIMING, Drive())
+    slow = plan_spans(shape_of(RECTANGLE), TIMING._replace(speed_factor=0.5), Drive())
+    assert slow.period == pytest.approx(2.0 * path.period)
+    for time, corner in ((-1.0, RECTANGLE[0]), (path.period + 1.0, RECTANGLE[-1])):
+        reference = path.accelerated(time)
+        assert reference.pose[:2] == pytest.approx(corner)
+        assert (*reference.velocity, *reference.acceleration) == (0.0,) * 4
+
+
+def test_the_reference_moves_as_its_velocity_and_acceleration_say():
+    path, h = plan_spans(shape_of(RECTANGLE, True), TIMING, Drive()), 1e-5
+    for time in np.linspace(0.5, path.period - 0.5, 37):
+        before, at, after = (path.accelerated(time + shift) for shift in (-h, 0.0, h))
+        turn = math.remainder(after.pose.heading - before.pose.heading, 2.0 * math.pi)
+        along = math.dist(after.pose[:2], before.pose[:2]) / (2.0 * h)
+        assert (along, turn / (2.0 * h)) == pytest.approx(at.velocity, abs=1e-4)
+        assert (after.velocity.linear - before.velocity.linear) / (2.0 * h) == pytest.approx(
+            at.acceleration.linear, abs=0.02)
+
+
+OPEN = PathParameters()
+
+
+def request(points, speeds='', path=OPEN, timing=TIMING):
+    return PathRequest(checked_waypoints([(f'p.csv:{n}', (*point, *speeds)) for n, point in enumerate(points, 1)],
+                                         'p.csv'), path, timing, Drive())
+
+
+def test_a_speed_of_a_waypoint_is_a_limit_and_laps_are_driven_without_a_stop():
+    slow = plan(request(RECTANGLE, speeds=(0.2,)))
+    assert slow.speeds.max() == pytest.approx(0.2)
+    once, twice = (plan(request(RECTANGLE, path=PathParameters(closed=True, laps=laps))) for laps in (1, 2))
+    assert twice.length == pytest.approx(2.0 * once.length)
+    assert twice.period < 2.0 * once.period - 0.5
+    assert twice.reference(twice.period).pose[:2] == pytest.approx(once.reference(0.0).pose[:2])
+
+
+def test_a_path_that_turns_back_is_refused_at_its_waypoint():
+    with pytest.raises(ParameterError, match=r'p\.csv:2: the path turns back near this waypoint, a cusp'):
+        plan(request([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]))
+
+
+def test_torques_below_the_friction_are_refused():
+    weak = request(RECTANGLE, timing=TIMING._replace(max_wheel_torque=0.03))
+    with pytest.raises(ParameterError, match='no motion from here keeps the limits of timing'):
+        plan(weak._replace(drive=Drive(coulomb=0.02)))

@@ -1,0 +1,56 @@
+"""Files of waypoints: CSV and YAML, and every fault named with its line."""
+
+import math
+
+import pytest
+
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.reference.waypoints import read_waypoints
+
+SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0))
+
+
+def _read(folder, text, name='path.csv'):
+    file = folder / name
+    file.write_text(text)
+    return read_waypoints(file)
+
+
+@pytest.mark.parametrize(('name', 'text'), [
+    ('a.csv', '0,0\n2,0\n2,1\n'), ('b.csv', 'x,y\n0,0\n2,0\n2,1\n'),
+    ('c.csv', '# mine\n\nx, y, speed\n0, 0,\n2,0,\n2;1 # end\n'),
+    ('d.txt', '\ufeff0.0,0e0\r\n2,0\r\n2,1'), ('e.yaml', '- [0, 0]\n- [2, 0]\n- {x: 2, y: 1.0}\n'),
+    ('f.yml', 'waypoints:\n  - [0, 0]\n  - [2.0, 0]\n  - [2, 1]\n'),
+])
+def test_a_file_is_read_with_and_without_header_and_comments(tmp_path, name, text):
+    found = _read(tmp_path, text, name)
+    assert found.points == SQUARE
+    assert found.speeds == (math.inf,) * 3
+
+
+def test_a_speed_holds_until_another_one(tmp_path):
+    assert _read(tmp_path, '0,0\n1,0,0.3\n2,0\n3,0,0.5\n').speeds == (math.inf, 0.3, 0.3, 0.5)
+
+
+@pytest.mark.parametrize(('name', 'text', 'words'), [
+    ('a.csv', '0,0\n', 'a.csv: has 1 waypoint; a path needs two or more'),
+    ('b.csv', '', 'b.csv: has 0 waypoints'),
+    ('c.csv', 'x,y\n0,0\n1,0\n1,0\n', 'c.csv:4: (1, 0) is the waypoint before it; leave it out'),
+    ('d.csv', '0,0\nnan,1\n', "d.csv:2: 'nan,1' is not finite; write numbers"),
+    ('e.csv', '0,0\n1,one\n', "e.csv:2: '1,one' is no x,y or x,y,speed in numbers"),
+    ('f.csv', '0,0\n1\n', "f.csv:2: '1' has 1 fields; write x,y or x,y,speed"),
+    ('g.csv', '0,0\n1,2,3,4\n', 'g.csv:2: '), ('h.csv', '0,0\n1,0,0\n', 'h.csv:2: speed = 0 m/s; write more than 0'),
+    ('i.csv', '0,0\n1e15,0\n', 'i.csv:2: '), ('j.yaml', 'a: [', 'j.yaml:1: is no YAML'),
+    ('k.yaml', 'points: 3\n', 'k.yaml: holds no list of waypoints'), ('l.yaml', '- [0, 0]\n- 3\n', 'l.yaml:2: '),
+    ('m.yaml', '- [0, 0]\n- {x: 1, z: 2}\n', 'm.yaml:2: '),
+])
+def test_what_is_no_path_is_refused_by_file_and_line(tmp_path, name, text, words):
+    with pytest.raises(ParameterError) as refusal:
+        _read(tmp_path, text, name)
+    assert words in str(refusal.value)
+
+
+def test_a_file_that_is_none_is_named(tmp_path):
+    for file in (tmp_path, tmp_path / 'nothing.csv'):
+        with pytest.raises(ParameterError, match='cannot be read'):
+            read_waypoints(file)
