@@ -4,6 +4,7 @@ import math
 import shlex
 import sys
 from collections.abc import Mapping
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -11,13 +12,14 @@ from mobile_robot_control import __version__
 from mobile_robot_control.analysis.promises import promise, promise_lines
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import Configuration, course_of
+from mobile_robot_control.configuration.nodes import Configuration, course_of, path_of
 from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.pages.search_page import search_figure, write_search_page
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field, flatten
+from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import SampleReader
@@ -63,10 +65,12 @@ def search_purpose(parameters: Configuration, goal: Goal, settings: SearchSettin
 
 
 def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
-    """Return checksums of the source of the law and of the curves that are searched with."""
-    law = parameters.position_controller.control.controller_type
-    curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve) for one in goal.scenarios}
-    return {f"source of the law '{law}'": LAWS.checksum(law), **curves}
+    """Return checksums of the source of the law, and of the curves or the path that are searched with."""
+    law, path = parameters.position_controller.control.controller_type, path_of(parameters.reference_cart)
+    curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve)
+              for one in goal.scenarios if one.curve != PATH}
+    waypoints = {'waypoints': sha256(repr(path.waypoints[:2]).encode()).hexdigest()[:16]} if path else {}
+    return {f"source of the law '{law}'": LAWS.checksum(law), **curves, **waypoints}
 
 
 def without_place(command_line: str) -> str:

@@ -15,6 +15,7 @@ from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import INLINE, Field
 from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.metric_table import BAND
 from mobile_robot_control.simulation.metrics import TRUE
@@ -78,7 +79,9 @@ class StudyRequest(NamedTuple):
     compare: Annotated[tuple[Compared, ...], Field('', 'one controller each, on top of the other parameters'),
                        Reader(_read_compared, 'FILE.yaml')] = ()
     laps: Annotated[float, Field('', 'length of each run; success is judged over its last quarter', above=0.0)] = 2.0
-    curves: Annotated[tuple[str, ...], Field('', 'curves to draw from', choices=CURVES)] = ('trifolium', 'lemniscate')
+    curves: Annotated[
+        tuple[str, ...], Field('', 'curves to draw from; a configured path takes their place', choices=CURVES)
+    ] = ('trifolium', 'lemniscate')
     scales: Annotated[tuple[float, ...], Field('m', 'sizes to draw from', above=0.0)] = (0.5, 1.0)
     within: Annotated[float, Field('m', "largest distance of the start from the cart's", above=0.0)] = 1.0
     variation: Annotated[float, Field('', 'largest relative change of mass and of friction', minimum=0.0, below=1.0)
@@ -130,6 +133,11 @@ class StudiedController(NamedTuple):
     parameters: Configuration
 
 
+def _curves(request: StudyRequest, parameters: Configuration) -> tuple[str, ...]:
+    """Return the curves to draw from: a configured path takes their place."""
+    return (PATH,) if parameters.reference_cart.curve.curve == PATH else request.curves
+
+
 def _drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[Scenario]:
     """Draw the scenarios of a controller."""
     nominal = configured_scenario(parameters)
@@ -137,7 +145,7 @@ def _drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[S
         nominal.noise.pose if not request.noise_pose else request.noise_pose,
         nominal.noise.velocity if request.noise_velocity is None else request.noise_velocity,
     )
-    distribution = ScenarioDistribution(request.curves, request.scales, request.within,
+    distribution = ScenarioDistribution(_curves(request, parameters), request.scales, request.within,
                                         request.variation, noise, request.longest_delay or 0)
     drawn = draw_scenarios(distribution, request.runs, request.seed)
     if request.longest_delay is None:
@@ -212,7 +220,8 @@ def study_values(
     """Return the content of `study.json`."""
     return {
         'outcome': 'interrupted' if interrupted else 'completed', 'seed': request.seed, 'laps': request.laps,
-        'curves': list(request.curves), 'scales': list(request.scales), 'within': request.within,
+        'curves': [PATH] if any(one.scenarios[0].curve == PATH for one in results.values()) else list(request.curves),
+        'scales': list(request.scales), 'within': request.within,
         'variation': request.variation,
         'success': f'within {request.success_within} m over the last quarter',
         'success_within': request.success_within, 'settled_within': request.settled_within,

@@ -23,7 +23,8 @@ TERMS = {
     'rate limiter': r'rate-limiter|slew limiter',
     'bumpless transfer': r'bump-less|bumpless-transfer',
     'differential-drive robot': r'differential drive robot',
-    'discretise': r'discreti[z]\w*',
+    # but for names of toppra
+    'discretise': r'discreti[z](?!ation_scheme|ationType)\w*',
     'summarise': r'summari[z]\w*',
     'behaviour': r'behavior\w*',
 }
