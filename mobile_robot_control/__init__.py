@@ -12,7 +12,9 @@ from mobile_robot_control import former_names
 
 if TYPE_CHECKING:
     # the same names as below, for type checkers and editors
+    from mobile_robot_control.analysis.planning import Plan as Plan
     from mobile_robot_control.api.loading import load as load
+    from mobile_robot_control.api.planning import plan as plan
     from mobile_robot_control.api.searching import Tuned as Tuned
     from mobile_robot_control.api.searching import tune as tune
     from mobile_robot_control.api.simulating import simulate as simulate
@@ -46,7 +48,8 @@ __version__ = '0.1.0'
 _HOMES = {
     # what the commands do, as arrays
     'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
-    'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
+    'plan': 'api.planning', 'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
+    'Plan': 'analysis.planning',
     # a run, sample by sample
     'configure': 'configuration.configure', 'Configuration': 'configuration.nodes',
     'ParameterError': 'parameters.checking', 'rollout': 'simulation.rollout', 'measure': 'simulation.rollout',

@@ -140,7 +140,7 @@ def _speed_limits(grid: Grid, timing: Timing, drive: Drive) -> dict[str, Floats]
     """Return the largest speed that each limit without the acceleration allows at both ends of each interval [m/s]."""
     bend = np.abs(grid.curvature)
     rim = 1.0 + half_separation(drive.robot) * bend
-    found = {'path': np.stack([grid.speed[:-1], grid.speed[1:]], axis=1)}
+    found = {'waypoint speed': np.stack([grid.speed[:-1], grid.speed[1:]], axis=1)}
     with np.errstate(divide='ignore'):
         if timing.max_linear_velocity:
             found['linear velocity'] = np.full_like(bend, timing.max_linear_velocity)

@@ -27,7 +27,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').rglob('*.md'),
                 *(ROOT / 'examples').rglob('*.md')])
 FENCE = re.compile(r'^```(\S*)\n(.*?)^```$', re.DOTALL | re.MULTILINE)
-COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study'}
+COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study', 'plan'}
 ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff', 'git', 'PYTHONPATH=.',
              'dashboard'}
 """First words of what is not run."""
@@ -170,7 +170,7 @@ def test_no_command_hides_in_a_block_that_does_not_run(path):
 
 def test_every_command_is_one_that_is_known():
     """A new kind of command is run knowingly, or listed in ELSEWHERE."""
-    known = COMMANDS | ELSEWHERE | set(NODES) | {'.', 'cat', 'cp', 'export', 'kill', 'pip', 'python', 'sleep'}
+    known = COMMANDS | ELSEWHERE | set(NODES) | {'.', 'cat', 'cp', 'export', 'kill', 'pip', 'printf', 'python', 'sleep'}
     for path in PAGES:
         for kind, content in blocks(path.read_text(encoding='utf-8')):
             assert kind == 'python' or {first_word(command) for command in commands(content)} <= known, _name(path)

@@ -1,0 +1,108 @@
+"""The plan of a path: its fastest motion at every point, with what the wheels do and which limit is active."""
+
+from os import fspath
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_robot_control.configuration.nodes import Configuration, course_of
+from mobile_robot_control.configuration.provenance import provenance
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.control.feedforward import inverse_dynamics
+from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.parameters.declaration import Field, flatten
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.quantities import Reference
+from mobile_robot_control.reference.curve import PATH
+from mobile_robot_control.reference.planned_path import PlannedPath
+
+Floats = NDArray[np.float64]
+
+
+class PlanRequest(NamedTuple):
+    """What is to be planned."""
+
+    sources: ParameterSources
+    file: Annotated[str, Field('', 'CSV or YAML file of waypoints: x, y [m] and, if you like, speed [m/s]'),
+                    Reader(fspath, 'FILE')]
+
+    def configuration(self) -> Configuration:
+        """Return the configuration of a run along the path."""
+        return self.sources.with_values(
+            {'reference_cart.curve': PATH, 'reference_cart.path.file': self.file}).configuration()
+
+
+class Plan(NamedTuple):
+    """
+    The fastest motion along a path, at n points of it.
+
+    Attributes
+    ----------
+    time : array of float, shape (n,)
+        Since the start [s].
+    pose : array of float, shape (n, 3)
+        x, y [m] and heading [rad].
+    velocity, acceleration : array of float, shape (n, 2)
+        v and ω [m/s], [rad/s]; their changes from there on [m/s²], [rad/s²].
+    wheel_velocity, wheel_torque : array of float, shape (n, 2)
+        Of the right and the left wheel [rad/s], [N m]; torques by Eq. (13)-(14), with dry friction.
+    limit : list of str, n of them
+        The limit that is active from there to the next point; '' where none is.
+    duration, length : float
+        [s], [m].
+    limits : dict of str to float
+        The parameters `timing`, by name.
+    active : dict of str to float
+        Share of the duration in which a limit is active, by its name; the largest first.
+    provenance : dict of str to object
+        Call, versions and parameters that it was made with.
+
+    """
+
+    time: Floats
+    pose: Floats
+    velocity: Floats
+    acceleration: Floats
+    wheel_velocity: Floats
+    wheel_torque: Floats
+    limit: list[str]
+    duration: float
+    length: float
+    limits: dict[str, float]
+    active: dict[str, float]
+    provenance: dict[str, Any]
+
+    def __repr__(self) -> str:
+        most = ', '.join(f'{name} {share:.0%}' for name, share in list(self.active.items())[:3] if name)
+        return f'<Plan: {self.length:.3g} m in {self.duration:.4g} s; active: {most}>'
+
+
+def make_plan(request: PlanRequest, command_line: str) -> Plan:
+    """Plan the path of a request; raise ParameterError where it cannot be driven."""
+    configuration = request.configuration()
+    cart, path = configuration.reference_cart, course_of(configuration.reference_cart)
+    assert isinstance(path, PlannedPath)  # noqa: S101 (the request has set the curve)
+    limit = [*path.limit, '']
+    # the last point, at which the path stands, belongs to the motion that ends there
+    times = path.times.copy()
+    times[-1] = np.nextafter(times[-1], 0.0)
+    references = [path.accelerated(time) for time in times.tolist()]
+    robot, coulomb = cart.shared.robot, cart.friction.coulomb
+
+    def torques(reference: Reference) -> list[float]:
+        wheels = wheel_velocity(reference.velocity, robot)
+        smooth = inverse_dynamics(reference.velocity, reference.acceleration, robot)
+        return [torque + coulomb * float(np.sign(turn)) for torque, turn in zip(smooth, wheels, strict=True)]
+
+    spans = np.diff(path.times)
+    shares = {name: float(sum(span for span, found in zip(spans, path.limit, strict=True) if found == name))
+              / path.period for name in set(path.limit)}
+    return Plan(
+        path.times, np.array([reference.pose for reference in references]),
+        np.array([reference.velocity for reference in references]),
+        np.array([reference.acceleration for reference in references]),
+        np.array([wheel_velocity(reference.velocity, robot) for reference in references]),
+        np.array([torques(reference) for reference in references]),
+        limit, path.period, path.length, flatten(cart.timing),
+        dict(sorted(shares.items(), key=lambda one: (-one[1], one[0]))), provenance(command_line, configuration))

@@ -1,0 +1,51 @@
+"""`plan`: the fastest motion along a path, without driving it."""
+
+from collections.abc import Mapping
+from os import fspath
+
+from mobile_robot_control.analysis.planning import Plan, PlanRequest, make_plan
+from mobile_robot_control.configuration.provenance import call_text
+from mobile_robot_control.configuration.sources import File, parameter_sources
+
+
+def plan(
+    file: File, *files: File, robot: File | None = None, parameters: Mapping[str, object] | None = None
+) -> Plan:
+    r"""
+    Plan the fastest motion along a path of waypoints, as the command `plan` does, without driving it.
+
+    Parameters
+    ----------
+    file : path
+        CSV or YAML file of waypoints.
+    *files : path
+        ROS 2 parameter files, later ones win.
+    robot : str or path or None
+        One of the robots of this package, or the parameter file of one.
+    parameters : mapping of str to object or None
+        Values by ``NODE.PARAMETER``, which win over the files: ``reference_cart.timing.*`` and
+        ``reference_cart.path.*``.
+
+    Returns
+    -------
+    Plan
+        The motion, with the limit that is active where.
+
+    Raises
+    ------
+    ParameterError
+        Naming every violation, those of the file by its line.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> file = Path(mkdtemp(), 'line.csv')
+    >>> _ = file.write_text('0, 0\n1, 0\n')
+    >>> limits = {'max_linear_velocity': 0.5, 'max_linear_acceleration': 1.0}
+    >>> plan(file, parameters={f'reference_cart.timing.{name}': value for name, value in limits.items()})
+    <Plan: 1 m in 2.5 s; active: linear velocity 60%, linear acceleration 40%>
+
+    """
+    request = PlanRequest(parameter_sources(files, robot, parameters), fspath(file))
+    return make_plan(request, call_text('plan', file, *files, robot=robot, parameters=parameters))
