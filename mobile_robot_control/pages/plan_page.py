@@ -6,7 +6,7 @@ import numpy as np
 
 from mobile_robot_control.analysis.planning import Plan
 from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.figures.figure import VALUE, Curve, Figure, Panel, plane
+from mobile_robot_control.figures.figure import COMMAND, VALUE, Curve, Figure, Panel, plane
 from mobile_robot_control.figures.lines import Floats, Line
 from mobile_robot_control.figures.palette import LINES, as_svg
 from mobile_robot_control.pages import page
@@ -32,12 +32,18 @@ def _coloured(x: Floats, y: Floats, plan: Plan) -> list[Curve]:
             for number, (name, active) in enumerate(_parts_of(plan))]
 
 
+def _limits(plan: Plan, limit: float, signs: tuple[float, ...]) -> list[Curve]:
+    """Return lines at a limit; none if it is 0."""
+    ends = plan.time[[0, -1]]
+    return [Curve(COMMAND, 0, 'limit', Line(ends, np.full(2, sign * limit))) for sign in signs if limit]
+
+
 def plan_figures(plan: Plan) -> list[Figure]:
     """Return the pictures of a plan: the motion coloured by its limits, and the wheels."""
     timing = plan.limits
     names = tuple(name for name, _ in _parts_of(plan))
-    speeds = [Panel(name, name, unit, tuple(_coloured(plan.time, plan.velocity[:, n], plan)),
-                    limits=tuple((0, sign * timing[limit]) for sign in signs if timing[limit]))
+    speeds = [Panel(name, name, unit, (*_limits(plan, timing[limit], signs),
+                                       *_coloured(plan.time, plan.velocity[:, n], plan)))
               for n, name, unit, limit, signs in (
                   (0, 'v', 'm/s', 'max_linear_velocity', (1.0,)),
                   (1, 'ω', 'rad/s', 'max_angular_velocity', (1.0, -1.0)))]
@@ -45,9 +51,9 @@ def plan_figures(plan: Plan) -> list[Figure]:
                     (plane('path', _coloured(plan.pose[:, 0], plan.pose[:, 1], plan)), *speeds), 6.0, 11.0,
                     [['path', 'v'], ['path', 'ω']])
     torque = timing['torque_fraction'] * timing['max_wheel_torque']
-    wheels = [Panel(label, label, unit, tuple(Curve(VALUE, side, '', Line(plan.time, values[:, side]))
-                                              for side in (0, 1)),
-                    limits=tuple((0, sign * limit) for sign in (1.0, -1.0) if limit))
+    wheels = [Panel(label, label, unit, (
+        *_limits(plan, limit, (1.0, -1.0)),
+        *(Curve(VALUE, side, '', Line(plan.time, values[:, side])) for side in (0, 1))))
               for label, unit, values, limit in (
                   ('wheel speed', 'rad/s', plan.wheel_velocity, timing['max_wheel_velocity']),
                   ('wheel torque', 'N m', plan.wheel_torque, torque))]
