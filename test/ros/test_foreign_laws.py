@@ -65,7 +65,7 @@ def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(d
 
 def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, my_kanayama):
     robot.start(arguments=['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=0.0', '-p',
-                           'hold_at:=0.01', '-p', 'duration:=3.0'], composed=True)
+                           'paused:=true', '-p', 'duration:=3.0'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
     describe = robot.recorder.create_client(DescribeParameters, 'position_controller/describe_parameters')
     described, = robot.call(lambda: describe.call_async(
@@ -73,8 +73,7 @@ def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, my_kanay
     assert described.description == 'lateral gain [1/m²]'
     assert described.additional_constraints == 'above 0.0 1/m²'
     for until, law in ((0.5, 'my_kanayama'), (1.2, 'backstepping'), (0.0, '')):
-        result, = robot.set('plant', hold_at=until)
-        assert result.successful, result.reason
+        assert all(result.successful for result in robot.set('plant', hold_at=until, paused=False))
         if law:
             robot.spin_until(lambda until=until: robot.time() == until)
             result, = robot.set('position_controller', controller_type=law)
