@@ -1,11 +1,11 @@
 """The grid of a path: intervals short enough for its bends, with length, curvature and sharpness at their ends."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_robot_control.reference.path_shape import Span
+from mobile_robot_control.reference.path_shape import Bend, Span, bend
 
 Floats = NDArray[np.float64]
 MOST_POINTS = 100_000
@@ -61,21 +61,12 @@ def _coefficients(spans: list[Span]) -> tuple[Floats, Floats]:
     return np.array([span.x for span in spans]), np.array([span.y for span in spans])
 
 
-def _derivatives(c: Floats, u: Floats) -> tuple[Floats, Floats, Any]:
-    """Return the first three derivatives by u of cubics, coefficients of shape (..., 4)."""
-    c1, c2, c3 = c[..., 1], c[..., 2], c[..., 3]
-    return c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3, 6.0 * c3
+def _bends(x: Floats, y: Floats, u: Floats) -> Bend:
+    """Return how spans bend at many points of each; coefficients of shape (n, 4), u of shape (n, k)."""
+    def columns(c: Floats) -> tuple[Floats, ...]:
+        return tuple(c[:, None, power] for power in range(4))
 
-
-def _bends(x: Floats, y: Floats, u: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return speed, curvature and sharpness, as `path_shape.bend` does, of many points; u of shape (n, k)."""
-    (dx, ddx, dddx), (dy, ddy, dddy) = (_derivatives(c[:, None, :], u) for c in (x, y))
-    square = dx * dx + dy * dy
-    speed = np.sqrt(square)
-    cube = square * speed
-    curvature = (dx * ddy - dy * ddx) / cube
-    turn = (dx * dddy - dy * dddx) / cube
-    return speed, curvature, (turn - 3.0 * curvature * (dx * ddx + dy * ddy) / square) / speed
+    return bend(Span(columns(x), columns(y)).at(u), np.sqrt)
 
 
 def lay_grid(spans: list[Span]) -> PathGrid:

@@ -7,8 +7,8 @@ d sin(θ/2)/3 of the corner; waypoints that are closer are control points themse
 """
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.reference.curve import CurvePoint
@@ -25,14 +25,14 @@ class Span(NamedTuple):
     Attributes
     ----------
     x, y : tuple of float
-        Coefficients of 1, u, u² and u³ [m].
+        Coefficients of 1, u, u² and u³ [m]; those of many spans as arrays.
 
     """
 
-    x: tuple[float, float, float, float]
-    y: tuple[float, float, float, float]
+    x: tuple[Any, ...]
+    y: tuple[Any, ...]
 
-    def at(self, u: float) -> CurvePoint:
+    def at(self, u: Any) -> CurvePoint:
         """Return the point at u, with its derivatives by u [m]."""
         x0, x1, x2, x3 = self.x
         y0, y1, y2, y3 = self.y
@@ -50,24 +50,24 @@ class Bend(NamedTuple):
 
     Attributes
     ----------
-    speed : float
+    speed : float or array
         Length of the path per u [m].
-    curvature : float
+    curvature : float or array
         Turn of the heading per length of the path [1/m].
-    sharpness : float
+    sharpness : float or array
         Change of the curvature per length of the path [1/m²].
 
     """
 
-    speed: float
-    curvature: float
-    sharpness: float
+    speed: Any
+    curvature: Any
+    sharpness: Any
 
 
-def bend(point: CurvePoint) -> Bend:
-    """Return how a curve bends at a point that has third derivatives."""
+def bend(point: Any, root: Callable[[Any], Any] = math.sqrt) -> Bend:
+    """Return how a curve bends at a CurvePoint with third derivatives; at one of arrays by NumPy's square root."""
     square = point.dx * point.dx + point.dy * point.dy
-    speed = math.sqrt(square)
+    speed = root(square)
     cube = square * speed
     # κ = (x' y'' - y' x'')/|r'|³, and dκ/ds = dκ/du / |r'|
     curvature = (point.dx * point.ddy - point.dy * point.ddx) / cube

@@ -130,8 +130,7 @@ def _way(grid: PathGrid) -> tuple[Floats, Floats, Floats]:
 
 
 def plan_spans(
-    spans: Sequence[Span], timing: Timing, drive: Drive, speed_limits: Sequence[float] | None = None,
-    start: float = 0.0,
+    spans: Sequence[Span], timing: Timing, drive: Drive, speed_limits: Sequence[float] | None = None
 ) -> PlannedPath:
     """
     Time a path of spans.
@@ -146,8 +145,6 @@ def plan_spans(
         The robot.
     speed_limits : sequence of float or None
         Of each span; inf where there is none [m/s].
-    start : float
-        Speed at its start [m/s].
 
     Raises
     ------
@@ -163,8 +160,7 @@ def plan_spans(
         by_interval = np.asarray(speed_limits)[grid.span]
         speed = np.minimum(np.append(by_interval, np.inf), np.append(np.inf, by_interval))
     try:
-        profile = fastest(Grid(grid.length, grid.curvature, grid.sharpness, speed), timing, drive,
-                          start / timing.speed_factor)
+        profile = fastest(Grid(grid.length, grid.curvature, grid.sharpness, speed), timing, drive)
     except StuckError as error:
         raise ImpossibleError(int(grid.span[error.interval]), str(error)) from None
     return PlannedPath(spans, grid, profile, timing.speed_factor)

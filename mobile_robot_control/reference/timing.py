@@ -235,17 +235,15 @@ class _Passes:
                 low = middle
         return best
 
-    def run(self, start: float, end: float) -> list[float]:
-        """Return the speed at every point, from one at the start to one at the end [m/s]."""
+    def run(self) -> list[float]:
+        """Return the speed at every point, 0 at both ends [m/s]."""
         count = len(self._rows)
-        self.tops[count] = min(end, self.tops[count])
+        self.tops[count] = 0.0
         for n in range(count - 1, -1, -1):
             self.tops[n] = self._controllable(n)
             if self.tops[n] < 0.0:
                 raise StuckError(n, 'the torque limit is not above the friction')
-        if start > self.tops[0] * (1.0 + _CLOSE):
-            raise StuckError(0, f'it begins at {start:g} m/s, and the limits allow {self.tops[0]:g} m/s')
-        speeds, n = [min(start, self.tops[0])], 0
+        speeds, n = [0.0], 0
         while n < count:
             following = self._after(n, speeds[n], _CLOSE)
             if following >= 0.0:
@@ -274,9 +272,9 @@ def _active(
     return [used[n][0] if shares[n, k] >= _ACTIVE else '' for k, n in enumerate(most.tolist())]
 
 
-def fastest(grid: Grid, timing: Timing, drive: Drive, start: float = 0.0, end: float = 0.0) -> Profile:
+def fastest(grid: Grid, timing: Timing, drive: Drive) -> Profile:
     """
-    Return the fastest motion along a path that keeps all limits, `speed_factor` apart.
+    Return the fastest motion along a path, from rest to rest, that keeps all limits, `speed_factor` apart.
 
     Parameters
     ----------
@@ -286,8 +284,6 @@ def fastest(grid: Grid, timing: Timing, drive: Drive, start: float = 0.0, end: f
         At least a limit of the speed, and one of the acceleration or the torque.
     drive : Drive
         For the torques.
-    start, end : float
-        Speeds at the ends of the path [m/s].
 
     Raises
     ------
@@ -299,6 +295,6 @@ def fastest(grid: Grid, timing: Timing, drive: Drive, start: float = 0.0, end: f
     least: Any = np.min(np.stack(list(limits.values())), axis=0)
     tops = np.append(least[:, 0], least[-1, 1])
     tops[1:] = np.minimum(tops[1:], least[:, 1])
-    speeds = np.array(_Passes(rows, grid.length, tops).run(start, end))
+    speeds = np.array(_Passes(rows, grid.length, tops).run())
     acceleration = (speeds[1:] ** 2 - speeds[:-1] ** 2) / (2.0 * grid.length)
     return Profile(speeds, acceleration, _active(rows, limits, speeds, acceleration))

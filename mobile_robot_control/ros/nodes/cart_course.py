@@ -6,8 +6,6 @@ from mobile_robot_control.reference.cart import with_period
 from mobile_robot_control.reference.course import CurveCourse, references_along
 
 _PATH_POINTS = 400
-PERIOD = 'period'
-"""The parameter that acts without a jump of the cart."""
 
 
 class CartCourse:
