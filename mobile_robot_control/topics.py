@@ -67,7 +67,7 @@ _BEFORE = {'odom': 'odom_time', 'reference': 'reference_horizon', 'cmd_vel': 'cm
 ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """Both."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
-EVENTS, DISTURBANCE = 'events', 'disturbance'
+EVENTS, DISTURBANCE, PATH_TOPIC = 'events', 'disturbance', 'path'
 STOPPED, STOP_MEMORY = 'stopped', 'stop_memory'
 """On the wall clock: why the robot is stopped, from the position controller, and again from the cart."""
 MOST_EVENTS = 1000
@@ -87,8 +87,9 @@ OTHER_TOPICS = {
     '/rosout': _EVERY_NODE,
 }
 """What the four nodes publish besides, each topic with the nodes that publish it."""
-OTHER_INPUTS = {DISTURBANCE: ('plant',), STOPPED: ('reference_cart',), STOP_MEMORY: ('position_controller',)}
-"""What the nodes take besides, each topic with the nodes that take it; `disturbance` from a node of the user's."""
+OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), STOPPED: ('reference_cart',),
+                STOP_MEMORY: ('position_controller',)}
+"""Further inputs, each topic with the nodes that take it; `disturbance` and `path` from a node of the user's."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """What all namespaces have in common, and every recorder records."""
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')

@@ -3,7 +3,13 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from mobile_robot_control.configuration.nodes import NODES, Configuration, course_of, velocity_loop_is_stable
+from mobile_robot_control.configuration.nodes import (
+    NODES,
+    Configuration,
+    awaits_path,
+    course_of,
+    velocity_loop_is_stable,
+)
 from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.checking import ParameterError, build
@@ -65,6 +71,12 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
 
 
 def at_cart_start(configuration: Configuration) -> Configuration:
-    """Return a configuration whose robot starts where the reference cart does, with the same heading."""
+    """
+    Return a configuration whose robot starts where the reference cart does, with the same heading.
+
+    A cart that awaits its path stands where the robot starts.
+    """
+    if awaits_path(configuration.reference_cart):
+        return configuration
     start = course_of(configuration.reference_cart).reference(0.0).pose
     return configuration._replace(plant=configuration.plant._replace(initial_pose=tuple(start)))

@@ -21,11 +21,18 @@ from mobile_robot_control.parameters.declaration import INLINE, Field, declarati
 from mobile_robot_control.reference.cart import CurveParameters, Placement, too_fast_to_send
 from mobile_robot_control.reference.course import Course, make_course
 from mobile_robot_control.reference.curve import PATH
-from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing, path_violations
+from mobile_robot_control.reference.path_parameters import (
+    NO_FILE,
+    Drive,
+    PathParameters,
+    PathRequest,
+    Timing,
+    path_violations,
+)
 from mobile_robot_control.reference.waiting import WaitParameters
-from mobile_robot_control.reference.waypoints import read_waypoints_once
+from mobile_robot_control.reference.waypoints import Waypoints, read_waypoints_once
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import LOOPS, LoopGraph, extended, with_truth
+from mobile_robot_control.topics import LOOPS, PATH_TOPIC, LoopGraph, extended, with_truth
 
 _LONGEST_STEP = 3600.0
 """Wall time that a step may take where simulated time is slowed down [s]."""
@@ -158,9 +165,22 @@ def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
     """Return the path that the cart drives; () where it drives a curve."""
     if cart.curve.curve != PATH:
         return ()
-    motor, robot = cart.motor, cart.shared.robot
-    return PathRequest(read_waypoints_once(cart.path.file), cart.path, cart.timing,
-                       Drive(robot, cart.friction.coulomb, motor.stall_torque, motor.no_load_speed))
+    if cart.path.file == NO_FILE:
+        raise ParameterError([f"curve = '{PATH}' needs path.file, a file of waypoints: only nodes take a path from the "
+                              f'topic {PATH_TOPIC}'])
+    return path_request(cart, read_waypoints_once(cart.path.file))
+
+
+def path_request(cart: ReferenceCartParameters, waypoints: Waypoints) -> PathRequest:
+    """Return the request to plan a path through waypoints."""
+    motor = cart.motor
+    return PathRequest(waypoints, cart.path, cart.timing,
+                       Drive(cart.shared.robot, cart.friction.coulomb, motor.stall_torque, motor.no_load_speed))
+
+
+def awaits_path(cart: ReferenceCartParameters) -> bool:
+    """Return whether the cart stands until a path comes on the topic `path`."""
+    return cart.curve.curve == PATH and cart.path.file == NO_FILE
 
 
 def course_of(cart: ReferenceCartParameters) -> Course:
@@ -217,7 +237,7 @@ def _path_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
         return
     missing = [*_unplaced(cart), *path_violations(cart.path, cart.timing, cart.motor.stall_torque)]
     yield from missing
-    if not missing:
+    if not missing and not awaits_path(cart):
         try:
             course_of(cart)
         except ParameterError as error:

@@ -10,6 +10,7 @@ from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_r
 from mobile_robot_control.system.texts import shortened
 
 _KIND = 'diagnostic_msgs/msg/DiagnosticArray'
+_GOOD = ('running', 'standing', 'arrived', 'paused')
 _SILENT = 3.0
 """[s] of wall time without a report after which a node counts as silent."""
 _MOST = 60
@@ -60,5 +61,5 @@ class NodeStates:
         ended = report.text == 'ended'
         text = report.text if silent < _SILENT or ended else (
             f'silent for {silent:.0f} s; the last report was: {report.text}')
-        return {'name': name, 'text': text, 'good': silent < _SILENT and report.text in ('running', 'paused'),
+        return {'name': name, 'text': text, 'good': silent < _SILENT and report.text in _GOOD,
                 'refused': report.refused, 'reasons': report.reasons}

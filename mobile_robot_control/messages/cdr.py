@@ -20,6 +20,8 @@ from mobile_robot_control.messages.types import (
     MessagePose,
     MultiDOFJointTrajectory,
     Odometry,
+    Path,
+    PoseStamped,
     PoseWithCovariance,
     Quaternion,
     TimeReference,
@@ -187,6 +189,19 @@ def _wrench_stamped(order: _Order, data: bytes) -> WrenchStamped:
     return WrenchStamped(header, Wrench(Vector(fx, fy, fz), Vector(tx, ty, tz)))
 
 
+def _path(order: _Order, data: bytes) -> Path:
+    header, at = _header(order, data)
+    count, at = _count(order, data, at)
+    poses = []
+    for _ in range(count):
+        # behind the pose's stamp
+        frame, at = _text(order, data, aligned(at, 4) + 8)
+        at = aligned(at, 8) + order.seven.size
+        x, y, z, qx, qy, qz, qw = order.seven.unpack_from(data, at - order.seven.size)
+        poses.append(PoseStamped(Header(frame), MessagePose(Vector(x, y, z), Quaternion(qx, qy, qz, qw))))
+    return Path(header, poses)
+
+
 def _vector_stamped(order: _Order, data: bytes) -> Vector3Stamped:
     header, at = _header(order, data)
     return Vector3Stamped(header, Vector(*order.three.unpack_from(data, aligned(at, 8))))
@@ -218,6 +233,7 @@ def _diagnostic_array(order: _Order, data: bytes) -> DiagnosticArray:
 _READ: dict[str, Callable[[_Order, bytes], Any]] = {
     'sensor_msgs/msg/JointState': _joint_state,
     'nav_msgs/msg/Odometry': _odometry,
+    'nav_msgs/msg/Path': _path,
     'geometry_msgs/msg/Twist': _plain_twist,
     'geometry_msgs/msg/TwistStamped': _twist_stamped,
     'geometry_msgs/msg/AccelStamped': _accel_stamped,
@@ -237,8 +253,8 @@ def deserialise(kind: str, data: bytes) -> Any:
     Parameters
     ----------
     kind : str
-        One of the loop's types, Twist or WrenchStamped of geometry_msgs, 'diagnostic_msgs/msg/DiagnosticArray' or
-        'std_msgs/msg/String'.
+        One of the loop's types, Twist or WrenchStamped of geometry_msgs, 'nav_msgs/msg/Path',
+        'diagnostic_msgs/msg/DiagnosticArray' or 'std_msgs/msg/String'.
     data : bytes
         From anywhere.
 

@@ -188,6 +188,21 @@ def _acceleration(accel: Any) -> BodyAcceleration:
     return found
 
 
+def read_path(message: Any, frame: str = '') -> list[tuple[float, float]]:
+    """
+    Return the positions [m] of a nav_msgs/Path; the orientations and the stamps of its poses are not used.
+
+    `frame` is that of odometry, '' takes any; a header that names no frame is in it. Raises RefusedMessageError if a
+    number is not finite or beyond LARGEST, or a frame is wrong.
+    """
+    for header in (message.header, *(pose.header for pose in message.poses)):
+        if header.frame_id:
+            check_frame('frame_id', header.frame_id, frame)
+    for pose in message.poses:
+        check_numbers('path', pose.pose.position.x, pose.pose.position.y)
+    return [(pose.pose.position.x, pose.pose.position.y) for pose in message.poses]
+
+
 def read_time(message: Any) -> int:
     """Return the time [ns] of a sensor_msgs/TimeReference."""
     return int(message.time_ref)

@@ -50,6 +50,20 @@ class Twist(NamedTuple):
     angular: Vector
 
 
+class PoseStamped(NamedTuple):
+    """geometry_msgs/PoseStamped."""
+
+    header: Header
+    pose: MessagePose
+
+
+class Path(NamedTuple):
+    """nav_msgs/Path."""
+
+    header: Header
+    poses: list[PoseStamped]
+
+
 class PoseWithCovariance(NamedTuple):
     """geometry_msgs/PoseWithCovariance."""
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from mobile_robot_control.quantities import Reference
+from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Pose, Reference
 from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
 from mobile_robot_control.reference.curve import CurveFunction
 from mobile_robot_control.reference.curves import CURVES
@@ -70,6 +70,31 @@ class CurveCourse(NamedTuple):
     def accelerated(self, time: float) -> Reference:
         """Return the reference at a time [s], with its acceleration."""
         return accelerated_at(self.curve, time, self.placement)
+
+
+class Standing(NamedTuple):
+    """
+    A cart that stands until a path comes.
+
+    Attributes
+    ----------
+    pose : Pose
+        Where.
+
+    """
+
+    pose: Pose
+    period: float = 0.0
+    size: float = 1.0
+    closed: bool = False
+
+    def reference(self, _time: float) -> Reference:
+        """Return the reference, which stands."""
+        return Reference(self.pose, BodyVelocity(0.0, 0.0), NO_ACCELERATION)
+
+    def accelerated(self, time: float) -> Reference:
+        """Return the reference, which stands."""
+        return self.reference(time)
 
 
 def make_course(curve: str, placement: Placement, path: PathRequest | tuple[()]) -> Course:

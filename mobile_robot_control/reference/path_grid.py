@@ -56,6 +56,10 @@ class PathGrid(NamedTuple):
     curvature: Floats
     sharpness: Floats
 
+    def first(self, count: int) -> 'PathGrid':
+        """Return so many intervals from the start on."""
+        return PathGrid(self.span[:count], *(each[:count] for each in self[1:]))
+
 
 def _coefficients(spans: list[Span]) -> tuple[Floats, Floats]:
     return np.array([span.x for span in spans]), np.array([span.y for span in spans])

@@ -26,6 +26,10 @@ class PathParameters(NamedTuple):
         float, Field('m', 'how far the path may be from a waypoint at which it turns: larger rounds corners more, and '
                      'drives them faster', above=0.0)
     ] = 0.05
+    join_distance: Annotated[
+        float, Field('m', 'how far from the cart a path of the topic `path` may begin, and the length of the joint: '
+                     'larger takes more paths, and joins them more gently', above=0.0)
+    ] = 0.5
 
 
 class Timing(NamedTuple):
@@ -110,8 +114,6 @@ class PathRequest(NamedTuple):
 
 def path_violations(path: PathParameters, timing: Timing, stall_torque: float) -> Iterator[str]:
     """Yield what a path lacks before it can be planned."""
-    if path.file == NO_FILE:
-        yield f"curve = '{PATH}' needs path.file, a file of waypoints"
     if not (timing.max_linear_velocity or timing.max_wheel_velocity):
         yield (f"curve = '{PATH}' needs a limit of the speed: set timing.max_linear_velocity or "
                'timing.max_wheel_velocity, or name a robot with --robot')

@@ -43,6 +43,17 @@ class Span(NamedTuple):
             6.0 * x3, 6.0 * y3,
         )
 
+    def after(self, u: float) -> 'Span':
+        """Return the rest of the span, from u on."""
+        return Span(*(_rest(cubic, u) for cubic in self))
+
+
+def _rest(c: tuple[float, ...], u: float) -> tuple[float, ...]:
+    """Return the coefficients of a cubic of u + (1 - u) w by w."""
+    left = 1.0 - u
+    return (c[0] + u * (c[1] + u * (c[2] + u * c[3])), left * (c[1] + u * (2.0 * c[2] + 3.0 * u * c[3])),
+            left * left * (c[2] + 3.0 * u * c[3]), left * left * left * c[3])
+
 
 class Bend(NamedTuple):
     """
@@ -130,7 +141,12 @@ def spans_of(points: Sequence[Point], closed: bool) -> list[Span]:
         first, last = points[0], points[-1]
         around = [(2.0 * first[0] - points[1][0], 2.0 * first[1] - points[1][1]), *points,
                   (2.0 * last[0] - points[-2][0], 2.0 * last[1] - points[-2][1])]
-    return [Span(*map(_cubic, zip(*around[n:n + 4], strict=True))) for n in range(len(around) - 3)]
+    return spline(around)
+
+
+def spline(points: Sequence[Point]) -> list[Span]:
+    """Return the spans of the uniform cubic B-spline of control points, four to a span."""
+    return [Span(*map(_cubic, zip(*points[n:n + 4], strict=True))) for n in range(len(points) - 3)]
 
 
 def _cubic(p: tuple[float, ...]) -> tuple[float, float, float, float]:

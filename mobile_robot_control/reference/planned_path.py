@@ -1,10 +1,8 @@
 """A path with its timing: the reference at every time of it."""
 
 import math
-from bisect import bisect_right
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +13,9 @@ from mobile_robot_control.reference.path_parameters import Drive, PathRequest, T
 from mobile_robot_control.reference.path_shape import Span, bend, control_points, spans_of
 from mobile_robot_control.reference.timing import Grid, Profile, StuckError, fastest
 
+_END = 1e-9
+"""Rest of a span that is none."""
+
 
 class ImpossibleError(ValueError):
     """No motion along a path keeps the limits; `span` is the number of the span where it ends."""
@@ -22,33 +23,6 @@ class ImpossibleError(ValueError):
     def __init__(self, span: int, reason: str) -> None:
         super().__init__(reason)
         self.span = span
-
-
-class Moment(NamedTuple):
-    """
-    Where a path is at the start of an interval, and how it goes on.
-
-    Attributes
-    ----------
-    span : int
-        Number of the span.
-    u : float
-        Where in it.
-    u1, u2, u3 : float
-        The way in the span after a length of the path, ``u + length (u1 + length (u2 + length u3))`` [1/m], [1/m²],
-        [1/m³].
-    speed, acceleration : float
-        Along the path [m/s], [m/s²].
-
-    """
-
-    span: int
-    u: float
-    u1: float
-    u2: float
-    u3: float
-    speed: float
-    acceleration: float
 
 
 class PlannedPath:
@@ -93,11 +67,9 @@ class PlannedPath:
             [[0.0], np.cumsum(2.0 * grid.length / (self.speeds[1:] + self.speeds[:-1]))])
         self.period, self.length = float(self.times[-1]), float(grid.length.sum())
         self.size, self.closed = 1.0, False
-        self._spans = list(spans)
-        self._times: list[float] = self.times.tolist()
-        self._moments = [Moment(*row) for row in zip(
-            grid.span.tolist(), grid.u[:, 0].tolist(), *(each.tolist() for each in _way(grid)),
-            self.speeds[:-1].tolist(), self.accelerations.tolist(), strict=True)]
+        # arrays, which travel between processes at once
+        self._spans = np.array([(*span.x, *span.y) for span in spans])
+        self._rows = np.stack([grid.u[:, 0], *_way(grid), self.speeds[:-1], self.accelerations], axis=1)
 
     def reference(self, time: float) -> Reference:
         """Return the reference at a time since the start [s], without its acceleration; it stands before and after."""
@@ -107,11 +79,8 @@ class PlannedPath:
         """Return the reference at a time since the start [s], with its acceleration."""
         within = 0.0 <= time < self.period
         time = min(max(time, 0.0), self.period)
-        n = min(bisect_right(self._times, time) - 1, len(self._moments) - 1)
-        span, u, u1, u2, u3, speed, acceleration = self._moments[n]
-        dt = time - self._times[n]
-        length = dt * (speed + 0.5 * acceleration * dt)
-        point = self._spans[span].at(u + length * (u1 + length * (u2 + length * u3)))
+        n, u, dt, speed, acceleration = self._place(time)
+        point = self._span(self.grid.span[n]).at(u)
         pose = Pose(point.x, point.y, math.atan2(point.dy, point.dx))
         _, curvature, sharpness = bend(point)
         v = max(0.0, speed + acceleration * dt) if within else 0.0
@@ -119,6 +88,27 @@ class PlannedPath:
         return Reference(pose, BodyVelocity(v, curvature * v),
                          # dω/dt = κ dv/dt + dκ/ds v²
                          BodyAcceleration(a, curvature * a + sharpness * v * v))
+
+
+    def remaining(self, time: float) -> list[Span]:
+        """Return the spans after a time since the start [s]; the first one begins where the path is then."""
+        n, u, *_ = self._place(min(max(time, 0.0), self.period))
+        first, *others = range(self.grid.span[n], len(self._spans))
+        begun = [self._span(first).after(u)] if 1.0 - u > _END else []
+        return begun + [self._span(number) for number in others]
+
+    def _span(self, number: int) -> Span:
+        cubics: list[float] = self._spans[number].tolist()
+        return Span(tuple(cubics[:4]), tuple(cubics[4:]))
+
+    def _place(self, time: float) -> tuple[int, float, float, float, float]:
+        """Return the interval at a time, where in its span that is, the time [s] since its start, and its motion."""
+        n = min(int(np.searchsorted(self.times, time, side='right')) - 1, len(self._rows) - 1)
+        u, u1, u2, u3, speed, acceleration = self._rows[n].tolist()
+        dt = time - float(self.times[n])
+        length = dt * (speed + 0.5 * acceleration * dt)
+        # the cubic of u over the length
+        return n, u + length * (u1 + length * (u2 + length * u3)), dt, speed, acceleration
 
 
 def _way(grid: PathGrid) -> tuple[Floats, Floats, Floats]:
@@ -130,7 +120,8 @@ def _way(grid: PathGrid) -> tuple[Floats, Floats, Floats]:
 
 
 def plan_spans(
-    spans: Sequence[Span], timing: Timing, drive: Drive, speed_limits: Sequence[float] | None = None
+    spans: Sequence[Span], timing: Timing, drive: Drive, speed_limits: Sequence[float] | None = None,
+    start: float = 0.0,
 ) -> PlannedPath:
     """
     Time a path of spans.
@@ -145,6 +136,8 @@ def plan_spans(
         The robot.
     speed_limits : sequence of float or None
         Of each span; inf where there is none [m/s].
+    start : float
+        Speed at its start [m/s].
 
     Raises
     ------
@@ -155,12 +148,18 @@ def plan_spans(
 
     """
     grid = lay_grid(list(spans))
-    speed = np.full(len(grid.length) + 1, np.inf)
-    if speed_limits is not None:
-        by_interval = np.asarray(speed_limits)[grid.span]
-        speed = np.minimum(np.append(by_interval, np.inf), np.append(np.inf, by_interval))
+    by_interval = np.full(len(grid.length), np.inf) if speed_limits is None else np.asarray(speed_limits)[grid.span]
+    return plan_grid(spans, grid, timing, drive, by_interval, start)
+
+
+def plan_grid(
+    spans: Sequence[Span], grid: PathGrid, timing: Timing, drive: Drive, speed_limits: Floats, start: float = 0.0
+) -> PlannedPath:
+    """Time a path as `plan_spans` does on a grid of its spans, with limits of the speed in each interval [m/s]."""
+    speed = np.minimum(np.append(speed_limits, np.inf), np.append(np.inf, speed_limits))
     try:
-        profile = fastest(Grid(grid.length, grid.curvature, grid.sharpness, speed), timing, drive)
+        profile = fastest(
+            Grid(grid.length, grid.curvature, grid.sharpness, speed), timing, drive, start / timing.speed_factor)
     except StuckError as error:
         raise ImpossibleError(int(grid.span[error.interval]), str(error)) from None
     return PlannedPath(spans, grid, profile, timing.speed_factor)
@@ -182,12 +181,38 @@ def plan(request: PathRequest) -> PlannedPath:
     spans = spans_of([point for point, _ in points], path.closed)
     # the span after each control point, and so the waypoint that it follows
     numbers = [number for _, number in points][:len(spans)]
-    spans, numbers = path.laps * spans, path.laps * numbers
+    return timed(request, path.laps * spans, path.laps * numbers)
+
+
+def timed(request: PathRequest, spans: Sequence[Span], numbers: Sequence[int], start: float = 0.0) -> PlannedPath:
+    """
+    Time the spans of a request's path.
+
+    Parameters
+    ----------
+    request : PathRequest
+        The path.
+    spans : sequence of Span
+        Its shape.
+    numbers : sequence of int
+        The waypoint that each span follows.
+    start : float
+        Speed at its start [m/s].
+
+    Raises
+    ------
+    ParameterError
+        Where the path has a cusp, or no motion along it keeps the limits; it names the waypoint.
+
+    """
+    waypoints, path = request.waypoints, request.path
     try:
-        return plan_spans(spans, request.timing, request.drive, [waypoints.speeds[number] for number in numbers])
+        return plan_spans(
+            spans, request.timing, request.drive, [waypoints.speeds[number] for number in numbers], start)
     except TooSharpError as error:
         bend_at = spans[error.span].at(0.5)
-        nearest = min(range(len(waypoints.points)), key=lambda n: math.dist(waypoints.points[n], bend_at[:2]))
+        nearest = min(range(min(numbers), len(waypoints.points)),
+                      key=lambda n: math.dist(waypoints.points[n], bend_at[:2]))
         raise ParameterError([
             f'{waypoints.places[nearest]}: the path turns back near this waypoint, a cusp that more than '
             f'{MOST_POINTS} points would be needed for; move it, raise path.corner_tolerance = '

@@ -235,15 +235,17 @@ class _Passes:
                 low = middle
         return best
 
-    def run(self) -> list[float]:
-        """Return the speed at every point, 0 at both ends [m/s]."""
+    def run(self, start: float) -> list[float]:
+        """Return the speed at every point, from one at the start to 0 at the end [m/s]."""
         count = len(self._rows)
         self.tops[count] = 0.0
         for n in range(count - 1, -1, -1):
             self.tops[n] = self._controllable(n)
             if self.tops[n] < 0.0:
                 raise StuckError(n, 'the torque limit is not above the friction')
-        speeds, n = [0.0], 0
+        if start > self.tops[0] * (1.0 + _CLOSE) + _CLOSE:
+            raise StuckError(0, f'{start:.3g} m/s at its start is too fast, {self.tops[0]:.3g} m/s the most')
+        speeds, n = [min(start, self.tops[0])], 0
         while n < count:
             following = self._after(n, speeds[n], _CLOSE)
             if following >= 0.0:
@@ -272,9 +274,9 @@ def _active(
     return [used[n][0] if shares[n, k] >= _ACTIVE else '' for k, n in enumerate(most.tolist())]
 
 
-def fastest(grid: Grid, timing: Timing, drive: Drive) -> Profile:
+def fastest(grid: Grid, timing: Timing, drive: Drive, start: float = 0.0) -> Profile:
     """
-    Return the fastest motion along a path, from rest to rest, that keeps all limits, `speed_factor` apart.
+    Return the fastest motion along a path, to rest, that keeps all limits, `speed_factor` apart.
 
     Parameters
     ----------
@@ -284,6 +286,8 @@ def fastest(grid: Grid, timing: Timing, drive: Drive) -> Profile:
         At least a limit of the speed, and one of the acceleration or the torque.
     drive : Drive
         For the torques.
+    start : float
+        Speed at its start [m/s].
 
     Raises
     ------
@@ -295,6 +299,6 @@ def fastest(grid: Grid, timing: Timing, drive: Drive) -> Profile:
     least: Any = np.min(np.stack(list(limits.values())), axis=0)
     tops = np.append(least[:, 0], least[-1, 1])
     tops[1:] = np.minimum(tops[1:], least[:, 1])
-    speeds = np.array(_Passes(rows, grid.length, tops).run())
+    speeds = np.array(_Passes(rows, grid.length, tops).run(start))
     acceleration = (speeds[1:] ** 2 - speeds[:-1] ** 2) / (2.0 * grid.length)
     return Profile(speeds, acceleration, _active(rows, limits, speeds, acceleration))

@@ -100,7 +100,7 @@ class InputValidator:
             if decision is not StampDecision.HOLD:
                 self._compare(topic, stamp, message, value, read, decision)
         except RefusedMessageError as refusal:
-            self._note_refusal(topic, refusal)
+            self.note_refusal(topic, refusal)
             return None
         self._monitor.note_input(topic, policy.age(stamp))
         return ValidInput(stamp, decision, value)
@@ -150,7 +150,7 @@ class InputValidator:
     def note_other_numbers(self, topic: str, stamp: int) -> None:
         """Count a message that has other numbers than the first of its stamp [ns], and name its publishers."""
         names = publisher_names(self._node, self._node.resolve_topic_name(topic))
-        self._note_refusal(topic, RefusedMessageError(
+        self.note_refusal(topic, RefusedMessageError(
             'other numbers for a stamp', f'stamp {stamp / 1e9} s, which was taken before, published by {names}: there '
             'is a second publisher, or one that does not repeat its message byte by byte (docs/lockstep.md)'))
 
@@ -159,10 +159,10 @@ class InputValidator:
         try:
             return read(message)
         except RefusedMessageError as refusal:
-            self._note_refusal(topic, refusal)
+            self.note_refusal(topic, refusal)
             return None
 
-    def _note_refusal(self, topic: str, refusal: RefusedMessageError) -> None:
+    def note_refusal(self, topic: str, refusal: RefusedMessageError) -> None:
         """Count a refusal, and warn at most every two seconds for each topic and reason."""
         reason = f'{topic}: {refusal.reason}'
         self.refused[reason] += 1

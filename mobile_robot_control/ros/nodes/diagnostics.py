@@ -44,6 +44,8 @@ class Diagnostics:
         Where the node keeps a pace of its own.
     override : callable
         Returns a Condition that only the node itself can know, or None.
+    running : callable
+        Returns the state of a node that steps, in a word.
 
     """
 
@@ -51,8 +53,9 @@ class Diagnostics:
         self, node: Node, validator: InputValidator, monitor: InputMonitor, watch: PublisherWatch,
         pace: OverrunCounter | None,
         override: Callable[[], Condition | None] = lambda: None,
+        running: Callable[[], str] = lambda: 'running',
     ) -> None:
-        self._node, self._validator, self._monitor = node, validator, monitor
+        self._node, self._validator, self._monitor, self._running = node, validator, monitor, running
         self._watch, self._pace, self._override = watch, pace, override
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._refused_before = self._overruns_before = 0
@@ -104,7 +107,7 @@ class Diagnostics:
             or self._saturated > _OFTEN_SATURATED * self._steps
             or bool(self.problems())
         )
-        return Condition(DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK, 'running', missing,
+        return Condition(DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK, self._running(), missing,
                          '; '.join(self.problems()))
 
     def problems(self) -> list[str]:

@@ -162,7 +162,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     def _start(self) -> None:
         """Begin to serve parameters and to publish diagnostics."""
         self._diagnostics = Diagnostics(
-            self, self._validator, self._monitor, self._watch, self._pace, self._condition)
+            self, self._validator, self._monitor, self._watch, self._pace, self._condition, self._running)
         CheckedParameterService(self, type(self.parameters), self._apply, self._refusals)
         self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
 
@@ -270,6 +270,10 @@ class LoopNode(Node, Generic[NodeGroup]):
     def _condition(self) -> Condition | None:
         """Return a condition that only the node itself can know, or None."""
         return None
+
+    def _running(self) -> str:
+        """Return the state of a node that steps, in a word."""
+        return 'running'
 
     def _last_condition(self) -> Condition:
         """Return what the last diagnostics say."""

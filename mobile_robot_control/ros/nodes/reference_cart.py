@@ -5,18 +5,25 @@ from typing import Any
 
 from nav_msgs.msg import Path
 
-from mobile_robot_control.configuration.nodes import ReferenceCartParameters
+from mobile_robot_control.configuration.nodes import ReferenceCartParameters, awaits_path
 from mobile_robot_control.messages import writing
+from mobile_robot_control.messages.parsing import RefusedMessageError
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.ros.clocks.cart_time import LockstepTime, WallClockTime
 from mobile_robot_control.ros.clocks.cart_wait import CartWait
 from mobile_robot_control.ros.clocks.lockstep import Outputs
 from mobile_robot_control.ros.clocks.stop_memory import remember_stops
 from mobile_robot_control.ros.inputs.conversions import reader
+from mobile_robot_control.ros.inputs.path_input import subscribe_to_paths
 from mobile_robot_control.ros.inputs.table import Input, Inputs
 from mobile_robot_control.ros.nodes.cart_course import CartCourse
+from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.services.condition import Condition
 from mobile_robot_control.ros.services.qos import LATCHED
+from mobile_robot_control.stamps import NANOSECONDS
+from mobile_robot_control.topics import PATH_TOPIC
 
 _JUMP = ('the cart would jump: on the wall clock its curve can change where wait is true, so that it waits at the new '
          'start; or start the node again')
@@ -35,6 +42,13 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             remember_stops(self, self._validator)
         self._connect({'odom': Input(reader('odom', shared), self._position_period)},
                       ['reference_horizon', 'reference'] if horizon else ['reference'], shared.position_rate)
+        self._paths: LockstepPaths = (
+            LockstepPaths(self._course, self._position_period, self._reached) if shared.lockstep
+            else WallClockPaths(self._course, self._time.now))
+        if self.parameters.curve.curve == PATH:
+            self._paths.prepare()
+        subscribe_to_paths(self, self._receive_path)
+        self._pose = Pose(0.0, 0.0, 0.0)
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
         self._publish_path()
         self._start()
@@ -74,18 +88,48 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def _begin_course(self) -> None:
         """Begin on the curve of the parameters; a cart that waits, at its start."""
         is_new = self._course.is_new(self.parameters)
-        self._course.begin(self.parameters)
+        self._course.begin(self.parameters, self._pose)
+        self._paths.begin()
         if is_new:
             self._publish_path()
             self._time.begin_anew()
 
-    def begin(self, _inputs: Inputs, joins: bool) -> None:
+    def _receive_path(self, message: bytes) -> None:
+        """Take a message on `path`."""
+        refusal = self._course.takes_paths()
+        if refusal:
+            self._validator.note_refusal(PATH_TOPIC, RefusedMessageError('the cart drives a curve', refusal))
+        else:
+            self._paths.receive(message)
+
+    def _take_path(self, due: Due, stamp: int) -> None:
+        """Go on along a path from a stamp [ns] on, unless it is refused."""
+        answer = due.answer
+        if answer.refusal:
+            self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(*answer.refusal))
+            return
+        self._course.take(answer, due.begins)
+        self._publish_path()
+        self._events.publish(stamp, {PATH_TOPIC: answer.points})
+        if not answer.points:
+            self.get_logger().info('an empty path: the cart stops')
+            return
+        self.get_logger().info(f'takes over a path of {len(answer.points)} poses')
+        self.get_logger().info('the orientations and stamps of its poses are not used', once=True)
+
+    def begin(self, inputs: Inputs, joins: bool) -> None:
         """Begin at the start of the curve; one that joins a run has the place that the stamp tells."""
-        if not joins:
+        self._pose = inputs.value('odom')[0]
+        # a cart that awaits its path stands where the robot is, whenever it comes
+        if not joins or awaits_path(self.parameters):
             self._begin_course()
 
     def step(self, inputs: Inputs, _dt: float) -> Outputs:
         """Return the reference, and those ahead."""
+        self._pose = inputs.value('odom')[0]
+        due = self._paths.due(inputs.stamp)
+        if due is not None:
+            self._take_path(due, inputs.stamp)
         references = self._time.references(inputs.stamp)
         return {'reference': references[0], 'reference_horizon': references}
 
@@ -96,8 +140,17 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def forget(self) -> None:
         """Begin again with the next odometry."""
-        self._course.begin(self.parameters)
+        self._course.begin(self.parameters, self._pose)
+        self._paths.begin()
         self._time.forget()
 
     def _condition(self) -> Condition | None:
         return self._time.condition()
+
+    def _running(self) -> str:
+        return self._course.state(round(self._time.now() * NANOSECONDS), self._pose)
+
+    def close(self) -> None:
+        """End as all nodes do, and what plans paths."""
+        self._paths.close()
+        super().close()

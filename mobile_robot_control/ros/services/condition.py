@@ -19,7 +19,8 @@ class Condition(NamedTuple):
         One of DiagnosticStatus: OK; WARN, it works but something is wrong; ERROR, it cannot work; STALE, it has not
         begun, for want of input.
     state : str
-        In a word: running, waiting, stopped, paused, ended, diverged, law failed.
+        In a word: running, waiting, stopped, paused, ended, diverged, law failed; of a cart on a path also standing
+        and arrived.
     waits_for : sequence of str
         Node names.
     detail : str

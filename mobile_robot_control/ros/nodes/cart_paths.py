@@ -1,0 +1,167 @@
+"""The input `path` of the reference cart: which path acts when."""
+
+import math
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, NamedTuple
+
+from mobile_robot_control.messages.parsing import serialised_stamp
+from mobile_robot_control.ros.nodes.cart_course import CartCourse
+from mobile_robot_control.stamps import NANOSECONDS
+
+if TYPE_CHECKING:
+    from mobile_robot_control.ros.services.path_planning import PathAnswer
+    from mobile_robot_control.ros.services.planning_process import PlanningProcess
+
+_FAR = 86_400 * NANOSECONDS
+"""[ns]: a stamp that is farther ahead is of another clock."""
+_SOON, _LEAD = 0.2, 0.5
+"""[s] ahead of now at which a path begins that is planned meanwhile: at least, and at first."""
+
+
+class Due(NamedTuple):
+    """
+    A path that acts now.
+
+    Attributes
+    ----------
+    answer : PathAnswer
+        How the cart goes on.
+    begins : int
+        Time along the course at which it does [ns].
+
+    """
+
+    answer: 'PathAnswer'
+    begins: int
+
+
+class LockstepPaths:
+    """
+    Keeps paths for their position ticks, and plans them there.
+
+    Parameters
+    ----------
+    course : CartCourse
+        Of the cart.
+    period : int
+        Between two ticks [ns].
+    reached : callable
+        Returns the last tick [ns]; None before the first.
+
+    """
+
+    def __init__(self, course: CartCourse, period: int, reached: Callable[[], int | None]) -> None:
+        self._course, self._period, self._reached = course, period, reached
+        self._waiting: dict[int, bytes] = {}
+        self._has_run = False
+
+    def receive(self, message: bytes) -> None:
+        """
+        Keep a message for the first tick from its stamp on.
+
+        Stamp 0, one that has passed and one of another clock mean the next tick; the first of a run is the robot's.
+        """
+        following = (self._reached() or 0) + self._period
+        tick = -(-serialised_stamp(message) // self._period) * self._period
+        self._waiting[tick if following <= tick <= following + _FAR else following] = message
+
+    def begin(self) -> None:
+        """Forget the paths of a run that has ended; those that came before the first one wait for it."""
+        if self._has_run:
+            self._waiting.clear()
+        self._has_run = True
+
+    def due(self, stamp: int) -> Due | None:
+        """Return the path of a tick [ns], planned; None where there is none."""
+        message = self._waiting.pop(stamp, None)
+        if message is None:
+            return None
+        from mobile_robot_control.ros.services.path_planning import answer  # noqa: PLC0415 (needs NumPy)
+
+        return Due(answer(self._course.question(message, stamp)), stamp)
+
+    def prepare(self) -> None:
+        """Start what plans."""
+
+    def close(self) -> None:
+        """End what plans."""
+
+
+class WallClockPaths(LockstepPaths):
+    """
+    Plans the newest path in a process of its own while the cart goes on; it begins a little later.
+
+    Parameters
+    ----------
+    course : CartCourse
+        Of the cart.
+    now : callable
+        Returns the time along the course [s].
+
+    """
+
+    def __init__(self, course: CartCourse, now: Callable[[], float]) -> None:
+        self._course, self._now = course, now
+        self._process: PlanningProcess | None = None
+        self._newest = b''
+        self._asked: tuple[bytes, int, float, Future[PathAnswer]] | None = None
+        self._ready: Due | None = None
+        self._lead, self._before = _LEAD, math.nan
+
+    def prepare(self) -> None:
+        """Start the process that plans."""
+        self._started()
+
+    def _started(self) -> 'PlanningProcess':
+        if self._process is None:
+            from mobile_robot_control.ros.services.planning_process import PlanningProcess  # noqa: PLC0415 (NumPy)
+
+            self._process = PlanningProcess()
+        return self._process
+
+    def receive(self, message: bytes) -> None:
+        """Take a message in place of those before; its stamp is not used."""
+        self._newest = message
+
+    def begin(self) -> None:
+        """Forget a path that was planned for the course before."""
+        self._ready = None
+        if self._asked is not None:
+            self._newest = self._newest or self._asked[0]
+            self._asked = None
+
+    def due(self, _stamp: int) -> Due | None:
+        """Return a path that begins now or has been refused; plan the newest one."""
+        now = round(self._now() * NANOSECONDS)
+        moves, self._before = now != self._before, now
+        if self._asked is not None and self._asked[3].done():
+            self._take_answer(now)
+        if self._asked is None and self._newest:
+            begins = now + round(self._lead * NANOSECONDS) if moves and not self._course.has_ended(now) else now
+            self._asked = self._newest, begins, time.monotonic(), self._started().ask(
+                self._course.question(self._newest, begins))
+            self._newest, self._ready = b'', None
+        if self._ready is None or (self._ready.begins > now and not self._ready.answer.refusal):
+            return None
+        due, self._ready = self._ready, None
+        return due
+
+    def _take_answer(self, now: int) -> None:
+        """Take the answer of the process; a path that should have begun before is planned again, for a later time."""
+        assert self._asked is not None  # noqa: S101 (for mypy)
+        (message, begins, asked, future), self._asked = self._asked, None
+        took = time.monotonic() - asked
+        self._lead = max(_SOON, 2.0 * took)
+        if self._newest:
+            return
+        if begins < now and not self._course.has_ended(begins):
+            self._newest = message
+        else:
+            self._ready = Due(future.result(), max(begins, now) if self._course.has_ended(begins) else begins)
+
+    def close(self) -> None:
+        """End the process that plans."""
+        if self._process is not None:
+            self._process.close()

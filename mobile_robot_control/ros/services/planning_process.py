@@ -1,0 +1,63 @@
+"""A process that plans paths beside a node on the wall clock, whose steps go on meanwhile."""
+
+import pickle
+import subprocess
+import sys
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from mobile_robot_control.ros.services.path_planning import PathAnswer, PathQuestion, answer
+
+
+class PlanningProcess:
+    """Answers questions, one after the other; it ends with the process that has started it."""
+
+    def __init__(self) -> None:
+        self._thread = ThreadPoolExecutor(1)
+        self._start()
+
+    def _start(self) -> None:
+        # a session of its own: Ctrl-C is for the node
+        self._process = subprocess.Popen([sys.executable, '-m', __name__], stdin=subprocess.PIPE,  # noqa: S603 (ours)
+                                         stdout=subprocess.PIPE, start_new_session=True)
+
+    def ask(self, question: PathQuestion) -> 'Future[PathAnswer]':
+        """Begin to plan."""
+        return self._thread.submit(self._exchange, question)
+
+    def _exchange(self, question: PathQuestion) -> PathAnswer:
+        """Return the answer of the process; one that was killed is started again, once."""
+        for again in (False, True):
+            if again:
+                self._process.wait()
+                self._start()
+            assert self._process.stdin is not None  # noqa: S101 (for mypy: pipes)
+            assert self._process.stdout is not None  # noqa: S101
+            try:
+                pickle.dump(question, self._process.stdin)
+                self._process.stdin.flush()
+                found: PathAnswer = pickle.load(self._process.stdout)  # noqa: S301 (our own process)
+                return found
+            except (OSError, EOFError, pickle.UnpicklingError):
+                continue
+        return PathAnswer(None, [], ('not planned', 'the process that plans has ended twice; is there enough memory?'))
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.wait()
+        self._thread.shutdown()
+
+
+def _serve() -> None:
+    """Answer questions on the standard input until it closes."""
+    while True:
+        try:
+            question = pickle.load(sys.stdin.buffer)  # noqa: S301 (of the node that has started this process)
+        except EOFError:
+            return
+        pickle.dump(answer(question), sys.stdout.buffer)
+        sys.stdout.buffer.flush()
+
+
+if __name__ == '__main__':
+    _serve()
