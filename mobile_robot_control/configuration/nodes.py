@@ -188,6 +188,11 @@ def course_of(cart: ReferenceCartParameters) -> Course:
     return make_course(cart.curve.curve, cart.curve.placement, path_of(cart))
 
 
+def known_course(cart: ReferenceCartParameters) -> Course | None:
+    """Return what the cart drives; None where it awaits a path."""
+    return None if awaits_path(cart) else course_of(cart)
+
+
 def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
     """Return a loop with the topics that the parameters of all nodes ask for."""
     return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled, shared.has_odom_time)

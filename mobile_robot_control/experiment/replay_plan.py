@@ -20,10 +20,12 @@ from mobile_robot_control.recording.loop_messages import LoopMessages, first_dif
 from mobile_robot_control.recording.mcap_stream import BagError
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import DISTURBANCE, MOST_EVENTS
+from mobile_robot_control.topics import DISTURBANCE, MOST_EVENTS, PATH_TOPIC
 
 _FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
 """Parameters that change no number."""
+_PUBLISHED = (DISTURBANCE, PATH_TOPIC)
+"""Changes that are messages."""
 _TOLD = 20
 """Faults of a bag that are told."""
 
@@ -192,27 +194,43 @@ def _event_faults(change: Change, configuration: Configuration, ends: Sequence[i
         yield f'{_place(change)} is outside the recording'
     elif change.stamp % period:
         yield f'{_place(change)} is off the grid; it is of another run'
-    declared = declarations(NODES[change.node])
     for key, value in change.values.items():
-        if change.node == 'plant' and key == DISTURBANCE:
-            if not (isinstance(value, list) and len(value) == len(Push._fields)
-                    and all(type(part) in (int, float) and abs(part) <= LARGEST for part in value)):
-                yield f'{_place(change)} tells {shortened(repr(value), 60)}, which is no push'
-        elif change.node == 'plant' and key == RESET:
-            if (change.stamp - period) % tick or change.stamp <= tick:
-                yield f'{_place(change)} is a reset at no position tick; it is of another run'
-            yield from (f'{_place(change)}: {fault}' for fault in check_value(declared['initial_pose'], value)[1])
-        elif key not in declared or key in PACE or not declared[key].field.live:
-            yield f"{_place(change)} sets '{shortened(key, 60)}', which cannot be set; it is of another version"
-        else:
-            yield from (f'{_place(change)}: {fault}' for fault in check_value(declared[key], value)[1])
+        yield from (f'{_place(change)} {fault}' for fault in _value_faults(change, key, value, period, tick))
+
+
+def _value_faults(change: Change, key: str, value: Any, period: int, tick: int) -> Iterator[str]:
+    """Yield what is wrong with one value of an event, at a velocity period and a position period [ns]."""
+    declared = declarations(NODES[change.node])
+    if change.node == 'plant' and key == DISTURBANCE:
+        if not _are_pairs([value]):
+            yield f'tells {shortened(repr(value), 60)}, which is no push'
+    elif change.node == 'reference_cart' and key == PATH_TOPIC:
+        if change.stamp % tick or change.stamp == 0:
+            yield 'is a path at no position tick; it is of another run'
+        if not _are_pairs(value):
+            yield f'tells {shortened(repr(value), 60)}, which is no path'
+    elif change.node == 'plant' and key == RESET:
+        if (change.stamp - period) % tick or change.stamp <= tick:
+            yield 'is a reset at no position tick; it is of another run'
+        yield from (f'is at fault: {fault}' for fault in check_value(declared['initial_pose'], value)[1])
+    elif key not in declared or key in PACE or not declared[key].field.live:
+        yield f"sets '{shortened(key, 60)}', which cannot be set; it is of another version"
+    else:
+        yield from (f'is at fault: {fault}' for fault in check_value(declared[key], value)[1])
+
+
+def _are_pairs(values: Any) -> bool:
+    """Return whether the value of an event is a list of pairs of numbers that messages may hold."""
+    return isinstance(values, list) and all(
+        isinstance(pair, list) and len(pair) == len(Push._fields)
+        and all(type(part) in (int, float) and abs(part) <= LARGEST for part in pair) for pair in values)
 
 
 def _rule_faults(configuration: Configuration, changes: Iterable[Change]) -> Iterator[str]:
     """Yield the changes after which a node would have refused its parameters."""
     values = {node: flatten(part) for node, part in configuration._asdict().items()}
     for change in changes:
-        changed = {key: value for key, value in change.values.items() if key not in (RESET, DISTURBANCE)}
+        changed = {key: value for key, value in change.values.items() if key not in (RESET, *_PUBLISHED)}
         if changed:
             try:
                 configure({**values, change.node: values[change.node] | changed})
@@ -250,7 +268,7 @@ def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Cha
 
 def changed_parameters(change: Change) -> dict[str, Any]:
     """Return the parameters that a change sets."""
-    return {key: value for key, value in change.values.items() if key != DISTURBANCE}
+    return {key: value for key, value in change.values.items() if key not in _PUBLISHED}
 
 
 def compare_replay(replay: Replay, output: Path, namespace: str) -> str:

@@ -22,7 +22,7 @@ from mobile_robot_control.quantities import Push
 from mobile_robot_control.recording.changes import Change
 from mobile_robot_control.ros.nodes.recorder import NO_LIMIT
 from mobile_robot_control.ros.nodes.replayer import Replayer
-from mobile_robot_control.topics import DISTURBANCE
+from mobile_robot_control.topics import DISTURBANCE, PATH_TOPIC
 
 
 class _RunIsOverError(Exception):
@@ -49,8 +49,8 @@ class ReplayRun:
         """Return the node that applies the changes."""
         changes = self._replay.changes
         self._replayer = Replayer(namespace, {change.node for change in changes if changed_parameters(change)},
-                                  self._replay.configuration.plant.shared.base_frame_id,
-                                  any(DISTURBANCE in change.values for change in changes))
+                                  self._replay.configuration.plant.shared,
+                                  {key for change in changes for key in change.values})
         return self._replayer
 
     def follow(self, runner: ExperimentRunner) -> None:
@@ -95,7 +95,10 @@ class ReplayRun:
                 raise RunFailedError(f'{change.node} refuses {values}: {result.reason}')
         if DISTURBANCE in change.values:
             self._replayer.push(change.stamp, Push(*change.values[DISTURBANCE]))
-            self._wait(self._replayer.pushes_have_arrived, f'the plant did not take the push of {change.stamp} ns')
+            self._wait(self._replayer.have_arrived, f'the plant did not take the push of {change.stamp} ns')
+        if PATH_TOPIC in change.values:
+            self._replayer.lead(change.stamp, change.values[PATH_TOPIC])
+            self._wait(self._replayer.have_arrived, f'the cart did not take the path of {change.stamp} ns')
 
     def _begin_anew(self) -> None:
         """Begin a new run, held at 0."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_robot_control.configuration.nodes import course_of
+from mobile_robot_control.configuration.nodes import known_course
 from mobile_robot_control.figures.lines import Floats, Line, ordinary_size
 from mobile_robot_control.figures.palette import LINES
 from mobile_robot_control.reference.course import Course
@@ -26,7 +26,7 @@ def packed_path(runs: Sequence[Run]) -> dict[str, str]:
     """Return the paths of the carts, each once, as packed `x` and `y` [m] with breaks of nan."""
     drawn: dict[Any, tuple[Floats, Floats]] = {}
     for n, run in enumerate(runs):
-        course = course_of(run.parameters.reference_cart) if run.parameters else None
+        course = known_course(run.parameters.reference_cart) if run.parameters else None
         if course is not None and _is_followed(course, run.series):
             drawn.setdefault(course, _lap(course, run.series))
         else:
@@ -95,7 +95,8 @@ def replay_data(runs: Sequence[Run], rows: int = _ROWS) -> dict[str, Any] | None
         return None
     errors = np.concatenate([_distance(run.series).value for run in runs])
     errors = errors[np.isfinite(errors)]
-    laps = [course_of(run.parameters.reference_cart).period for run in runs if run.parameters]
+    courses = [known_course(run.parameters.reference_cart) for run in runs if run.parameters]
+    laps = [course.period for course in courses if course is not None]
     return {
         'start': float(min(times[0] for times in moving)), 'end': float(max(times[-1] for times in moving)),
         'trail': max(laps, default=_TRAIL),

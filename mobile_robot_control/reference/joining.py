@@ -8,19 +8,21 @@ reference; it leads to the new path some way ahead.
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.quantities import Reference
 from mobile_robot_control.reference.path_grid import lay_grid
-from mobile_robot_control.reference.path_parameters import PathRequest
+from mobile_robot_control.reference.path_parameters import PathRequest, Timing
 from mobile_robot_control.reference.path_shape import Point, Span, control_points, spline
 from mobile_robot_control.reference.planned_path import ImpossibleError, PlannedPath, plan_grid, timed
 
-_LENGTHS = (1.0, 2.0, 4.0)
+_LENGTHS = (1.0, 2.0)
 """Of the joint, in units of path.join_distance, the first that can be driven."""
+_SLACK = (1.0, 1.01)
+"""Share of the limits: between two points of its grid a motion before may have exceeded them by as much."""
 
 
 def join(request: PathRequest, before: Reference) -> PlannedPath:
@@ -50,7 +52,7 @@ def join(request: PathRequest, before: Reference) -> PlannedPath:
             f'the path begins {away:.3g} m from the cart at ({before.pose.x:.3g}, {before.pose.y:.3g}), and '
             f'path.join_distance is {most:g} m; begin it where the robot is, or raise that'])
     refusal = ParameterError([])
-    for length in _LENGTHS:
+    for length, slack in product(_LENGTHS, _SLACK):
         first, rest = _from(points, begin + length * most)
         control = [(first, rest - 1)]
         if rest < len(points):
@@ -60,10 +62,19 @@ def join(request: PathRequest, before: Reference) -> PlannedPath:
         spans = spline([*shape, _beyond(shape)])
         followed = [control[0][1], *(number for _, number in control)]
         try:
-            return timed(request, spans, [numbers[number] for number in followed], before.velocity.linear)
+            return timed(_slackened(request, slack), spans, [numbers[number] for number in followed],
+                         before.velocity.linear)
         except ParameterError as error:
             refusal = refusal if refusal.violations else error
     raise refusal
+
+
+def _slackened(request: PathRequest, share: float) -> PathRequest:
+    """Return a request with a share of its limits."""
+    factor, fraction, *limits = request.timing
+    return request._replace(
+        timing=Timing(factor, fraction, *(share * limit for limit in limits)),
+        drive=request.drive._replace(stall_torque=share * request.drive.stall_torque))
 
 
 def stop(rest: Sequence[Span], request: PathRequest, before: Reference) -> PlannedPath:
@@ -80,11 +91,20 @@ def stop(rest: Sequence[Span], request: PathRequest, before: Reference) -> Plann
         How the cart moves.
 
     """
+    for slack in _SLACK:
+        stopped = _stop(rest, _slackened(request, slack), before.velocity.linear)
+        if stopped is not None:
+            return stopped
+    raise ParameterError(['no stop on the rest of the path keeps the limits of timing'])
+
+
+def _stop(rest: Sequence[Span], request: PathRequest, speed: float) -> PlannedPath | None:
+    """Plan the shortest stop from a speed [m/s]; None where the limits do not allow one."""
     def first_part(count: int) -> PlannedPath | None:
         """Return the motion to a stop after so many intervals of the grid; None where there is none."""
         part = grid.first(count)
         with suppress(ImpossibleError):
-            return plan_grid(rest, part, request.timing, request.drive, np.full(count, np.inf), before.velocity.linear)
+            return plan_grid(rest, part, request.timing, request.drive, np.full(count, np.inf), speed)
         return None
 
     count = 1
@@ -95,7 +115,7 @@ def stop(rest: Sequence[Span], request: PathRequest, before: Reference) -> Plann
         if stopped is not None:
             break
         if count >= len(rest):
-            raise ParameterError(['no stop on the rest of the path keeps the limits of timing'])
+            return None
         count *= 2
     shortest = 0
     while longest - shortest > 1:

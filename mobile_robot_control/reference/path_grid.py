@@ -1,10 +1,11 @@
 """The grid of a path: intervals short enough for its bends, with length, curvature and sharpness at their ends."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mobile_robot_control.reference.curve import CurvePoint
 from mobile_robot_control.reference.path_shape import Bend, Span, bend
 
 Floats = NDArray[np.float64]
@@ -65,12 +66,17 @@ def _coefficients(spans: list[Span]) -> tuple[Floats, Floats]:
     return np.array([span.x for span in spans]), np.array([span.y for span in spans])
 
 
-def _bends(x: Floats, y: Floats, u: Floats) -> Bend:
-    """Return how spans bend at many points of each; coefficients of shape (n, 4), u of shape (n, k)."""
+def _points(x: Floats, y: Floats, u: Floats) -> CurvePoint:
+    """Return many points of each span; coefficients of shape (n, 4), u of shape (n, k)."""
     def columns(c: Floats) -> tuple[Floats, ...]:
         return tuple(c[:, None, power] for power in range(4))
 
-    return bend(Span(columns(x), columns(y)).at(u), np.sqrt)
+    return Span(columns(x), columns(y)).at(u)
+
+
+def _bends(x: Floats, y: Floats, u: Floats) -> Bend:
+    """Return how spans bend at these."""
+    return bend(_points(x, y, u), np.sqrt)
 
 
 def lay_grid(spans: list[Span]) -> PathGrid:
@@ -109,11 +115,15 @@ def _refined(x: Floats, y: Floats, counts: NDArray[np.int64]) -> PathGrid:
         middle, half = 0.5 * (u[:, :1] + u[:, 1:]), 0.5 * (u[:, 1:] - u[:, :1])
         between, inner, _ = _bends(x[span], y[span], middle + half * _NODES)
         length = (half * (between * _WEIGHTS)).sum(axis=1)
-        speed, curvature, sharpness = _bends(x[span], y[span], u)
-        bend = np.maximum(np.abs(curvature).max(axis=1), np.abs(inner).max(axis=1))
-        change = np.abs(sharpness).max(axis=1) * length / (bend + _WEAK)
+        ends: Any = _points(x[span], y[span], u)
+        speed, curvature, sharpness = bend(ends, np.sqrt)
+        # a path that turns back on a straight line has no curvature
+        turns_back = ends.dx[:, 0] * ends.dx[:, 1] + ends.dy[:, 0] * ends.dy[:, 1] <= 0.0
+        most = np.maximum(np.abs(curvature).max(axis=1), np.abs(inner).max(axis=1))
+        change = np.abs(sharpness).max(axis=1) * length / (most + _WEAK)
         worst = np.zeros(len(counts))
-        np.maximum.at(worst, span, np.nan_to_num(np.maximum(bend * length / _SHARPEST, change / _CHANGE), nan=np.inf))
+        sharp = np.where(turns_back, np.inf, np.maximum(most * length / _SHARPEST, change / _CHANGE))
+        np.maximum.at(worst, span, np.nan_to_num(sharp, nan=np.inf))
         if not (worst > 1.0).any():
             return PathGrid(span, u, 1.0 / speed, length, curvature, sharpness)
         counts = np.where(worst > 1.0, 2 * counts, counts)

@@ -2,7 +2,7 @@
 
 import math
 
-from mobile_robot_control.configuration.nodes import Configuration, course_of
+from mobile_robot_control.configuration.nodes import Configuration, known_course
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
 from mobile_robot_control.reference.course import Course
@@ -88,7 +88,8 @@ class IndexMeter:
         self._indices = PerformanceIndices()
         self._position_dt = position_dt
         self._robot = parameters.plant.shared.robot if parameters else _NO_ROBOT
-        self._cart = CartOnPath(course_of(parameters.reference_cart)) if parameters else None
+        course = known_course(parameters.reference_cart) if parameters else None
+        self._cart = CartOnPath(course) if course is not None else None
         self._torque = self._command = Variation()
 
     @property

@@ -13,10 +13,15 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from harness import Robots, experiment, run_command
 from mcap.reader import make_reader
+from nav_msgs.msg import Path
 from processes import processes_of
 
 from mobile_robot_control.messages.parsing import serialised_stamp
+from mobile_robot_control.messages.writing import path_message
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.ros.services.qos import LATCHED
 from mobile_robot_control.ros.services.run_events import KEPT
+from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 SLOW = 1e-3
@@ -111,6 +116,37 @@ def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_repl
     assert run.returncode == 1
     assert 'was killed by SIGKILL' in error
     assert 'was broken off after' in out
+
+
+def test_paths_and_a_stop_are_replayed_to_the_last_bit(robot, tmp_path):
+    recorded, replayed = tmp_path / 'recorded', tmp_path / 'replayed'
+    run = start(recorded, '--duration', 3.0, *(word for value in (
+        'plant.initial_pose:=[0.0, 0.0, 0.0]', 'reference_cart.curve:=path',
+        'reference_cart.timing.max_linear_velocity:=0.5', 'reference_cart.timing.max_wheel_torque:=0.5',
+    ) for word in ('-p', value)))
+    taken = []
+    robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: taken.extend(
+        status.values[0].value for status in message.status if status.values[0].key == 'path'), KEPT)
+    publisher = robot.recorder.create_publisher(Path, 'path', LATCHED)
+    robot.spin_until(lambda: robot.time() >= 0.0)
+    for number, points in enumerate([[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], [(0.2, 0.1), (2.0, 0.5)], []]):
+        publisher.publish(path_message('odom', [Pose(x, y, 0.0) for x, y in points]))
+        _set(robot, 'plant', real_time_factor=0.1)
+        robot.spin_until(lambda number=number: len(taken) > number)
+        begun = robot.time()
+        _set(robot, 'plant', real_time_factor=1.0)
+        robot.spin_until(lambda begun=begun: robot.time() > begun + 0.6)
+    _set(robot, 'plant', real_time_factor=0.0)
+    _, error = run.communicate(timeout=120)
+    assert run.returncode == 0, error
+    replay(recorded, replayed, '--composed')
+    (ours, events), (theirs, again) = courses(replayed), courses(recorded)
+    assert ours == theirs
+    assert events == again == 3
+    last = read_bag(recorded / 'bag').samples[-1].tick
+    # it has stopped on its way
+    assert last.reference.velocity == (0.0, 0.0)
+    assert 0.3 < last.reference.pose.x < 1.0
 
 
 @pytest.mark.soak

@@ -162,11 +162,11 @@ class InputValidator:
             self.note_refusal(topic, refusal)
             return None
 
-    def note_refusal(self, topic: str, refusal: RefusedMessageError) -> None:
-        """Count a refusal, and warn at most every two seconds for each topic and reason."""
+    def note_refusal(self, topic: str, refusal: RefusedMessageError, every: float = _WARN_EVERY) -> None:
+        """Count a refusal, and warn once in some time [s] at most for each topic and reason."""
         reason = f'{topic}: {refusal.reason}'
         self.refused[reason] += 1
         now = time.monotonic()
-        if now - self._warned_at.get(reason, -math.inf) >= _WARN_EVERY:
+        if now - self._warned_at.get(reason, -math.inf) >= every:
             self._warned_at[reason] = now
             self._node.get_logger().warning(f'refused a message on {topic}: {refusal}')

@@ -2,8 +2,9 @@
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
+from collections import deque
 from collections.abc import Callable
-from typing import Any
+from functools import partial
 
 from nav_msgs.msg import Path
 from rclpy.node import Node
@@ -16,22 +17,28 @@ except ImportError:  # before iron
 from mobile_robot_control.ros.services.qos import LATCHED, SUBSCRIBED
 from mobile_robot_control.topics import PATH_TOPIC
 
+_MOST = 4
+"""Messages of one subscription that wait for the other one."""
+
 
 def subscribe_to_paths(node: Node, take: Callable[[bytes], None]) -> None:
     """
     Call a function with each message on `path`, serialised.
 
     DDS connects a subscription that wants kept messages with publishers alone that keep them, and sends kept messages
-    to no other one: there are two, and what both get counts once.
+    to no other one: there are two, and a message that both get counts once.
     """
-    before: list[Any] = [None]
-
-    def receive(message: bytes, info: Any) -> None:
-        found = info['source_timestamp'], message
-        if found != before[0]:
-            before[0] = found
-            take(message)
-
     quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
-    for quality in (LATCHED, SUBSCRIBED):
-        node.create_subscription(Path, PATH_TOPIC, receive, quality, raw=True, event_callbacks=quiet)
+    only_by_one: list[deque[bytes]] = [deque(maxlen=_MOST), deque(maxlen=_MOST)]
+
+    def receive(number: int, message: bytes) -> None:
+        by_other = only_by_one[1 - number]
+        if message in by_other:
+            by_other.remove(message)
+            return
+        only_by_one[number].append(message)
+        take(message)
+
+    for number, quality in enumerate((LATCHED, SUBSCRIBED)):
+        node.create_subscription(
+            Path, PATH_TOPIC, partial(receive, number), quality, raw=True, event_callbacks=quiet)

@@ -98,7 +98,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """Take a message on `path`."""
         refusal = self._course.takes_paths()
         if refusal:
-            self._validator.note_refusal(PATH_TOPIC, RefusedMessageError('the cart drives a curve', refusal))
+            self._validator.note_refusal(PATH_TOPIC, RefusedMessageError('the cart drives a curve', refusal), every=0.0)
         else:
             self._paths.receive(message)
 
@@ -106,7 +106,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """Go on along a path from a stamp [ns] on, unless it is refused."""
         answer = due.answer
         if answer.refusal:
-            self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(*answer.refusal))
+            self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(*answer.refusal), every=0.0)
             return
         self._course.take(answer, due.begins)
         self._publish_path()

@@ -13,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from mobile_robot_control.configuration.nodes import PACE
 from mobile_robot_control.ros.services.qos import flush
 from mobile_robot_control.stamps import NANOSECONDS
+from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS, MOST_EVENTS, RUN_KEY
 
 KEPT = QoSProfile(
@@ -76,7 +77,7 @@ class RunEvents:
         self._published = True
         name = self._node.get_fully_qualified_name().lstrip('/')
         array = DiagnosticArray(status=[DiagnosticStatus(
-            name=name, hardware_id=name.rpartition('/')[0], message=f'{key} = {value}',
+            name=name, hardware_id=name.rpartition('/')[0], message=shortened(f'{key} = {value}'),
             values=[KeyValue(key=key, value=value), KeyValue(key=RUN_KEY, value=str(self.run))],
         ) for key, value in ((key, _text(value)) for key, value in changes.items())])
         array.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)

@@ -1,0 +1,118 @@
+"""Paths on the topic `path`: taken over in mid-run without a jump, at their stamp in lockstep, and done again."""
+
+import math
+from itertools import pairwise
+from operator import itemgetter
+
+import pytest
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry, Path
+
+from mobile_robot_control.messages.parsing import stamp_nanoseconds
+from mobile_robot_control.ros.services.qos import LATCHED
+
+TIMING = ['-p', 'curve:=path', '-p', 'timing.max_linear_velocity:=0.5', '-p', 'timing.max_linear_acceleration:=1.0',
+          '-p', 'timing.max_lateral_acceleration:=0.5', '-p', 'path.join_distance:=0.4']
+START = ['-p', 'initial_pose:=[0.0, 0.0, 0.0]']
+
+
+def path(*points, stamp=0, frame='odom'):
+    message = Path(poses=[PoseStamped() for _ in points])
+    message.header.frame_id, message.header.stamp = frame, Time(sec=stamp // 10**9, nanosec=stamp % 10**9)
+    for pose, (x, y) in zip(message.poses, points, strict=True):
+        pose.header.frame_id = frame
+        pose.pose.position.x, pose.pose.position.y = float(x), float(y)
+    return message
+
+
+class Conditions:
+    """Keeps the state of the cart on /diagnostics."""
+
+    def __init__(self, node):
+        self.state = ''
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._take, 10)
+
+    def _take(self, message):
+        for status in message.status:
+            if status.name.endswith('reference_cart'):
+                self.state = status.message
+
+
+def assert_no_jump(recording, velocity=0.5, acceleration=1.0, turn=20.0):
+    """The reference moves as its velocity says, at every tick, and its velocity within the limits."""
+    ticks = {sample.tick.time: sample.tick.reference for sample in recording.samples}
+    for (begin, before), (end, after) in pairwise(ticks.items()):
+        dt = end - begin
+        assert 0.0 <= after.velocity.linear <= velocity * 1.001
+        assert abs(after.velocity.linear - before.velocity.linear) <= acceleration * 1.01 * dt + 1e-9
+        assert abs(after.velocity.angular - before.velocity.angular) <= turn * dt
+        moved = math.dist(after.pose[:2], before.pose[:2])
+        mean = 0.5 * (before.velocity.linear + after.velocity.linear)
+        assert moved == pytest.approx(mean * dt, abs=1e-3 * dt + 1e-6)
+        turned = math.remainder(after.pose.heading - before.pose.heading, 2.0 * math.pi)
+        assert abs(turned) <= 1.01 * max(abs(before.velocity.angular), abs(after.velocity.angular)) * dt + 1e-4
+
+
+def _go_to(robot, seconds):
+    """Let a run go on to a time, at which it is held."""
+    robot.set('plant', hold_at=seconds, real_time_factor=0.0)
+    robot.spin_until(lambda: robot.time() == seconds)
+
+
+def test_paths_act_at_their_stamps_and_the_cart_tells_when_it_has_arrived(robot):
+    publisher = robot.recorder.create_publisher(Path, 'path', LATCHED)
+    conditions = Conditions(robot.recorder)
+
+    def publish(*args, **options):
+        publisher.publish(path(*args, **options))
+        publisher.wait_for_all_acked()
+
+    robot.start(arguments=[*START, *TIMING, '-p', 'hold_at:=5.0'], composed=True)
+    robot.spin_until(lambda: conditions.state == 'standing')
+    _go_to(robot, 5.0)
+    # stamp 0 and one of another clock act at the next tick, the later one wins; a later stamp acts at its tick
+    publish((0, 0), (0, 5))
+    publish((0, 0), (1.5, 0), stamp=1_790_000_000_000_000_000)
+    publish((0.2, 0.1), (0.6, 0.1), (1.0, 0.6), stamp=6_000_000_001)
+    _go_to(robot, 6.5)
+    for wrong, reason in (([(4, 4), (5, 5)], 'path: cannot be driven (the path begins'),
+                          ([(0.4, 0.1), (math.nan, 0)], 'path not finite'), ([(0.4, 0.1)], 'a path needs two'),
+                          ([(0, 0), (0, 0), (1, 0)], 'pose 1: '), ([(0.9, 0.4), (3, 0.4), (1, 0.4)], 'cusp')):
+        publish(*wrong)
+        _go_to(robot, round(robot.time() + 0.1, 6))
+        robot.spin_until(lambda reason=reason: reason in robot.log('reference_cart'))
+    publish((0, 0), (1, 0), frame='map')
+    robot.set('plant', hold_at=0.0, real_time_factor=1.0)
+    robot.spin_until(lambda: 'frame_id is not odom' in robot.log('reference_cart'))
+    robot.spin_until(lambda: conditions.state == 'arrived')
+    robot.stop()
+    recording = robot.recording()
+    assert_no_jump(recording)
+    by_time = {round(sample.tick.time, 6): sample.tick.reference for sample in recording.samples}
+    assert by_time[5.01].velocity.linear == 0.0 < by_time[5.02].velocity.linear
+    assert by_time[6.01].pose.y == 0.0 < by_time[6.02].pose.y
+    assert recording.samples[-1].tick.reference.pose[:2] == pytest.approx((1.0, 0.6))
+
+
+def test_on_the_wall_clock_a_path_is_planned_beside_the_cart_and_an_empty_one_stops_it(robot):
+    publisher = robot.recorder.create_publisher(Path, 'path', 10)
+    conditions = Conditions(robot.recorder)
+    robot.start(arguments=['-p', 'lockstep:=false', '-p', 'initial_pose:=[0.0, 0.0, 0.0]', *TIMING], composed=True)
+    robot.spin_until(lambda: conditions.state == 'standing')
+    references = []
+    robot.recorder.create_subscription(Odometry, 'reference', lambda message: references.append(
+        (stamp_nanoseconds(message.header.stamp) / 1e9, message.twist.twist.linear.x)), 100)
+    publisher.publish(path(*((0.02 * n, 0.2 * math.sin(0.1 * n)) for n in range(300))))
+    robot.spin_until(lambda: max(references, default=(0.0, 0.0), key=itemgetter(1))[1] > 0.3)
+    publisher.publish(path((9, 9), (10, 10)))
+    robot.spin_until(lambda: 'the path begins' in robot.log('reference_cart'))
+    assert references[-1][1] > 0.0
+    publisher.publish(path())
+    robot.spin_until(lambda: references[-1][1] == 0.0)
+    robot.spin_until(lambda: conditions.state == 'standing')
+    robot.stop()
+    for (begin, before), (end, after) in pairwise(references):
+        # a stamp is a little later than the time of its reference
+        assert abs(after - before) <= 1.0 * (end - begin + 0.02), (begin, end, before, after)
