@@ -126,9 +126,75 @@ def lissajous(s: float) -> CurvePoint:
     return CurvePoint(sin, sin2, cos, 2.0 * cos2, -sin, -4.0 * sin2)
 
 
+@jitable
+def sinusoid(s: float) -> CurvePoint:
+    """
+    Evaluate the sine wave along x, x = s / (2π), y = sin s / (2π), which never closes.
+
+    Parameters
+    ----------
+    s : float
+        Curve parameter [rad]; 2π is one wavelength, of one scale's length.
+
+    Returns
+    -------
+    CurvePoint
+        Of scale 1.
+    """
+    turn = 2.0 * math.pi
+    sin, cos = math.sin(s) / turn, math.cos(s) / turn
+    return CurvePoint(s / turn, sin, 1.0 / turn, cos, 0.0, -sin, 0.0, -cos)
+
+
+@jitable
+def rounded_rectangle(s: float) -> CurvePoint:
+    """
+    Evaluate the rectangle of 2 by 1 whose corners are arcs of radius 0.2, at constant speed.
+
+    Its curvature jumps where sides and corners join. A path of waypoints has no such jumps.
+
+    Parameters
+    ----------
+    s : float
+        Curve parameter [rad]; one lap is 2π, from the middle of the lower side.
+
+    Returns
+    -------
+    CurvePoint
+        Of scale 1.
+    """
+    radius, width, height = 0.2, 0.8, 0.3  # of the corners, and to their centres
+    corner = 0.5 * math.pi * radius
+    half = 2.0 * (width + height + corner)
+    rate = half / math.pi
+    # the second half of a lap is the first one, turned by π
+    halves = s / math.pi
+    number = math.floor(halves)
+    way = (halves - number) * half
+    side = 1.0 if number % 2 == 0 else -1.0
+    if way < width:
+        return CurvePoint(side * way, -side * (height + radius), side * rate, 0.0, 0.0, 0.0, 0.0, 0.0)
+    way -= width
+    if corner <= way < corner + 2.0 * height:
+        return CurvePoint(side * (width + radius), side * (way - corner - height), 0.0, side * rate, 0.0, 0.0, 0.0, 0.0)
+    if way >= 2.0 * (corner + height):
+        rest = way - 2.0 * (corner + height)
+        return CurvePoint(side * (width - rest), side * (height + radius), -side * rate, 0.0, 0.0, 0.0, 0.0, 0.0)
+    lower = way < corner
+    turned = way / radius - 0.5 * math.pi if lower else (way - corner - 2.0 * height) / radius
+    sin, cos, turn = side * math.sin(turned), side * math.cos(turned), rate / radius
+    return CurvePoint(
+        side * width + radius * cos, (-side if lower else side) * height + radius * sin,
+        -rate * sin, rate * cos,
+        -rate * turn * cos, -rate * turn * sin,
+        rate * turn * turn * sin, -rate * turn * turn * cos,
+    )
+
+
 BUILT_IN = (
     Curve('trifolium', trifolium), Curve('lemniscate', lemniscate), Curve('circle', circle),
-    Curve('line', line, closed=False), Curve('lissajous', lissajous),
+    Curve('line', line, closed=False), Curve('lissajous', lissajous), Curve('sinusoid', sinusoid, closed=False),
+    Curve('rounded_rectangle', rounded_rectangle),
 )
 
 

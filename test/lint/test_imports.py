@@ -14,7 +14,8 @@ FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__in
 # a node is a folder, or a module beside the folders; the package's own __init__ is its face and imports nothing itself
 MAY_IMPORT_ROS = {'ros', 'messages', 'experiment', 'dashboard'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
-WITH_ARRAYS = {'simulation/batch.py', 'reference/path_grid.py', 'reference/planned_path.py', 'reference/timing.py'}
+WITH_ARRAYS = {'simulation/batch.py', *(f'reference/{name}.py' for name in (
+    'joining', 'path_grid', 'planned_path', 'timing'))}
 MAY_IMPORT_HEAVY = {'analysis', 'tuning', 'runs', 'figures', 'pages', 'api', 'web'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
        'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros', 'trajectory_msgs'}

@@ -105,10 +105,13 @@ def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_s
     assert ways[near].sum() == pytest.approx((speeds * np.diff(stamps))[near].sum(), rel=0.02)
 
     driven.base.send_signal(signal.SIGUSR1)
-    robot.listen(0.5)
-    driven.forget()
-    robot.listen(0.5)
-    assert (driven.cart, driven.commands) == ([], [])
+
+    def is_still():
+        driven.forget()
+        robot.listen(0.5)
+        return (driven.cart, driven.commands) == ([], [])
+
+    robot.spin_until(is_still)
     robot.spin_until(lambda: all('/clock stands still' in robot.log(name)
                                  for name in ('position_controller', 'reference_cart')))
     driven.base.send_signal(signal.SIGUSR1)

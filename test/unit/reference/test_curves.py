@@ -1,5 +1,6 @@
 """The curves of section 4 of the chapter, whose sizes, lap times and starts are the contract's (deviation 9)."""
 
+import cmath
 import math
 
 import pytest
@@ -11,6 +12,21 @@ from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.reference.cart import CurveParameters, Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
 
+
+def rounded_rectangle(s):
+    """Walk along sides and corners, one after the other."""
+    quarter = 0.1 * math.pi
+    sides = [(0.8, 0), (quarter, 1), (0.6, 0), (quarter, 1), (1.6, 0), (quarter, 1), (0.6, 0), (quarter, 1), (0.8, 0)]
+    left = s / (2 * math.pi) % 1.0 * sum(length for length, _ in sides)
+    at, heading = -0.5j, 1.0 + 0.0j
+    for length, turns in sides:
+        way = min(left, length)
+        turn = cmath.exp(1j * way / 0.2) if turns else 1.0
+        at += heading * 0.2 * (turn - 1.0) / 1j if turns else heading * way
+        heading, left = heading * turn, left - way
+    return at.real, at.imag
+
+
 # the contract's formulas, of scale 1
 FORMULAS = {
     'lemniscate': lambda s: (math.cos(s) / (1 + math.sin(s)**2), math.sin(s) * math.cos(s) / (1 + math.sin(s)**2)),
@@ -18,8 +34,12 @@ FORMULAS = {
     'circle': lambda s: (math.cos(s), math.sin(s)),
     'lissajous': lambda s: (math.sin(s), math.sin(2 * s)),
     'line': lambda s: (s / (2 * math.pi), 0.0),
+    'sinusoid': lambda s: (s / (2 * math.pi), math.sin(s) / (2 * math.pi)),
+    'rounded_rectangle': rounded_rectangle,
 }
 CLOSED = [name for name, curve in CURVES.items() if curve.closed]
+# the curvature of the rectangle jumps; its derivatives are checked by one-sided differences, as those of any curve
+SMOOTH = st.sampled_from(sorted({*CURVES} - {'rounded_rectangle'}))
 NAMES, PARAMETERS, TIMES = st.sampled_from(sorted(CURVES)), st.floats(-7.0, 10.0), st.floats(0.0, 20.0)
 PLACED = Placement(scale=0.5, period=12.0, phase=0.15, center=(0.3, -0.8), rotation=0.7)
 
@@ -40,7 +60,7 @@ def second_difference(function, at, h=0.03):
 
 def test_the_curves_are_those_of_the_contract():
     assert set(CURVES) == set(FORMULAS)
-    assert set(CLOSED) == set(FORMULAS) - {'line'}
+    assert set(CLOSED) == set(FORMULAS) - {'line', 'sinusoid'}
 
 
 @given(NAMES, PARAMETERS)
@@ -49,7 +69,7 @@ def test_points_are_those_of_the_contracts_formula(name, s):
     assert (point.x, point.y) == pytest.approx(FORMULAS[name](s), abs=1e-14)
 
 
-@given(NAMES, PARAMETERS)
+@given(SMOOTH, PARAMETERS)
 def test_derivatives_are_those_of_the_contracts_formula(name, s):
     point = CURVES[name](s)
     for axis, (first, second) in enumerate(((point.dx, point.ddx), (point.dy, point.ddy))):
@@ -97,7 +117,7 @@ def test_the_trifolium_has_three_leaves():
     assert directions == pytest.approx([-120.0, 0.0, 120.0], abs=1e-9)
 
 
-@given(NAMES, TIMES, st.sampled_from([Placement(), PLACED]))
+@given(SMOOTH, TIMES, st.sampled_from([Placement(), PLACED]))
 def test_v_r_and_omega_r_are_the_derivatives_of_the_pose(name, time, placement):
     curve = CURVES[name]
     reference = reference_at(curve, time, placement)
