@@ -14,6 +14,7 @@ from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.reference.curve import PATH
 
 
 def _disagreements(configuration: Configuration) -> Iterator[str]:
@@ -64,10 +65,22 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
     if violations:
         raise ParameterError(f'{", ".join(nodes)}: {violation}' for violation, nodes in violations.items())
     configuration = Configuration(**parts)
-    disagreements = tuple(_disagreements(configuration))
+    disagreements = (*_disagreements(configuration), *_unlike_drives(configuration))
     if disagreements:
         raise ParameterError(disagreements)
     return configuration
+
+
+def _unlike_drives(configuration: Configuration) -> Iterator[str]:
+    """Yield what the cart, which plans a path by the motors, has otherwise than the plant."""
+    cart, model = configuration.reference_cart, configuration.plant.model
+    if cart.curve.curve != PATH or model.drive == VELOCITY:
+        return
+    for group, ours, theirs in (('motor', cart.motor, model.motor), ('friction', cart.friction, model.friction)):
+        for name, value in ours._asdict().items():
+            if value != getattr(theirs, name):
+                yield (f'{group}.{name} is {value} for reference_cart, which plans a path by it, and '
+                       f"{getattr(theirs, name)} for plant; write it under '/**'")
 
 
 def at_cart_start(configuration: Configuration) -> Configuration:

@@ -11,6 +11,8 @@ from mobile_robot_control.configuration.files import Override, Values, load
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.configuration.robot_files import robot_file
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.reference.cart import Placement
+from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.system.texts import printable
 
 File = str | PathLike[str]
@@ -49,9 +51,21 @@ class ParameterSources(NamedTuple):
         return self != ParameterSources()
 
     def values(self, namespace: str = '/') -> Values:
-        """Read the values by node; raise ParameterError where a source cannot be read."""
-        robot = [] if self.robot is None else [robot_file(self.robot)]
-        return load([*robot, *self.files], self.overrides, namespace)
+        """
+        Read the values by node; raise ParameterError where a source cannot be read.
+
+        Where the cart drives a path, the curve of the robot's file is not placed.
+        """
+        given = load(self.files, self.overrides, namespace)
+        if self.robot is None:
+            return given
+        values = load([robot_file(self.robot), *self.files], self.overrides, namespace)
+        cart = values['reference_cart']
+        if cart.get('curve') == PATH:
+            for name in Placement._fields:
+                if name not in given['reference_cart']:
+                    cart.pop(name, None)
+        return values
 
     def configuration(self, namespace: str = '/') -> Configuration:
         """

@@ -6,9 +6,11 @@ import pytest
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.configuration.robot_files import robot_file, shipped_robots
+from mobile_robot_control.configuration.sources import parameter_sources
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.reference.path_parameters import Timing
 
 ROBOTS = Path(__file__).parents[3] / 'config' / 'robots'
 
@@ -19,7 +21,26 @@ def test_a_robot_of_this_package_is_found_by_its_name():
 
 
 def test_the_chapters_robot_equals_the_defaults():
-    assert configure(load([robot_file('chapter')])) == Configuration()
+    found = configure(load([robot_file('chapter')]))
+    # only the limits of paths have no defaults
+    assert found.reference_cart.timing != Timing()
+    assert found._replace(reference_cart=found.reference_cart._replace(timing=Timing())) == Configuration()
+
+
+@pytest.mark.parametrize('robot', shipped_robots())
+def test_every_robot_brings_the_limits_of_a_path_and_its_curve_gives_way(tmp_path, robot):
+    (tmp_path / 'path.csv').write_text('0,0\n1,0\n1,1\n')
+    sources = parameter_sources(robot=robot, parameters={
+        'reference_cart.curve': 'path', 'reference_cart.path.file': str(tmp_path / 'path.csv')})
+    assert course_of(sources.configuration().reference_cart).length == pytest.approx(1.944, abs=0.01)
+
+
+def test_a_path_is_planned_by_the_motors_of_the_plant(tmp_path):
+    (tmp_path / 'path.csv').write_text('0,0\n1,0\n1,1\n')
+    values = {'reference_cart.curve': 'path', 'reference_cart.path.file': str(tmp_path / 'path.csv'),
+              'plant.friction.coulomb': 0.01}
+    with pytest.raises(ParameterError, match=r"friction.coulomb is 0.0 for reference_cart, .* write it under '/\*\*'"):
+        parameter_sources(robot='chapter', parameters=values).configuration()
 
 
 @pytest.mark.parametrize(('library', 'prefix'), [
