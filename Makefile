@@ -129,6 +129,7 @@ pages: $(TESTED)
 	$(BIN)/python -m mobile_robot_control.configuration.sros2_policy config/sros2/policy.xml
 	$(MADE)/claims_table.py docs/results.md
 	$(MADE)/law_results.py docs/results.md
+	$(MADE)/path_results.py docs/results.md
 	$(MADE)/result_pictures.py docs/images
 	$(BIN)/python examples/tutorial/execute.py
 	$(MADE)/moving_picture.py docs/images/hybrid_lemniscate.gif

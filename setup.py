@@ -11,7 +11,7 @@ COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study', 'plan', 'dashbo
 
 def config_files():
     """List the files for nodes and desktop tools by the folder that they are installed to."""
-    files = [path for path in Path('config').rglob('*') if path.suffix in ('.yaml', '.urdf', '.rviz', '.xml')]
+    files = [path for path in Path('config').rglob('*') if path.suffix in ('.yaml', '.csv', '.urdf', '.rviz', '.xml')]
     folders = sorted({path.parent for path in files})
     return [(f'share/{PACKAGE}/{folder}', sorted(str(path) for path in files if path.parent == folder))
             for folder in folders]

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, NamedTuple
 from mobile_robot_control.dashboard.disturbances import DISTURBANCES
 from mobile_robot_control.dashboard.lessons import chapter_numbers, surface_numbers
 from mobile_robot_control.dashboard.link import RobotLink
+from mobile_robot_control.dashboard.path_drawing import MOST, on_a_path, planned, start_of
 from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.parameters.checking import ParameterError
@@ -22,6 +24,10 @@ _MOST = 50
 """Parameters that one request may name."""
 
 
+_LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque')
+"""That a page sets along with a path."""
+_PATIENCE, _LOOK = 3.0, 0.05
+"""[s] of wall time until a cart has taken a path over or refused it, and between two looks."""
 _AT_ONCE = {'period'}
 """What changes where the cart is, without a new run."""
 
@@ -35,6 +41,19 @@ class Answer(NamedTuple):
 
 class RefusedRequestError(ValueError):
     """A request that makes no sense; the text says why."""
+
+
+def _drawn(request: Mapping[str, Any]) -> tuple[list[tuple[float, float]], dict[str, float]]:
+    """Return the points [m] and the limits of a request."""
+    points, limits = request.get('points'), request.get('limits')
+    if not (isinstance(points, list) and 1 < len(points) <= MOST and all(
+            isinstance(point, list) and len(point) == 2 and all(type(part) in (int, float) for part in point)
+            for point in points)):
+        raise RefusedRequestError(f'a path has 2 to {MOST} points')
+    if not (isinstance(limits, dict) and all(
+            name in _LIMITS and type(limit) in (int, float) for name, limit in limits.items())):
+        raise RefusedRequestError(f'a path has limits of {" and ".join(_LIMITS)}')
+    return [(float(x), float(y)) for x, y in points], {name: float(limit) for name, limit in limits.items()}
 
 
 class Actions:
@@ -58,7 +77,7 @@ class Actions:
             'set': self._set, 'save': self._save, 'record': self._record,
             'finish': self._finish, 'reset': self._reset, 'step': self._step,
             'curve': self._curve, 'disturb': self._disturb,
-            'lesson': self._lesson,
+            'lesson': self._lesson, 'plan': self._plan, 'path': self._path,
         }
 
     async def fulfil(self, request: Any) -> Answer:
@@ -123,6 +142,56 @@ class Actions:
             return await self._reset({})
         start = reference_at(CURVES[values['curve']], 0.0, Placement(*(values[name] for name in Placement._fields)))
         return await self._reset({'pose': list(start.pose)})
+
+    async def _plan(self, request: Mapping[str, Any]) -> Answer:
+        """Answer with the plan of a path, as JSON."""
+        points, limits = _drawn(request)
+        values = (await self._present()).get('reference_cart', {})
+        return Answer(True, json.dumps(await asyncio.to_thread(planned, values, points, limits)))
+
+    async def _path(self, request: Mapping[str, Any]) -> Answer:
+        """Send a path to the cart, in a new run at its start where the cart drives a curve or its limits change."""
+        points, limits = _drawn(request)
+        values = (await self._present()).get('reference_cart', {})
+        await asyncio.to_thread(planned, values, points, limits)
+        changes = on_a_path(values, limits)
+        if changes:
+            before = await self._course_changes()
+            changed = await self._set({'node': 'reference_cart', 'values': changes})
+            if not changed.good:
+                return changed
+            begun = await self._reset({'pose': start_of(points)})
+            if not begun.good:
+                return begun
+            if await self._changed_course(before) is None:
+                return Answer(False, 'no new run began; is the cart running?')
+        before = await self._course_changes()
+        await self._ask(lambda: self._link.paths.send(points, values['odom_frame_id']))
+        after = await self._changed_course(before)
+        if after is None:
+            return Answer(True, 'sent; the cart takes it over when time goes on')
+        refused = [reason for reason in after if reason.startswith('path: ') and after[reason] > before.get(reason, 0)]
+        return Answer(not refused, f'refused {refused[0]}; the log of the cart tells why' if refused else '')
+
+    async def _course_changes(self) -> Counter[str]:
+        """Return how often the cart has changed its course or refused a path, by event or reason."""
+        def look() -> Counter[str]:
+            known = self._link.book.nodes.get('reference_cart')
+            states = self._link.states.of([known.name]) if known else []
+            events = {key: count for (node, key), count in self._link.events.counts.items() if node == 'reference_cart'}
+            return Counter(events | {reason: count for state in states for reason, count in state['reasons'].items()})
+
+        found: Counter[str] = await self._ask(look)
+        return found
+
+    async def _changed_course(self, before: Counter[str]) -> Counter[str] | None:
+        """Wait for another count of changes, and return it; None where none comes."""
+        for _ in range(round(_PATIENCE / _LOOK)):
+            await asyncio.sleep(_LOOK)
+            found = await self._course_changes()
+            if found != before:
+                return found
+        return None
 
     async def _trigger(self, service: str) -> Answer:
         """Call a service of the plant."""

@@ -6,7 +6,7 @@ import math
 import queue
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -22,6 +22,7 @@ from mobile_robot_control.dashboard.disturbances import Disturbances
 from mobile_robot_control.dashboard.loop_topics import LoopTopics
 from mobile_robot_control.dashboard.node_states import NodeStates
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
+from mobile_robot_control.dashboard.path_drawing import PathSender
 from mobile_robot_control.dashboard.polling import PolledTopic
 from mobile_robot_control.dashboard.sampling import message_text
 from mobile_robot_control.dashboard.service_calls import ServiceCalls
@@ -38,10 +39,19 @@ _KEPT_CHANGES = 12
 
 
 class Events:
-    """The last changes: parameters, resets, pushes, each with the first stamp that it affects."""
+    """
+    The last changes: parameters, resets, pushes, paths, each with the first stamp that it affects.
+
+    Attributes
+    ----------
+    counts : Counter of (str, str)
+        How many have come, by node and key.
+
+    """
 
     def __init__(self) -> None:
         self._kept: deque[dict[str, Any]] = deque(maxlen=_KEPT_CHANGES)
+        self.counts: Counter[tuple[str, str]] = Counter()
 
     def take(self, message: bytes) -> bool:
         """Take in a message; return whether it is of a reset. One that is not readable changes nothing."""
@@ -51,6 +61,8 @@ class Events:
         except RefusedMessageError:
             return False
         for status in array.status[:_KEPT_CHANGES]:
+            if status.values:
+                self.counts[status.name.rpartition('/')[2], status.values[0].key] += 1
             self._kept.append({'stamp': stamp / 1e9, 'node': shortened(status.name, 100),
                                'text': shortened(status.message, 200)})
         return any(pair.key == RESET for status in array.status for pair in status.values)
@@ -122,6 +134,8 @@ class RobotLink:
         self.loop = LoopTopics(self.watching)
         self._diagnostics = PolledTopic(self.watching, '/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', depth=20)
         self._events = PolledTopic(self.watching, EVENTS, 'diagnostic_msgs/msg/DiagnosticArray', depth=50)
+        self._course = PolledTopic(self.watching, 'reference_path', 'nav_msgs/msg/Path', latched=True)
+        self.paths = PathSender(self.calling)
         self._changes = PolledTopic(self.watching, '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', depth=5)
         self._thread.start()
 
@@ -194,6 +208,8 @@ class RobotLink:
                 self.loop.sampler.note_reset()
         if self._changes.take():
             self.book.refresh()
+        if self._course.take():
+            self.book.version += 1
         if self.loop.polled:
             self._number += 1
             self.frames.append(Frame(self._number, self.loop.sampler.row(self._lyapunov())))
@@ -209,11 +225,16 @@ class RobotLink:
         except (TypeError, OverflowError, ValueError):  # gains that are not known yet; errors beyond all floats
             return math.nan
 
+    def course(self) -> bytes | None:
+        """Return the newest message on `reference_path`; None before the first."""
+        return self._course.newest
+
     def topic_table(self) -> list[dict[str, Any]]:
         """Return name, type, rate [Hz] and last message of each topic, as JSON has them; for the link's thread."""
         return [{'name': topic.name, 'type': topic.kind, 'rate': round(topic.rate, 1), 'total': topic.total,
                  'last': message_text(topic.kind, topic.newest) if topic.newest is not None else ''}
-                for topic in (*self.loop.polled.values(), self._diagnostics, self._events, self._changes)]
+                for topic in (
+                    *self.loop.polled.values(), self._course, self._diagnostics, self._events, self._changes)]
 
 
 def _hand_on(done: Future[Any], answer: Future[Any]) -> None:

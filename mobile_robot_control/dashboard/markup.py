@@ -3,7 +3,7 @@
 from mobile_robot_control.web.assets import asset
 
 _SCRIPTS = ('uplot/uPlot.iife.min.js', 'basics.js', 'scene.js', 'live.js', 'live_stage.js', 'live_charts.js',
-            'live_parameters.js', 'live_surface.js', 'live_lessons.js', 'live_page.js')
+            'live_parameters.js', 'live_surface.js', 'live_path.js', 'live_lessons.js', 'live_page.js')
 _STYLES = ('uplot/uPlot.min.css', 'colours.css', 'live.css')
 _SKELETON = """
 <div id="live">
@@ -47,6 +47,8 @@ _SKELETON = """
    <div id="parameters"></div>
   </section>
   <section>
+   <h2>Draw a path</h2>
+   <div id="path"></div>
    <h2>Nodes</h2>
    <div id="nodes"></div>
    <details id="changes"><summary>What changed the run</summary><ol class="soft"></ol></details>

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from mobile_robot_control.ros.services.qos import message_class
+from mobile_robot_control.ros.services.qos import LATCHED, message_class
 
 _WINDOW = 2.0
 """[s] of wall time over which a rate is measured."""
@@ -28,6 +28,8 @@ class PolledTopic:
         Topic and type.
     depth : int
         Messages kept from one look to the next.
+    latched : bool
+        Whether the last message of publishers that keep it is wanted.
 
     Attributes
     ----------
@@ -40,14 +42,14 @@ class PolledTopic:
 
     """
 
-    def __init__(self, node: Node, name: str, kind: str, depth: int = 1) -> None:
+    def __init__(self, node: Node, name: str, kind: str, depth: int = 1, latched: bool = False) -> None:
         self.kind, self.total, self.rate = kind, 0, 0.0
         self.name = node.resolve_topic_name(name)
         self._node = node
         self._sequences: dict[bytes, int] = {}
         self._begun, self._counted = time.monotonic(), 0
         self._subscription: Any = node.create_subscription(
-            message_class(kind), name, self._unused, QoSProfile(
+            message_class(kind), name, self._unused, LATCHED if latched else QoSProfile(
                 depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT), raw=True)
         self.newest: bytes | None = None
 

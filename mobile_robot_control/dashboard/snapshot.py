@@ -1,17 +1,18 @@
 """What the page shows beside its numbers, as JSON has it."""
 
 import math
+from functools import partial
 from typing import Any
 
 from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.recordings import Recordings
 from mobile_robot_control.dashboard.sampling import COLUMNS
 from mobile_robot_control.dashboard.started_nodes import StartedNodes
-from mobile_robot_control.reference.cart import Placement, reference_at
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, read_path
 
-_POINTS = 300
-_PLACEMENT = ('scale', 'period', 'phase', 'center', 'rotation')
+_KIND = 'nav_msgs/msg/Path'
+_POINTS = 2000
 
 
 def shown_state(link: RobotLink, nodes: StartedNodes | None, recordings: Recordings) -> dict[str, Any]:
@@ -43,18 +44,15 @@ def shown_parameters(link: RobotLink) -> dict[str, Any]:
 
 
 def _path(link: RobotLink) -> dict[str, Any] | None:
-    """Return one lap of the curve [m], to the millimetre; None where the cart's curve is not known here."""
-    values = {name: link.book.value('reference_cart', name) for name in ('curve', *_PLACEMENT)}
-    if None in values.values() or values['curve'] not in CURVES:
-        return None
+    """Return what the cart drives [m], to a tenth of a millimetre; None where it has told none."""
+    message = link.course()
     try:
-        placement = Placement(*(values[name] for name in _PLACEMENT))
-        curve = CURVES[values['curve']]
-        poses = [reference_at(curve, placement.period * n / _POINTS, placement).pose for n in range(_POINTS + 1)]
-    except Exception:  # a curve can raise anything, and a node can have any values
+        points = [] if message is None else read_or_refuse(_KIND, (partial(deserialise, _KIND), read_path), message)
+    except RefusedMessageError:
+        points = []
+    if len(points) < 2:
         return None
-    if not all(math.isfinite(pose.x) and math.isfinite(pose.y) for pose in poses):
-        return None
-    ends = math.hypot(poses[0].x - poses[-1].x, poses[0].y - poses[-1].y)
-    return {'x': [round(pose.x, 4) for pose in poses], 'y': [round(pose.y, 4) for pose in poses],
-            'closed': ends < 1e-6 * max(1.0, placement.scale)}
+    x, y = zip(*points[:_POINTS], strict=True)
+    size = max(max(x) - min(x), max(y) - min(y))
+    return {'x': [round(value, 4) for value in x], 'y': [round(value, 4) for value in y],
+            'closed': math.dist(points[0], points[-1]) < 1e-6 * max(1.0, size)}

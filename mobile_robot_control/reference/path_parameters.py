@@ -33,38 +33,43 @@ class PathParameters(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """Limits of the motion along a path; 0 means none."""
+    """
+    Limits of the motion along a path; 0 means none.
+
+    A change acts from the next run on, on the wall clock from the next path on.
+    """
 
     speed_factor: Annotated[
         float, Field('', 'speed along the path as a share of the fastest motion within the limits: smaller drives '
-                     'slower', above=0.0, maximum=1.0)
+                     'slower', above=0.0, maximum=1.0, live=True)
     ] = 1.0
     torque_fraction: Annotated[
         float, Field('', "share of the motors' torque that the planned motion may take: larger drives faster, and "
-                     'leaves less to correct errors', above=0.0, maximum=1.0)
+                     'leaves less to correct errors', above=0.0, maximum=1.0, live=True)
     ] = 0.5
     max_linear_velocity: Annotated[
-        float, Field('m/s', 'limit of the linear velocity: larger drives faster', minimum=0.0)
+        float, Field('m/s', 'limit of the linear velocity: larger drives faster', minimum=0.0, live=True)
     ] = 0.0
     max_angular_velocity: Annotated[
-        float, Field('rad/s', 'limit of the angular velocity: larger takes bends faster', minimum=0.0)
+        float, Field('rad/s', 'limit of the angular velocity: larger takes bends faster', minimum=0.0, live=True)
     ] = 0.0
     max_linear_acceleration: Annotated[
         float, Field('m/s²', 'limit of the linear acceleration and deceleration: larger starts and brakes harder',
-                     minimum=0.0)
+                     minimum=0.0, live=True)
     ] = 0.0
     max_angular_acceleration: Annotated[
-        float, Field('rad/s²', 'limit of the angular acceleration: larger enters bends faster', minimum=0.0)
+        float, Field('rad/s²', 'limit of the angular acceleration: larger enters bends faster', minimum=0.0, live=True)
     ] = 0.0
     max_lateral_acceleration: Annotated[
-        float, Field('m/s²', 'limit of the lateral acceleration, v ω: larger takes bends faster', minimum=0.0)
+        float, Field('m/s²', 'limit of the lateral acceleration, v ω: larger takes bends faster', minimum=0.0,
+                     live=True)
     ] = 0.0
     max_wheel_velocity: Annotated[
-        float, Field('rad/s', 'limit of the speed of each wheel: larger drives faster', minimum=0.0)
+        float, Field('rad/s', 'limit of the speed of each wheel: larger drives faster', minimum=0.0, live=True)
     ] = 0.0
     max_wheel_torque: Annotated[
         float, Field('N m', "torque that each motor can give, of which torque_fraction is planned with, by the robot's "
-                     'equations: larger drives faster', minimum=0.0)
+                     'equations: larger drives faster', minimum=0.0, live=True)
     ] = 0.0
 
 

@@ -42,6 +42,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   mrc.stage = stage;
   mrc.makeCharts($('charts'));
   mrc.makeParameters($('parameters'));
+  mrc.makePath($('path'), $('scene'));
   mrc.makeLessons($('lessons'));
 
   let curveBuilt = '';
@@ -213,7 +214,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === ' ' && !typing) { event.preventDefault(); pause(); }
     if (event.key.toLowerCase() === 'r' && !(typing && typing.matches('input, select'))) reset();
-    if (event.key.startsWith('Arrow') && event.target === $('scene')) { event.preventDefault(); disturb(event.key); }
+    if (event.key.startsWith('Arrow') && event.target === $('scene') && !$('scene').classList.contains('drawing')) { event.preventDefault(); disturb(event.key); }
   });
   mrc.live.begin();
 }(window.mrc));

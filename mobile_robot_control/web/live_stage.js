@@ -27,7 +27,14 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       scene.draw({
         robots: [{pose, wheels: [value('right_angle'), value('left_angle')],
                   torque: torque.every(Number.isFinite) ? torque : null, limit: limit || largest, trail}],
-        cart: [value('ref_x'), value('ref_y'), value('ref_heading')]});
+        cart: [value('ref_x'), value('ref_y'), value('ref_heading')], drawing});
+    }
+
+    let drawing = null;  // of live_path.js
+    // Return the point of the plane under a pointer [m].
+    function pointed(event) {
+      const box = canvas.getBoundingClientRect();
+      return scene.toWorld(event.clientX - box.left, event.clientY - box.top);
     }
 
     let largest = 0.1;  // [N m]: of the bars, where there is no limit
@@ -73,15 +80,13 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     canvas.addEventListener('pointerdown', (event) => {
       if (!canvas.classList.contains('placing') || !scene) return;
       canvas.setPointerCapture(event.pointerId);
-      const box = canvas.getBoundingClientRect();
-      const [x, y] = scene.toWorld(event.clientX - box.left, event.clientY - box.top);
+      const [x, y] = pointed(event);
       start = [x, y, newest ? read.heading(newest) : 0];
       ask();
     });
     canvas.addEventListener('pointermove', (event) => {
       if (!start) return;
-      const box = canvas.getBoundingClientRect();
-      const [x, y] = scene.toWorld(event.clientX - box.left, event.clientY - box.top);
+      const [x, y] = pointed(event);
       if (Math.hypot(x - start[0], y - start[1]) > 0.02) start[2] = Math.atan2(y - start[1], x - start[0]);
       ask();
     });
@@ -92,6 +97,6 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       ask();
     });
     canvas.addEventListener('pointercancel', () => { start = null; ask(); });
-    return {redraw: ask, newest: () => newest, path: () => path, toScreen: (x, y) => scene.toScreen(x, y)};
+    return {pointed, draw: (given) => { drawing = given; ask(); }, redraw: ask, newest: () => newest, path: () => path, toScreen: (x, y) => scene.toScreen(x, y)};
   };
 }(window.mrc));

@@ -10,6 +10,8 @@
 //     robots: [{pose: [x, y, heading], wheels: [right, left], torque: [right, left], limit,
 //               trail: {x, y, error, from, to}}],
 //     cart: [x, y, heading],   // or carts, a list of such poses
+//     drawing: {x, y, speed, most, points, cursor},  // a path that is drawn by hand: speeds up to `most` [m/s] as
+//                                                    // colours, and its points [[x, y], ...] [m]
 //   });
 //
 // colour: a CSS colour, or the name of a custom property such as '--robot-1'. shape: a key of mrc.SHAPES.
@@ -194,6 +196,32 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       if (shade >= 0) pen.stroke();
     }
 
+    // Draw a path that is drawn by hand: dark where it is slow, its points with their numbers, and the cursor.
+    function drawDrawing({x, y, speed, most, points, cursor}) {
+      const mixed = shades();
+      pen.lineWidth = 4;
+      for (let n = 1; n < (x || []).length; n++) {
+        pen.strokeStyle = mixed[Math.min(STEPS - 1, Math.floor(STEPS * (1 - speed[n] / most)))];
+        pen.beginPath();
+        pen.moveTo(...toScreen(x[n - 1], y[n - 1]));
+        pen.lineTo(...toScreen(x[n], y[n]));
+        pen.stroke();
+      }
+      pen.strokeStyle = colour('--ink');
+      pen.lineWidth = 1.5;
+      points.forEach((point, n) => {
+        const [px, py] = toScreen(...point);
+        pen.fillStyle = colour('--ground');
+        pen.fillRect(px - 4, py - 4, 8, 8);
+        pen.strokeRect(px - 4, py - 4, 8, 8);
+        if (points.length <= 30) text(String(n + 1), px + 8, py - 6, 'left', '--ink');
+      });
+      if (!cursor) return;
+      const [px, py] = toScreen(...cursor);
+      pen.strokeRect(px - 10, py, 20, 0);
+      pen.strokeRect(px, py - 10, 0, 20);
+    }
+
     function outline(shape, size) {
       pen.beginPath();
       (mrc.SHAPES[shape] || mrc.SHAPES.circle).forEach(([x, y]) => pen.lineTo(size * x, size * y));
@@ -353,6 +381,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       // the first robot on top
       for (let n = robots.length - 1; n >= 0; n--) if (known(state.robots[n].pose)) drawRobot(state.robots[n], robots[n]);
       (state.carts || [state.cart]).filter(known).forEach(drawCart);
+      if (state.drawing) drawDrawing(state.drawing);
       pen.restore();
       if (scale && state.robots.some(({trail}) => trail && trail.error)) drawErrors(scale);
       if (area.listed) drawList(state);

@@ -109,7 +109,14 @@ interface Live {
   column(name: string): Read;
   begin(): void;
 }
+interface Drawing {
+  x?: number[], y?: number[], speed?: number[], most?: number;
+  points: number[][];
+  cursor: number[] | null;
+}
 interface Stage {
+  pointed(event: PointerEvent): number[];
+  draw(drawing: Drawing | null): void;
   redraw(): void;
   newest(): Numbers | null;
   path(): Path | null;
@@ -160,6 +167,8 @@ interface Mrc {
   makeCharts(container: HTMLElement): void;
   makeParameter(entry: Entry, send: (value: any) => Promise<Answer>): Control;
   makeParameters(container: HTMLElement): void;
+  makePath(container: HTMLElement, canvas: HTMLCanvasElement): void;
+  planPath(points: number[][], limits: Record<string, number>): Promise<any>;
   makeLessons(container: HTMLElement): void;
   makeSurface(canvas: HTMLCanvasElement): Surface;
 }

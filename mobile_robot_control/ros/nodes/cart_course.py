@@ -50,8 +50,13 @@ class CartCourse:
         """Return whether a run with parameters would leave this course."""
         return cart.curve != self._given or self._begins > 0
 
-    def change_period(self, cart: ReferenceCartParameters, time: float) -> None:
-        """Take the lap time of changed parameters, at a time along the curve [s]: the cart goes on where it is."""
+    def change(self, cart: ReferenceCartParameters, time: float) -> None:
+        """
+        Take changed parameters that do not move the cart, at a time along the curve [s].
+
+        With another lap time it goes on where it is; other limits are those of the next path.
+        """
+        self._cart = cart
         period, course = cart.curve.placement.period, self._course
         if isinstance(course, CurveCourse) and period != course.period:
             self._course = course._replace(placement=with_period(course.placement, period, time))

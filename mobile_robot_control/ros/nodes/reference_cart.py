@@ -81,7 +81,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             return
         only_period = before.placement._replace(period=values.curve.placement.period)
         if values.curve == before._replace(placement=only_period):
-            self._course.change_period(values, self._time.now())
+            self._course.change(values, self._time.now())
         else:
             self._begin_course()
 

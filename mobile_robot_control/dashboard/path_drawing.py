@@ -1,0 +1,107 @@
+"""Paths that are drawn on the page: planned for a look, and sent to the cart."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from nav_msgs.msg import Path
+from rclpy.node import Node
+
+from mobile_robot_control.configuration.nodes import ReferenceCartParameters, path_request
+from mobile_robot_control.messages.writing import path_message
+from mobile_robot_control.parameters.checking import build
+from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.cart import Placement
+from mobile_robot_control.reference.curve import PATH
+from mobile_robot_control.reference.path_parameters import NO_FILE
+from mobile_robot_control.reference.planned_path import plan
+from mobile_robot_control.reference.waypoints import checked_waypoints
+from mobile_robot_control.ros.services.qos import LATCHED
+from mobile_robot_control.topics import PATH_TOPIC
+
+Point = tuple[float, float]
+MOST = 2000
+"""Points that a page may draw."""
+_SHOWN = 400
+_STRAIGHT = 0.1
+"""[1/m]: a smaller curvature is none."""
+
+
+def on_a_path(values: Mapping[str, Any], limits: Mapping[str, float]) -> dict[str, Any]:
+    """Return what is to change of the cart's parameters so that it drives paths with limits of `timing`."""
+    wanted: dict[str, Any] = {'curve': PATH, **Placement()._asdict(), **limits}
+    wanted['center'] = list(wanted['center'])
+    return {name: value for name, value in wanted.items() if name in values and values[name] != value}
+
+
+def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[str, float]) -> dict[str, Any]:
+    """
+    Plan a path from rest to rest.
+
+    Parameters
+    ----------
+    values : mapping of str to object
+        Of the reference cart.
+    points : sequence of (float, float)
+        Waypoints [m].
+    limits : mapping of str to float
+        Parameters of `timing` in place of the cart's.
+
+    Returns
+    -------
+    dict of str to object
+        `x`, `y` [m] and `speed` [m/s] of points along it, `limit` and `bends`, whether it bends there; `duration` [s],
+        `length` [m], and `active`, the share of the time in which each limit is active.
+
+    Raises
+    ------
+    ParameterError
+        Where it cannot be driven.
+
+    """
+    known = {name: value for name, value in values.items() if name in declarations(ReferenceCartParameters)}
+    cart = build(ReferenceCartParameters, known | on_a_path(known, limits) | {'path.file': NO_FILE})
+    waypoints = checked_waypoints([(f'point {n}', point) for n, point in enumerate(points, start=1)], 'the path')
+    course = plan(path_request(cart, waypoints))
+    spans = np.diff(course.times)
+    named = np.array(course.limit)
+    active = {name: float(spans[named == name].sum() / course.period) for name in sorted(set(course.limit)) if name}
+    shown = np.unique(np.linspace(0, len(spans) - 1, _SHOWN).astype(int)).tolist()
+    poses = [course.reference(float(course.times[n])).pose for n in shown]
+    return {'x': [round(pose.x, 4) for pose in poses], 'y': [round(pose.y, 4) for pose in poses],
+            'speed': [round(float(course.speeds[n]), 4) for n in shown],
+            'limit': [course.limit[n] for n in shown],
+            'bends': [bool(np.abs(course.grid.curvature[n]).max() > _STRAIGHT) for n in shown],
+            'duration': course.period, 'length': course.length, 'active': active}
+
+
+def start_of(points: Sequence[Point]) -> list[float]:
+    """Return the pose [m, m, rad] at the first of some points that looks at the second."""
+    (x, y), (ahead, left) = points[:2]
+    return [x, y, math.atan2(left - y, ahead - x)]
+
+
+class PathSender:
+    """
+    Publishes paths, for a cart that comes later, too.
+
+    Parameters
+    ----------
+    node : Node
+        That publishes; it has a publisher from the first path on.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publisher: Any = None
+
+    def send(self, points: Sequence[Point], frame: str) -> None:
+        """Publish a path [m] in a frame."""
+        if self._publisher is None:
+            self._publisher = self._node.create_publisher(Path, PATH_TOPIC, LATCHED)
+        self._publisher.publish(path_message(frame, [Pose(x, y, 0.0) for x, y in points]))

@@ -1,0 +1,40 @@
+"""A path that is drawn on the page, by pointer and by keyboard, is planned, sent and followed."""
+
+from selenium.webdriver import ActionChains
+from selenium.webdriver.common.keys import Keys
+
+
+def _words(page):
+    return page.text('path-words')
+
+
+def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page, live):
+    run = page.number('run')
+    bar = page.find('#path')
+    buttons = {button.text: button for button in bar.find_elements('css selector', 'button')}
+    scene = page.find('#scene')
+    page.driver.execute_script('arguments[0].scrollIntoView()', scene)
+    buttons['Draw'].click()
+    page.wait(lambda: page.driver.execute_script('return document.activeElement.id') == 'scene')
+    keys = ActionChains(page.driver)
+    for key in (Keys.ENTER, *(Keys.ARROW_LEFT,) * 8, Keys.ENTER, *(Keys.ARROW_UP,) * 6, Keys.ENTER):
+        keys.send_keys(key)
+    keys.perform()
+    page.wait(lambda: 'Active limits' in _words(page))
+    # a point by the pointer, beside the others, taken back
+    before = _words(page)
+    ActionChains(page.driver).move_to_element_with_offset(scene, -60, 30).click().perform()
+    page.wait(lambda: 'Active limits' in _words(page) and _words(page) != before)
+    buttons['Undo'].click()
+    page.wait(lambda: _words(page) == before)
+    buttons['Send'].click()
+    page.wait(lambda: _words(page) == 'The cart follows it.')
+    assert live.asker.value('/reference_cart', 'curve') == 'path'
+    page.wait(lambda: page.number('run') > run and page.number('ref_linear') > 0.1)
+    # the same path again begins behind the cart, and joins it in the same run
+    run = page.number('run')
+    buttons['Send'].click()
+    page.wait(lambda: _words(page) == 'The cart follows it.')
+    assert page.number('run') == run
+    page.driver.set_window_size(1280, 900); page.driver.execute_script('scrollTo(0,0)'); page.driver.save_screenshot('/tmp/draw.png'); page.driver.execute_script('document.getElementById("path").scrollIntoView()'); page.driver.save_screenshot('/tmp/draw2.png')
+    page.wait(lambda: 'arrived' in page.text('nodes'))
