@@ -56,6 +56,14 @@ def _without_types(source):
     return ast.dump(tree)
 
 
+def _is_mutant(mutated, source):
+    """Return whether a source means something else; operators also make text that is no Python."""
+    try:
+        return _without_types(mutated) != _without_types(source)
+    except SyntaxError:
+        return False
+
+
 def _places():
     """Yield every place of a file at which operators make mutants: the file, line and column, and the mutants."""
     for mutated in MUTATED:
@@ -82,7 +90,7 @@ def drawn():
         name, occurrence = chooser.choice(mutants)
         source = file.read_text(encoding='utf-8')
         mutated = mutate_code(source, cosmic_ray.plugins.get_operator(name)(), occurrence)
-        if mutated is not None and _without_types(mutated) != _without_types(source):
+        if mutated is not None and _is_mutant(mutated, source):
             old, new = next(pair for pair in zip(source.splitlines(), mutated.splitlines(), strict=False)
                             if pair[0] != pair[1])
             made.append((file.relative_to(ROOT), line, old.strip(), new.strip(), mutated))

@@ -23,8 +23,8 @@ from mobile_robot_control.tuning.search_space import search_genes
 PART = PagePart('paths')
 STORE = 'path_results.json'
 FILE = Path('config/paths/rectangle.yaml')
-SEARCH = (f'--params-file {FILE} --with-velocity --keep k1 ti1 k2 ti2 --seed 1 --algorithm differential_evolution '
-          '--population 20 --generations 20')
+SEARCH = (f'--params-file {FILE} --with-velocity --keep k1 ti1 k2 ti2 --seed 1 --smooth 1 '
+          '--algorithm differential_evolution --population 20 --generations 20')
 FRACTIONS = (0.3, 0.5, 0.7, 0.85, 1.0)
 _PLANNED, _TORQUE = 0.5, 0.3
 _SEARCHES = Path('runs/path_results')
@@ -79,15 +79,15 @@ def _lines(results: Mapping[str, Any]) -> Iterator[str]:
     durations = next(iter(laws.values()))['fed']
     head = ['law', 'RMS error', 'saturated', *(
         f'fed forward, {fraction:g} ({durations[str(fraction)]["duration"]:.2f} s)' for fraction in FRACTIONS),
-        f'saturated at {FRACTIONS[-1]:g}']
+        f'saturated at {_PLANNED:g}', f'saturated at {FRACTIONS[-1]:g}']
     yield from (table_row(head), f'|{"---|" * len(head)}')
     for law, numbers in laws.items():
         plain, fed = numbers['plain'], numbers['fed']
         yield table_row([law, _error(plain), f'{plain["saturated"]:.1%}', *map(_error, fed.values()),
-                         f'{fed[str(FRACTIONS[-1])]["saturated"]:.1%}'])
+                         *(f'{fed[str(fraction)]["saturated"]:.1%}' for fraction in (_PLANNED, FRACTIONS[-1]))])
     yield from ('', 'Each law is searched as `kanayama` is here; add `--generations 2` to try it:', '', '```sh',
                 'tune kanayama --params-file config/paths/rectangle.yaml --with-velocity --keep k1 ti1 k2 ti2 \\',
-                '  --seed 1 --algorithm differential_evolution --population 20 --generations 20 \\',
+                '  --seed 1 --smooth 1 --algorithm differential_evolution --population 20 --generations 20 \\',
                 '  --output kanayama.yaml', '```')
 
 

@@ -95,9 +95,6 @@ def make_plan(request: PlanRequest, command_line: str) -> Plan:
         smooth = inverse_dynamics(reference.velocity, reference.acceleration, robot)
         return [torque + coulomb * float(np.sign(turn)) for torque, turn in zip(smooth, wheels, strict=True)]
 
-    spans = np.diff(path.times)
-    shares = {name: float(sum(span for span, found in zip(spans, path.limit, strict=True) if found == name))
-              / path.period for name in set(path.limit)}
     return Plan(
         path.times, np.array([reference.pose for reference in references]),
         np.array([reference.velocity for reference in references]),
@@ -105,4 +102,4 @@ def make_plan(request: PlanRequest, command_line: str) -> Plan:
         np.array([wheel_velocity(reference.velocity, robot) for reference in references]),
         np.array([torques(reference) for reference in references]),
         limit, path.period, path.length, flatten(cart.timing),
-        dict(sorted(shares.items(), key=lambda one: (-one[1], one[0]))), provenance(command_line, configuration))
+        path.shares(), provenance(command_line, configuration))

@@ -16,7 +16,7 @@ from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded
 from mobile_robot_control.system.texts import printable, shortened
 
 Values = dict[str, dict[str, Any]]
-_PATH_FILE = 'path.file'
+PATH_FILE = 'path.file'
 Override = str | tuple[str, Any]
 """One parameter: ``NODE.PARAMETER:=VALUE`` with its value in YAML, or name and value."""
 
@@ -181,12 +181,12 @@ def merge_sections(
     return values
 
 
-def _located(values: dict[str, Any], folder: Path) -> dict[str, Any]:
+def located(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return values in which a file of waypoints has its absolute path, from the folder of the file that names it."""
-    file = values.get(_PATH_FILE)
+    file = values.get(PATH_FILE)
     if not isinstance(file, str) or file in ('', NO_FILE):
         return values
-    return {**values, _PATH_FILE: os.path.abspath(folder / file)}
+    return {**values, PATH_FILE: os.path.abspath(folder / file)}
 
 
 def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namespace: str = '/') -> Values:
@@ -213,11 +213,11 @@ def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namesp
         If a file or an override cannot be read, or names what no node declares.
 
     """
-    sources = [(str(path), section, _located(values, Path(path).parent))
+    sources = [(str(path), section, located(values, Path(path).parent))
                for path in files for section, values in read_parameter_file(path)]
     for override in overrides:
         source, section, values = read_override(override)
-        values = _located(values, Path())
+        values = located(values, Path())
         # a node is named without its namespace there
         sources.append((source, section if section == '/**' else f'/**/{section.strip("/")}', values))
     return merge_sections(sources, full_names(namespace))

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from nav_msgs.msg import Path
 from rclpy.node import Node
 
@@ -67,16 +66,14 @@ def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[
     cart = build(ReferenceCartParameters, known | on_a_path(known, limits) | {'path.file': NO_FILE})
     waypoints = checked_waypoints([(f'point {n}', point) for n, point in enumerate(points, start=1)], 'the path')
     course = plan(path_request(cart, waypoints))
-    spans = np.diff(course.times)
-    named = np.array(course.limit)
-    active = {name: float(spans[named == name].sum() / course.period) for name in sorted(set(course.limit)) if name}
-    shown = np.unique(np.linspace(0, len(spans) - 1, _SHOWN).astype(int)).tolist()
+    count = len(course.limit)
+    shown = sorted({n * (count - 1) // (_SHOWN - 1) for n in range(_SHOWN)})
     poses = [course.reference(float(course.times[n])).pose for n in shown]
     return {'x': [round(pose.x, 4) for pose in poses], 'y': [round(pose.y, 4) for pose in poses],
             'speed': [round(float(course.speeds[n]), 4) for n in shown],
             'limit': [course.limit[n] for n in shown],
-            'bends': [bool(np.abs(course.grid.curvature[n]).max() > _STRAIGHT) for n in shown],
-            'duration': course.period, 'length': course.length, 'active': active}
+            'bends': [bool(abs(course.grid.curvature[n]).max() > _STRAIGHT) for n in shown],
+            'duration': course.period, 'length': course.length, 'active': course.shares()}
 
 
 def start_of(points: Sequence[Point]) -> list[float]:

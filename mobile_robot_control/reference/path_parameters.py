@@ -40,8 +40,8 @@ class Timing(NamedTuple):
     """
 
     speed_factor: Annotated[
-        float, Field('', 'speed along the path as a share of the fastest motion within the limits: smaller drives '
-                     'slower', above=0.0, maximum=1.0, live=True)
+        float, Field('', 'speed along the path as a share of the fastest motion within the limits: larger drives '
+                     'faster', above=0.0, maximum=1.0, live=True)
     ] = 1.0
     torque_fraction: Annotated[
         float, Field('', "share of the motors' torque that the planned motion may take: larger drives faster, and "

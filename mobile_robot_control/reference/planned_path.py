@@ -71,6 +71,13 @@ class PlannedPath:
         self._spans = np.array([(*span.x, *span.y) for span in spans])
         self._rows = np.stack([grid.u[:, 0], *_way(grid), self.speeds[:-1], self.accelerations], axis=1)
 
+    def shares(self) -> dict[str, float]:
+        """Return the share of the time in which each limit is active, the largest first; '' where none is."""
+        spans = np.diff(self.times)
+        found = {name: float(sum(span for span, active in zip(spans, self.limit, strict=True) if active == name))
+                 / self.period for name in set(self.limit)}
+        return dict(sorted(found.items(), key=lambda one: (-one[1], one[0])))
+
     def reference(self, time: float) -> Reference:
         """Return the reference at a time since the start [s], without its acceleration; it stands before and after."""
         return self.accelerated(time)._replace(acceleration=NO_ACCELERATION)

@@ -42,12 +42,13 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
-def make_node(name: str, own: Any = None) -> Any:
-    """Make one of the four nodes by its name, or a node of one's own."""
+def make_node(name: str, own: Any = None, path_file: str = '') -> Any:
+    """Make one of the four nodes by its name, the cart with a file of waypoints if it is given; or one's own node."""
     if own is not None:
         return importlib.import_module('mobile_robot_control.ros.nodes.step_node').StepNode(own)
     module = importlib.import_module(f'mobile_robot_control.ros.nodes.{name}')
-    return getattr(module, _CLASSES[name])()
+    made = getattr(module, _CLASSES[name])
+    return made(path_file) if name == 'reference_cart' else made()
 
 
 def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = None) -> int:
@@ -73,8 +74,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
     """
     label = ' '.join(names)
     try:
-        if own is None:
-            check_ros_arguments(names, arguments)
+        path_file = '' if own is not None else check_ros_arguments(names, arguments)
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     except ParameterError as error:
         return refuse(label, error.violations)
@@ -84,7 +84,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
     code = 1
     try:
         for name in names:
-            nodes.append(make_node(name, own))
+            nodes.append(make_node(name, own, path_file))
     except ParameterError as error:
         code = refuse(label, error.violations)
     except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3

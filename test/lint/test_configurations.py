@@ -155,10 +155,12 @@ def test_every_node_starts_with_every_shipped_file(domain):
         'import sys, rclpy\n'
         'from mobile_robot_control.ros.spin import make_node\n'
         'from mobile_robot_control.configuration.nodes import NODES\n'
+        'from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments\n'
         'for path in sys.argv[1:]:\n'
-        '    rclpy.init(args=["--ros-args", "--params-file", path])\n'
+        '    arguments = ["--ros-args", "--params-file", path]\n'
+        '    rclpy.init(args=arguments)\n'
         '    for name in NODES:\n'
-        '        make_node(name).destroy_node()\n'
+        '        make_node(name, path_file=check_ros_arguments([name], arguments)).destroy_node()\n'
         '    rclpy.shutdown()\n'
     )
     done = subprocess.run([sys.executable, '-c', code, *map(str, FILES)], capture_output=True, text=True, timeout=100,

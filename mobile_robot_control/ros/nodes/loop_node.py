@@ -4,6 +4,7 @@ from __future__ import annotations  # rclpy's classes are generic from kilted on
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import Any, Generic, Protocol, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -67,6 +68,8 @@ class LoopNode(Node, Generic[NodeGroup]):
         Of the node.
     group : type
         The NamedTuple that declares its parameters.
+    overrides : mapping of str to object
+        Values in place of those that it was started with.
 
     Attributes
     ----------
@@ -81,11 +84,13 @@ class LoopNode(Node, Generic[NodeGroup]):
     _has_run = False
     _saturated = False
 
-    def __init__(self, name: str, group: type[NodeGroup]) -> None:
+    def __init__(
+        self, name: str, group: type[NodeGroup], overrides: Mapping[str, Any] = MappingProxyType({})
+    ) -> None:
         super().__init__(name, start_parameter_services=False)
         self._own_name = name  # whatever it is renamed to
         self._check_topics()
-        self.parameters = self._changed = declare(self, group)
+        self.parameters = self._changed = declare(self, group, overrides)
         self._shared = self.parameters.shared
         self._period, self._position_period = map(
             period_nanoseconds, (self._shared.velocity_rate, self._shared.position_rate))

@@ -30,10 +30,18 @@ _JUMP = ('the cart would jump: on the wall clock its curve can change where wait
 
 
 class ReferenceCart(LoopNode[ReferenceCartParameters]):
-    """Answers each odometry with the cart's pose and velocity at that time."""
+    """
+    Answers each odometry with the cart's pose and velocity at that time.
 
-    def __init__(self) -> None:
-        super().__init__('reference_cart', ReferenceCartParameters)
+    Parameters
+    ----------
+    path_file : str
+        File of waypoints in place of the parameter's value, which may be relative to the file that names it.
+
+    """
+
+    def __init__(self, path_file: str = '') -> None:
+        super().__init__('reference_cart', ReferenceCartParameters, {'path.file': path_file} if path_file else {})
         shared, horizon = self._shared, self._shared.reference_horizon
         self._course = CartCourse(self.parameters, self._position_period)
         self._time = self._make_time(horizon)

@@ -1,6 +1,7 @@
 """Declared parameters as ROS parameters: declared, described, checked as a whole."""
 
-from typing import TypeVar
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.node import Node
@@ -28,15 +29,15 @@ def _descriptor(declared: Declaration) -> ParameterDescriptor:
     return descriptor
 
 
-def declare(node: Node, group: type[Group]) -> Group:
+def declare(node: Node, group: type[Group], others: Mapping[str, Any]) -> Group:
     """
     Declare the parameters of a group on a node that was made without parameter services.
 
-    Returns the values that it was started with, checked; whole numbers serve where a float belongs. Raises
-    ParameterError naming every violation at once.
+    Returns the values that it was started with, with others in place of some of them, checked; whole numbers serve
+    where a float belongs. Raises ParameterError naming every violation at once.
     """
     # rclpy has no public access to what a node was started with before it is declared
-    overrides = {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+    overrides = {name: parameter.value for name, parameter in node._parameter_overrides.items()} | dict(others)
     values = build(group, {name: value for name, value in overrides.items() if not _foreign(name, group)})
     for name, declared in declarations(group, defaults=values).items():
         value = list(declared.default) if declared.kind is tuple else declared.default

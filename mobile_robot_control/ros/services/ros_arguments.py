@@ -2,10 +2,11 @@
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.configuration.addressing import addressed_nodes, full_names, namespace_fault, namespace_of
-from mobile_robot_control.configuration.files import merge_sections, read_parameter_file
+from mobile_robot_control.configuration.files import PATH_FILE, located, merge_sections, read_parameter_file
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
@@ -21,9 +22,11 @@ class _Source(NamedTuple):
     rule: str = ''  # a `-p` that a node's name may be put before
 
 
-def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> None:
+def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> str:
     """
     Check the arguments that nodes are about to be started with.
+
+    Returns the file of waypoints that they name, from the folder of the file that names it; '' for none.
 
     Raises ParameterError naming what rcl ignores in silence: arguments outside `--ros-args`, empty files, unknown
     names, names in a wrong section, sections that do not reach a renamed node, and values that are written last but
@@ -36,10 +39,11 @@ def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> None:
     options = _options(arguments)
     full = _full_names(names, options)
     sources = list(_sources(options, full))
-    merge_sections(((source.where, source.section, source.values) for source in sources), full)
+    values = merge_sections(((source.where, source.section, source.values) for source in sources), full)
     violations = [violation for name in names for violation in _losing(sources, name, full)]
     if violations:
         raise ParameterError(violations)
+    return str(values['reference_cart'].get(PATH_FILE, ''))
 
 
 def _options(arguments: Sequence[str]) -> _Options:
@@ -91,7 +95,7 @@ def _sources(options: _Options, full: Mapping[str, str]) -> Iterator[_Source]:
     for option, value in options:
         if option == '--params-file':
             for section, values in read_parameter_file(value):
-                yield _Source(value, section, values)
+                yield _Source(value, section, located(values, Path(value).parent))
         elif option in ('-p', '--param') and ':=' in value:
             yield _rule(value, full)
 

@@ -36,5 +36,4 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
     buttons['Send'].click()
     page.wait(lambda: _words(page) == 'The cart follows it.')
     assert page.number('run') == run
-    page.driver.set_window_size(1280, 900); page.driver.execute_script('scrollTo(0,0)'); page.driver.save_screenshot('/tmp/draw.png'); page.driver.execute_script('document.getElementById("path").scrollIntoView()'); page.driver.save_screenshot('/tmp/draw2.png')
     page.wait(lambda: 'arrived' in page.text('nodes'))
