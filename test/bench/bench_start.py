@@ -3,7 +3,8 @@
 import contextlib
 import statistics
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from rclpy.clock import Clock
@@ -31,11 +32,21 @@ FIRST: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 class StartTimer(Listener):
-    """Starts one node in a domain of its own, in which its inputs are published, and times its first message."""
+    """
+    Starts one node in a domain of its own, in which its inputs are published, and times its first message.
 
-    def __init__(self, name: str) -> None:
+    Parameters
+    ----------
+    name : str
+        Of the node.
+    arguments : sequence of str
+        Further ones.
+
+    """
+
+    def __init__(self, name: str, arguments: Sequence[str] = ()) -> None:
         super().__init__(new_domain())
-        self._name = name
+        self._name, self._arguments = name, arguments
         inputs, first = FIRST[name]
         kind = Header if name == 'empty' else type(MESSAGES[first])
         self._received: float | None = None
@@ -64,17 +75,19 @@ class StartTimer(Listener):
             else:
                 graph.start(self._name, 'mobile_robot_control.ros.executables', self._name, '--ros-args',
                             '--params-file', CONFIG / 'wall_clock.yaml',
-                            '-p', 'feedforward.enabled:=false', '-p', 'reference_horizon:=0')
+                            '-p', 'feedforward.enabled:=false', '-p', 'reference_horizon:=0', *self._arguments)
             self.until(lambda: self._received is not None, 30.0, graph.check)
             return (self._received or began) - began
 
 
-def times(runs: int = RUNS) -> dict[str, list[float]]:
-    """Start each node that many times, in turn."""
-    found: dict[str, list[float]] = {name: [] for name in FIRST}
+def times(
+    runs: int = RUNS, nodes: Mapping[str, Sequence[str]] = MappingProxyType(dict.fromkeys(FIRST, ()))
+) -> dict[str, list[float]]:
+    """Start each node that many times, in turn; nodes by a name that begins with their own, with arguments."""
+    found: dict[str, list[float]] = {name: [] for name in nodes}
     for run in range(runs):
         for name, seconds in found.items():
-            with contextlib.closing(StartTimer(name)) as timer:
+            with contextlib.closing(StartTimer(name.partition(',')[0], nodes[name])) as timer:
                 seconds.append(timer.time())
             show(f'start, run {run + 1} of {runs}, {name}: {seconds[-1]:.2f} s')
     return found

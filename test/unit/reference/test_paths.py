@@ -5,13 +5,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import HealthCheck, assume, given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
+from toppra_oracle import Oracle
 
 from mobile_robot_control.control.feedforward import inverse_dynamics
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.reference.joining import join, stop
 from mobile_robot_control.reference.path_grid import TooSharpError, lay_grid
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
 from mobile_robot_control.reference.path_shape import control_points, spans_of
@@ -94,10 +96,12 @@ def test_crossing_waypoints_are_followed_in_their_order():
     assert passed == sorted(passed)
 
 
-@given(WAYPOINTS, st.sampled_from([0.0, 0.02]), st.sampled_from([Robot(), NO_FRICTION]),
-       st.sampled_from([(0.0, 0.0), (0.5, 40.0)]), st.floats(0.1, 0.6), st.sampled_from([0.0, 3.0]))
-@hypothesis_settings(max_examples=20)
-def test_random_paths_keep_every_limit_and_use_one_nearly_everywhere(points, coulomb, robot, line, torque, turn):
+DRAWN = (WAYPOINTS, st.sampled_from([0.0, 0.02]), st.sampled_from([Robot(), NO_FRICTION]),
+         st.sampled_from([(0.0, 0.0), (0.5, 40.0)]), st.floats(0.1, 0.6), st.sampled_from([0.0, 3.0]))
+
+
+def keeps_every_limit(points, coulomb, robot, line, torque, turn):
+    """Check that a path keeps every limit and uses one nearly everywhere."""
     timing = TIMING._replace(max_wheel_torque=torque, max_angular_acceleration=turn)
     drive, spans = Drive(robot, coulomb, *line), smooth_shape(points)
     path = plan_spans(spans, timing, drive)
@@ -109,44 +113,68 @@ def test_random_paths_keep_every_limit_and_use_one_nearly_everywhere(points, cou
     assert active >= (0.95 if coulomb or robot.viscous_friction else 0.98)
 
 
+test_random_paths_keep_every_limit_and_use_one_nearly_everywhere = hypothesis_settings(max_examples=20)(
+    given(*DRAWN)(keeps_every_limit))
+test_200_random_paths_keep_every_limit_and_use_one_nearly_everywhere = pytest.mark.soak(hypothesis_settings(
+    max_examples=200, deadline=None, suppress_health_check=[*HealthCheck])(given(*DRAWN)(keeps_every_limit)))
+
+
+@given(WAYPOINTS, st.floats(0.02, 0.98), st.sampled_from([0.3, 0.6]))
+@hypothesis_settings(max_examples=15)
+def test_a_stop_anywhere_goes_on_from_the_motion_before_and_keeps_the_limits(points, share, torque):
+    timing = TIMING._replace(max_wheel_torque=torque)
+    path = plan_spans(smooth_shape(points), timing, Drive())
+    time = share * path.period
+    before = path.accelerated(time)
+    stopped = stop(path.remaining(time), request(RECTANGLE, timing=timing), before)
+    at = stopped.accelerated(0.0)
+    assert (*at.pose, *at.velocity) == pytest.approx((*before.pose, *before.velocity), abs=1e-6)
+    assert stopped.accelerated(stopped.period).velocity == (0.0, 0.0)
+    # as soon as the limits allow: at most half of the longest braking distance later
+    assert stopped.length <= path.length * (1.0 - share) + 1.0
+    for moment in np.linspace(0.0, stopped.period, 50):
+        assert max(used_at(stopped, moment, timing, Drive()).values()) <= 1.021
+
+
+@given(st.floats(0.05, 0.95), st.floats(-0.3, 0.3), st.floats(-0.4, 0.4), st.floats(0.0, 0.3))
+@hypothesis_settings(max_examples=30)
+def test_a_new_path_goes_on_from_the_motion_before_or_is_refused(share, turn, aside, ahead):
+    path = plan_spans(shape_of([(0.0, 0.0), (1.5, 0.0), (2.5, 0.8), (4.0, 0.8)], tolerance=0.2), TIMING, Drive())
+    before = path.accelerated(share * path.period)
+    x, y, heading = before.pose
+    cos, sin = math.cos(heading + turn), math.sin(heading + turn)
+    points = [(x + along * cos - aside * sin, y + along * sin + aside * cos) for along in (ahead, 1.0, 2.5)]
+    try:
+        joined = join(request(points), before)
+    except ParameterError:
+        # too far, or too sharp for the speed
+        assume(False)
+    at = joined.accelerated(0.0)
+    assert (*at.pose, *at.velocity) == pytest.approx((*before.pose, *before.velocity), abs=1e-6)
+    assert joined.reference(joined.period).pose[:2] == pytest.approx(points[-1])
+    for moment in np.linspace(0.0, joined.period, 50):
+        assert max(used_at(joined, moment, TIMING, Drive()).values()) <= 1.021
+
+
+def test_a_path_far_from_the_cart_and_one_that_comes_too_late_for_its_speed_are_refused():
+    before = plan_spans(shape_of([(0.0, 0.0), (4.0, 0.0)]), TIMING, Drive()).accelerated(4.0)
+    x = before.pose.x
+    with pytest.raises(ParameterError, match=r'the path begins 0\.6 m from the cart .* path\.join_distance is 0\.5 m'):
+        join(request([(x + 0.6, 0.0), (x + 2.0, 0.0)]), before)
+    with pytest.raises(ParameterError, match=r'no motion from here keeps the limits .* at its start is too fast'):
+        join(request([(x, 0.0), (x + 0.1, 0.05), (x + 0.1, 2.0)]), before)
+
+
 def test_without_friction_it_is_as_fast_as_toppra_also_over_a_point_without_inertia():
     toppra = pytest.importorskip('toppra')
     robot, timing = NO_FRICTION, TIMING._replace(max_wheel_torque=0.4)
     spans = shape_of([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.2, 0.4)], tolerance=0.2)
     path = plan_spans(spans, timing, Drive(robot))
     grid = path.grid
-    r, half = robot.wheel_radius, half_separation(robot)
-    lengths = np.concatenate([[0.0], np.cumsum(grid.length)])
-    curvature, sharpness = (np.append(each[:, 0], each[-1, 1]) for each in (grid.curvature, grid.sharpness))
     # where a wheel's torque does not depend on the acceleration: 1.89 1/m for the chapter's robot
-    neutral = linear_inertia(robot) / (half * angular_inertia(robot))
-    assert np.abs(curvature).max() > neutral == pytest.approx(1.89, abs=0.01)
-
-    class AlongAndAround(toppra.interpolator.AbstractGeometricPath):
-        """Length and heading of the path."""
-
-        def __call__(self, at, order=0):
-            at = np.asarray(at)
-            heading = np.concatenate([[0.0], np.cumsum(grid.curvature.mean(axis=1) * grid.length)])
-            ones = np.ones_like(at)
-            return np.stack([(at, ones, 0.0 * ones)[order],
-                             np.interp(at, lengths, (heading, curvature, sharpness)[order])], axis=-1)
-
-        dof, path_interval, waypoints = 2, np.array([0.0, lengths[-1]]), (lengths, np.zeros((2, 2)))
-
-    interpolated = {'discretization_scheme': toppra.constraint.DiscretizationType.Interpolation}
-    inverse = np.array([[linear_inertia(robot), half * angular_inertia(robot)],
-                        [linear_inertia(robot), -half * angular_inertia(robot)]]) / r
-    torque = timing.torque_fraction * timing.max_wheel_torque
-    limits = [
-        toppra.constraint.JointVelocityConstraint(np.array([[-0.6, 0.6], [-1e6, 1e6]])),
-        toppra.constraint.JointAccelerationConstraint(np.array([[-0.5, 0.5], [-4.0, 4.0]]), **interpolated),
-        toppra.constraint.SecondOrderConstraint.joint_torque_constraint(
-            lambda _q, _dq, ddq: inverse @ ddq, np.array([[-torque, torque]] * 2), np.zeros(2), **interpolated),
-    ]
-    _, speeds, _ = toppra.algorithm.TOPPRA(limits, AlongAndAround(), gridpoints=lengths,
-                                           solver_wrapper='seidel').compute_parameterization(0.0, 0.0)
-    theirs = float(np.sum(2.0 * grid.length / (speeds[1:] + speeds[:-1])))
+    neutral = linear_inertia(robot) / (half_separation(robot) * angular_inertia(robot))
+    assert np.abs(grid.curvature).max() > neutral == pytest.approx(1.89, abs=0.01)
+    theirs = Oracle(toppra, grid, timing, robot).duration()
     assert path.period == pytest.approx(theirs, rel=0.01)
 
 
