@@ -59,8 +59,8 @@ def plant_like(base, curve, given=(), lacking=()):
         '/**.feedforward.enabled:=false', f'reference_cart.curve:={curve}', *given])))
 
 
-def promised(parameters):
-    trial = make_trial(parameters, UNTIL, late=FROM)
+def promised(parameters, since=FROM, until=UNTIL):
+    trial = make_trial(parameters, until, late=since)
     late = run_trials([trial], False)[0].late
     return math.sqrt(late.squared_position / late.time)
 

@@ -1,5 +1,5 @@
 // @ts-check
-// Five short lessons: each has two controls, one question, and an answer that is checked, most of them by measuring.
+// Six short lessons: each has two controls, one question, and an answer that is checked, most of them by measuring.
 window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
@@ -50,6 +50,23 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     const key = `${watched.law} ${watched.distance}`, asked = Math.max(Math.abs(right), Math.abs(left));
     if (watched.begun !== run) { watched.begun = run; peaks[key] = 0; }
     if (asked > peaks[key]) peaks[key] = asked;
+  }
+
+  const BENDS = [[0, 0], [1.5, 0], [1.5, 1], [0, 1]];
+  const limits = {speed: 1, torque: 0.3};
+  let timed = null;
+  // Plan a path with two bends for the limits of the lesson, and draw it on the plane.
+  async function time() {
+    const {plan, text} = await mrc.planPath(BENDS, {
+      'timing.max_linear_velocity': limits.speed, 'timing.max_wheel_torque': limits.torque});
+    timed = plan;
+    if (plan) mrc.stage.draw({...plan, most: Math.max(...plan.speed), points: BENDS, cursor: null});
+    return {good: Boolean(plan), text};
+  }
+  // Return the share of a plan's points, in bends or on straights, at which the torque limits the motion [%].
+  function limited(bends) {
+    const there = timed.limit.filter((_, n) => timed.bends[n] === bends);
+    return 100 * there.filter((name) => name === 'wheel torque').length / there.length;
   }
 
   const LESSONS = [
@@ -125,6 +142,24 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
        const most = Math.max(...asked.filter(Number.isFinite).map(Math.abs));
        return [near(given, most, 0.15 * most), `In the last lap at most ${shown(most, 'N m')} were asked for.`];
      }},
+    {title: 'Where a torque limit slows the robot down', text: 'A path with two bends, timed to be as fast as the limits '
+       + 'allow: the plane shows where it is slow. Half of the torque is planned with. In a bend one wheel has to turn '
+       + 'faster and the other one slower, which takes torque; what else does?',
+     controls: [
+       {label: 'torque of a motor [N m]', range: [0.1, 1, 0.05, 0.3], act: (given) => { limits.torque = given; return time(); }},
+       {label: 'largest speed [m/s]', range: [0.2, 2, 0.1, 1], act: (given) => { limits.speed = given; return time(); }}],
+     question: 'At a speed of 1 m/s and 0.3 N m, where does the torque limit the motion?',
+     answer: ['in the bends alone', 'on the straights alone', 'in the bends and on the straights'],
+     check: async (given) => {
+       if (!timed) {
+         const {good, text} = await time();
+         if (!good) return [false, text];
+       }
+       const [bent, straight] = [limited(true), limited(false)];
+       const found = straight < 5 ? 'in the bends alone' : bent < 5 ? 'on the straights alone' : 'in the bends and on the straights';
+       return [given === found, `It limits ${Math.round(bent)} % of the bends and ${Math.round(straight)} % of the straights: `
+         + 'the robot speeds up out of one bend and brakes before the next one, and both take torque.'];
+     }},
   ];
   let surface = null;
 
@@ -188,7 +223,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         const given = field ? field.value.trim().replace(',', '.') : '';
         if (lesson.answer === 'number' && (given === '' || Number.isNaN(Number(given)))) {
           verdict(false, 'Write a number.');
-        } else verdict(...lesson.check(lesson.answer === 'number' ? Number(given) : given));
+        } else {
+          check.disabled = true;
+          verdict(...await lesson.check(lesson.answer === 'number' ? Number(given) : given));
+          check.disabled = false;
+        }
       });
       details.append(mrc.element('p', 'question', lesson.question), bar, words);
       details.addEventListener('toggle', () => { if (details.open) fetchNumbers(); });

@@ -56,7 +56,7 @@ def rows() -> Iterator[Row]:
     toppra.setup_logging('ERROR')
     ours, theirs = [], []
     for _ in range(5):
-        spans = spans_of([point for point, _ in control_points(waves(160), False, 0.05)], False)
+        spans = spans_of([point for point, _ in control_points(waves(50), False, 0.05)], False)
         begun = time.process_time()
         path = plan_spans(spans, TIMING, Drive(ROBOT))
         ours.append(time.process_time() - begun)
@@ -65,16 +65,16 @@ def rows() -> Iterator[Row]:
     typical, other, points = statistics.median(ours), statistics.median(theirs), len(path.limit)
     yield at_most(f'plan of {points} points / toppra', typical / other, 10.0, f'{typical:.3f} to {other:.3f} s of CPU')
     yield at_most(f'plan of {points} points / {LONGEST} s', typical / LONGEST, 1.0, f'{typical:.3f} s of CPU')
-    few, many = planned(1000), planned(8000)
+    few, many = planned(500), planned(5000)
     sizes = [len(path.limit) for _, path in (few, many)]
     growth = (many[0] / few[0]) / (sizes[1] / sizes[0])
     yield at_most(f'time a point of {sizes[1]} points / of {sizes[0]}', growth, 1.5, f'{few[0]:.2f} to {many[0]:.2f} s')
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / 'waves.csv'
-        file.write_text(''.join(f'{x},{y}\n' for x, y in waves(160)))
+        file.write_text(''.join(f'{x},{y}\n' for x, y in waves(50)))
         timing = [word for name, value in TIMING._asdict().items() for word in ('-p', f'timing.{name}:={value}')]
         found = times(3, {'reference_cart': [], 'reference_cart, a path': [
-            '-p', 'curve:=path', '-p', f'path.file:={file}', *timing]})
+            '-p', 'reference_cart:curve:=path', '-p', f'path.file:={file}', *timing]})
     plain, with_path = (statistics.median(found[name]) for name in ('reference_cart', 'reference_cart, a path'))
     yield at_most(f'later start with a path / {LATER} s', (with_path - plain) / LATER, 1.0,
                   f'{with_path:.2f} to {plain:.2f} s to the first message')

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import re
 import signal
 import subprocess
 import sys
@@ -16,8 +17,7 @@ from nav_msgs.msg import Odometry
 from promising import TUNED, fed, plant_like, promised
 from stand_in_model import Base
 
-from mobile_robot_control.reference.cart import reference_at
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.configuration.nodes import course_of
 
 LAG, LAP = 0.15, 16.0
 
@@ -29,29 +29,29 @@ def by_time(messages):
 
 
 class Driven:
-    """A base that the nodes drive along the trifolium; its messages are kept."""
+    """A base that the nodes drive along a curve or a path; its messages are kept."""
 
-    def __init__(self, robot, given, factor):
-        self.robot, self.parameters = robot, plant_like(Base(lag=LAG), 'trifolium', given)
+    def __init__(self, robot, given, factor, curve):
+        self.robot, self.parameters = robot, plant_like(Base(lag=LAG), curve, given)
         self.truth, self.cart, self.commands = [], [], []
         for topic, kind, found in (('ground_truth', Odometry, self.truth), ('reference', Odometry, self.cart),
                                    ('cmd_vel', TwistStamped, self.commands)):
             robot.recorder.create_subscription(kind, topic, found.append, 100)
-        curve = self.parameters.reference_cart.curve
-        self.start = reference_at(CURVES[curve.curve], 0.0, curve.placement).pose
+        self.start = course_of(self.parameters.reference_cart).reference(0.0).pose
         self.base = subprocess.Popen([sys.executable, Path(late_base.__file__), '--lag', str(LAG), '--factor',
                                       str(factor), '--pose', *map(str, self.start)])
         robot.start('position_controller', 'reference_cart', arguments=[
             '--params-file', CONFIG / 'wall_clock.yaml', '-p', 'odometry_stamped:=sampled', '-p',
             'feedforward.enabled:=false', '-p', f'use_sim_time:={str(factor > 0.0).lower()}',
-            *(word for one in given
-              for word in ('-p', one.removeprefix('/**.').replace('controller.', 'controller:')))])
+            '-p', f'reference_cart:curve:={curve}',
+            *(word for one in given for word in ('-p', re.sub(r'^(/\*\*\.|(\w+)\.)', lambda found: (
+                f'{found[2]}:' if found[2] else ''), one, count=1)))])
 
     def rms(self, since=None, last=0.0):
         """Return the RMS of the true error from a time after the first reference on, or of the last seconds."""
         stamps, x, y = by_time(self.cart)
         then, true_x, true_y = by_time(self.truth)
-        late = stamps > (stamps[-1] - last if since is None else stamps[0] + since)
+        late = stamps >= (stamps[-1] - last if since is None else stamps[0] + since)
         apart = np.hypot(np.interp(stamps[late], then, true_x) - x[late],
                          np.interp(stamps[late], then, true_y) - y[late])
         return math.sqrt(float((apart**2).mean()))
@@ -70,8 +70,8 @@ class Driven:
 def drive(robot):
     """Drive a base with some parameters, at a factor of simulated time."""
     with contextlib.ExitStack() as stack:
-        def made(given, factor=0.0):
-            driven = Driven(robot, given, factor)
+        def made(given, factor=0.0, curve='trifolium'):
+            driven = Driven(robot, given, factor, curve)
             stack.callback(driven.base.wait)
             stack.callback(driven.base.kill)
             return driven
@@ -89,6 +89,21 @@ def test_tuned_gains_keep_their_promise_on_a_base_of_its_own(drive, given, bound
     print(f'RMS error {100.0 * rms:.2f} cm, promised {100.0 * foreseen:.2f} cm')
     assert rms < bound
     assert rms == pytest.approx(foreseen, rel=0.3, abs=0.0015)
+
+
+def test_a_path_of_waypoints_is_driven_with_the_error_that_simulate_promises(drive, tmp_path):
+    (tmp_path / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n0,1\n')
+    driven = drive([*TUNED, f'reference_cart.path.file:={tmp_path}/path.csv', *(
+        f'reference_cart.timing.{name}:={value}' for name, value in (
+            ('max_linear_velocity', 0.4), ('max_linear_acceleration', 0.3), ('max_angular_velocity', 0.8),
+            ('max_angular_acceleration', 2.0)))], curve='path')
+    seconds = course_of(driven.parameters.reference_cart).period
+    # a cart that waits stands at first, and speeds up within a second
+    driven.robot.spin_until(lambda: driven.cart and driven.cart[-1].twist.twist.linear.x > 0.35)
+    driven.forget()
+    driven.robot.spin_until(lambda: len(driven.cart) > 100 and driven.cart[-1].twist.twist.linear.x == 0.0)
+    rms, foreseen = driven.rms(0.0), promised(driven.parameters, 2.0, seconds)
+    assert rms == pytest.approx(foreseen, rel=0.3)
 
 
 def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_stays(drive):
