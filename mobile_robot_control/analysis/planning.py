@@ -80,9 +80,13 @@ class Plan(NamedTuple):
 
 def make_plan(request: PlanRequest, command_line: str) -> Plan:
     """Plan the path of a request; raise ParameterError where it cannot be driven."""
-    configuration = request.configuration()
+    return plan_of(request.configuration(), command_line)
+
+
+def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
+    """Plan the path of a configuration whose cart drives one."""
     cart, path = configuration.reference_cart, course_of(configuration.reference_cart)
-    assert isinstance(path, PlannedPath)  # noqa: S101 (the request has set the curve)
+    assert isinstance(path, PlannedPath)  # noqa: S101 (for mypy: it drives a path)
     limit = [*path.limit, '']
     # the last point, at which the path stands, belongs to the motion that ends there
     times = path.times.copy()

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.configuration.files import save_configuration
 from mobile_robot_control.configuration.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.parameters.declaration import Field
@@ -38,8 +38,7 @@ def simulate_into_files(
             stack.enter_context(naming_errors(Path(files.output)))
             path = writable_file(files.output)
             table = stack.enter_context(path.open('w', encoding='utf-8', newline=''))
-            ran_with = configuration_text(parameters, request.sources.robot)
-            write_atomically(path.with_suffix('.parameters.yaml'), ran_with)
+            save_configuration(path.with_suffix('.parameters.yaml'), parameters, request.sources.robot)
             path.with_suffix('.metrics.json').unlink(missing_ok=True)
 
         def written(samples: Iterable[Sample]) -> Iterable[Sample]:

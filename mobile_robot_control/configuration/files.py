@@ -11,8 +11,10 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
 from mobile_robot_control.parameters.values import nearest
+from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.reference.path_parameters import NO_FILE
-from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded
+from mobile_robot_control.reference.waypoints import WAYPOINTS, YAML_SUFFIXES
+from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded, write_atomically
 from mobile_robot_control.system.texts import printable, shortened
 
 Values = dict[str, dict[str, Any]]
@@ -241,3 +243,15 @@ def configuration_text(parameters: Configuration, robot: str | None = None) -> s
     """Return a configuration as a parameter file that gives the same numbers to the last bit, headed by its robot."""
     text = parameter_file_text({node: flatten(part) for node, part in parameters._asdict().items()})
     return text if robot is None else f'# robot: {printable(robot)}\n{text}'
+
+
+def save_configuration(file: Path, parameters: Configuration, robot: str | None = None) -> None:
+    """Write a configuration as a parameter file, and beside it a copy of its waypoints, which it names."""
+    cart = parameters.reference_cart
+    if cart.curve.curve == PATH and cart.path.file != NO_FILE:
+        given = Path(cart.path.file)
+        suffix = given.suffix if given.suffix in YAML_SUFFIXES else '.csv'
+        copy = file.with_name(f'{file.stem}.waypoints{suffix}')
+        write_atomically(copy, read_bounded(given, WAYPOINTS))
+        parameters = parameters._replace(reference_cart=cart._replace(path=cart.path._replace(file=copy.name)))
+    write_atomically(file, configuration_text(parameters, robot))

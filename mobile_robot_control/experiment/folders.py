@@ -5,14 +5,15 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.configuration.files import save_configuration
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.reference.waypoints import YAML_SUFFIXES
 
 _REPLACED = '.replaced'
 """Within an experiment's folder: takes the experiment that it held, until the new one has run."""
-WRITTEN = ('bag', 'log', 'parameters.yaml', 'metrics.json', 'report.html', 'report.json', 'figures')
+WRITTEN = ('bag', 'log', 'parameters.yaml', *(f'parameters.waypoints{ending}' for ending in ('.csv', *YAML_SUFFIXES)),
+           'metrics.json', 'report.html', 'report.json', 'figures')
 
 
 @contextmanager
@@ -52,7 +53,8 @@ def experiment_folders(
     try:
         for output, parameters in chosen.items():
             unused.append(output)
-            _prepare(output, configuration_text(parameters, robot))
+            _prepare(output)
+            save_configuration(output / 'parameters.yaml', parameters, robot)
         yield unused
     except (ParameterError, OSError):
         _restore(unused, absent)
@@ -72,7 +74,7 @@ def _remove(output: Path) -> None:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
-def _prepare(output: Path, parameters: str) -> None:
+def _prepare(output: Path) -> None:
     output.mkdir(parents=True, exist_ok=True)
     # of a run that was killed
     shutil.rmtree(output / _REPLACED, ignore_errors=True)
@@ -80,7 +82,6 @@ def _prepare(output: Path, parameters: str) -> None:
     for path in _written(output):
         path.rename(output / _REPLACED / path.name)
     (output / 'log').mkdir()
-    write_atomically(output / 'parameters.yaml', parameters)
 
 
 def _restore(unused: list[Path], absent: list[Path]) -> None:

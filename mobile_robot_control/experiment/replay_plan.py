@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.files import PATH_FILE, load
 from mobile_robot_control.configuration.nodes import NODES, PACE, Configuration, loop_of
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.parameters.checking import ParameterError
@@ -18,6 +18,8 @@ from mobile_robot_control.quantities import LARGEST, Push
 from mobile_robot_control.recording.changes import RESET, Change
 from mobile_robot_control.recording.loop_messages import LoopMessages, first_difference, read_loop_messages
 from mobile_robot_control.recording.mcap_stream import BagError
+from mobile_robot_control.reference.path_parameters import NO_FILE
+from mobile_robot_control.reference.waypoints import read_waypoints_once
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import DISTURBANCE, MOST_EVENTS, PATH_TOPIC
@@ -133,13 +135,21 @@ def _configuration(
         f'{node}.{name} = {value} is asked for, and the bag was recorded with {before}; leave it out'
         for (node, ours), theirs in zip(chosen._asdict().items(), recorded, strict=True)
         for (name, value), before in zip(flatten(ours).items(), flatten(theirs).values(), strict=True)
-        if value != before and name not in _FREE]
+        if value != before and name not in _FREE and not (name == PATH_FILE and _same_waypoints(value, before))]
     if not recorded.plant.shared.lockstep:
         differing.append('it was recorded on the wall clock, where no stamp tells when a change acted; only runs in '
                          'lockstep can be replayed')
     if differing:
         raise ParameterError([f'--replay {named}: {one}' for one in differing])
     return chosen
+
+
+def _same_waypoints(one: str, other: str) -> bool:
+    """Return whether two files have the same waypoints; an experiment keeps a copy of its own."""
+    if NO_FILE in (one, other):
+        return False
+    points, speeds, _ = read_waypoints_once(one)
+    return (points, speeds) == read_waypoints_once(other)[:2]
 
 
 def _faults(configuration: Configuration, recorded: LoopMessages) -> Iterator[str]:

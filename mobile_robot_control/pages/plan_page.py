@@ -1,15 +1,19 @@
 """The page of a plan: the path coloured by its active limit, and the motion along it with its limits."""
 
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
-from mobile_robot_control.analysis.planning import Plan
+from mobile_robot_control.analysis.planning import Plan, plan_of
+from mobile_robot_control.configuration.nodes import Configuration, awaits_path, path_of
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.figures.figure import COMMAND, VALUE, Curve, Figure, Panel, plane
 from mobile_robot_control.figures.lines import Floats, Line
 from mobile_robot_control.figures.palette import LINES, as_svg
 from mobile_robot_control.pages import page
+from mobile_robot_control.reference.path_parameters import PathRequest
+from mobile_robot_control.runs.run import Run
 
 _OTHERS = 'others'
 
@@ -61,16 +65,31 @@ def plan_figures(plan: Plan) -> list[Figure]:
                            ('right', 'left'), tuple(wheels), 5.0, 11.0)]
 
 
+def _pictures(plan: Plan) -> list[str]:
+    """Return a plan in a sentence and its pictures, as HTML."""
+    return [f'<p>{plan.length:.3g} m in {plan.duration:.4g} s, at {len(plan.time)} points.</p>', *(
+        page.picture(figure.title, figure.caption, page.drawing(as_svg(draw(figure))), name=f'plan-{figure.name}')
+        for figure in plan_figures(plan))]
+
+
+def plans_of_runs(runs: Sequence[Run]) -> list[str]:
+    """Return the plans of the paths that runs began with, each once, as HTML."""
+    found: dict[PathRequest, tuple[Configuration, list[str]]] = {}
+    for run in runs:
+        cart = run.parameters.reference_cart if run.parameters else None
+        path = () if cart is None or awaits_path(cart) else path_of(cart)
+        if path and run.parameters:
+            found.setdefault(path, (run.parameters, []))[1].append(run.name)
+    return [part for configuration, names in found.values() for part in (
+        *([f'<h3>{escape(", ".join(names))}</h3>'] if len(runs) > 1 else []), *_pictures(plan_of(configuration)))]
+
+
 def plan_page(plan: Plan, title: str) -> str:
     """Return the page of a plan."""
     rows = [(name or 'none', f'{share:.1%}') for name, share in plan.active.items()]
     given = [(name, f'{value:g}') for name, value in plan.limits.items() if value]
-    pictures = [page.picture(figure.title, figure.caption, page.drawing(as_svg(draw(figure))), name=figure.name)
-                for figure in plan_figures(plan)]
     parts = [
-        f'<h1>{escape(title)}</h1>',
-        f'<p>{plan.length:.3g} m in {plan.duration:.4g} s, at {len(plan.time)} points.</p>',
-        *pictures,
+        f'<h1>{escape(title)}</h1>', *_pictures(plan),
         page.section('limits', 'Limits', page.html_table(('active limit', 'share of the time'), rows),
                      page.html_table(('timing', 'value in SI units'), given)),
         page.section('made', 'How it was made', page.made_with(plan.provenance)),

@@ -6,6 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from mobile_robot_control.configuration.nodes import awaits_path, course_of
 from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.figures.figure import Figure
@@ -21,7 +22,9 @@ from mobile_robot_control.pages.page_parts import (
     replay_scripts,
     replay_styles,
 )
+from mobile_robot_control.pages.plan_page import plans_of_runs
 from mobile_robot_control.pages.timing import TIMING_FIGURES, timed, timing_table
+from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, TORQUE_FIGURE, RunFigure
 from mobile_robot_control.runs.series import period
@@ -33,10 +36,15 @@ def run_description(run: Run) -> str:
     """Return the controller, curve and rates of a run in a sentence without its full stop."""
     if run.parameters is None:
         return f'{run.name}: not known what it ran with'
-    control, curve = run.parameters.position_controller.control, run.parameters.reference_cart.curve
-    shared = run.parameters.plant.shared
-    return (f'{run.name}: {control.controller_type.replace("_", " ")} on the {curve.curve} of '
-            f'{curve.placement.scale:g} m, {curve.placement.period:g} s a lap, at {shared.velocity_rate:g} and '
+    control, cart = run.parameters.position_controller.control, run.parameters.reference_cart
+    shared, placement = run.parameters.plant.shared, cart.curve.placement
+    if awaits_path(cart):
+        course = 'paths of its topic'
+    elif cart.curve.curve == PATH:
+        course = f'the path {Path(cart.path.file).name}, {course_of(cart).period:.3g} s'
+    else:
+        course = f'the {cart.curve.curve} of {placement.scale:g} m, {placement.period:g} s a lap'
+    return (f'{run.name}: {control.controller_type.replace("_", " ")} on {course}, at {shared.velocity_rate:g} and '
             f'{shared.position_rate:g} Hz, {"in lockstep" if shared.lockstep else "on the wall clock"}')
 
 
@@ -125,6 +133,7 @@ def _parts(
     figures = list(_figures(RUN_FIGURES, runs, folder, step))
     animations = list(_animations(runs, folder, step)) if animation else []
     timing = list(_figures(TIMING_FIGURES, over_dds, folder, step)) if over_dds else []
+    plans = plans_of_runs(runs)
 
     def jumps(shown: Sequence[_Shown]) -> list[tuple[str, str]]:
         return [(one.figure.name, one.title) for one in shown if one.figure]
@@ -133,6 +142,7 @@ def _parts(
     yield from (f'<p class="soft">{escape(run_description(run))}.</p>' for run in runs)
     yield page.contents([
         ('metrics', 'Metrics', ()), ('figures', 'Figures', jumps(figures)),
+        *([('plan', 'Plan of the path', ())] if plans else []),
         *([('animation', 'Animation', ())] if animations else []),
         *([('timing', 'Timing', jumps(timing))] if over_dds else []), ('configuration', 'Configuration', ()),
     ])
@@ -142,6 +152,8 @@ def _parts(
         yield page.warning('What is missing', problems)
     yield page.section('metrics', 'Metrics', metrics_table(runs))
     yield page.section('figures', 'Figures', page.grid(one.html for one in figures))
+    if plans:
+        yield page.section('plan', 'Plan of the path', *plans)
     if animations:
         yield page.section('animation', 'Animation', page.grid(animations))
     if over_dds:

@@ -15,6 +15,8 @@ from mobile_robot_control.system.files import FileKind, read_bounded
 from mobile_robot_control.system.texts import shortened
 
 WAYPOINTS = FileKind('file of waypoints', 1 << 24)
+YAML_SUFFIXES = ('.yaml', '.yml')
+"""Of files that are YAML; others are CSV."""
 MOST = 50_000
 """Waypoints of a path."""
 _SAME = 1e-6
@@ -68,7 +70,7 @@ def read_waypoints(file: str | Path) -> Waypoints:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
         raise ParameterError([f'{source}: cannot be read ({reason}); name a file of waypoints']) from error
-    rows = _yaml_rows(text, source) if Path(file).suffix in ('.yaml', '.yml') else _csv_rows(text)
+    rows = _yaml_rows(text, source) if Path(file).suffix in YAML_SUFFIXES else _csv_rows(text)
     return checked_waypoints([(f'{source}:{line}', row) for line, row in rows], source)
 
 

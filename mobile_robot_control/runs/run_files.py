@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration.files import configuration_text
+from mobile_robot_control.configuration.files import save_configuration
 from mobile_robot_control.configuration.sources import File
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.csv_table import write_csv
@@ -105,6 +105,6 @@ def save_run(run: Run, file: File) -> None:
         # those of another run
         beside.unlink(missing_ok=True)
     else:
-        write_atomically(beside, configuration_text(run.parameters))
+        save_configuration(beside, run.parameters)
     content = {**run.metrics, 'provenance': run.provenance}
     write_atomically(path.with_suffix('.metrics.json'), json.dumps(content, indent=2) + '\n')

@@ -1,7 +1,7 @@
 """A path of waypoints over DDS: equal to `simulate`, from its start at rest to its stop."""
 
 import pytest
-from harness import experiment
+from harness import experiment, run_command
 
 from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.files import load
@@ -39,3 +39,17 @@ def test_nodes_and_simulate_drive_a_path_alike_to_its_end(domain, tmp_path):
     assert last.reference.velocity == (0.0, 0.0)
     assert last.reference.pose[:2] == pytest.approx((0.5, 0.5))
     assert metrics['max_position_error'] < 0.01
+
+
+def test_an_experiment_keeps_its_waypoints_and_is_replayed_when_the_file_has_gone(domain, tmp_path):
+    file, run = tmp_path / 'path.yaml', tmp_path / 'run'
+    file.write_text(FILE)
+    (tmp_path / 'bend.csv').write_text('x,y\n0,0\n0.5,0\n0.5,0.5\n')
+    experiment(run, '--duration', 0.5, '--params-file', file, '--composed')
+    (tmp_path / 'bend.csv').unlink()
+    done = run_command('experiment', '--replay', run, '--output', tmp_path / 'again', '--composed', '--no-report',
+                       '-p', 'plant.real_time_factor:=0.0')
+    assert 'the replay equals the recorded run to the last bit' in done.stderr
+    done = run_command('report', run, '--output', tmp_path / 'report')
+    assert done.returncode == 0, done.stderr
+    assert 'Plan of the path' in (tmp_path / 'report' / 'report.html').read_text()
