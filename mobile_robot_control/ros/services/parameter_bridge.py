@@ -1,6 +1,7 @@
 """Declared parameters as ROS parameters: declared, described, checked as a whole."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -29,7 +30,7 @@ def _descriptor(declared: Declaration) -> ParameterDescriptor:
     return descriptor
 
 
-def declare(node: Node, group: type[Group], others: Mapping[str, Any]) -> Group:
+def declare(node: Node, group: type[Group], others: Mapping[str, Any] = MappingProxyType({})) -> Group:
     """
     Declare the parameters of a group on a node that was made without parameter services.
 
