@@ -13,6 +13,7 @@ from mobile_robot_control.topics import (
     LOOPS,
     OTHER_INPUTS,
     OTHER_TOPICS,
+    PATH_TOPIC,
     SHARED_TOPICS,
     extended,
 )
@@ -83,8 +84,8 @@ def _of_recorder() -> _Permissions:
 
 
 def _of_replayer() -> _Permissions:
-    """Return what the node of `experiment --replay` may do: it sets parameters, resets and pushes the plant."""
-    return _Permissions(['/parameter_events', DISTURBANCE], [], [
+    """Return what the node of `experiment --replay` may do: it does again what changed a run."""
+    return _Permissions(['/parameter_events', DISTURBANCE, PATH_TOPIC], [], [
         *(f'{node}/set_parameters_atomically' for node in NODES), 'plant/reset'])
 
 

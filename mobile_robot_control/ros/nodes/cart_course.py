@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mobile_robot_control.configuration.nodes import ReferenceCartParameters, awaits_path, course_of, path_request
+from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.reference.cart import with_period
 from mobile_robot_control.reference.course import Course, CurveCourse, Standing, references_along
@@ -72,10 +73,12 @@ class CartCourse:
             message, self._cart.shared.odom_frame_id, path_request(self._cart, Waypoints((), (), ())),
             self._course.reference(since), self._course if isinstance(self._course, PlannedPath) else None, since)
 
-    def takes_paths(self) -> str:
-        """Return why the cart takes no path, in words; '' where it does."""
+    def check_takes_paths(self) -> None:
+        """Raise RefusedMessageError where the cart drives a curve."""
         curve = self._given.curve
-        return '' if curve == PATH else f"curve is '{curve}'; set curve = '{PATH}', with limits of timing"
+        if curve != PATH:
+            raise RefusedMessageError('the cart drives a curve',
+                                      f"curve is '{curve}'; set curve = '{PATH}', with limits of timing")
 
     def take(self, answer: 'PathAnswer', begins: int) -> None:
         """Go on as an answer that is no refusal says from a time along the course [ns] on."""

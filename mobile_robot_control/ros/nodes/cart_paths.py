@@ -6,7 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, NamedTuple
 
-from mobile_robot_control.messages.parsing import serialised_stamp
+from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
 from mobile_robot_control.ros.nodes.cart_course import CartCourse
 from mobile_robot_control.stamps import NANOSECONDS
 
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 _FAR = 86_400 * NANOSECONDS
 """[ns]: a stamp that is farther ahead is of another clock."""
+_MOST = 100
+"""Paths that wait for their ticks."""
 _SOON, _LEAD = 0.2, 0.5
 """[s] ahead of now at which a path begins that is planned meanwhile: at least, and at first."""
 
@@ -62,9 +64,12 @@ class LockstepPaths:
         Keep a message for the first tick from its stamp on.
 
         Stamp 0, one that has passed and one of another clock mean the next tick; the first of a run is the robot's.
+        Raises RefusedMessageError where it has no stamp, or too many wait.
         """
         following = (self._reached() or 0) + self._period
         tick = -(-serialised_stamp(message) // self._period) * self._period
+        if len(self._waiting) >= _MOST:
+            raise RefusedMessageError('too many wait', f'{_MOST} paths wait for their ticks; publish fewer ahead')
         self._waiting[tick if following <= tick <= following + _FAR else following] = message
 
     def begin(self) -> None:
@@ -75,9 +80,10 @@ class LockstepPaths:
 
     def due(self, stamp: int) -> Due | None:
         """Return the path of a tick [ns], planned; None where there is none."""
-        message = self._waiting.pop(stamp, None)
-        if message is None:
+        due = sorted(tick for tick in self._waiting if tick <= stamp)
+        if not due:
             return None
+        *_, message = (self._waiting.pop(tick) for tick in due)
         from mobile_robot_control.ros.services.path_planning import answer  # noqa: PLC0415 (needs NumPy)
 
         return Due(answer(self._course.question(message, stamp)), stamp)

@@ -104,11 +104,11 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def _receive_path(self, message: bytes) -> None:
         """Take a message on `path`."""
-        refusal = self._course.takes_paths()
-        if refusal:
-            self._validator.note_refusal(PATH_TOPIC, RefusedMessageError('the cart drives a curve', refusal), every=0.0)
-        else:
+        try:
+            self._course.check_takes_paths()
             self._paths.receive(message)
+        except RefusedMessageError as refusal:
+            self._validator.note_refusal(PATH_TOPIC, refusal)
 
     def _take_path(self, due: Due, stamp: int) -> None:
         """Go on along a path from a stamp [ns] on, unless it is refused."""

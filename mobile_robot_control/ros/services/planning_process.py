@@ -13,6 +13,7 @@ class PlanningProcess:
 
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(1)
+        self._closed = False
         self._start()
 
     def _start(self) -> None:
@@ -27,6 +28,8 @@ class PlanningProcess:
     def _exchange(self, question: PathQuestion) -> PathAnswer:
         """Return the answer of the process; one that was killed is started again, once."""
         for again in (False, True):
+            if self._closed:
+                break
             if again:
                 self._process.wait()
                 self._start()
@@ -43,6 +46,7 @@ class PlanningProcess:
 
     def close(self) -> None:
         """End the process."""
+        self._closed = True
         self._process.kill()
         self._process.wait()
         self._thread.shutdown()
