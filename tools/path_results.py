@@ -32,7 +32,8 @@ _SEARCHES = Path('runs/path_results')
 
 def paths_fingerprint() -> str:
     """Return a few digits that change with the path, the searches and what is measured."""
-    content = repr((FILE.read_text(), FILE.with_suffix('.csv').read_text(), SEARCH, FRACTIONS,
+    file = Path(__file__).parents[1] / FILE
+    content = repr((file.read_text(), file.with_suffix('.csv').read_text(), SEARCH, FRACTIONS,
                     [(law, search_genes(law)) for law in NAMES]))
     return hashlib.sha256(content.encode()).hexdigest()[:12]
 
@@ -74,7 +75,8 @@ def _error(numbers: Mapping[str, Any]) -> str:
     return f'{100.0 * numbers["rms_position_error"]:.2f} cm' if outcome == 'completed' else outcome
 
 
-def _lines(results: Mapping[str, Any]) -> Iterator[str]:
+def path_lines(results: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the lines of the table, and the command behind it."""
     laws = results['laws']
     durations = next(iter(laws.values()))['fed']
     head = ['law', 'RMS error', 'saturated', *(
@@ -100,7 +102,7 @@ def main(pages: list[Path]) -> None:
         gains = {law: known[law]['gains'] if law in known else _searched(law) for law in NAMES}
         results = measured(gains)
         write_atomically(store, json.dumps(results, indent=1) + '\n')
-        PART.write([str(page)], PART.marked(results['fingerprint'], _lines(results)))
+        PART.write([str(page)], PART.marked(results['fingerprint'], path_lines(results)))
 
 
 if __name__ == '__main__':

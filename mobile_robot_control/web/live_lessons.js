@@ -149,6 +149,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
        {label: 'torque of a motor [N m]', range: [0.1, 1, 0.05, 0.3], act: (given) => { limits.torque = given; return time(); }},
        {label: 'largest speed [m/s]', range: [0.2, 2, 0.1, 1], act: (given) => { limits.speed = given; return time(); }}],
      question: 'At a speed of 1 m/s and 0.3 N m, where does the torque limit the motion?',
+     close: () => mrc.stage.draw(null),
      answer: ['in the bends alone', 'on the straights alone', 'in the bends and on the straights'],
      check: async (given) => {
        if (!timed) {
@@ -230,7 +231,10 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         }
       });
       details.append(mrc.element('p', 'question', lesson.question), bar, words);
-      details.addEventListener('toggle', () => { if (details.open) fetchNumbers(); });
+      details.addEventListener('toggle', () => {
+        if (details.open) fetchNumbers();
+        else if (lesson.close) lesson.close();
+      });
       container.append(details);
     }
 
