@@ -1,5 +1,6 @@
 """
-The commands of the README and of the pages run as printed, in order, from a clean folder with config/ and examples/.
+The commands of the README and of the pages run as printed, in order, from a clean folder with config/, examples/ and
+test/plugins/.
 
 What needs `ros2`, make, git or a desktop is not run: its executables, targets, parameters and files are checked. Long
 commands get the options of SHORTER, each of which the page itself names. Without the long tests (make soak) the README
@@ -122,8 +123,8 @@ def script(path, skipped=frozenset()):
 
 
 def _run(text, folder, timeout):
-    """Run a script in a clean folder that has the parameter files, the examples and this environment."""
-    for name in ('config', 'examples'):
+    """Run a script in a clean folder that has parameter files, examples, the plugins of the tests, this environment."""
+    for name in ('config', 'examples', 'test/plugins'):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns('__pycache__'))
     (folder / '.venv').symlink_to(sys.prefix)
     paths = [str(ROOT / 'test'), os.environ.get('PYTHONPATH', '')]
