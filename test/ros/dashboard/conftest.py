@@ -9,6 +9,7 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
+from std_srvs.srv import Trigger
 
 from mobile_robot_control.configuration.nodes import NODES
 
@@ -51,12 +52,15 @@ class Asker:
                 for node in NODES}
 
     def restore(self):
-        """Set every parameter back to its value at the start."""
-        for node, values in self._values().items():
+        """Set every parameter back to its value at the start; another curve acts from a new run on."""
+        before = self._values()
+        for node, values in before.items():
             changed = {name: first for name, first in self._first[node].items() if values[name] != first}
             if changed:
                 self._ask(SetParameters, node, 'set_parameters', parameters=[
                     Parameter(name, value=value).to_parameter_msg() for name, value in changed.items()])
+        if before['reference_cart']['curve'] != self._first['reference_cart']['curve']:
+            self._ask(Trigger, 'plant', 'reset')
 
     def report(self, text):
         """Publish what pretends to be the plant's diagnostics."""
