@@ -13,6 +13,7 @@ import time
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from harness import CONFIG, Robots
+from nav_msgs.msg import Path
 from policy_reading import allowed
 from rclpy.node import Node, NodeNameNonExistentError
 from std_msgs.msg import String
@@ -75,13 +76,14 @@ def seldom(condition):
 
 @pytest.fixture
 def robots(domain, quick_discovery, tmp_path, monkeypatch):
-    """A robot in each mode, all of its nodes running, beside one that publishes on /tf_static and pushes one robot."""
+    """A robot in each mode, all of its nodes running, beside one that publishes on /tf_static, pushes and leads one."""
     (tmp_path / 'tf2_ros.py').write_text(TF2)
     monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
     made = Robots(tmp_path / 'run', tuple(MODES))
     others = Node('others')
     others.create_publisher(String, '/tf_static', 1)
     others.create_publisher(WrenchStamped, '/lockstep/disturbance', 1)
+    others.create_publisher(Path, '/lockstep/path', 1)
     made.add(others)
     for namespace, arguments in MODES.items():
         made.start(namespace=namespace, arguments=arguments, composed=True)

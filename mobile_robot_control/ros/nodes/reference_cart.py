@@ -57,6 +57,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._paths.prepare()
         subscribe_to_paths(self, self._receive_path)
         self._pose = Pose(0.0, 0.0, 0.0)
+        self._taken: list[tuple[float, float]] | None = None
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
         self._publish_path()
         self._start()
@@ -110,19 +111,27 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         except RefusedMessageError as refusal:
             self._validator.note_refusal(PATH_TOPIC, refusal)
 
-    def _take_path(self, due: Due, stamp: int) -> None:
-        """Go on along a path from a stamp [ns] on, unless it is refused."""
+    def _take_path(self, due: Due) -> None:
+        """Go on along a path, unless it is refused."""
         answer = due.answer
         if answer.refusal:
             self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(*answer.refusal), every=0.0)
             return
         self._course.take(answer, due.begins)
+        self._taken = answer.points
+
+    def note_step(self, stamp: int) -> None:
+        """Note a step, after its outputs are published, and tell of a path that acts from there on."""
+        super().note_step(stamp)
+        points, self._taken = self._taken, None
+        if points is None:
+            return
         self._publish_path()
-        self._events.publish(stamp, {PATH_TOPIC: answer.points})
-        if not answer.points:
+        self._events.publish(stamp, {PATH_TOPIC: points})
+        if not points:
             self.get_logger().info('an empty path: the cart stops')
             return
-        self.get_logger().info(f'takes over a path of {len(answer.points)} poses')
+        self.get_logger().info(f'takes over a path of {len(points)} poses')
         self.get_logger().info('the orientations and stamps of its poses are not used', once=True)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
@@ -137,7 +146,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._pose = inputs.value('odom')[0]
         due = self._paths.due(inputs.stamp)
         if due is not None:
-            self._take_path(due, inputs.stamp)
+            self._take_path(due)
         references = self._time.references(inputs.stamp)
         return {'reference': references[0], 'reference_horizon': references}
 
