@@ -62,6 +62,11 @@ def search_gains(law: str, folder: Path) -> LawGains:
     if not file.exists() or file.with_name(f'{file.name}.journal').exists():
         print(search_command(law), file=sys.stderr)
         output_of(search_command(law), '--output', str(file), '--resume', progress=True)
+    return gains_of(law, file)
+
+
+def gains_of(law: str, file: Path) -> LawGains:
+    """Return the gains of a law, and of the velocity loop, that a parameter file has."""
     found = parameters(search_genes(law, with_velocity=True), configured_gains(configure(load([file]))))
     return {node: {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
             for node, values in found.items()}

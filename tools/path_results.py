@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from command_output import output_of
-from law_searches import NAMES, LawGains
+from law_searches import NAMES, LawGains, gains_of
 from page_part import PagePart, table_row
 
 from mobile_robot_control.configuration.configure import at_cart_start, configure
@@ -17,7 +17,6 @@ from mobile_robot_control.configuration.nodes import NODES, course_of
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import recorded
 from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.tuning.search_gains import configured_gains, parameters
 from mobile_robot_control.tuning.search_space import search_genes
 
 PART = PagePart('paths')
@@ -42,9 +41,7 @@ def _searched(law: str) -> LawGains:
     """Return the gains that the search of a law finds."""
     file = _SEARCHES / paths_fingerprint() / f'{law}.yaml'
     output_of(f'tune {law} {SEARCH}', '--output', str(file), '--resume', progress=True)
-    found = parameters(search_genes(law, with_velocity=True), configured_gains(configure(load([file]))))
-    return {node: {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
-            for node, values in found.items()}
+    return gains_of(law, file)
 
 
 def driven(gains: LawGains, fraction: float, fed: bool) -> dict[str, Any]:
