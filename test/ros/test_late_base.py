@@ -91,6 +91,7 @@ def test_tuned_gains_keep_their_promise_on_a_base_of_its_own(drive, given, bound
     assert rms == pytest.approx(foreseen, rel=0.3, abs=0.0015)
 
 
+@pytest.mark.soak
 def test_a_path_of_waypoints_is_driven_with_the_error_that_simulate_promises(drive, tmp_path):
     (tmp_path / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n0,1\n')
     driven = drive([*TUNED, f'reference_cart.path.file:={tmp_path}/path.csv', *(
