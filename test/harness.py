@@ -158,7 +158,7 @@ class Robots:
         stopped = list(dict.fromkeys(self.processes[name] for name in names or self.processes))
         for process in stopped:
             process.signal(number)
-        self.spin_until(lambda: all(process.exit_code() is not None for process in stopped), 10.0)
+        self.spin_until(lambda: all(process.exit_code() is not None for process in stopped))
         assert [process.exit_code() for process in stopped] == [0] * len(stopped), self.log()
 
     def finish(self, seconds=60.0):

@@ -126,7 +126,8 @@ def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_s
     near = np.diff(stamps) < 0.1
     assert near.sum() > 20
     ways, said = np.hypot(np.diff(x), np.diff(y)), 0.5 * (speeds[:-1] + speeds[1:]) * np.diff(stamps)
-    assert ways[near].sum() == pytest.approx(said[near].sum(), rel=0.01)
+    # a tick reads the clock for its stamp before it moves the cart: on a busy machine up to a period before
+    assert ways[near].sum() == pytest.approx(said[near].sum(), abs=0.02 * speeds.max())
 
     driven.base.send_signal(signal.SIGUSR1)
 
