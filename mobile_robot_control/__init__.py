@@ -13,6 +13,7 @@ from mobile_robot_control import former_names
 if TYPE_CHECKING:
     # the same names as below, for type checkers and editors
     from mobile_robot_control.analysis.planning import Plan as Plan
+    from mobile_robot_control.api.identifying import identify as identify
     from mobile_robot_control.api.loading import load as load
     from mobile_robot_control.api.planning import plan as plan
     from mobile_robot_control.api.searching import Tuned as Tuned
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from mobile_robot_control.control.law import Law as Law
     from mobile_robot_control.control.law import NoState as NoState
     from mobile_robot_control.control.laws import LAWS as LAWS
+    from mobile_robot_control.identification.result import Identification as Identification
     from mobile_robot_control.jit import jitable as jitable
     from mobile_robot_control.parameters.checking import ParameterError as ParameterError
     from mobile_robot_control.parameters.checking import rule as rule
@@ -49,7 +51,7 @@ _HOMES = {
     # what the commands do, as arrays
     'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
     'plan': 'api.planning', 'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
-    'Plan': 'analysis.planning',
+    'Plan': 'analysis.planning', 'identify': 'api.identifying', 'Identification': 'identification.result',
     # a run, sample by sample
     'configure': 'configuration.configure', 'Configuration': 'configuration.nodes',
     'ParameterError': 'parameters.checking', 'rollout': 'simulation.rollout', 'measure': 'simulation.rollout',

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from mobile_robot_control.cli.command_parser import make_parser, request_of
 from mobile_robot_control.cli.main import make_main
-from mobile_robot_control.pages.reports import ReportRequest, report, topic_names
+from mobile_robot_control.pages.reports import ReportRequest, report
 from mobile_robot_control.runs.run_files import name_of
+from mobile_robot_control.runs.topic_names import topic_names
 from mobile_robot_control.system.texts import printable
 
 

@@ -1,10 +1,9 @@
 """A report: runs read with progress, and their page and figures."""
 
-import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from mobile_robot_control.configuration.addressing import read_namespace
 from mobile_robot_control.configuration.nodes import Configuration
@@ -12,26 +11,12 @@ from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.runs.bag import NAMES
 from mobile_robot_control.runs.reading import load_run
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_files import UnreadableRunError
+from mobile_robot_control.runs.topic_names import Topics
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import distinct, printable
-
-_TOPIC = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
-
-
-def _read_topic(value: Any) -> tuple[str, str]:
-    """Read NAME:=TOPIC, or a pair of them."""
-    name, separator, topic = value.partition(':=') if isinstance(value, str) else (value[0], ':=', value[1])
-    if not separator:
-        raise ValueError('write NAME:=TOPIC, such as odom:=/base/odom')
-    if name not in NAMES:
-        raise ValueError(f"'{name}' is no topic of the loop; take one of {', '.join(NAMES)}")
-    if not _TOPIC.fullmatch(topic):
-        raise ValueError(f"'{topic}' is no name of a topic; write one such as /base/odom")
-    return name, topic
 
 
 class ReportRequest(NamedTuple):
@@ -42,22 +27,8 @@ class ReportRequest(NamedTuple):
                                            'names it in the report'), Reader(str, 'RUN')]
     output: Annotated[str, Field('', 'folder for the page and the figures')]
     namespace: Annotated[str, Field('', 'in which the nodes of a bag ran'), Reader(read_namespace, 'NS')] = '/'
-    topic: Annotated[tuple[tuple[str, str], ...], Field(
-        '', 'the name that a topic of the loop has in a bag, such as odom:=/base/odom; again and again'),
-        Reader(_read_topic, 'NAME:=TOPIC', again=True)] = ()
+    topic: Topics = ()
     animation: Annotated[bool, Field('', 'write an animation (GIF) of each run too')] = False
-
-
-def topic_names(pairs: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Return names of topics in a bag by those of the loop; raise ParameterError where one is named twice."""
-    chosen: dict[str, str] = {}
-    for name, topic in pairs:
-        if chosen.get(name, topic) != topic:
-            raise ParameterError([f"--topic '{name}:={topic}': {name} is {chosen[name]} already; name each topic once"])
-        if topic in [other for known, other in chosen.items() if known != name]:
-            raise ParameterError([f"--topic '{name}:={topic}': {topic} is taken already; name each topic once"])
-        chosen[name] = topic
-    return chosen
 
 
 def draw_report(

@@ -165,7 +165,8 @@ class Recording(NamedTuple):
 class _Reading:
     """Takes in the messages of a run."""
 
-    def __init__(self) -> None:
+    def __init__(self, any_frame: bool) -> None:
+        self._any_frame = any_frame
         self._messages = Messages()
         self._changes: dict[bytes, Change] = {}
         self._left_out: Counter[str] = Counter()
@@ -241,8 +242,54 @@ class _Reading:
 
     def _in_other_frames(self) -> list[str]:
         """Return the topics whose poses are in another frame than those of odometry."""
-        odom = self._frames.get('odom', '')
+        odom = '' if self._any_frame else self._frames.get('odom', '')
         return [name for name in ('reference', GROUND_TRUTH) if odom and self._frames.get(name, '') not in ('', odom)]
+
+
+class Contents(NamedTuple):
+    """
+    Topics of the loop as a bag has them, whether they make a run or not.
+
+    Attributes
+    ----------
+    series : Series
+        Repeats removed by stamp.
+    changes : tuple of Change
+        Events, in the order of the bag.
+    problems : list of str
+        What could not be read or used, in words.
+    names : dict of str to str
+        The loop's name of each topic by the name that was looked for.
+    held : set of str
+        All topics of the bag.
+    """
+
+    series: Series
+    changes: tuple[Change, ...]
+    problems: list[str]
+    names: dict[str, str]
+    held: set[str]
+
+
+def read_contents(
+    path: Path, namespace: str = '/', progress: ProgressCallback = lambda *_: None,
+    topics: Mapping[str, str] | None = None, any_frame: bool = False,
+) -> Contents:
+    """
+    Read the last run of a bag as `read_bag` does, without asking whether it is complete.
+
+    With `any_frame` poses may be in different frames.
+    """
+    names, problems = choose_topics(namespace, topics or {}, held_topics(path) if topics else set())
+    bag, reading = BagFiles(path, progress), _Reading(any_frame)
+    events = f'{namespace.rstrip("/")}/{EVENTS}'
+    for message in bag.messages({*names, events}.__contains__):
+        if message.topic in names:
+            reading.take(names[message.topic], message)
+        else:
+            reading.take_event(message)
+    series, faults = reading.run()
+    return Contents(series, reading.changes(), [*problems, *bag.problems, *faults], names, bag.topics)
 
 
 def read_bag(
@@ -276,17 +323,8 @@ def read_bag(
     BagError
         If it is not a bag that can be read.
     """
-    names, problems = choose_topics(namespace, topics or {}, held_topics(path) if topics else set())
-    bag, reading = BagFiles(path, progress), _Reading()
-    events = f'{namespace.rstrip("/")}/{EVENTS}'
-    for message in bag.messages({*names, events}.__contains__):
-        if message.topic in names:
-            reading.take(names[message.topic], message)
-        else:
-            reading.take_event(message)
-    series, faults = reading.run()
+    series, changes, problems, names, held = read_contents(path, namespace, progress, topics)
     if partly:
         series = series.begun_when_recorded()
     silent = [topic for topic in series.signals if not series.has(topic)]
-    return Recording(series, reading.changes(), (*problems, *bag.problems, *faults, *missing_topics(names, silent,
-                              bag.topics), *describe_gaps(series)))
+    return Recording(series, changes, (*problems, *missing_topics(names, silent, held), *describe_gaps(series)))

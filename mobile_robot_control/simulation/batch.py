@@ -140,6 +140,15 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
     return numba.njit(error_model='numpy')(repeated)
 
 
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function compiled that calls marked ones; as it is where numba is not installed."""
+    if not COMPILES:
+        _warn_that_it_is_slow()
+        return function
+    _register(*JITABLE)
+    return numba.njit(nogil=True, error_model='numpy')(function)
+
+
 @lru_cache(maxsize=32)
 def plain_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the rollout of a law's step as Python runs it; references are given as they are."""

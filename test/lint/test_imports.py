@@ -16,7 +16,7 @@ MAY_IMPORT_ROS = {'ros', 'messages', 'experiment', 'dashboard'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 WITH_ARRAYS = {'simulation/batch.py', *(f'reference/{name}.py' for name in (
     'joining', 'path_grid', 'planned_path', 'timing'))}
-MAY_IMPORT_HEAVY = {'analysis', 'tuning', 'runs', 'figures', 'pages', 'api', 'web'}
+MAY_IMPORT_HEAVY = {'analysis', 'identification', 'tuning', 'runs', 'figures', 'pages', 'api', 'web'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
        'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros', 'trajectory_msgs'}
 

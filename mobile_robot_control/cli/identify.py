@@ -1,0 +1,105 @@
+"""The command `identify`: a robot's parameters with intervals, from bags of its commands and its motion."""
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.cli.command_parser import make_parser, request_of
+from mobile_robot_control.cli.main import make_main
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.identification.identify import IdentificationRequest, identify, read_inputs
+from mobile_robot_control.identification.parameter_file import compared, parameter_text
+from mobile_robot_control.identification.result import Identification, Parameter, UnidentifiableError
+from mobile_robot_control.pages.identification_page import answer, identification_page
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import Field, flatten
+from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.texts import printable
+
+
+class _Files(NamedTuple):
+    """Where the result goes."""
+
+    output: Annotated[str | None, Field('', 'parameter file to write, such as my_robot.yaml')] = None
+    report: Annotated[str | None, Field('', 'folder for identification.html and identification.json')] = None
+    compare: Annotated[str | None, Field('', 'parameter file of a robot, or a robot of this package, whose values '
+                                         'stand beside those found')] = None
+    check: Annotated[bool, Field('', 'only name what the bags lack')] = False
+
+
+def parser() -> argparse.ArgumentParser:
+    """Make the parser of `identify`."""
+    return make_parser('identify', __doc__, IdentificationRequest, _Files, positional=('bags',))
+
+
+def _run(options: argparse.Namespace) -> int:
+    request, files = request_of(IdentificationRequest, options), request_of(_Files, options)
+    if files.check:
+        return _check(request)
+    if files.output is None:
+        raise ParameterError(['--output is missing: name the parameter file to write, such as my_robot.yaml'])
+    other = None if files.compare is None else ParameterSources(files.compare).configuration()
+    with tqdm(desc='identify', disable=None, leave=False, bar_format='{desc}: {n} steps [{elapsed}]') as bar:
+        try:
+            found = identify(request, options.command_line, bar.update)
+        except UnidentifiableError as error:
+            for reason in error.reasons:
+                print(f'identify: {printable(reason)}', file=sys.stderr)
+            return 1
+    output = Path(files.output)
+    write_atomically(output, parameter_text(found))
+    if files.report is not None:
+        folder = Path(files.report)
+        folder.mkdir(parents=True, exist_ok=True)
+        given = {} if other is None else flatten(other.plant.model) | {
+            f'robot.{name}': value for name, value in flatten(other.plant.shared.robot).items()}
+        title = f'Identified: {", ".join(Path(bag).name for bag in request.bags)}'
+        write_atomically(folder / 'identification.html', identification_page(
+            found, title, compared(found, given), files.compare or ''))
+        write_atomically(folder / 'identification.json', json.dumps(_values(found), indent=2) + '\n')
+        print(f'page: {printable(str((folder / "identification.html").resolve()))}')
+    for line in _lines(found):
+        print(printable(line))
+    print(f'parameters: {printable(str(output.resolve()))}')
+    return 0
+
+
+def _check(request: IdentificationRequest) -> int:
+    """Print what bags lack; 1 where nothing can be identified from them."""
+    lacks = read_inputs(request).lacks
+    for lack in lacks:
+        print(printable(str(lack)))
+    if not lacks:
+        print('nothing is missing')
+    return 1 if any(lack.is_vital for lack in lacks) else 0
+
+
+def _lines(found: Identification) -> list[str]:
+    """Return a result as lines: the answer, each number, and what is not known."""
+    numbers = [f'  {one.name} = {one.value:.4g} {one.unit}'.rstrip() + (
+        f' ({one.low:.4g} to {one.high:.4g})' if math.isfinite(one.low) else '')
+        for one in (*found.parameters, *found.reported)]
+    return [answer(found), *numbers, *(f'not told: {text}' for text in found.open),
+            *(f'the model lacks: {text}' for text in found.lacking)]
+
+
+def _values(found: Identification) -> dict[str, object]:
+    """Return a result ready for JSON."""
+    def listed(parameters: tuple[Parameter, ...]) -> list[dict[str, object]]:
+        return [{'name': one.name, 'value': one.value, 'unit': one.unit,
+                 'interval': [one.low, one.high] if math.isfinite(one.low) else None} for one in parameters]
+
+    return {'drive': found.drive, 'parameters': listed(found.parameters), 'reported': listed(found.reported),
+            'names': found.names, 'covariance': found.covariance.tolist(), 'facts': found.facts,
+            'rms_error': {name: list(value) for name, value in found.errors.items()}, 'open': found.open,
+            'lacking': found.lacking, 'notes': found.notes, 'provenance': found.provenance}
+
+
+main = make_main(parser, _run)
+
+if __name__ == '__main__':
+    sys.exit(main())

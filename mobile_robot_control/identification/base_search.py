@@ -1,0 +1,265 @@
+"""The search for a base: where it begins, and which limits and dead zones the data show."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.identification.estimation import Z95, Estimate, Model, estimate, whitened
+from mobile_robot_control.identification.recorded import Recorded, cut
+from mobile_robot_control.identification.velocity_drive import (
+    COARSE_STEP,
+    DEAD_ZONES,
+    DELAYS,
+    GAINS,
+    LAGS,
+    STEP,
+    base_model,
+    simulated,
+)
+from mobile_robot_control.model.base import Base
+from mobile_robot_control.model.robot import Robot
+
+_LAGS = (0.01, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0)
+_DELAYS = np.arange(-0.1, 0.8, 0.02)
+_SHARES = (0.15, 0.3, 0.5, 0.7, 0.85, 0.95)
+_LEAST_FIT = 0.3
+"""Share of the motion that a command must explain."""
+_WORTH = 6.0
+"""A further parameter must raise the logarithm of the likelihood by so many times that of the number of samples."""
+_LONG = 180.0
+"""[s] of recordings in which limits are looked for."""
+_MOST_LEVELS = 60
+_SMALL = 0.35
+"""Share of the largest command below which a dead zone is looked for."""
+_LEAST = (0.03, 0.06)
+"""[m/s, rad/s]: a command that never varies by more is no excitation."""
+_CHI2 = 3.84
+"""95 % quantile of the square of a normal variable."""
+
+
+class BaseFit(NamedTuple):
+    """
+    A base fitted to recordings.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        Of all parameters but dead zones.
+    zones : dict of str to tuple of float
+        Value, and bounds of its 95 % interval, of each dead zone that was found.
+    fixed : dict of str to float
+        Parameters that were not estimated, the values of dead zones among them.
+    excited : tuple of bool
+        Whether the commands of v and ω vary enough.
+    """
+
+    estimate: Estimate
+    zones: dict[str, tuple[float, float, float]]
+    fixed: dict[str, float]
+    excited: tuple[bool, bool]
+
+
+class NothingFollowsError(Exception):
+    """Odometry does not follow the commands."""
+
+
+def excited_by(recordings: Sequence[Recorded]) -> tuple[bool, bool]:
+    """Return whether the commands of v and ω vary enough, and move the robot."""
+    ranges = [np.ptp(one.commands.values, axis=0) for one in recordings if one.commands]
+    moves = [np.ptp(one.motion.speeds[one.motion.usable], axis=0) for one in recordings
+             if one.motion and one.motion.usable.any()]
+    if not ranges or not moves:
+        return False, False
+    found = (np.max(ranges, axis=0) > _LEAST) & (np.max(moves, axis=0) > np.array(_LEAST))
+    return bool(found[0]), bool(found[1])
+
+
+class _Search:
+    """What all steps of a search share."""
+
+    def __init__(
+        self, recordings: Sequence[Recorded], robot: Robot, given: Base, tell: Callable[[], object], step: int
+    ) -> None:
+        self._recordings, self._robot, self._given, self.tell, self._step = recordings, robot, given, tell, step
+        self.measured = [one.motion.moved[one.motion.usable] for one in recordings if one.motion]
+
+    def model(self, start: Mapping[str, float], fixed: Mapping[str, float]) -> Model:
+        return base_model(self._recordings, start, fixed, self._robot, self._given, self._step)
+
+    def estimate(self, start: Mapping[str, float], fixed: Mapping[str, float], rounds: int = 2) -> Estimate:
+        return estimate(self.model(start, fixed), self.measured, rounds, self.tell)
+
+    def cost(self, values: Mapping[str, float], fixed: Mapping[str, float], like: Estimate) -> float:
+        """Return the sum of the squares of residuals that are whitened as those of an estimate."""
+        model = self.model(values, fixed)
+        residuals = [one - other for one, other in zip(self.measured, model.outputs(model.start), strict=True)]
+        return float((whitened(residuals, like.noise) ** 2).sum())
+
+    def start(self, excited: Sequence[bool]) -> dict[str, float]:
+        """Return lags, delays and gains that are near: the best of a grid, each velocity by itself."""
+        best: list[tuple[float, float, float, float]] = [(np.inf, 0.12, 0.0, 1.0)] * 2
+        for lag in _LAGS:
+            runs = [simulated(one, dict.fromkeys(LAGS, lag), self._robot, self._given, self._step)
+                    for one in self._recordings]
+            for delay in _DELAYS.tolist():
+                modelled = np.concatenate([
+                    np.diff(run.at(one.motion.times, (delay, delay)), axis=0)[one.motion.usable]
+                    for one, run in zip(self._recordings, runs, strict=True) if one.motion])
+                measured = np.concatenate(self.measured)
+                for n in (0, 1):
+                    own = float(modelled[:, n] @ modelled[:, n])
+                    gain = float(modelled[:, n] @ measured[:, n]) / own if own > 0.0 else 0.0
+                    left = float(((measured[:, n] - gain * modelled[:, n]) ** 2).sum())
+                    best[n] = min(best[n], (left, lag, delay, gain))
+            self.tell()
+        whole = (np.concatenate(self.measured) ** 2).sum(axis=0)
+        if any(is_excited and best[n][0] > (1.0 - _LEAST_FIT) * whole[n] for n, is_excited in enumerate(excited)):
+            name = next(name for n, name in enumerate(('v', 'ω')) if excited[n] and best[n][0] > (
+                1.0 - _LEAST_FIT) * whole[n])
+            raise NothingFollowsError(
+                f'{name} of odometry does not follow the commands: they explain less than {_LEAST_FIT:.0%} of it; '
+                'is this the cmd_vel that drove the robot, and its odometry (--topic)?')
+        found: dict[str, float] = {}
+        for n, is_excited in enumerate(excited):
+            if is_excited:
+                found |= {LAGS[n]: best[n][1], DELAYS[n]: best[n][2]}
+        linear, angular = (best[n][3] if is_excited else 1.0 for n, is_excited in enumerate(excited))
+        if excited[0]:
+            found |= dict.fromkeys(GAINS[:2], float(np.clip(linear, 0.6, 1.4)))
+        if excited[1]:
+            found[GAINS[2]] = float(np.clip(angular / (linear if excited[0] else 1.0), 0.3, 1.4))
+        return found
+
+    def speeds(self, n: int) -> Floats:
+        """Return measured speeds of v or ω [1/s]."""
+        found: Floats = np.abs(np.concatenate([one.motion.speeds[one.motion.usable, n] for one in self._recordings
+                                               if one.motion]))
+        return found
+
+    def commands(self, n: int) -> Floats:
+        """Return the absolute values of the commands of v or ω."""
+        found: Floats = np.abs(np.concatenate([one.commands.values[:, n] for one in self._recordings if one.commands]))
+        return found
+
+
+def fit_base(
+    recordings: Sequence[Recorded], robot: Robot, given: Base, tell: Callable[[], object] = lambda: None
+) -> BaseFit:
+    """
+    Fit a base to recordings.
+
+    Limits and dead zones are taken in one by one, as long as the likelihood grows by much.
+
+    Raises
+    ------
+    NothingFollowsError
+        If odometry does not follow the commands.
+    """
+    excited = excited_by(recordings)
+    # which limits there are, a few minutes tell as well as an hour
+    search = _Search([cut(one, _LONG / len(recordings)) for one in recordings], robot, given, tell, COARSE_STEP)
+    fixed: dict[str, float] = {}
+    zones: dict[str, tuple[float, float, float]] = {}
+    found = search.estimate(search.start(excited), fixed, 1)
+    channels = [n for n, is_excited in enumerate(excited) if is_excited]
+    for _ in range(2):
+        for name in ('max_speed', 'max_acceleration'):
+            for n in channels:
+                found = _with_limit(search, found, fixed, f'base.{name}[{n}]', n)
+        for n in channels:
+            found = _with_dead_zone(search, found, fixed, zones, n)
+    for n in channels:
+        if f'base.max_acceleration[{n}]' in found.names:
+            found = _with_limit(search, found, fixed, f'base.max_deceleration[{n}]', n)
+    final = _Search(recordings, robot, given, tell, STEP)
+    for n in channels:
+        if DEAD_ZONES[n] in zones:
+            zone = _zone(final, final.estimate(_values(found), fixed, 1), fixed, n)
+            if zone is None or zone[1] == 0.0:
+                del zones[DEAD_ZONES[n]], fixed[DEAD_ZONES[n]]
+            else:
+                zones[DEAD_ZONES[n]], fixed[DEAD_ZONES[n]] = zone, zone[0]
+    return BaseFit(final.estimate(_without_what_is_not_told(found), fixed, 3), zones, fixed, excited)
+
+
+def _without_what_is_not_told(found: Estimate) -> dict[str, float]:
+    """Return the values of an estimate without limits whose intervals are wider than they are large."""
+    widths = dict(zip(found.names, Z95 * found.deviations, strict=True))
+    return {name: value for name, value in _values(found).items()
+            if not name.startswith('base.max_') or widths[name] < value}
+
+
+def _values(found: Estimate) -> dict[str, float]:
+    return dict(zip(found.names, found.values.tolist(), strict=True))
+
+
+def _is_worth(before: Estimate, after: Estimate) -> bool:
+    return before.cost - after.cost > 2.0 * _WORTH * float(np.log(before.whitened.shape[0]))
+
+
+def _with_limit(search: _Search, before: Estimate, fixed: Mapping[str, float], name: str, n: int) -> Estimate:
+    """Return an estimate with one more limit, where the data show it; otherwise the one before."""
+    values = _values(before)
+    if name in values:
+        return before
+    if name.startswith('base.max_speed'):
+        largest = float(np.quantile(search.speeds(n), 0.99))
+        starts = [(largest * factor, 1.0) for factor in (0.9, 0.97, 1.0)]
+        if float(search.commands(n).max()) <= 0.97 * largest:
+            return before
+    elif name.startswith('base.max_deceleration'):
+        starts = [(values[f'base.max_acceleration[{n}]'] * factor, 1.0) for factor in (0.5, 0.8, 1.25, 2.0)]
+    else:
+        # the largest change that the lag alone makes of a command
+        steepest = 2.0 * float(search.commands(n).max()) / max(values[LAGS[n]], 0.02)
+        starts = [(steepest * share, factor) for share in _SHARES for factor in (1.0, 0.5, 0.2)]
+
+    def beginning(limit: float, factor: float) -> dict[str, float]:
+        return values | {name: limit, LAGS[n]: max(2e-3, values[LAGS[n]] * factor)}
+
+    best = min(starts, key=lambda one: search.cost(beginning(*one), fixed, before))
+    search.tell()
+    after = search.estimate(beginning(*best), fixed, 1)
+    return after if _is_worth(before, after) else before
+
+
+def _with_dead_zone(
+    search: _Search, before: Estimate, fixed: dict[str, float], zones: dict[str, tuple[float, float, float]], n: int
+) -> Estimate:
+    """Return an estimate with a dead zone, where the data show it; `fixed` and `zones` then have it."""
+    name = DEAD_ZONES[n]
+    found = _zone(search, before, fixed, n)
+    search.tell()
+    if found is None:
+        return before
+    after = search.estimate(_values(before), {**fixed, name: found[0]}, 1)
+    if not _is_worth(before, after):
+        return before
+    fixed[name], zones[name] = found[0], found
+    return after
+
+
+def _zone(
+    search: _Search, found: Estimate, fixed: Mapping[str, float], n: int
+) -> tuple[float, float, float] | None:
+    """
+    Return a dead zone and the bounds of its 95 % interval, from the likelihood of each; None where none is best.
+
+    A recording tells between which of its commands the zone ends, and no more.
+    """
+    commands, values = search.commands(n), _values(found)
+    levels = np.unique(commands[(commands > 0.0) & (commands < _SMALL * commands.max())].round(6))
+    if levels.size == 0:
+        return None
+    above = commands[commands > levels[-1]].min()
+    levels = np.unique(np.quantile(levels, np.linspace(0.0, 1.0, min(_MOST_LEVELS, levels.size)), method='nearest'))
+    edges = np.concatenate([[0.0], levels, [above]])
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    costs = np.array([search.cost(values, {**fixed, DEAD_ZONES[n]: zone}, found) for zone in middles.tolist()])
+    best = int(costs.argmin())
+    if best == 0:
+        return None
+    likely = np.flatnonzero(costs - costs[best] < _CHI2)
+    return float(middles[best]), float(edges[likely[0]]), float(edges[likely[-1] + 1])

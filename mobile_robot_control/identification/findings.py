@@ -1,0 +1,171 @@
+"""Words for what a recording lacks, for what it leaves open, and for what its model lacks."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.identification.base_search import BaseFit, excited_by
+from mobile_robot_control.identification.estimation import Estimate
+from mobile_robot_control.identification.recorded import Recorded
+
+_SHORTEST = 10.0
+"""[s] of motion that are worth an identification."""
+_LARGEST_LAG = 60
+_NOTABLE = 0.1
+"""Correlation of residuals that is told ..."""
+_SURE = 5.0
+"""... where it is as many times what chance makes of it."""
+_STILL = 1e-3
+_EXCITE = 'record while `excite` drives the robot'
+
+
+class Lack(NamedTuple):
+    """What recordings lack, what to record, and whether nothing can be identified without it."""
+
+    text: str
+    remedy: str
+    is_vital: bool = False
+
+    def __str__(self) -> str:
+        return f'{self.text}: {self.remedy}'
+
+
+def lacks(recordings: Sequence[Recorded], takes_velocity: bool) -> list[Lack]:
+    """Return what recordings lack; what is vital first."""
+    found = [*(_lacks_of_velocity if takes_velocity else _lacks_of_torque)(recordings), *_cuts(recordings)]
+    if not any(one.truth for one in recordings):
+        found.append(Lack('no pose from outside: wheel radius and separation are those that the firmware uses',
+                          'record one as nav_msgs/msg/Odometry, and name it with --topic ground_truth:=/NAME'))
+    return sorted(found, key=lambda lack: not lack.is_vital)
+
+
+def _cuts(recordings: Sequence[Recorded]) -> Iterator[Lack]:
+    for one in recordings:
+        for topic in ('odom', 'cmd_vel', 'joint_states'):
+            if topic in one.clocks:
+                intervals = np.diff(one.clocks[topic].times)
+                gaps = intervals[intervals > max(1.0, 20.0 / one.clocks[topic].rate)]
+                if gaps.size:
+                    yield Lack(f'{one.name}: {topic} was silent {gaps.size} times, for {gaps.max():.1f} s at the '
+                               'longest, and is not used there', 'record without a break')
+
+
+def _lacks_of_velocity(recordings: Sequence[Recorded]) -> Iterator[Lack]:
+    held = ', '.join(sorted({topic for one in recordings for topic in one.held})) or 'nothing'
+    if not any(one.commands for one in recordings):
+        yield Lack('there is no cmd_vel', f'record it, or name it with --topic cmd_vel:=/NAME; there is {held}', True)
+    if not any(one.motion for one in recordings):
+        yield Lack('there is no odom', f'record it, or name it with --topic odom:=/NAME; there is {held}', True)
+    usable = [one for one in recordings if one.commands and one.motion]
+    if not usable:
+        return
+    moves = [np.abs(one.motion.speeds[one.motion.usable]).max(axis=0, initial=0.0) for one in usable if one.motion]
+    if (np.max(moves, axis=0) < _STILL).all():
+        yield Lack('the robot stands', _EXCITE, True)
+        return
+    seconds = sum(float(np.diff(one.motion.times)[one.motion.usable].sum()) for one in usable if one.motion)
+    if seconds < _SHORTEST:
+        yield Lack(f'commands and odometry lie beside each other for {seconds:.1f} s only',
+                   f'record at least {_SHORTEST:.0f} s, better a minute', True)
+    linear, angular = excited_by(usable)
+    if not (linear or angular):
+        yield Lack('the commands never change while odometry is recorded', _EXCITE, True)
+    elif not angular:
+        yield Lack('the robot drives straight ahead only: nothing tells how it turns', f'{_EXCITE}, turns included')
+    elif not linear:
+        yield Lack('the robot turns on the spot only: nothing tells how it drives', f'{_EXCITE}, ways included')
+    for n, name, unit in ((0, 'v', 'm/s'), (1, 'ω', 'rad/s')):
+        if (linear, angular)[n]:
+            yield from _lacks_of_a_velocity(usable, n, name, unit)
+
+
+def _lacks_of_a_velocity(recordings: Sequence[Recorded], n: int, name: str, unit: str) -> Iterator[Lack]:
+    commands = np.concatenate([one.commands.values[:, n] for one in recordings if one.commands])
+    largest = float(np.abs(commands).max())
+    small = np.abs(commands[commands != 0.0])
+    if small.min(initial=np.inf) > 0.1 * largest:
+        yield Lack(f'no command of {name} lies between 0 and {small.min(initial=largest):.2g} {unit}: a dead zone '
+                   'would not show', 'record slow commands, too')
+    if (commands < 0.0).all() or (commands > 0.0).all() or not (commands == 0.0).any():
+        yield Lack(f'{name} is never told to be zero: how the robot brakes is not seen', 'record starts and stops')
+
+
+def _lacks_of_torque(recordings: Sequence[Recorded]) -> Iterator[Lack]:
+    if not any(one.wheels for one in recordings):
+        yield Lack('there is no joint_states', 'record it, or name it with --topic joint_states:=/NAME', True)
+        return
+    known = [one for one in recordings if one.torques and np.isfinite(one.torques.values).any()]
+    if not known:
+        yield Lack('joint_states has no effort, which is unknown then and not zero',
+                   "record the motors' torques as its effort; a robot that takes cmd_vel is identified by cmd_vel and "
+                   'odom, with -p plant.drive:=velocity', True)
+        return
+    turned = [np.abs(one.wheels.moved).sum(axis=0) for one in known if one.wheels]
+    if np.max(turned) < 0.5:
+        yield Lack('the robot stands', _EXCITE, True)
+        return
+    usable = sum(float(np.diff(one.wheels.times)[one.wheels.usable].sum()) for one in known if one.wheels)
+    if usable < 0.5 * _SHORTEST:
+        yield Lack(f'efforts are known for {usable:.1f} s only', 'record them with each message, for a minute', True)
+    both = np.concatenate([one.wheels.speeds[one.wheels.usable] for one in known if one.wheels])
+    spread = np.ptp(both, axis=0)
+    if float(np.ptp(both[:, 0] - both[:, 1])) < 0.05 * float(spread.max()):
+        yield Lack('the robot drives straight ahead only: nothing tells its inertia', f'{_EXCITE}, turns included')
+
+
+def not_seen(fit: BaseFit, recordings: Sequence[Recorded]) -> list[str]:
+    """Return which limits and dead zones do not show, and in which range, in words."""
+    words = []
+    for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s'))):
+        if not fit.excited[n]:
+            continue
+        fastest = max(float(np.abs(one.motion.speeds[one.motion.usable, n]).max()) for one in recordings if one.motion)
+        absent = [text for limit, text in (('max_speed', 'limit of it'), ('max_acceleration', 'limit of its change'),
+                                           ('dead_zone', 'dead zone'))
+                  if f'base.{limit}[{n}]' not in (*fit.estimate.names, *fit.zones)]
+        if absent:
+            words.append(f'up to {fastest:.2g} {unit} of {name} no {", and no ".join(absent)} shows')
+    return words
+
+
+def missing_in_model(found: Estimate, inputs: Sequence[tuple[str, Floats]]) -> list[str]:
+    """
+    Return what the model lacks, by its residuals, in words.
+
+    Parameters
+    ----------
+    found : Estimate
+        With residuals that would be white if the model and its noise were right.
+    inputs : sequence of (str, array of float)
+        Names of what drives the robot, and its values beside the residuals, shape (n, 2) each.
+    """
+    white = found.whitened - found.whitened.mean(axis=0)
+    count = white.shape[0]
+    chance = max(_NOTABLE, _SURE / np.sqrt(count))
+    words = []
+    for n, output in enumerate(('v', 'ω')):
+        own = _correlations(white[:, n], white[:, n])[1:]
+        if np.abs(own).max() > chance:
+            lag = int(np.abs(own).argmax()) + 1
+            words.append(f'residuals of {output} are alike {lag} samples apart (correlation {own[lag - 1]:+.2f}): '
+                         'a disturbance, or dynamics that the model does not have')
+        for name, values in inputs:
+            changes = np.diff(values, axis=0, prepend=values[:1])
+            for m, given in enumerate(('v', 'ω')):
+                beside = _correlations(white[:, n], changes[:, m])
+                if np.abs(beside).max() > chance:
+                    lag = int(np.abs(beside).argmax())
+                    words.append(f'residuals of {output} follow {name} of {given}, most after {lag} samples '
+                                 f'(correlation {beside[lag]:+.2f}): the response has a part that the model '
+                                 'lacks, such as a second lag, a filter or a ramp')
+    return words
+
+
+def _correlations(one: Floats, before: Floats) -> Floats:
+    """Return the correlation of a signal with another one of so many samples before."""
+    other = before - before.mean()
+    size = float(np.sqrt((one**2).sum() * (other**2).sum())) + 1e-300
+    most = min(_LARGEST_LAG, one.size - 1)
+    return np.array([float(one[lag:] @ other[:other.size - lag]) / size for lag in range(most)])

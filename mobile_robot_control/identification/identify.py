@@ -1,0 +1,109 @@
+"""An identification that is asked for: bags in, a robot's parameters with intervals out."""
+
+from collections.abc import Callable
+from os import fspath
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.configuration.addressing import read_namespace
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.provenance import provenance
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.identification import findings
+from mobile_robot_control.identification.recorded import Recorded, read_recorded
+from mobile_robot_control.identification.result import Identification, UnidentifiableError
+from mobile_robot_control.identification.torque_robot import identify_torques
+from mobile_robot_control.identification.velocity_robot import identify_base
+from mobile_robot_control.model.plant import VELOCITY
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.recording.mcap_stream import BagError, ProgressCallback
+from mobile_robot_control.runs.topic_names import Topics, topic_names
+
+
+class IdentificationRequest(NamedTuple):
+    """What is to be identified, from which recordings."""
+
+    sources: ParameterSources
+    bags: Annotated[tuple[str, ...], Field('', 'bags with the commands of a robot and its odometry, or with '
+                                           'joint_states that have efforts'), Reader(fspath, 'BAG')]
+    namespace: Annotated[str, Field('', 'in which the nodes of a bag ran'), Reader(read_namespace, 'NS')] = '/'
+    topic: Topics = ()
+    same_clock: Annotated[bool, Field('', 'one clock stamped commands and odometry, and recorded both: dead time and '
+                                      'latency are told apart')] = False
+
+
+class Inputs(NamedTuple):
+    """Recordings that are read, and what the robot takes by them."""
+
+    recordings: list[Recorded]
+    configuration: Configuration
+    takes_velocity: bool
+    lacks: list[findings.Lack]
+
+
+def read_inputs(request: IdentificationRequest, progress: ProgressCallback = lambda *_: None) -> Inputs:
+    """Read the recordings of a request; raise ParameterError where one cannot be read."""
+    configuration = request.sources.configuration(request.namespace)
+    topics, recordings, problems = topic_names(request.topic), [], []
+    for bag in request.bags:
+        try:
+            recordings.append(read_recorded(Path(bag), request.namespace, topics, progress))
+        except BagError as error:
+            problems.append(str(error))
+    if problems:
+        raise ParameterError(problems)
+    has_effort = any(one.torques and np.isfinite(one.torques.values).any() for one in recordings)
+    has_commands = any(one.commands and one.motion for one in recordings)
+    takes_velocity = configuration.plant.model.drive == VELOCITY or (
+        not has_effort and (has_commands or not any(one.wheels for one in recordings)))
+    return Inputs(recordings, configuration, takes_velocity, findings.lacks(recordings, takes_velocity))
+
+
+def identify(
+    request: IdentificationRequest, command_line: str, tell: Callable[[], object] = lambda: None,
+    progress: ProgressCallback = lambda *_: None,
+) -> Identification:
+    """
+    Identify a robot.
+
+    Parameters
+    ----------
+    request : IdentificationRequest
+        Checked.
+    command_line : str
+        Recorded with the result.
+    tell, progress : callable
+        Called during the search; told how far the reading is.
+
+    Raises
+    ------
+    ParameterError
+        If a bag cannot be read, or SciPy is missing.
+    UnidentifiableError
+        If the recordings tell nothing.
+    """
+    _need_scipy()
+    inputs = read_inputs(request, progress)
+    vital = [str(lack) for lack in inputs.lacks if lack.is_vital]
+    if vital:
+        raise UnidentifiableError(vital)
+    made = (identify_base(inputs.recordings, inputs.configuration, request.same_clock, tell) if inputs.takes_velocity
+            else identify_torques(inputs.recordings, inputs.configuration, tell))
+    if not made.parameters:
+        raise UnidentifiableError([*made.open, *made.lacking])
+    return made._replace(
+        open=(*map(str, inputs.lacks), *made.open),
+        notes=(*made.notes, *(f'{one.name}: {problem}' for one in inputs.recordings for problem in one.problems)),
+        provenance=provenance(command_line, inputs.configuration))
+
+
+def _need_scipy() -> None:
+    try:
+        import scipy  # noqa: F401, PLC0415 (asked for before a long reading)
+    except ModuleNotFoundError as error:
+        raise ParameterError([f"the Python module {error.name} is missing; install the extra: pip install "
+                              "'mobile_robot_control[fast]', or apt install python3-scipy"]) from None

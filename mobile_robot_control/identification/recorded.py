@@ -1,0 +1,214 @@
+"""A recording of a robot as an identification takes it: what it was told, and how it moved between its messages."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.identification.clocks import Clock, is_wall, read_clock
+from mobile_robot_control.recording.columns import COLUMNS, GROUND_TRUTH
+from mobile_robot_control.recording.mcap_stream import ProgressCallback
+from mobile_robot_control.runs.bag import Contents, read_contents
+from mobile_robot_control.runs.series import Signal
+
+_LONGEST = 5.0
+"""Usual intervals: over longer ones the robot's way is not known."""
+_SETTLING = 2.0
+"""[s] after the start of a recording in motion, and after a gap, in which a model does not know how fast it began."""
+_SILENCE = 0.5
+"""[s] without a command that make a gap."""
+_STEP = 0.1
+"""Share of the range of commands that is a step."""
+_BEYOND = 3.0
+"""Times the usual greatest speed: such a jump of odometry is no motion."""
+
+
+Mask = NDArray[np.bool_]
+
+
+class Motion(NamedTuple):
+    """
+    How a robot moved between its messages.
+
+    Attributes
+    ----------
+    times : array of float, shape (n + 1,)
+        Of the messages [s].
+    moved : array of float, shape (n, 2)
+        Distance [m] and turn [rad]; or the angles of the right and the left wheel [rad].
+    usable : array of bool, shape (n,)
+        Which of them a model is compared with.
+    """
+
+    times: Floats
+    moved: Floats
+    usable: Mask
+
+    @property
+    def speeds(self) -> Floats:
+        """Mean velocities between the messages, shape (n, 2) [1/s]."""
+        found: Floats = self.moved / np.diff(self.times)[:, None]
+        return found
+
+
+class Commands(NamedTuple):
+    """Commands [m/s, rad/s] or torques of the right and the left wheel [N m], from their times [s] on."""
+
+    times: Floats
+    values: Floats
+
+
+class Poses(NamedTuple):
+    """Poses x, y [m] and heading [rad], shape (n, 3), at times [s]."""
+
+    times: Floats
+    values: Floats
+
+
+class Recorded(NamedTuple):
+    """
+    One recording.
+
+    Attributes
+    ----------
+    name : str
+        Of the bag.
+    commands : Commands or None
+        Of cmd_vel.
+    odometry : Poses or None
+        As recorded.
+    motion : Motion or None
+        Of odometry.
+    truth : Poses or None
+        From outside.
+    torques : Commands or None
+        Efforts of joint_states; each was applied until its time, nan where it is not known.
+    wheels : Motion or None
+        Of joint_states.
+    clocks : dict of str to Clock
+        By topic.
+    problems : tuple of str
+        What could not be read, in words.
+    held : tuple of str
+        Topics of the bag.
+    """
+
+    name: str
+    commands: Commands | None
+    odometry: Poses | None
+    motion: Motion | None
+    truth: Poses | None
+    torques: Commands | None
+    wheels: Motion | None
+    clocks: dict[str, Clock]
+    problems: tuple[str, ...]
+    held: tuple[str, ...]
+
+
+def read_recorded(
+    path: Path, namespace: str = '/', topics: Mapping[str, str] | None = None,
+    progress: ProgressCallback = lambda *_: None,
+) -> Recorded:
+    """
+    Read a recording from a bag.
+
+    Raises
+    ------
+    BagError
+        If it is not a bag that can be read.
+    """
+    return recorded_from(path.name, read_contents(path, namespace, progress, topics, any_frame=True))
+
+
+def recorded_from(name: str, contents: Contents) -> Recorded:
+    """Return the recording that the topics of a bag make."""
+    signals = {topic: contents.series.signals[topic] for topic in ('cmd_vel', 'odom', 'joint_states', GROUND_TRUTH)}
+    signals['odom'] = _without_repeats(signals['odom'])
+    known = {topic: signal for topic, signal in signals.items() if signal.stamps.size > 2}
+    origin = min((int(signal.stamps[0]) for signal in known.values()), default=0)
+    on_receipt = all(map(is_wall, known.values()))
+    clocks = {topic: read_clock(signal, origin, on_receipt) for topic, signal in known.items()}
+
+    def poses(topic: str) -> Poses | None:
+        return Poses(clocks[topic].times, signals[topic].values[:, :3]) if topic in clocks else None
+
+    commands = Commands(clocks['cmd_vel'].times, signals['cmd_vel'].values) if 'cmd_vel' in clocks else None
+    odometry = poses('odom')
+    motion = _motion_of(odometry, commands) if odometry else None
+    torques, wheels = _wheels(signals['joint_states'], clocks['joint_states']) if 'joint_states' in clocks else (
+        None, None)
+    return Recorded(name, commands, odometry, motion, poses(GROUND_TRUTH), torques, wheels, clocks,
+                    tuple(contents.problems), tuple(sorted(contents.held)))
+
+
+def _without_repeats(odom: Signal) -> Signal:
+    """Return odometry without messages that show the sample before once more, while the robot moves."""
+    values = odom.values
+    repeats = (values[1:] == values[:-1]).all(axis=1) & (values[1:, 3:] != 0.0).any(axis=1)
+    kept = np.concatenate([[True], ~repeats])[:values.shape[0]]
+    return Signal(odom.stamps[kept], odom.received[kept] if odom.received.size else odom.received, values[kept])
+
+
+def moved_between(poses: Floats) -> Floats:
+    """Return distance [m] along the arc and turn [rad] between poses, shape (n, 3)."""
+    turn = (np.diff(poses[:, 2]) + np.pi) % (2.0 * np.pi) - np.pi
+    middle = poses[:-1, 2] + 0.5 * turn
+    chord = np.diff(poses[:, 0]) * np.cos(middle) + np.diff(poses[:, 1]) * np.sin(middle)
+    # an arc is longer than its chord by x / sin(x), of half its turn
+    found: Floats = np.column_stack([chord / np.sinc(0.5 * turn / np.pi), turn])
+    return found
+
+
+def _motion_of(odometry: Poses, commands: Commands | None) -> Motion:
+    """Return how a robot moved by its odometry, and where a model can be compared with it."""
+    times, moved = odometry.times, moved_between(odometry.values)
+    intervals = np.diff(times)
+    speeds = np.abs(moved) / intervals[:, None]
+    usual = np.quantile(speeds, 0.995, axis=0)
+    usable = (intervals < _LONGEST * np.median(intervals)) & (speeds <= _BEYOND * usual + 0.1).all(axis=1)
+    if (speeds[:3] > 0.1 * usual + 1e-3).any():
+        usable &= times[1:] > times[0] + _SETTLING
+    if commands is not None:
+        silent = np.flatnonzero(np.diff(commands.times) > _SILENCE)
+        for begin, end in zip(commands.times[silent], commands.times[silent + 1], strict=True):
+            usable &= (times[1:] < begin + _SILENCE) | (times[:-1] > end + _SETTLING)
+        # a step of which the command is lost came somewhere in between
+        intervals, steps = np.diff(commands.times), np.abs(np.diff(commands.values, axis=0))
+        large = (steps > _STEP * np.ptp(commands.values, axis=0)).any(axis=1)
+        for lost in np.flatnonzero((intervals > 1.5 * np.median(intervals)) & large):
+            usable &= (times[1:] < commands.times[lost]) | (times[:-1] > commands.times[lost + 1] + 0.5 * _SETTLING)
+        usable &= (times[:-1] > commands.times[0]) & (times[1:] < commands.times[-1] + _SILENCE)
+    return Motion(times, moved, usable)
+
+
+def _wheels(joints: Signal, clock: Clock) -> tuple[Commands, Motion]:
+    """Return the torques of both wheels and how they turned."""
+    columns = {name: joints.values[:, n] for n, name in enumerate(COLUMNS['joint_states'])}
+    angles, speeds, efforts = (np.column_stack([columns[f'{side}_{kind}'] for side in ('right', 'left')])
+                               for kind in ('angle', 'velocity', 'effort'))
+    intervals = np.diff(clock.times)
+    if not np.isfinite(angles).all() or not angles.any():
+        # without encoder angles, velocities are taken to be those at the stamps
+        turned = 0.5 * (speeds[1:] + speeds[:-1]) * intervals[:, None]
+    else:
+        turned = np.diff(angles, axis=0)
+    # the effort of a message was applied since the one before it; over a longer time nobody knows
+    known = intervals < 1.5 / clock.rate
+    applied = np.where(known[:, None], efforts[1:], np.nan)
+    return (Commands(clock.times, np.concatenate([applied[:1], applied])),
+            Motion(clock.times, turned, known & np.isfinite(applied).all(axis=1)))
+
+
+def cut(recorded: Recorded, seconds: float) -> Recorded:
+    """Return the beginning of a recording's commands and motion, of so many seconds."""
+    commands, motion = recorded.commands, recorded.motion
+    assert commands  # noqa: S101 (for mypy: checked by the caller)
+    assert motion  # noqa: S101 (for mypy, too)
+    end = motion.times[0] + seconds
+    told, last = int(np.searchsorted(commands.times, end)), int(np.searchsorted(motion.times, end))
+    return recorded._replace(
+        commands=Commands(commands.times[:told], commands.values[:told]),
+        motion=Motion(motion.times[:last], motion.moved[:last - 1], motion.usable[:last - 1]))

@@ -1,0 +1,198 @@
+"""What an identification finds: parameters with intervals, predictions, and what is not known."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.identification.clocks import Clock
+from mobile_robot_control.identification.estimation import Z95
+from mobile_robot_control.identification.recorded import Mask
+
+HELD_OUT = 0.2
+"""Share of a recording, at its end, that is not used for the fit whose prediction of it is told."""
+_WIDEST = 0.5
+"""Half-width of an interval over its value from which on a parameter counts as not identified ..."""
+_FINE = {'base.lag': 0.01, 'delay': 0.02}
+"""... unless it is as narrow as this, in SI units."""
+
+
+class Parameter(NamedTuple):
+    """
+    A parameter with its 95 % interval.
+
+    Attributes
+    ----------
+    name : str
+        ``NODE.PARAMETER``, an element of a pair with its index, such as ``plant.base.lag[0]``; a plain name where no
+        node has it.
+    value, low, high : float
+        Estimate and bounds.
+    unit : str
+        SI unit.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+class Prediction(NamedTuple):
+    """
+    Motion as recorded and as modelled, of one recording.
+
+    Attributes
+    ----------
+    name : str
+        Of the bag.
+    times : array of float, shape (n,)
+        Between the messages [s].
+    measured, modelled : array of float, shape (n, 2)
+        v [m/s] and ω [rad/s].
+    held_out : float
+        Time from which on the recording was not used for the model that is compared with it [s].
+    measured_path, modelled_path : array of float, shape (n, 3)
+        x, y [m] and heading [rad] of the held-out part, from the same pose.
+    """
+
+    name: str
+    times: Floats
+    measured: Floats
+    modelled: Floats
+    held_out: float
+    measured_path: Floats
+    modelled_path: Floats
+
+
+class Identification(NamedTuple):
+    """
+    What recordings tell of a robot.
+
+    Attributes
+    ----------
+    drive : str
+        'velocity' or 'torque': what the robot takes.
+    parameters : tuple of Parameter
+        That the plant has; these are written.
+    names : tuple of str
+        Of the parameters with a covariance.
+    covariance : array of float, shape (n, n)
+        Of these.
+    reported : tuple of Parameter
+        Further numbers that no parameter of the plant has.
+    facts : dict of str to (str or float)
+        Rates [Hz], jitter [s] and stamps of the recordings.
+    errors : dict of str to tuple of float
+        RMS of measured less modelled v [m/s] and ω [rad/s], in the part that was 'fitted' and in the one 'held_out'.
+    open : tuple of str
+        What the recordings do not tell, and what to record.
+    lacking : tuple of str
+        What the model lacks, by its residuals.
+    notes : tuple of str
+        What was assumed, and what could not be read.
+    predictions : tuple of Prediction
+        One a recording.
+    residuals : array of float, shape (n, 2)
+        Of the final fit without their correlation, in standard deviations.
+    provenance : dict of str to object
+        Call, versions and parameters.
+    """
+
+    drive: str
+    parameters: tuple[Parameter, ...]
+    names: tuple[str, ...]
+    covariance: Floats
+    reported: tuple[Parameter, ...]
+    facts: dict[str, float | str]
+    errors: dict[str, tuple[float, float]]
+    open: tuple[str, ...]
+    lacking: tuple[str, ...]
+    notes: tuple[str, ...]
+    predictions: tuple[Prediction, ...]
+    residuals: Floats
+    provenance: dict[str, Any]
+
+    def __repr__(self) -> str:
+        told = ', '.join(f'{one.name.partition(".")[2]} {one.value:.4g}' for one in self.parameters[:4])
+        return f'<Identification: {self.drive}, {len(self.parameters)} parameters: {told}, ...>'
+
+
+class UnidentifiableError(Exception):
+    """
+    Nothing can be identified.
+
+    Attributes
+    ----------
+    reasons : list of str
+        Why, and what to record.
+    """
+
+    def __init__(self, reasons: Sequence[str]) -> None:
+        super().__init__('; '.join(reasons))
+        self.reasons = list(reasons)
+
+
+def interval_of(name: str, value: float, deviation: float, unit: str) -> Parameter:
+    """Return a parameter with the interval of an estimate."""
+    return Parameter(name, value, value - Z95 * deviation, value + Z95 * deviation, unit)
+
+
+def is_narrow(one: Parameter) -> bool:
+    """Return whether an interval is so narrow that the parameter counts as identified."""
+    half = 0.5 * (one.high - one.low)
+    return half < max(_WIDEST * abs(one.value), _FINE.get(one.name.removeprefix('plant.').partition('[')[0], 0.0))
+
+
+def left_out(one: Parameter) -> str:
+    """Return why a parameter is not written, in words."""
+    return (f'{one.name} = {one.value:.3g} {one.unit}'.rstrip() + ' is not known to better than '
+            f'{one.low:.3g} to {one.high:.3g}, and is left out')
+
+
+def rates_of(clocks: Mapping[str, Clock]) -> dict[str, float | str]:
+    """Return rates, lost messages, jitter and stamps, as measured."""
+    found: dict[str, float | str] = {}
+    for topic, clock in clocks.items():
+        found[f'{topic} rate [Hz]'] = clock.rate
+        if clock.lost > 0.001:
+            found[f'{topic} missing in the recording'] = clock.lost
+        if clock.jitter > 0.0:
+            found[f'{topic} jitter [s]'] = clock.jitter
+    if 'odom' in clocks and clocks['odom'].stamped:
+        found['odom is stamped when'] = clocks['odom'].stamped
+    return found
+
+
+def prediction_of(
+    name: str, times: Floats, measured: Floats, modelled: Floats, usable: Mask,
+    split: float,
+) -> Prediction:
+    """Return measured and modelled motion as velocities, and as paths from the same pose since the split."""
+    intervals = np.diff(times)[:, None]
+    middle = 0.5 * (times[1:] + times[:-1])
+    later = times[1:] > split
+    blank = np.where(usable[:, None], 0.0, np.nan)
+    return Prediction(name, middle, measured / intervals + blank, modelled / intervals + blank, split,
+                      _path(measured[later]), _path(modelled[later]))
+
+
+def _path(moved: Floats) -> Floats:
+    """Return the poses of a motion of arcs that begins at the origin."""
+    heading = np.concatenate([[0.0], np.cumsum(moved[:, 1])])
+    middle = heading[:-1] + 0.5 * moved[:, 1]
+    chord = moved[:, 0] * np.sinc(0.5 * moved[:, 1] / np.pi)
+    return np.column_stack([np.concatenate([[0.0], np.cumsum(chord * np.cos(middle))]),
+                            np.concatenate([[0.0], np.cumsum(chord * np.sin(middle))]), heading])
+
+
+def errors_of(predictions: Sequence[Prediction]) -> dict[str, tuple[float, float]]:
+    """Return the RMS of measured less modelled velocities in both parts."""
+    def rms(later: bool) -> tuple[float, float]:
+        parts = [(one.measured - one.modelled)[(one.times > one.held_out) == later] for one in predictions]
+        found = np.sqrt(np.nanmean(np.concatenate(parts) ** 2, axis=0))
+        return float(found[0]), float(found[1])
+
+    return {'fitted': rms(False), 'held_out': rms(True)}

@@ -1,0 +1,225 @@
+"""The model of a robot that takes torques: `model.driven`, from recorded efforts to the motion of its wheels."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.identification.estimation import Estimate, Model, estimate
+from mobile_robot_control.identification.recorded import Commands, Motion, Recorded
+from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.driven import motorised_step
+from mobile_robot_control.model.drivetrain import discretise_drivetrain
+from mobile_robot_control.model.dynamics import PlantState, at_rest
+from mobile_robot_control.model.friction import Friction
+from mobile_robot_control.model.kinematics import body_velocity
+from mobile_robot_control.model.motors import Motor, motors_at_rest
+from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
+from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.simulation.batch import compiled
+
+MASS, INERTIA, VISCOUS, COULOMB = '/**.robot.mass', '/**.robot.inertia', '/**.robot.viscous_friction', (
+    'plant.friction.coulomb')
+_MOST_STEPS = 300_000
+_SHORTEST = 5
+"""Messages of a segment that is worth a velocity of its own at its start."""
+_FACTORS = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5, 5.0, 10.0)
+_WORTH = 12.0
+_ANGLES = np.array([[1.0, 1.0], [1.0, -1.0]])
+
+
+class _Segment(NamedTuple):
+    """Messages from `first` to `last` between which all efforts are known, among those of a motion."""
+
+    first: int
+    last: int
+
+
+class Known(NamedTuple):
+    """
+    A recording as the model takes it.
+
+    Attributes
+    ----------
+    torques : array of float, shape (steps, 2)
+        Of the right and the left wheel at each step [N m].
+    starts : array of float, shape (steps, 2)
+        Velocities of the wheels at the steps where a segment begins [rad/s]; nan elsewhere.
+    grid : array of float, shape (steps + 1,)
+        Times of the steps [s].
+    segments : list of tuple of int
+        First and last message of each segment.
+    motion : Motion
+        Of the wheels.
+    """
+
+    torques: Floats
+    starts: Floats
+    grid: Floats
+    segments: list[_Segment]
+    motion: Motion
+
+
+def _turn(torques: Floats, starts: Floats, state: Any, motors: Any, drivetrain: Any) -> Floats:
+    """Return the angles of both wheels after each step [rad], shape (n + 1, 2)."""
+    found = np.zeros((torques.shape[0] + 1, 2))
+    none = WheelTorque(0.0, 0.0)
+    for k in range(torques.shape[0]):
+        if starts[k, 0] == starts[k, 0]:  # no nan: a segment begins
+            state = PlantState(state.pose, body_velocity(WheelVelocity(starts[k, 0], starts[k, 1]),
+                                                         drivetrain.plant.robot), state.right_angle, state.left_angle)
+        state, motors, _ = motorised_step(state, motors, WheelTorque(torques[k, 0], torques[k, 1]), none, drivetrain)
+        found[k + 1, 0], found[k + 1, 1] = state.right_angle, state.left_angle
+    return found
+
+
+@cache
+def _compiled_turn() -> Callable[..., Floats]:
+    return compiled(_turn)
+
+
+def known(torques: Commands, wheels: Motion, until: float = np.inf) -> Known:
+    """Return the segments of a recording in which all efforts are known, and their efforts on a grid."""
+    usable = np.concatenate([[False], wheels.usable & (wheels.times[1:] < until), [False]])
+    edges = np.flatnonzero(np.diff(usable.astype(int)))
+    segments = [_Segment(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)
+                if last - first >= _SHORTEST]
+    period = float(np.median(np.diff(wheels.times)))
+    begin, end = wheels.times[0], wheels.times[-1]
+    step = max(period / max(1, round(period / 0.001)), (end - begin) / _MOST_STEPS)
+    steps = int(np.ceil((end - begin) / step)) + 1
+    grid = begin + np.arange(steps + 1) * step
+    # an effort was applied until its message
+    later = np.minimum(np.searchsorted(torques.times, grid[:-1] + 0.5 * step), torques.times.size - 1)
+    applied = np.nan_to_num(torques.values[later])
+    starts = np.full((steps, 2), np.nan)
+    for segment in segments:
+        few = slice(segment.first, min(segment.first + _SHORTEST, segment.last))
+        span = wheels.times[few.stop] - wheels.times[few.start]
+        starts[round((wheels.times[segment.first] - begin) / step)] = wheels.moved[few].sum(axis=0) / span
+    return Known(applied, starts, grid, segments, wheels)
+
+
+def body_way(wheels: Floats, robot: Robot) -> Floats:
+    """Return distances [m] and turns [rad] from angles of the right and the left wheel [rad], shape (n, 2)."""
+    r, b = robot.wheel_radius, robot.wheel_separation
+    return np.column_stack([0.5 * r * (wheels[:, 0] + wheels[:, 1]), r / b * (wheels[:, 0] - wheels[:, 1])])
+
+
+def measured(recording: Known, robot: Robot) -> Floats:
+    """Return distances and turns between the messages of all segments."""
+    moved = body_way(recording.motion.moved, robot)
+    return np.concatenate([moved[one.first:one.last] for one in recording.segments])
+
+
+def robot_of(values: Mapping[str, float], given: Robot) -> tuple[Robot, Friction]:
+    """Return robot and friction with parameters by name."""
+    return (given._replace(**{name.removeprefix('/**.robot.'): value for name, value in values.items()
+                              if name.startswith('/**.robot.')}), Friction(values.get(COULOMB, 0.0)))
+
+
+def torque_model(recordings: Sequence[Known], start: Mapping[str, float], robot: Robot) -> Model:
+    """
+    Return the model of recordings whose parameters begin at `start`, beside the given ones of a robot.
+
+    The velocity at the start of each segment is nobody's: its effect, which decays, is taken out of the residuals.
+    """
+    names = tuple(start)
+    values = np.array(list(start.values()))
+    wanted = [measured(one, robot) for one in recordings]
+
+    def outputs(given: Floats) -> list[Floats]:
+        made, friction = robot_of(dict(zip(names, given.tolist(), strict=True)), robot)
+        rates = (made.viscous_friction / linear_inertia(made), made.viscous_friction / angular_inertia(made))
+        found = []
+        for one, target in zip(recordings, wanted, strict=True):
+            drivetrain = discretise_drivetrain(
+                discretise(made, float(one.grid[1] - one.grid[0])), Motor(), friction)
+            turned = _compiled_turn()(one.torques, one.starts, at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(),
+                                      drivetrain)
+            at = np.column_stack([np.interp(one.motion.times, one.grid, turned[:, n]) for n in (0, 1)])
+            moved = np.concatenate([body_way(np.diff(at[seg.first:seg.last + 1], axis=0), robot)
+                                    for seg in one.segments])
+            found.append(_with_starts(one, moved, target, rates))
+        return found
+
+    return Model(names, values, np.array([_lowest(name) for name in names]), np.full(values.size, np.inf),
+                 np.maximum(1e-4 * values, 1e-7), outputs)
+
+
+def _lowest(name: str) -> float:
+    return 1e-6 if name in (MASS, INERTIA) else 0.0
+
+
+def _with_starts(one: Known, modelled: Floats, target: Floats, rates: tuple[float, float]) -> Floats:
+    """Return modelled ways with the velocity at each segment's start that fits the measured ways best."""
+    lengths = np.array([seg.last - seg.first for seg in one.segments])
+    firsts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    begun = np.concatenate([one.motion.times[seg.first:seg.last] - one.motion.times[seg.first]
+                            for seg in one.segments])
+    steps = np.concatenate([np.diff(one.motion.times[seg.first:seg.last + 1]) for seg in one.segments])
+    fitted = modelled.copy()
+    for n, rate in enumerate(rates):
+        # the way that 1 m/s or 1 rad/s at the start adds
+        adds = np.exp(-rate * begun) * (-np.expm1(-rate * steps) / rate if rate > 1e-9 else steps)
+        own = np.add.reduceat(adds * adds, firsts)
+        share = np.add.reduceat(adds * (target[:, n] - modelled[:, n]), firsts) / own
+        fitted[:, n] += np.repeat(share, lengths) * adds
+    return fitted
+
+
+def fit_torques(
+    recordings: Sequence[Recorded], robot: Robot, tell: Callable[[], object] = lambda: None, until: float = np.inf,
+    start: Mapping[str, float] | None = None,
+) -> tuple[Estimate, list[Known]]:
+    """
+    Fit mass, inertia and friction to recordings that have efforts; the data tell A + B, A - B, and friction.
+
+    Parameters
+    ----------
+    recordings : sequence of Recorded
+        With torques and wheels.
+    robot : Robot
+        Of which wheels, `wheel_inertia` and `com_offset` are taken as given.
+    tell : callable
+        Called now and then.
+    until : float
+        Time after which recordings are not used [s].
+    start : mapping of str to float or None
+        Where the search begins.
+    """
+    cut = [known(one.torques, one.wheels, until) for one in recordings if one.torques and one.wheels]
+    cut = [one for one in cut if one.segments]
+    values = [measured(one, robot) for one in cut]
+    found = estimate(torque_model(cut, start or _start(cut, values, robot, tell), robot), values, 2, tell)
+    if start is None:
+        begun = dict(zip(found.names, found.values.tolist(), strict=True))
+        # a tenth of what the wheels needed on average
+        usual = float(np.mean([np.abs(one.torques).mean() for one in cut]))
+        dry = estimate(torque_model(cut, {**begun, COULOMB: 0.1 * usual}, robot), values, 2, tell)
+        if found.cost - dry.cost > _WORTH * np.log(found.whitened.shape[0]):
+            found = dry
+    return found, cut
+
+
+def _start(cut: Sequence[Known], values: Sequence[Floats], robot: Robot, tell: Callable[[], object]
+           ) -> dict[str, float]:
+    """Return mass, inertia and viscous friction that are near: the best of a grid, each velocity by itself."""
+    best: tuple[float, dict[str, float]] = (np.inf, {})
+    friction = robot.viscous_friction or 0.1 * linear_inertia(robot)
+    for viscous in (0.1, 0.3, 1.0, 3.0, 10.0):
+        costs = []
+        for factor in _FACTORS:
+            model = torque_model(cut, {MASS: factor * robot.mass, INERTIA: factor * robot.inertia,
+                                       VISCOUS: viscous * friction}, robot)
+            left = [target - found for target, found in zip(values, model.outputs(model.start), strict=True)]
+            costs.append((np.concatenate(left) ** 2).sum(axis=0))
+        sums = np.array(costs) / (np.concatenate(values) ** 2).sum(axis=0)
+        cost = float(sums.min(axis=0).sum())
+        if cost < best[0]:
+            mass, inertia = (_FACTORS[n] for n in sums.argmin(axis=0))
+            best = cost, {MASS: mass * robot.mass, INERTIA: inertia * robot.inertia, VISCOUS: viscous * friction}
+        tell()
+    return best[1]

@@ -1,0 +1,145 @@
+"""The model of a robot that takes velocities: `model.base_motion`, from recorded commands to odometry's increments."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.identification.estimation import Model
+from mobile_robot_control.identification.recorded import Commands, Recorded
+from mobile_robot_control.model.base import Base, discretise_base
+from mobile_robot_control.model.base_motion import base_at_rest, base_step
+from mobile_robot_control.model.dynamics import at_rest
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.quantities import BodyVelocity, Pose
+from mobile_robot_control.simulation.batch import compiled
+
+STEP, COARSE_STEP = 1_000_000, 4_000_000
+"""Of a simulation [ns], and of one that only looks for a start; longer for recordings that would have more than ..."""
+_MOST_STEPS = 300_000
+LAGS, DELAYS = ('base.lag[0]', 'base.lag[1]'), ('delay[0]', 'delay[1]')
+GAINS = ('base.wheel_gain[0]', 'base.wheel_gain[1]', 'base.turn_gain')
+ALWAYS = (*LAGS, *DELAYS, *GAINS)
+"""Parameters that every recording in motion tells; a delay is the dead time with the latency of odometry."""
+LIMITS = ('base.max_speed[0]', 'base.max_speed[1]', 'base.max_acceleration[0]', 'base.max_acceleration[1]',
+          'base.max_deceleration[0]', 'base.max_deceleration[1]')
+DEAD_ZONES = ('base.dead_zone[0]', 'base.dead_zone[1]')
+_BOUNDS = {'base.lag': (1e-3, 3.0, 5e-4), 'delay': (-0.2, 1.5, 1e-3), 'base.wheel_gain': (0.5, 1.5, 1e-4),
+           'base.turn_gain': (0.1, 1.5, 1e-4), 'base.max_speed': (1e-3, 50.0, 1e-3),
+           'base.max_acceleration': (1e-3, 500.0, 2e-3), 'base.max_deceleration': (1e-3, 500.0, 2e-3)}
+"""Lower and upper bound of a parameter, and the step of its differences."""
+
+
+def _drive(commands: Floats, base: Any, state: Any, base_state: Any) -> Floats:
+    """Return distance [m] and turn [rad] since the start after each step of a base, shape (n + 1, 2)."""
+    found = np.zeros((commands.shape[0] + 1, 2))
+    rim = 0.5 * base.robot.wheel_radius
+    across = base.robot.wheel_radius / base.robot.wheel_separation
+    for k in range(commands.shape[0]):
+        state, base_state = base_step(state, base_state, BodyVelocity(commands[k, 0], commands[k, 1]), k, base)
+        found[k + 1, 0] = rim * (state.right_angle + state.left_angle)
+        found[k + 1, 1] = across * (state.right_angle - state.left_angle)
+    return found
+
+
+@cache
+def _compiled_drive() -> Callable[..., Floats]:
+    return compiled(_drive)
+
+
+def _period(seconds: float, step: int) -> int:
+    """Return the step of the simulation of so long a recording [ns]."""
+    return max(step, int(np.ceil(seconds * 1e9 / _MOST_STEPS / 1e5)) * 100_000)
+
+
+def held(commands: Commands, begin: float, steps: int, period: int, timeout: float) -> Floats:
+    """Return the newest command at each step, shape (steps, 2); zero after a timeout, and before the first one."""
+    times = begin + np.arange(steps) * period / 1e9
+    # a command acts from the step on whose middle it has reached
+    newest = np.searchsorted(commands.times, times + 0.5e-9 * period, side='right') - 1
+    found = np.where(newest[:, None] >= 0, commands.values[np.maximum(newest, 0)], 0.0)
+    if timeout > 0.0:
+        found[times - commands.times[np.maximum(newest, 0)] > timeout] = 0.0
+    return found
+
+
+def base_of(values: Mapping[str, float], given: Base) -> Base:
+    """Return a base with parameters by name, such as ``base.lag[0]``; those without a name are off."""
+    made: Any = Base(command_timeout=given.command_timeout)
+    for name, value in values.items():
+        field, _, index = name.removeprefix('base.').partition('[')
+        if not index:
+            made = made._replace(**{field: value})
+        else:
+            pair = list(getattr(made, field))
+            pair[int(index[0])] = value
+            made = made._replace(**{field: tuple(pair)})
+    base: Base = made
+    return base
+
+
+class Simulated(NamedTuple):
+    """Distance [m] and turn [rad] since the start, shape (n, 2), on a grid of times [s]."""
+
+    times: Floats
+    way: Floats
+
+    def at(self, times: Floats, delays: Sequence[float]) -> Floats:
+        """Return it at times [s] of odometry, with the delay [s] of each velocity: a shift has smooth derivatives."""
+        return np.column_stack([np.interp(times - delay, self.times, self.way[:, n])
+                                for n, delay in enumerate(delays)])
+
+
+def simulated(
+    recorded: Recorded, values: Mapping[str, float], robot: Robot, given: Base, step: int = STEP
+) -> Simulated:
+    """
+    Simulate a recording, without delays.
+
+    Parameters
+    ----------
+    recorded : Recorded
+        With commands and a motion.
+    values : mapping of str to float
+        Parameters of the base.
+    robot : Robot
+        Whose wheel separation mixes unlike wheels.
+    given : Base
+        Of which the timeout of commands is taken.
+    step : int
+        Of the simulation [ns].
+    """
+    assert recorded.commands  # noqa: S101 (for mypy: checked by the caller)
+    assert recorded.motion  # noqa: S101 (for mypy, too)
+    times, commands = recorded.motion.times, recorded.commands
+    begin = min(times[0], commands.times[0])
+    period = _period(times[-1] - begin, step)
+    steps = int(np.ceil((times[-1] - begin) * 1e9 / period)) + 1
+    base = base_of(values, given)
+    found = _compiled_drive()(
+        held(commands, begin, steps, period, given.command_timeout), discretise_base(base, robot, period, period, 0),
+        at_rest(Pose(0.0, 0.0, 0.0)), base_at_rest(base, period, period))
+    return Simulated(begin + np.arange(steps + 1) * period / 1e9, found)
+
+
+def base_model(
+    recordings: Sequence[Recorded], start: Mapping[str, float], fixed: Mapping[str, float], robot: Robot, given: Base,
+    step: int = STEP,
+) -> Model:
+    """Return the model of recordings whose parameters begin at `start`, beside others that are fixed."""
+    names = tuple(start)
+    lower, upper, steps = np.array([_BOUNDS[name.partition('[')[0]] for name in names]).T
+
+    @lru_cache(maxsize=4)
+    def without_delays(values: tuple[tuple[str, float], ...]) -> list[Simulated]:
+        return [simulated(one, dict(values), robot, given, step) for one in recordings]
+
+    def outputs(values: Floats) -> list[Floats]:
+        named = dict(zip(names, values.tolist(), strict=True)) | dict(fixed)
+        delays = [named.pop(name, 0.0) for name in DELAYS]
+        return [np.diff(found.at(one.motion.times, delays), axis=0)[one.motion.usable]
+                for one, found in zip(recordings, without_delays(tuple(named.items())), strict=True) if one.motion]
+
+    return Model(names, np.array(list(start.values())), lower, upper, steps, outputs)

@@ -1,0 +1,200 @@
+"""The identification of a robot that takes velocity commands."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.identification import findings, outside, velocity_drive
+from mobile_robot_control.identification.base_search import BaseFit, NothingFollowsError, fit_base
+from mobile_robot_control.identification.clocks import Clock
+from mobile_robot_control.identification.estimation import Z95, Estimate, estimate
+from mobile_robot_control.identification.recorded import Recorded, cut
+from mobile_robot_control.identification.result import (
+    HELD_OUT,
+    Identification,
+    Parameter,
+    Prediction,
+    UnidentifiableError,
+    errors_of,
+    interval_of,
+    is_narrow,
+    left_out,
+    prediction_of,
+    rates_of,
+)
+from mobile_robot_control.model.base import Base
+from mobile_robot_control.model.plant import VELOCITY
+from mobile_robot_control.model.robot import Robot
+
+_CLOCK_ERROR = 2e-4
+"""[s]: how well the fastest messages of a recording tell the offset of its clocks."""
+_UNITS = {'base.lag': ('s', 's'), 'base.max_speed': ('m/s', 'rad/s'), 'base.max_acceleration': ('m/s²', 'rad/s²'),
+          'base.max_deceleration': ('m/s²', 'rad/s²'), 'base.dead_zone': ('m/s', 'rad/s'), 'delay': ('s', 's')}
+
+
+def identify_base(
+    recordings: Sequence[Recorded], configuration: Configuration, same_clock: bool, tell: Callable[[], object]
+) -> Identification:
+    """Identify a base; raise UnidentifiableError where its odometry does not follow the commands."""
+    robot, given = configuration.plant.shared.robot, configuration.plant.model.base
+    usable = [one for one in recordings if one.commands and one.motion]
+    parameters: list[Parameter] = []
+    reported: list[Parameter] = []
+    notes = [f'wheel separation {robot.wheel_separation} m and radius {robot.wheel_radius} m are given, not measured']
+    blocks: list[tuple[tuple[str, ...], Floats]] = []
+    seen = [one for one in usable if one.truth]
+    if seen:
+        calibration = outside.calibrate(seen, robot)
+        errors = calibration.values[:3]
+        parameters += [interval_of(name, value, deviation, '') for name, value, deviation in zip(
+            outside.ERRORS, errors.tolist(), calibration.deviations.tolist(), strict=False)]
+        blocks.append((outside.ERRORS, calibration.covariance[:3, :3]))
+        frame = outside.alignment(seen[0])
+        notes.append(f'the frame of odom lies at x {frame.x:.3f} m, y {frame.y:.3f} m, rotated by '
+                     f'{frame.rotation:.3f} rad, in that of ground_truth')
+        usable = [outside.with_true_motion(one, errors, robot) for one in usable]
+    else:
+        notes.append('wheel_gain and turn_gain are those that odometry shows: where it comes from the wheels, it sees '
+                     'no skidding')
+    try:
+        fit = fit_base(usable, robot, given, tell)
+    except NothingFollowsError as error:
+        raise UnidentifiableError([str(error)]) from error
+    clock_error = _clock_error(usable)
+    found = _with_clock_error(fit.estimate, clock_error)
+    if seen:
+        found = _with_calibration_error(found, calibration.covariance)
+    every = [interval_of(name, value, deviation, _unit(name)) for name, value, deviation in zip(
+        found.names, found.values.tolist(), found.deviations.tolist(), strict=True)]
+    every += [Parameter(name, *zone, _unit(name)) for name, zone in fit.zones.items()]
+    too_wide = [one for one in every if not is_narrow(one)]
+    kept = [one for one in every if is_narrow(one)]
+    latency = _latency(usable) if same_clock else None
+    renamed, delays = _delays(kept, latency)
+    parameters += renamed
+    reported += delays
+    written = [one for one in found.names if any(one == each.name for each in kept)]
+    index = [found.names.index(name) for name in written]
+    blocks.append((tuple(_written(name) for name in written), found.covariance[np.ix_(index, index)]))
+    zones = {name: zone for name, zone in fit.zones.items() if any(name == one.name for one in kept)}
+    if zones:
+        blocks.append((tuple(map(_written, zones)),
+                       np.diag([((high - low) / (2.0 * Z95)) ** 2 for _, low, high in zones.values()])))
+    clocks = usable[0].clocks
+    parameters += _odometry_parameters(clocks['odom'], latency)
+    notes += ['dead_time holds the latency of odometry, too: one clock that stamps and records both, and --same-clock, '
+              'tell them apart'] if latency is None else []
+    notes += findings.not_seen(fit, usable)
+    names, covariance = _together(blocks)
+    _, predictions, errors_ = _predict(usable, fit, robot, given, tell)
+    return Identification(
+        VELOCITY, tuple(parameters), names, covariance, tuple(reported), rates_of(clocks), errors_,
+        tuple(map(left_out, too_wide)),
+        tuple(findings.missing_in_model(found, _inputs_beside(usable))), tuple(notes), tuple(predictions),
+        found.whitened, {})
+
+
+def _unit(name: str) -> str:
+    field, _, index = name.partition('[')
+    return _UNITS[field][int(index[0])] if field in _UNITS else ''
+
+
+def _written(name: str) -> str:
+    """Return the parameter of the plant for a name of the model."""
+    return f'plant.{name.replace("delay", "base.dead_time")}'
+
+
+def _clock_error(recordings: Sequence[Recorded]) -> float:
+    """Return how well the clocks of commands and odometry are aligned [s]."""
+    jitters = [clock.jitter for one in recordings for topic, clock in one.clocks.items() if topic in (
+        'odom', 'cmd_vel')]
+    return _CLOCK_ERROR + 0.02 * max(jitters) if any(jitters) else 0.0
+
+
+def _with_clock_error(found: Estimate, deviation: float) -> Estimate:
+    """Return an estimate whose delays share an error of the clocks [s]."""
+    shared = np.array([deviation if name.startswith('delay') else 0.0 for name in found.names])
+    return found._replace(covariance=found.covariance + np.outer(shared, shared))
+
+
+def _with_calibration_error(found: Estimate, calibration: Floats) -> Estimate:
+    """Return an estimate whose gains share the errors of radii and separation by which the motion was corrected."""
+    slopes = np.zeros((len(found.names), 3))
+    for name, error, sign in zip(velocity_drive.GAINS, range(3), (-1.0, -1.0, 1.0), strict=True):
+        if name in found.names:
+            slopes[found.names.index(name), error] = sign
+    return found._replace(covariance=found.covariance + slopes @ calibration[:3, :3] @ slopes.T)
+
+
+def _latency(recordings: Sequence[Recorded]) -> float:
+    """Return what the fastest messages of odometry took from their stamp to their receipt [s]."""
+    return max(0.0, float(np.mean([one.clocks['odom'].floor for one in recordings])))
+
+
+def _delays(kept: Sequence[Parameter], latency: float | None) -> tuple[list[Parameter], list[Parameter]]:
+    """Return parameters of the plant from those of the model, and the delays as they were measured."""
+    renamed, reported = [], []
+    for one in kept:
+        if one.name.startswith('delay'):
+            name = f'{"v" if one.name.endswith("[0]") else "ω"}: dead time with latency of odometry'
+            reported.append(one._replace(name=name))
+            shift = latency or 0.0
+            value, low, high = (max(0.0, bound - shift) for bound in (one.value, one.low, one.high))
+            renamed.append(Parameter(_written(one.name), value, low, high, one.unit))
+        else:
+            renamed.append(one._replace(name=_written(one.name)))
+    return renamed, reported
+
+
+def _odometry_parameters(clock: Clock, latency: float | None) -> list[Parameter]:
+    """Return rate, jitter and, where it is known, latency of odometry; intervals are not made of these."""
+    found = [Parameter('plant.odometry.rate', round(clock.rate, 2), np.nan, np.nan, 'Hz')]
+    if clock.jitter > 1e-3:
+        found.append(Parameter('plant.odometry.jitter', round(clock.jitter, 4), np.nan, np.nan, 's'))
+    if latency is not None:
+        found.append(Parameter('plant.odometry.latency', round(latency, 4), np.nan, np.nan, 's'))
+    return found
+
+
+def _together(blocks: Sequence[tuple[tuple[str, ...], Floats]]) -> tuple[tuple[str, ...], Floats]:
+    """Return names and covariance of independent estimates."""
+    names = tuple(name for part, _ in blocks for name in part)
+    covariance = np.zeros((len(names), len(names)))
+    begin = 0
+    for part, block in blocks:
+        covariance[begin:begin + len(part), begin:begin + len(part)] = block
+        begin += len(part)
+    return names, covariance
+
+
+def _inputs_beside(recordings: Sequence[Recorded]) -> list[tuple[str, Floats]]:
+    """Return the commands at the times of the residuals."""
+    rows = []
+    for one in recordings:
+        assert one.commands  # noqa: S101 (for mypy: checked by the caller)
+        assert one.motion  # noqa: S101 (for mypy, too)
+        at = np.searchsorted(one.commands.times, one.motion.times[1:], side='right') - 1
+        rows.append(one.commands.values[np.maximum(at, 0)][one.motion.usable])
+    return [('the command', np.concatenate(rows))]
+
+
+def _predict(
+    recordings: Sequence[Recorded], fit: BaseFit, robot: Robot, given: Base, tell: Callable[[], object]
+) -> tuple[Estimate, list[Prediction], dict[str, tuple[float, float]]]:
+    """Return the fit to the first part of each recording, and its predictions of the whole."""
+    first = [cut(one, (1.0 - HELD_OUT) * float(np.ptp(one.motion.times))) for one in recordings if one.motion]
+    start = dict(zip(fit.estimate.names, fit.estimate.values.tolist(), strict=True))
+    model = velocity_drive.base_model(first, start, fit.fixed, robot, given)
+    trained = estimate(model, [one.motion.moved[one.motion.usable] for one in first if one.motion], 1, tell)
+    values = dict(zip(trained.names, trained.values.tolist(), strict=True)) | fit.fixed
+    delays = [values.pop(name, 0.0) for name in velocity_drive.DELAYS]
+    predictions = []
+    for one, part in zip(recordings, first, strict=True):
+        assert one.motion  # noqa: S101 (for mypy: checked by the caller)
+        assert part.motion  # noqa: S101 (for mypy, too)
+        moved = np.diff(velocity_drive.simulated(one, values, robot, given).at(one.motion.times, delays), axis=0)
+        predictions.append(prediction_of(one.name, one.motion.times, one.motion.moved, moved, one.motion.usable,
+                                       float(part.motion.times[-1])))
+    return trained, predictions, errors_of(predictions)

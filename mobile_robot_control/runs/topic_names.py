@@ -1,0 +1,42 @@
+"""Topics of the loop under the names that a bag has for them, as options give them."""
+
+import re
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.runs.bag import NAMES
+
+_TOPIC = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
+
+
+def _read_topic(value: Any) -> tuple[str, str]:
+    """Read NAME:=TOPIC, or a pair of them."""
+    name, separator, topic = value.partition(':=') if isinstance(value, str) else (value[0], ':=', value[1])
+    if not separator:
+        raise ValueError('write NAME:=TOPIC, such as odom:=/base/odom')
+    if name not in NAMES:
+        raise ValueError(f"'{name}' is no topic of the loop; take one of {', '.join(NAMES)}")
+    if not _TOPIC.fullmatch(topic):
+        raise ValueError(f"'{topic}' is no name of a topic; write one such as /base/odom")
+    return name, topic
+
+
+Topics = Annotated[tuple[tuple[str, str], ...], Field(
+    '', 'the name that a topic of the loop has in a bag, such as odom:=/base/odom; again and again'),
+    Reader(_read_topic, 'NAME:=TOPIC', again=True)]
+"""The option --topic."""
+
+
+def topic_names(pairs: Sequence[tuple[str, str]]) -> dict[str, str]:
+    """Return names of topics in a bag by those of the loop; raise ParameterError where one is named twice."""
+    chosen: dict[str, str] = {}
+    for name, topic in pairs:
+        if chosen.get(name, topic) != topic:
+            raise ParameterError([f"--topic '{name}:={topic}': {name} is {chosen[name]} already; name each topic once"])
+        if topic in [other for known, other in chosen.items() if known != name]:
+            raise ParameterError([f"--topic '{name}:={topic}': {topic} is taken already; name each topic once"])
+        chosen[name] = topic
+    return chosen

@@ -1,0 +1,126 @@
+"""Robots with hidden numbers are identified from their bags; intervals hold what they say."""
+
+import numpy as np
+import pytest
+from bag_making import record as record_run
+from drawn_robots import commands, draw_base, record
+
+import mobile_robot_control as mrc
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.identification.parameter_file import parameter_text
+from mobile_robot_control.identification.result import UnidentifiableError
+from mobile_robot_control.model.base import Base
+from mobile_robot_control.model.robot import angular_inertia, linear_inertia
+from mobile_robot_control.simulation.rollout import rollout
+
+DELAY = 'dead time with latency of odometry'
+
+
+def identified(bag, **more):
+    return mrc.identify(bag, topics={'odom': '/base/odom', 'cmd_vel': '/base/cmd_vel'}, **more)
+
+
+def hidden(base, latency):
+    """Return the true numbers of a base by the names of an identification."""
+    return {
+        **{f'plant.base.lag[{n}]': base.lag[n] for n in (0, 1)},
+        **{f'{name}: {DELAY}': base.dead_time[n] + latency for n, name in enumerate(('v', 'ω'))},
+        **{f'plant.base.wheel_gain[{n}]': base.wheel_gain[n] for n in (0, 1)},
+        'plant.base.turn_gain': base.turn_gain}
+
+
+def errors(seed, folder, seconds):
+    """Return error and half-width of each number of a drawn base."""
+    random = np.random.default_rng(seed)
+    base, latency = draw_base(random)
+    found = identified(record(folder / f'bag_{seed}', random, base, latency, seconds))
+    told = {one.name: one for one in (*found.parameters, *found.reported)}
+    return {name: (told[name].value - true, told[name].high - told[name].value)
+            for name, true in hidden(base, latency).items()}
+
+
+def near(name, error):
+    """Return whether an error is as small as a minute of excitation allows."""
+    return abs(error) < (0.005 if DELAY in name else 0.01)
+
+
+def test_a_drawn_base_is_found(tmp_path):
+    found = errors(0, tmp_path, 30.0)
+    assert [name for name, (error, _) in found.items() if not near(name, error)] == []
+    assert sum(abs(error) < half for error, half in found.values()) >= len(found) - 2
+
+
+@pytest.mark.soak
+def test_intervals_cover_the_numbers_of_100_bases_as_often_as_they_say(tmp_path):
+    found = [errors(seed, tmp_path, 60.0) for seed in range(100)]
+    covered = {name: np.mean([abs(one[name][0]) < one[name][1] for one in found]) for name in found[0]}
+    widths = {name: float(np.median([one[name][1] for one in found]) / np.std([one[name][0] for one in found]))
+              for name in found[0]}
+    print(covered, widths, f'over all {np.mean([*covered.values()]):.3f}')
+    assert all(near(name, error) for one in found for name, (error, _) in one.items())
+    assert min(covered.values()) >= 0.88
+    assert 0.92 <= np.mean([*covered.values()]) <= 0.98
+    assert max(widths.values()) <= 3.0 * 1.96
+
+
+@pytest.mark.soak
+def test_limits_dead_zone_and_errors_of_odometry_are_found_and_the_file_drives(tmp_path):
+    random = np.random.default_rng(3)
+    base = Base(lag=(0.1, 0.08), dead_time=(0.02, 0.02), max_speed=(0.5, 0.0), max_acceleration=(0.6, 3.0),
+                dead_zone=(0.03, 0.0))
+    bag = record(tmp_path / 'bag', random, base, seconds=60.0)
+    found = identified(bag)
+    told = {one.name: one for one in found.parameters}
+    for name, true in (('max_speed[0]', 0.5), ('max_acceleration[0]', 0.6), ('max_acceleration[1]', 3.0)):
+        assert told[f'plant.base.{name}'].value == pytest.approx(true, rel=0.02)
+    assert told['plant.base.dead_zone[0]'].low <= 0.03 <= told['plant.base.dead_zone[0]'].high
+    assert 'plant.base.max_speed[1]' not in told
+    assert found.errors['held_out'][0] < 0.02
+    (tmp_path / 'found.yaml').write_text(parameter_text(found))
+    parameters = configure(load([tmp_path / 'found.yaml']))
+    assert parameters.plant.model.base.lag == pytest.approx((0.1, 0.08), rel=0.1)
+    assert len(list(rollout(parameters, 0.1))) > 0
+    # the encoders' odometry and the true pose agree, as radius and separation are right
+    with_truth = mrc.identify(bag, topics={name: f'/base/{name}' for name in ('odom', 'cmd_vel', 'ground_truth')})
+    assert {one.name: one.value for one in with_truth.parameters}['plant.odometry.separation_error'] == pytest.approx(
+        0.0, abs=2e-3)
+
+
+def test_mass_inertia_and_friction_are_found_from_efforts_of_which_some_are_lost(tmp_path):
+    true = {'/**.robot.mass': 14.0, '/**.robot.inertia': 2.2, '/**.robot.viscous_friction': 0.004,
+            'plant.friction.coulomb': 0.02}
+    parameters = configure(load([], [*true.items(), ('plant.encoders.ticks', 2000)]))
+    random = np.random.default_rng(1)
+    bag = record_run(tmp_path / 'bag', (one for one in rollout(parameters, 20.0) if random.random() > 0.05))
+    found = mrc.identify(bag)
+    told = {one.name: one for one in found.parameters}
+    assert all(abs(told[name].value - value) < 1.5 * (told[name].high - told[name].value)
+               for name, value in true.items())
+    # the combinations that torques tell
+    sums = {one.name: one.value for one in found.reported}
+    robot = parameters.plant.shared.robot
+    assert sums == pytest.approx({'A + B': linear_inertia(robot), 'A - B': angular_inertia(robot)}, rel=0.02)
+
+
+@pytest.mark.parametrize(('change', 'told'), [
+    (lambda asked: 0.0 * asked, 'the robot stands'),
+    (lambda asked: asked[:200], 'lie beside each other for'),
+])
+def test_a_bag_that_tells_nothing_is_refused_with_what_to_record(change, told, tmp_path):
+    random = np.random.default_rng(2)
+    bag = record(tmp_path / 'bag', random, Base(lag=(0.1, 0.1)), asked=change(commands(random, 20.0)))
+    with pytest.raises(UnidentifiableError, match=told) as refused:
+        identified(bag)
+    assert 'record' in refused.value.reasons[0]
+
+
+def test_a_bag_of_a_robot_that_drives_straight_tells_how_it_drives_and_what_is_missing(tmp_path):
+    random = np.random.default_rng(4)
+    base = Base(lag=(0.1, 0.2))
+    bag = record(tmp_path / 'bag', random, base, asked=commands(random, 30.0) * [1.0, 0.0])
+    found = identified(bag)
+    told = {one.name: one.value for one in found.parameters}
+    assert told['plant.base.lag[0]'] == pytest.approx(0.1, rel=0.05)
+    assert 'plant.base.lag[1]' not in told
+    assert any('straight ahead only' in text for text in found.open)

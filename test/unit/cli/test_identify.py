@@ -1,0 +1,52 @@
+"""The command `identify`: files, page, exit codes."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+from drawn_robots import commands, record
+
+from mobile_robot_control.cli.identify import main
+from mobile_robot_control.model.base import Base
+
+TOPICS = ['--topic', 'odom:=/base/odom', '--topic', 'cmd_vel:=/base/cmd_vel']
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    random = np.random.default_rng(0)
+    return record(tmp_path_factory.mktemp('identify') / 'bag', random, Base(lag=(0.1, 0.1)), seconds=25.0)
+
+
+def test_it_writes_a_file_and_a_page(bag, tmp_path, capsys):
+    report = tmp_path / 'report'
+    assert main([str(bag), *TOPICS, '--output', str(tmp_path / 'mine.yaml'), '--report', str(report), '--compare',
+                 'create3']) == 0
+    assert 'foretells' in capsys.readouterr().out
+    sections = yaml.safe_load((tmp_path / 'mine.yaml').read_text())
+    identified = sections['/**/identify']['ros__parameters']
+    assert len(identified['covariance']) == len(identified['names'])**2 == len(identified['values'])**2
+    assert sections['/**/plant']['ros__parameters']['base.lag'] == pytest.approx([0.1, 0.1], rel=0.05)
+    found = json.loads((report / 'identification.json').read_text())
+    assert {one['name'] for one in found['parameters']} >= set(identified['names'])
+    assert 'create3' in (report / 'identification.html').read_text()
+
+
+def test_check_names_what_is_missing(bag, capsys):
+    assert main([str(bag), *TOPICS, '--check']) == 0
+    assert '--topic ground_truth:=' in capsys.readouterr().out
+    assert main([str(bag), '--check']) == 1
+    assert '/base/odom' in capsys.readouterr().out
+
+
+def test_errors_name_the_remedy(bag, tmp_path, capsys):
+    assert main([str(bag), *TOPICS]) == 2
+    assert '--output is missing' in capsys.readouterr().err
+    assert main([str(tmp_path / 'none'), '--output', str(tmp_path / 'a.yaml')]) == 2
+    assert 'does not exist' in capsys.readouterr().err
+    still = record(tmp_path / 'still', np.random.default_rng(0), Base(), asked=0.0 * commands(
+        np.random.default_rng(0), 12.0))
+    assert main([str(still), *TOPICS, '--output', str(tmp_path / 'a.yaml')]) == 1
+    assert 'the robot stands' in capsys.readouterr().err
+    assert not (tmp_path / 'a.yaml').exists()
