@@ -42,16 +42,17 @@ def _figures(one: Prediction, residuals: Floats) -> list[Figure]:
     """Return the pictures of one recording."""
     part = (one.times > one.held_out) & (one.times < one.held_out + _SHOWN)
     velocities = Figure(
-        'velocities', 'Held-out part: velocities', 'Measured, and dotted as the model foretells from commands or '
-        'torques alone, of the part that it was not fitted to.', ('measured',), tuple(
+        'velocities', 'Held-out part: velocities', 'As measured, and as the model foretells from commands or '
+        'torques alone, of the part that it was not fitted to.', ('measured', 'modelled'), tuple(
             Panel(name, name, unit, (
-                Curve(VALUE, 0, 'measured', _thin(one.times[part], one.measured[part, n])),
-                Curve(COMMAND, 0, 'modelled', _thin(one.times[part], one.modelled[part, n]))))
+                Curve(VALUE, 0, '', _thin(one.times[part], one.measured[part, n])),
+                Curve(VALUE, 1, '', _thin(one.times[part], one.modelled[part, n]))))
             for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s')))), 5.0, 11.0)
     path = Figure(
-        'path', 'Held-out part: path', 'Both begin at the same pose; errors of the heading add up.', ('measured',),
-        (plane('path', [Curve(VALUE, 0, 'measured', Line(*one.measured_path[:, :2].T)),
-                        Curve(COMMAND, 0, 'modelled', Line(*one.modelled_path[:, :2].T))]),), 5.0)
+        'path', 'Held-out part: path', 'Both begin at the same pose; errors of the heading add up.',
+        ('measured', 'modelled'),
+        (plane('path', [Curve(VALUE, 0, '', Line(*one.measured_path[:, :2].T)),
+                        Curve(VALUE, 1, '', Line(*one.modelled_path[:, :2].T))]),), 5.0)
     left = one.measured - one.modelled
     errors = Figure(
         'errors', 'Residuals', 'Measured less modelled, over the whole recording.', ('residual',), tuple(
@@ -70,6 +71,11 @@ def _figures(one: Prediction, residuals: Floats) -> list[Figure]:
                     float(np.mean(residuals[lag:, n] * residuals[:-lag, n]) / np.mean(residuals[:, n] ** 2))
                     for lag in range(1, _LAGS + 1)])))), 'samples') for n, name in enumerate(('v', 'ω'))), 5.0)
     return [velocities, path, errors, correlation]
+
+
+def _listed(texts: Sequence[str]) -> str:
+    items = ''.join(f'<li>{escape(text)}</li>' for text in texts)
+    return f'<ul>{items}</ul>'
 
 
 def _interval(one: Parameter) -> str:
@@ -116,12 +122,11 @@ def identification_page(
         page.section('numbers', 'Numbers', page.html_table(head, _rows(pairs, bool(other)))),
         *([page.section('reported', 'Further numbers', page.html_table(
             head[:4], _rows([(one, None) for one in found.reported], False)))] if found.reported else []),
-        *(page.warning(heading, texts) for heading, texts in (
-            ('What the model lacks', found.lacking), ('What the recordings do not tell', found.open)) if texts),
+        *(page.section(name, heading, _listed(texts)) for name, heading, texts in (
+            ('lacking', 'What the model lacks', found.lacking), ('open', 'What the recordings do not tell', found.open),
+            ('notes', 'Notes', found.notes)) if texts),
         page.grid(pictures[1:]),
         page.section('recording', 'The recording', page.html_table(('', 'measured'), told)),
-        *([page.section('notes', 'Notes', '<ul>' + ''.join(f'<li>{escape(note)}</li>' for note in found.notes)
-                        + '</ul>')] if found.notes else []),
         page.section('made', 'How it was made', page.made_with(found.provenance)),
     ]
     return page.page(title, parts)
