@@ -18,7 +18,7 @@ _NOTABLE = 0.1
 _SURE = 5.0
 """... where it is as many times what chance makes of it."""
 _STILL = 1e-3
-_EXCITE = 'record while `excite` drives the robot'
+_EXCITE = 'record while the robot drives a minute with starts, stops, slow and fast commands'
 
 
 class Lack(NamedTuple):

@@ -167,8 +167,7 @@ def rates_of(clocks: Mapping[str, Clock]) -> dict[str, float | str]:
 
 
 def prediction_of(
-    name: str, times: Floats, measured: Floats, modelled: Floats, usable: Mask,
-    split: float,
+    name: str, times: Floats, measured: Floats, modelled: Floats, usable: Mask, split: float
 ) -> Prediction:
     """Return measured and modelled motion as velocities, and as paths from the same pose since the split."""
     intervals = np.diff(times)[:, None]

@@ -27,7 +27,6 @@ _SHORTEST = 5
 """Messages of a segment that is worth a velocity of its own at its start."""
 _FACTORS = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5, 5.0, 10.0)
 _WORTH = 12.0
-_ANGLES = np.array([[1.0, 1.0], [1.0, -1.0]])
 
 
 class _Segment(NamedTuple):

@@ -88,9 +88,9 @@ def identify_base(
               'tell them apart'] if latency is None else []
     notes += findings.not_seen(fit, usable)
     names, covariance = _together(blocks)
-    _, predictions, errors_ = _predict(usable, fit, robot, given, tell)
+    predictions = _predict(usable, fit, robot, given, tell)
     return Identification(
-        VELOCITY, tuple(parameters), names, covariance, tuple(reported), rates_of(clocks), errors_,
+        VELOCITY, tuple(parameters), names, covariance, tuple(reported), rates_of(clocks), errors_of(predictions),
         tuple(map(left_out, too_wide)),
         tuple(findings.missing_in_model(found, _inputs_beside(usable))), tuple(notes), tuple(predictions),
         found.whitened, {})
@@ -182,8 +182,8 @@ def _inputs_beside(recordings: Sequence[Recorded]) -> list[tuple[str, Floats]]:
 
 def _predict(
     recordings: Sequence[Recorded], fit: BaseFit, robot: Robot, given: Base, tell: Callable[[], object]
-) -> tuple[Estimate, list[Prediction], dict[str, tuple[float, float]]]:
-    """Return the fit to the first part of each recording, and its predictions of the whole."""
+) -> list[Prediction]:
+    """Return what the fit to the first part of each recording predicts of the whole."""
     first = [cut(one, (1.0 - HELD_OUT) * float(np.ptp(one.motion.times))) for one in recordings if one.motion]
     start = dict(zip(fit.estimate.names, fit.estimate.values.tolist(), strict=True))
     model = velocity_drive.base_model(first, start, fit.fixed, robot, given)
@@ -196,5 +196,5 @@ def _predict(
         assert part.motion  # noqa: S101 (for mypy, too)
         moved = np.diff(velocity_drive.simulated(one, values, robot, given).at(one.motion.times, delays), axis=0)
         predictions.append(prediction_of(one.name, one.motion.times, one.motion.moved, moved, one.motion.usable,
-                                       float(part.motion.times[-1])))
-    return trained, predictions, errors_of(predictions)
+                                         float(part.motion.times[-1])))
+    return predictions
