@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 from bag_making import CMD_VEL, GROUND_TRUTH, KINDS, ODOM, WALL
+from stand_in_model import STEP, StandIn
 
+from mobile_robot_control.identification.excitation import Area, Excited, excite
 from mobile_robot_control.model.base import Base, discretise_base
 from mobile_robot_control.model.base_motion import base_at_rest, base_step
 from mobile_robot_control.model.dynamics import at_rest
@@ -52,7 +54,7 @@ def record(path, random, base, latency=0.04, seconds=40.0, asked=None, lost=0.05
         stamp = WALL + k * PERIOD
         command = BodyVelocity(*asked[k // COMMANDS].tolist())
         if k % COMMANDS == 0 and random.random() > lost:
-            messages.append((stamp + 200_000, 'cmd_vel', CMD_VEL(stamp, command)))
+            messages.append((stamp, 'cmd_vel', CMD_VEL(stamp, command)))
         if k % ODOMETRY == 0:
             angles = [tick * math.floor(angle / tick) for angle in (state.right_angle, state.left_angle)]
             right, left = (ROBOT.wheel_radius * (now - before) for now, before in zip(angles, counted, strict=True))
@@ -67,5 +69,27 @@ def record(path, random, base, latency=0.04, seconds=40.0, asked=None, lost=0.05
         state, base_state = base_step(state, base_state, command, k, made)
     with BagWriter(path) as writer:
         for received, topic, message in sorted(messages):
+            writer.write(f'/base/{topic}', KINDS[topic], received, message)
+    return path
+
+
+def record_stand_in(path, base, seconds=60.0, box=4.0, fastest=(0.8, 2.0), rate=50.0):
+    """Write the bag of a stand-in base that is excited as the command `excite` does."""
+    robot, state, area = StandIn(base, (0.0, 0.0, 0.0)), Excited(), Area(box, box, BodyVelocity(*fastest))
+    every, newest, messages = round(1.0 / rate / STEP), 0.0, []
+    for k in range(round(seconds / STEP)):
+        now = WALL + round(1e9 * k * STEP)
+        robot.sample()
+        stamp, pose, twist = robot.odometry[0]
+        if stamp > newest:
+            newest = stamp
+            messages.append((now, 'odom', ODOM(WALL + round(1e9 * stamp), Pose(*pose), BodyVelocity(*twist))))
+        if k % every == 0:
+            state, command = excite(state, k * STEP, Pose(*pose), BodyVelocity(*twist), area)
+            robot.commanded = command
+            messages.append((now, 'cmd_vel', CMD_VEL(now, command)))
+        robot.move()
+    with BagWriter(path) as writer:
+        for received, topic, message in messages:
             writer.write(f'/base/{topic}', KINDS[topic], received, message)
     return path

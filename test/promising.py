@@ -3,11 +3,16 @@
 import math
 
 from harness import CONFIG
-from stand_in_model import Base
+from stand_in_model import Base, drive
 
 from mobile_robot_control.analysis.promises import promise, warnings_of
 from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import course_of
+from mobile_robot_control.control.latency import carried_forward
+from mobile_robot_control.control.laws import select
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
 from mobile_robot_control.simulation.batch import run_trials
 from mobile_robot_control.simulation.scenarios import configured_scenario
 from mobile_robot_control.simulation.trial import make_trial
@@ -68,3 +73,32 @@ def promised(parameters, since=FROM, until=UNTIL):
 def warned(parameters):
     """Return the warnings of a search that ends with these parameters."""
     return warnings_of(promise(parameters, [configured_scenario(parameters)]))
+
+
+def driven(parameters, base, command=None, since=FROM, until=UNTIL):
+    """
+    Return the true RMS error [m] of a stand-in base, whose stamps the controller reads as on the wall clock.
+
+    The command is that of the law with the lead of the parameters, by differences of the reference's velocity, or
+    `command(reference, pose)`.
+    """
+    course, shared = course_of(parameters.reference_cart), parameters.plant.shared
+    dt = 1.0 / shared.position_rate
+    law, gains = select(parameters.position_controller.control, dt)
+    lead = sum(parameters.position_controller.control.feedforward) / dt if shared.feedforward.enabled else 0.0
+
+    def of_law(reference, pose, velocity, following):
+        seen = Observation(tracking_error(reference.pose, pose), reference, velocity)
+        return [asked + lead * (after - before) for asked, before, after in zip(
+            law.step(law.start, seen, gains, dt)[1], reference.velocity, following.velocity, strict=True)]
+
+    def control(time, stamp, pose, velocity):
+        velocity = BodyVelocity(*velocity)
+        pose = carried_forward(Pose(*pose), velocity, time - stamp + parameters.position_controller.odom_latency)
+        reference, following = (course.reference(at) for at in (time, time + dt))
+        return command(reference, pose) if command else of_law(reference, pose, velocity, following)
+
+    start = course.reference(0.0).pose
+    apart = [(course.reference(time).pose, pose)
+             for time, pose in drive(base, control, start, until, 1.0 / dt) if time >= since]
+    return math.sqrt(sum((at.x - x)**2 + (at.y - y)**2 for at, (x, y, _) in apart) / len(apart))

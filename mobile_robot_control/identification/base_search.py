@@ -28,6 +28,8 @@ _LEAST_FIT = 0.3
 """Share of the motion that a command must explain."""
 _WORTH = 6.0
 """A further parameter must raise the logarithm of the likelihood by so many times that of the number of samples."""
+_SHORTEST_RAMP = 0.02
+"""[s]: a limit of acceleration that the largest command reaches sooner is none."""
 _LONG = 180.0
 """[s] of recordings in which limits are looked for."""
 _MOST_LEVELS = 60
@@ -222,7 +224,9 @@ def _with_limit(search: _Search, before: Estimate, fixed: Mapping[str, float], n
     best = min(starts, key=lambda one: search.cost(beginning(*one), fixed, before))
     search.tell()
     after = search.estimate(beginning(*best), fixed, 1)
-    return after if _is_worth(before, after) else before
+    is_of_time = not name.startswith('base.max_speed')
+    acts = not is_of_time or search.commands(n).max() > _SHORTEST_RAMP * _values(after)[name]
+    return after if acts and _is_worth(before, after) else before
 
 
 def _with_dead_zone(

@@ -27,7 +27,7 @@ class Clock(NamedTuple):
     floor : float
         What these took, with the offset between both clocks [s].
     rate : float
-        Usual one [Hz].
+        At which messages were sent, lost ones among them [Hz].
     jitter : float
         By how much messages came later than the fastest ones [s].
     lost : float
@@ -65,9 +65,10 @@ def read_clock(signal: Signal, origin: int, on_receipt: bool) -> Clock:
     stamps = (signal.stamps - origin) / 1e9
     intervals = np.diff(stamps)
     usual = float(np.median(intervals))
-    lost = 1.0 - intervals.size / max(1.0, float(np.round(intervals / usual).sum()))
+    sent = max(1.0, float(np.round(intervals / usual).sum()))
+    lost, rate = 1.0 - intervals.size / sent, sent / float(stamps[-1] - stamps[0])
     if not on_receipt:
-        return Clock(stamps, 0.0, 1.0 / usual, 0.0, max(0.0, lost), '')
+        return Clock(stamps, 0.0, rate, 0.0, max(0.0, lost), '')
     took = (signal.received - signal.stamps) / 1e9
     floor = _floor(stamps, took)
     late = took - floor
@@ -77,7 +78,7 @@ def read_clock(signal: Signal, origin: int, on_receipt: bool) -> Clock:
     if max(stamps_vary, receipts_vary) > 0.02 * usual:
         stamped = SAMPLED if stamps_vary < 0.5 * receipts_vary else SENT if float(
             np.quantile(late, _LATE)) < 0.5 * stamps_vary else ''
-    return Clock(stamps + floor, float(np.median(floor)), 1.0 / usual, float(np.quantile(late, _LATE)),
+    return Clock(stamps + floor, float(np.median(floor)), rate, float(np.quantile(late, _LATE)),
                  max(0.0, lost), stamped)
 
 

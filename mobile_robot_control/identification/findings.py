@@ -9,6 +9,7 @@ from mobile_robot_control.figures.lines import Floats
 from mobile_robot_control.identification.base_search import BaseFit, excited_by
 from mobile_robot_control.identification.estimation import Estimate
 from mobile_robot_control.identification.recorded import Recorded
+from mobile_robot_control.identification.result import Prediction
 
 _SHORTEST = 10.0
 """[s] of motion that are worth an identification."""
@@ -17,8 +18,10 @@ _NOTABLE = 0.1
 """Correlation of residuals that is told ..."""
 _SURE = 5.0
 """... where it is as many times what chance makes of it."""
+_SLIGHT = 0.01
+"""Share of the motion below which its rest, unlike noise or not, is not worth a word."""
 _STILL = 1e-3
-_EXCITE = 'record while the robot drives a minute with starts, stops, slow and fast commands'
+_EXCITE = 'record a minute of starts, stops, slow and fast commands, such as those of the command excite'
 
 
 class Lack(NamedTuple):
@@ -130,7 +133,9 @@ def not_seen(fit: BaseFit, recordings: Sequence[Recorded]) -> list[str]:
     return words
 
 
-def missing_in_model(found: Estimate, inputs: Sequence[tuple[str, Floats]]) -> list[str]:
+def missing_in_model(
+    found: Estimate, predictions: Sequence[Prediction], inputs: Sequence[tuple[str, Floats]]
+) -> list[str]:
     """
     Return what the model lacks, by its residuals, in words.
 
@@ -138,14 +143,21 @@ def missing_in_model(found: Estimate, inputs: Sequence[tuple[str, Floats]]) -> l
     ----------
     found : Estimate
         With residuals that would be white if the model and its noise were right.
+    predictions : sequence of Prediction
+        Motion as recorded and as modelled: a rest that is small beside it is not told.
     inputs : sequence of (str, array of float)
         Names of what drives the robot, and its values beside the residuals, shape (n, 2) each.
     """
     white = found.whitened - found.whitened.mean(axis=0)
     count = white.shape[0]
     chance = max(_NOTABLE, _SURE / np.sqrt(count))
+    measured = np.concatenate([one.measured for one in predictions])
+    left = np.nanmean((measured - np.concatenate([one.modelled for one in predictions])) ** 2, axis=0)
+    slight = left < _SLIGHT**2 * np.nanmean(measured**2, axis=0)
     words = []
     for n, output in enumerate(('v', 'ω')):
+        if slight[n]:
+            continue
         own = _correlations(white[:, n], white[:, n])[1:]
         if np.abs(own).max() > chance:
             lag = int(np.abs(own).argmax()) + 1

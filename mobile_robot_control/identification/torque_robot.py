@@ -55,7 +55,7 @@ def identify_torques(
         tuple(combinations), rates_of(usable[0].clocks), errors_of(predictions),
         (*wide, *(() if torque_drive.COULOMB in found.names else ('Coulomb friction: none shows beside the viscous '
                                                                   'one',))),
-        tuple(findings.missing_in_model(found, [])), tuple(notes), tuple(predictions), found.whitened, {})
+        tuple(findings.missing_in_model(found, predictions, [])), tuple(notes), tuple(predictions), found.whitened, {})
 
 
 def _combinations(found: Estimate, robot: Robot) -> list[Parameter]:

@@ -28,8 +28,8 @@ from mobile_robot_control.model.base import Base
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.model.robot import Robot
 
-_CLOCK_ERROR = 2e-4
-"""[s]: how well the fastest messages of a recording tell the offset of its clocks."""
+_CLOCK_ERROR = (5e-5, 0.02)
+"""How well the fastest messages of a recording tell the offset of its clocks: [s], and as a share of their jitter."""
 _UNITS = {'base.lag': ('s', 's'), 'base.max_speed': ('m/s', 'rad/s'), 'base.max_acceleration': ('m/s²', 'rad/s²'),
           'base.max_deceleration': ('m/s²', 'rad/s²'), 'base.dead_zone': ('m/s', 'rad/s'), 'delay': ('s', 's')}
 
@@ -42,7 +42,8 @@ def identify_base(
     usable = [one for one in recordings if one.commands and one.motion]
     parameters: list[Parameter] = []
     reported: list[Parameter] = []
-    notes = [f'wheel separation {robot.wheel_separation} m and radius {robot.wheel_radius} m are given, not measured']
+    notes = [f'wheel separation {robot.wheel_separation} m and radius {robot.wheel_radius} m are given, not measured',
+             'a command is taken to reach the robot when it reaches the recorder']
     blocks: list[tuple[tuple[str, ...], Floats]] = []
     seen = [one for one in usable if one.truth]
     if seen:
@@ -92,7 +93,7 @@ def identify_base(
     return Identification(
         VELOCITY, tuple(parameters), names, covariance, tuple(reported), rates_of(clocks), errors_of(predictions),
         tuple(map(left_out, too_wide)),
-        tuple(findings.missing_in_model(found, _inputs_beside(usable))), tuple(notes), tuple(predictions),
+        tuple(findings.missing_in_model(found, predictions, _inputs_beside(usable))), tuple(notes), tuple(predictions),
         found.whitened, {})
 
 
@@ -110,7 +111,7 @@ def _clock_error(recordings: Sequence[Recorded]) -> float:
     """Return how well the clocks of commands and odometry are aligned [s]."""
     jitters = [clock.jitter for one in recordings for topic, clock in one.clocks.items() if topic in (
         'odom', 'cmd_vel')]
-    return _CLOCK_ERROR + 0.02 * max(jitters) if any(jitters) else 0.0
+    return max(_CLOCK_ERROR[0], _CLOCK_ERROR[1] * max(jitters)) if any(jitters) else 0.0
 
 
 def _with_clock_error(found: Estimate, deviation: float) -> Estimate:

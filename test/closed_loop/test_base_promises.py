@@ -1,48 +1,9 @@
 """What `simulate` promises of a base is what a base does that is a model of its own."""
 
-import math
-
 import pytest
 from drawn import drawn
-from promising import BASES, FROM, TUNED, UNTIL, fed, plant_like, promised, warned
-from stand_in_model import Base, drive
-
-from mobile_robot_control.control.latency import carried_forward
-from mobile_robot_control.control.laws import select
-from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
-from mobile_robot_control.reference.cart import reference_at
-from mobile_robot_control.reference.curves import CURVES
-
-
-def driven(parameters, base, command=None):
-    """
-    Return the true RMS error [m] of the base, whose stamps the controller reads as on the wall clock.
-
-    The command is that of the law with the lead of the parameters, by differences of the reference's velocity, or
-    `command(reference, pose)`.
-    """
-    cart, shared = parameters.reference_cart.curve, parameters.plant.shared
-    curve, dt = CURVES[cart.curve], 1.0 / shared.position_rate
-    law, gains = select(parameters.position_controller.control, dt)
-    lead = sum(parameters.position_controller.control.feedforward) / dt if shared.feedforward.enabled else 0.0
-
-    def of_law(reference, pose, velocity, following):
-        seen = Observation(tracking_error(reference.pose, pose), reference, velocity)
-        return [asked + lead * (after - before) for asked, before, after in zip(
-            law.step(law.start, seen, gains, dt)[1], reference.velocity, following.velocity, strict=True)]
-
-    def control(time, stamp, pose, velocity):
-        velocity = BodyVelocity(*velocity)
-        pose = carried_forward(Pose(*pose), velocity, time - stamp + parameters.position_controller.odom_latency)
-        reference, following = (reference_at(curve, at, cart.placement) for at in (time, time + dt))
-        return command(reference, pose) if command else of_law(reference, pose, velocity, following)
-
-    start = reference_at(curve, 0.0, cart.placement).pose
-    apart = [(reference_at(curve, time, cart.placement).pose, pose)
-             for time, pose in drive(base, control, start, UNTIL, 1.0 / dt) if time >= FROM]
-    return math.sqrt(sum((at.x - x)**2 + (at.y - y)**2 for at, (x, y, _) in apart) / len(apart))
-
+from promising import BASES, TUNED, driven, fed, plant_like, promised, warned
+from stand_in_model import Base
 
 # a lap of the Lissajous curve of 16 s asks for more than the bases can drive
 CURVES_AND_LAPS = [('trifolium', 16.0), ('lemniscate', 16.0), ('lissajous', 24.0)]

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 from bag_making import record as record_run
-from drawn_robots import commands, draw_base, record
+from drawn_robots import commands, draw_base, record, record_stand_in
+from harness import CONFIG
+from promising import BASES, TUNED, driven, promised
 
 import mobile_robot_control as mrc
-from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.nodes import course_of
 from mobile_robot_control.identification.parameter_file import parameter_text
 from mobile_robot_control.identification.result import UnidentifiableError
 from mobile_robot_control.model.base import Base
@@ -52,6 +55,7 @@ def test_a_drawn_base_is_found(tmp_path):
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(7200)
 def test_intervals_cover_the_numbers_of_100_bases_as_often_as_they_say(tmp_path):
     found = [errors(seed, tmp_path, 60.0) for seed in range(100)]
     covered = {name: np.mean([abs(one[name][0]) < one[name][1] for one in found]) for name in found[0]}
@@ -61,7 +65,46 @@ def test_intervals_cover_the_numbers_of_100_bases_as_often_as_they_say(tmp_path)
     assert all(near(name, error) for one in found for name, (error, _) in one.items())
     assert min(covered.values()) >= 0.88
     assert 0.92 <= np.mean([*covered.values()]) <= 0.98
-    assert max(widths.values()) <= 3.0 * 1.96
+    assert max(widths.values()) <= 3.0
+
+
+COURSES = [('trifolium', []), ('lemniscate', []), ('path', [
+    'reference_cart.timing.max_linear_velocity:=0.4', 'reference_cart.timing.max_linear_acceleration:=0.3',
+    'reference_cart.timing.max_angular_velocity:=0.8', 'reference_cart.timing.max_angular_acceleration:=2.0'])]
+
+
+def promise_and_error(base, folder, gains=()):
+    """Excite and identify a stand-in base; return what its file promises on each course, and what the base does."""
+    found = identified(record_stand_in(folder / 'bag', base), same_clock=True)
+    (folder / 'found.yaml').write_text(parameter_text(found))
+    (folder / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n0,1\n')
+    for course, given in COURSES:
+        file = [f'reference_cart.path.file:={folder}/path.csv'] if course == 'path' else []
+        parameters = at_cart_start(configure(load([CONFIG / 'wall_clock.yaml', folder / 'found.yaml', *gains], [
+            '/**.lockstep:=true', '/**.odometry_stamped:=sampled', '/**.feedforward.enabled:=false',
+            f'reference_cart.curve:={course}', *file, *given, *([] if gains else TUNED)])))
+        until = course_of(parameters.reference_cart).period if course == 'path' else 32.0
+        since = 0.0 if course == 'path' else 10.0
+        yield promised(parameters, since, until), driven(parameters, base, None, since, until)
+
+
+def test_what_the_file_of_an_identified_base_promises_is_what_the_base_does(tmp_path):
+    for promise, error in promise_and_error(BASES['stand-in'], tmp_path):
+        assert promise == pytest.approx(error, rel=0.3)
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize('name', BASES)
+def test_so_it_does_for_all_bases_with_gains_tuned_for_the_file(name, tmp_path):
+    found = identified(record_stand_in(tmp_path / 'first', BASES[name]), same_clock=True)
+    (tmp_path / 'first.yaml').write_text(parameter_text(found))
+    tuned = mrc.tune('backstepping', CONFIG / 'wall_clock.yaml', tmp_path / 'first.yaml', seed=1, generations=20,
+                     population=30, parameters={'/**.lockstep': True, '/**.odometry_stamped': 'sampled'})
+    (tmp_path / 'gains.yaml').write_text(tuned.to_yaml())
+    for promise, error in promise_and_error(BASES[name], tmp_path, [tmp_path / 'gains.yaml']):
+        print(f'{name}: promised {100.0 * promise:.2f} cm, driven {100.0 * error:.2f} cm')
+        assert promise == pytest.approx(error, rel=0.3)
 
 
 @pytest.mark.soak

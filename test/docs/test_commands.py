@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').rglob('*.md'),
                 *(ROOT / 'examples').rglob('*.md')])
 FENCE = re.compile(r'^```(\S*)\n(.*?)^```$', re.DOTALL | re.MULTILINE)
-COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study', 'plan', 'identify'}
+COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study', 'plan', 'excite', 'identify'}
 ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff', 'git', 'PYTHONPATH=.',
              'dashboard'}
 """First words of what is not run."""

@@ -1,0 +1,99 @@
+"""One excitation from its first message to its last: the robot is stopped in the end, whatever happens."""
+
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import rclpy
+from rclpy.executors import Executor
+from rclpy.signals import SignalHandlerOptions
+
+from mobile_robot_control.experiment.exciting import Excitation, ExcitationRequest, area_of
+from mobile_robot_control.experiment.runner import SETTLE
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.ros.nodes.exciter import Exciter
+from mobile_robot_control.ros.services.qos import flush
+from mobile_robot_control.ros.services.stop import Stop
+from mobile_robot_control.ros.services.timers import create_steady_timer
+from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.runs.topic_names import topic_names
+from mobile_robot_control.system.progress import tqdm
+
+_PATIENCE = 20.0
+"""[s] until odometry and the robot's subscription must be there."""
+_STOPPING = (0.5, 3.0)
+"""[s] for which zero commands are sent in the end, at least, and at most where the robot does not stand."""
+_TURN = 0.02
+"""[s]"""
+_LEAST = (0.01, 0.05)
+"""[m], [rad]: a robot that has moved less has not followed."""
+
+
+def excite_robot(request: ExcitationRequest, stop: Stop) -> Excitation:
+    """
+    Drive a robot until the duration is over, a stop is requested or a fault shows; it gets zero commands then.
+
+    Raises
+    ------
+    ParameterError
+        If nothing was commanded: no odometry, no robot that takes commands, others that command it, or a bag that is
+        there already.
+    """
+    area, shared = area_of(request), request.sources.configuration(request.namespace).plant.shared
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    with ExitStack() as stack:
+        bag: list[BagWriter] = []
+
+        def record(topic: str, kind: str, received: int, message: bytes) -> None:
+            for writer in bag:
+                writer.write(topic, kind, received, message)
+
+        exciter = Exciter(request.namespace, topic_names(request.topic), area, shared.stamped_cmd_vel,
+                          shared.base_frame_id, record)
+        executor = make_executor()
+        executor.add_node(exciter)
+        _wait_for(exciter, executor, stop)
+        if request.bag:
+            bag.append(stack.enter_context(BagWriter(Path(request.bag))))
+        try:
+            _drive(exciter, executor, stop, request)
+        finally:
+            _stop(exciter, executor, request.rate)
+        reasons = [exciter.fault or 'interrupted' * stop.requested, *(writer.failure for writer in bag)]
+    if not any(reasons) and exciter.way < _LEAST[0] and exciter.turn < _LEAST[1]:
+        reasons.append('the robot has not moved: is it switched on and released, and are the commands large enough')
+    return Excitation(exciter.way, exciter.turn, exciter.farthest, '; '.join(filter(None, reasons)))
+
+
+def _wait_for(exciter: Exciter, executor: Executor, stop: Stop) -> None:
+    """Wait until the robot is there; raise ParameterError where it is not, or others command it."""
+    deadline = time.monotonic() + _PATIENCE
+    settled = time.monotonic() + SETTLE
+    while ((exciter.missing() and time.monotonic() < deadline) or time.monotonic() < settled) and not stop.requested:
+        executor.spin_once(timeout_sec=_TURN)
+    others = exciter.others()
+    refusal = exciter.missing() or (others and f'{others} commands the robot already: stop it')
+    if stop.requested or refusal:
+        raise ParameterError(['interrupted, the robot was not moved' if stop.requested else refusal])
+
+
+def _drive(exciter: Exciter, executor: Executor, stop: Stop, request: ExcitationRequest) -> None:
+    exciter.begin()
+    timer = create_steady_timer(1.0 / request.rate, exciter.step, exciter)
+    began = time.monotonic()
+    with tqdm(total=request.duration, desc='excite', disable=None, leave=False,
+              bar_format='{l_bar}{bar}| {n:.0f}/{total:.0f} s') as bar:
+        while (passed := time.monotonic() - began) < request.duration and not (stop.requested or exciter.fault):
+            executor.spin_once(timeout_sec=_TURN)
+            bar.update(passed - bar.n)
+    exciter.destroy_timer(timer)
+
+
+def _stop(exciter: Exciter, executor: Executor, rate: float) -> None:
+    exciter.stop()
+    create_steady_timer(1.0 / rate, exciter.stop, exciter)
+    least, most = (time.monotonic() + seconds for seconds in _STOPPING)
+    while time.monotonic() < least or (time.monotonic() < most and not exciter.stands()):
+        executor.spin_once(timeout_sec=_TURN)
+    flush(exciter.publisher)

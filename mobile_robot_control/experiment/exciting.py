@@ -1,0 +1,66 @@
+"""An excitation that is asked for: a robot driven for a recording."""
+
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.configuration.addressing import read_namespace
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.identification.excitation import STOPPING, Area
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.runs.topic_names import Topics
+from mobile_robot_control.system.files import encodable_path
+
+_ROOM = 2.0
+"""Halves of a side, in the ways in which a robot stops: one to drive, one to stop."""
+
+
+class ExcitationRequest(NamedTuple):
+    """What an excitation is asked for."""
+
+    sources: ParameterSources
+    box: Annotated[tuple[float, ...], Field('m', 'free floor: its length ahead of the robot and its width; the robot '
+                                            'starts in the middle', above=0.0, length=2)]
+    max_velocity: Annotated[float, Field('m/s', 'largest command; what lies beyond is not identified', above=0.0)] = 0.2
+    max_angular_velocity: Annotated[float, Field('rad/s', 'largest command', above=0.0)] = 1.0
+    duration: Annotated[float, Field('s', 'wall time', minimum=10.0)] = 60.0
+    rate: Annotated[float, Field('Hz', 'of the commands: that at which the robot will be driven', minimum=5.0,
+                                 maximum=200.0)] = 50.0
+    bag: Annotated[str | None, Field('', 'new bag for commands, odometry, joint_states and ground_truth; without it, '
+                                     'record them yourself'), Reader(encodable_path, 'DIR')] = None
+    namespace: Annotated[str, Field('', 'of the robot'), Reader(read_namespace, 'NS')] = '/'
+    topic: Topics = ()
+
+
+class Excitation(NamedTuple):
+    """
+    How an excitation went.
+
+    Attributes
+    ----------
+    way, turn, farthest : float
+        Driven [m] and turned [rad], and the largest distance from the start, ahead or aside [m].
+    fault : str
+        Why it ended early, in words; '' where it did not.
+    """
+
+    way: float
+    turn: float
+    farthest: float
+    fault: str
+
+
+def area_of(request: ExcitationRequest) -> Area:
+    """Return where the robot may drive; raise ParameterError where it could not stop there, or the bag is there."""
+    if request.bag and Path(request.bag).exists():
+        raise ParameterError([f'--bag {request.bag}: it is there already; name a new one'])
+    needed = 2.0 * _ROOM * STOPPING * request.max_velocity
+    if min(request.box) < needed:
+        raise ParameterError([
+            f'box = {request.box[0]:g} {request.box[1]:g} m is too small for max_velocity = {request.max_velocity:g} '
+            f'm/s, at which a robot may need {STOPPING * request.max_velocity:g} m to stop: take sides of '
+            f'{needed:g} m, or a max_velocity of {min(request.box) / needed * request.max_velocity:.3g} m/s'])
+    ahead, aside = request.box
+    return Area(ahead, aside, BodyVelocity(request.max_velocity, request.max_angular_velocity))

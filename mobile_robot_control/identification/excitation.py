@@ -1,0 +1,174 @@
+"""Commands that excite all that `identify` fits: steps, ramps, chirps and curves, within a box."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.quantities import BodyVelocity, Pose
+
+STOPPING = 1.0
+"""[s]: times its speed, the way that a robot is given to stop; enough for 0.5 m/s² at 0.7 m/s."""
+_HOMING = BodyVelocity(0.5, 0.5)
+"""Shares of the largest velocities on the way back to the middle."""
+_AIMED = 0.3
+"""Error of heading below which the robot drives on that way [rad]."""
+_NEAR = 0.1
+"""Share of a side within which the robot is in the middle."""
+
+
+class Area(NamedTuple):
+    """
+    Where a robot is excited, and how fast.
+
+    Attributes
+    ----------
+    ahead, aside : float
+        Sides of the box, whose middle is where the robot starts [m].
+    fastest : BodyVelocity
+        Largest commands [m/s], [rad/s].
+    """
+
+    ahead: float
+    aside: float
+    fastest: BodyVelocity
+
+    def holds(self, x: float, y: float) -> bool:
+        """Return whether a position in the frame of the start lies in the box."""
+        return abs(x) <= 0.5 * self.ahead and abs(y) <= 0.5 * self.aside
+
+
+class Manoeuvre(NamedTuple):
+    """
+    A part of the excitation.
+
+    Attributes
+    ----------
+    shape : str
+        'hold', 'ramp' (forth and back) or 'chirp' (0.3 to 2 Hz).
+    seconds : float
+        Length.
+    largest : BodyVelocity
+        Shares of the largest velocities.
+    """
+
+    shape: str
+    seconds: float
+    largest: BodyVelocity
+
+    def at(self, time: float) -> BodyVelocity:
+        """Return the shares at a time from its begin [s]."""
+        if self.shape == 'ramp':
+            share = 2.0 / math.pi * math.asin(math.sin(2.0 * math.pi * time / self.seconds))
+        elif self.shape == 'chirp':
+            share = math.sin(2.0 * math.pi * time * (0.3 + 0.85 * time / self.seconds))
+        else:
+            share = 1.0
+        return _times(share, self.largest)
+
+
+class Excited(NamedTuple):
+    """
+    How far an excitation is.
+
+    Attributes
+    ----------
+    number : int
+        Of the manoeuvre.
+    since : float
+        Time at which it began [s].
+    is_homing : bool
+        Whether the robot is on its way back to the middle.
+    """
+
+    number: int = 0
+    since: float = 0.0
+    is_homing: bool = False
+
+
+def _times(share: float, velocity: BodyVelocity) -> BodyVelocity:
+    return BodyVelocity(share * velocity.linear, share * velocity.angular)
+
+
+def _cycle(number: int) -> Iterator[Manoeuvre]:
+    """Yield the manoeuvres of half a minute; the next ones are slower, and draw other curves."""
+    level = (1.0, 0.6, 0.3)[number % 3]
+    velocities = BodyVelocity(1.0, 0.0), BodyVelocity(0.0, 1.0)
+    for one in velocities:
+        for share in (level, -level):
+            yield Manoeuvre('hold', 1.2, _times(share, one))
+            yield Manoeuvre('hold', 0.5, _times(0.0, one))
+    for shape, seconds, share in (('ramp', 6.0, 0.15), ('chirp', 3.0, 0.7 * level)):
+        for one in velocities:
+            yield Manoeuvre(shape, seconds, _times(share, one))
+            yield Manoeuvre('hold', 0.3, _times(0.0, one))
+    random = np.random.default_rng(number)
+    for _ in range(10):
+        linear, angular = random.choice([1.0, -1.0, 0.5, -0.5, 0.15, -0.15], 2)
+        yield Manoeuvre('hold', float(random.uniform(0.3, 1.0)), _times(level, BodyVelocity(linear, angular)))
+
+
+_OF_A_CYCLE = len(list(_cycle(0)))
+
+
+def manoeuvre(number: int) -> Manoeuvre:
+    """Return the n-th manoeuvre of an endless sequence."""
+    cycle, place = divmod(number, _OF_A_CYCLE)
+    return list(_cycle(cycle))[place]
+
+
+def excite(
+    state: Excited, time: float, pose: Pose, velocity: BodyVelocity, area: Area
+) -> tuple[Excited, BodyVelocity]:
+    """
+    Return the next state and the command of an excitation.
+
+    Parameters
+    ----------
+    state : Excited
+        The last one.
+    time : float
+        Since the begin [s].
+    pose : Pose
+        In the frame of the start [m], [rad].
+    velocity : BodyVelocity
+        Measured [m/s], [rad/s].
+    area : Area
+        The box and the largest commands.
+
+    Notes
+    -----
+    A manoeuvre ends early where the robot could not stop within the box any more; it drives back to the middle then.
+    """
+    asked = manoeuvre(state.number)
+    if not state.is_homing and time - state.since >= asked.seconds:
+        state = Excited(state.number + 1, time)
+        asked = manoeuvre(state.number)
+    if state.is_homing and abs(pose.x) < _NEAR * area.ahead and abs(pose.y) < _NEAR * area.aside:
+        state = Excited(state.number + 1, time)
+        asked = manoeuvre(state.number)
+    shares = _homing(pose) if state.is_homing else asked.at(time - state.since)
+    command = BodyVelocity(shares.linear * area.fastest.linear, shares.angular * area.fastest.angular)
+    if _stops_outside(pose, velocity.linear, area):
+        return state._replace(is_homing=True), BodyVelocity(0.0, 0.0)
+    if _stops_outside(pose, command.linear, area):
+        state = state._replace(is_homing=True)
+        command = BodyVelocity(0.0, command.angular)
+    return state, command
+
+
+def _stops_outside(pose: Pose, speed: float, area: Area) -> bool:
+    """Return whether a robot that drives away from the middle may not stop within the box."""
+    way = STOPPING * speed
+    x, y = pose.x + way * math.cos(pose.heading), pose.y + way * math.sin(pose.heading)
+    return not area.holds(x, y) and math.hypot(x, y) > math.hypot(pose.x, pose.y)
+
+
+def _homing(pose: Pose) -> BodyVelocity:
+    """Return the shares that lead to the middle, backwards where this is the smaller turn."""
+    bearing = math.remainder(math.atan2(-pose.y, -pose.x) - pose.heading, 2.0 * math.pi)
+    sign = 1.0 if abs(bearing) < 0.5 * math.pi else -1.0
+    error = math.remainder(bearing if sign > 0.0 else bearing + math.pi, 2.0 * math.pi)
+    turn = max(-1.0, min(1.0, error / _AIMED))
+    return BodyVelocity(sign * _HOMING.linear if abs(error) < _AIMED else 0.0, turn * _HOMING.angular)

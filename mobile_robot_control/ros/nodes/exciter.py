@@ -1,0 +1,159 @@
+"""The exciter: drives a robot for a recording, within a box by its odometry."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+from rclpy.node import Node
+
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.identification.excitation import Area, Excited, excite
+from mobile_robot_control.messages import writing
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_odometry, read_or_refuse
+from mobile_robot_control.quantities import BodyVelocity, Pose
+from mobile_robot_control.recording.columns import GROUND_TRUTH
+from mobile_robot_control.ros.inputs.command_input import PLAIN
+from mobile_robot_control.ros.services.publisher_watch import publisher_names
+from mobile_robot_control.ros.services.qos import SENSORS, publish_on, subscribe_to
+from mobile_robot_control.topics import LOOP_TOPICS
+
+_ODOMETRY = LOOP_TOPICS['odom'].kind
+_STAMPED = LOOP_TOPICS['cmd_vel'].kind
+_SILENT = 0.5
+"""[s] of wall time without odometry after which the robot is stopped."""
+_STANDS = BodyVelocity(0.005, 0.02)
+"""Below which a robot counts as standing [m/s], [rad/s]."""
+
+
+class Exciter(Node):
+    """
+    Commands a robot, and hands what is to be recorded to a sink.
+
+    Parameters
+    ----------
+    namespace : str
+        Of the robot.
+    topics : mapping of str to str
+        Topics of the loop that have another name.
+    area : Area
+        Where the robot may drive, and how fast.
+    stamped : bool
+        Whether commands are stamped, where the robot takes both.
+    frame : str
+        Of the commands.
+    sink : callable
+        Takes topic, type, wall time of receipt [ns] and CDR.
+
+    Attributes
+    ----------
+    fault : str
+        Why the robot was stopped early, in words; '' before.
+    publisher : Publisher
+        Of the commands; None before the begin.
+    way, turn, farthest : float
+        Driven [m] and turned [rad], and the largest distance from the start in x or y [m].
+    """
+
+    def __init__(
+        self, namespace: str, topics: Mapping[str, str], area: Area, stamped: bool, frame: str,
+        sink: Callable[[str, str, int, bytes], object],
+    ) -> None:
+        super().__init__('exciter', namespace=namespace, enable_rosout=False)
+        self._area, self._stamped, self._frame, self._sink = area, stamped, frame, sink
+        self._command = topics.get('cmd_vel', 'cmd_vel')
+        self._odom = self.resolve_topic_name(topics.get('odom', 'odom'))
+        self.publisher: Any = None
+        self._kind = ''
+        self._start: Pose | None = None
+        self._pose, self._velocity, self._heard = Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0), -math.inf
+        self._state, self._began = Excited(), 0.0
+        self.fault = ''
+        self.way = self.turn = self.farthest = 0.0
+        self._read = (partial(deserialise, _ODOMETRY), read_odometry)
+        for name, kind in (('odom', _ODOMETRY), (GROUND_TRUTH, _ODOMETRY),
+                           ('joint_states', LOOP_TOPICS['joint_states'].kind)):
+            topic = self.resolve_topic_name(topics.get(name, name))
+            subscribe_to(self, topic, partial(self._take, topic, kind), SENSORS, kind)
+
+    def missing(self) -> str:
+        """Return what is not there yet that a robot needs, in words; '' once it is."""
+        if self._start is None:
+            return f'no odometry comes on {self._odom}; name it with --topic odom:=/NAME'
+        topic = self.resolve_topic_name(self._command)
+        kinds = {info.topic_type for info in self.get_subscriptions_info_by_topic(topic)}
+        known = [kind for kind in (_STAMPED, PLAIN) if kind in kinds]
+        if not known:
+            return (f'no robot takes {topic} as TwistStamped or Twist; start its driver, or name the topic with '
+                    '--topic cmd_vel:=/NAME')
+        self._kind = known[0] if len(known) == 1 else _STAMPED if self._stamped else PLAIN
+        return ''
+
+    def others(self) -> str:
+        """Return the names of other nodes that command the robot."""
+        names = publisher_names(self, self.resolve_topic_name(self._command)).split(' and ')
+        if self.publisher is not None:
+            with suppress(ValueError):  # not discovered yet
+                names.remove(f'{self.get_namespace().rstrip("/")}/{self.get_name()}')
+        return ' and '.join(names)
+
+    def begin(self) -> None:
+        """Begin where the robot stands; its odometry is there."""
+        self.publisher = publish_on(self, self._command, self._kind)
+        self._write = writing.twist_writer(self._frame, self._kind == _STAMPED)
+        self._began = time.monotonic()
+        self._start = self._pose
+
+    def step(self) -> None:
+        """Publish the next command; note a fault where the robot must stop."""
+        assert self._start is not None  # noqa: S101 (for mypy: it has begun)
+        now = time.monotonic()
+        seen = Pose(*tracking_error(self._pose, self._start))
+        others = self.others()
+        if now - self._heard > _SILENT:
+            self.fault = f'{self._odom} has been silent for {now - self._heard:.1f} s'
+        elif others:
+            self.fault = f'others command the robot: {others}; stop them'
+        elif not self._area.holds(seen.x, seen.y):
+            self.fault = (f'the robot has left the box: x {seen.x:.2f} m, y {seen.y:.2f} m from its start; take a '
+                          'larger box, or a smaller --max-velocity')
+        else:
+            self._state, command = excite(self._state, now - self._began, seen, self._velocity, self._area)
+            self._publish(command)
+
+    def stop(self) -> None:
+        """Publish a zero command."""
+        self._publish(BodyVelocity(0.0, 0.0))
+
+    def stands(self) -> bool:
+        """Return whether the robot stands, by odometry that is not old."""
+        return (time.monotonic() - self._heard < _SILENT
+                and all(abs(value) < limit for value, limit in zip(self._velocity, _STANDS, strict=True)))
+
+    def _publish(self, command: BodyVelocity) -> None:
+        message = self._write(self.get_clock().now().nanoseconds, command)
+        self.publisher.publish(message)
+        self._sink(self.resolve_topic_name(self._command), self._kind, time.time_ns(), message)
+
+    def _take(self, topic: str, kind: str, message: bytes) -> None:
+        if self.publisher is not None:
+            self._sink(topic, kind, time.time_ns(), message)
+        if topic != self._odom:
+            return
+        try:
+            pose, velocity = read_or_refuse(_ODOMETRY, self._read, message)
+        except RefusedMessageError as error:
+            self.get_logger().warning(f'odometry is not used: {error}', throttle_duration_sec=5.0)
+            return
+        if self.publisher is not None and self._start is not None:
+            self.way += math.hypot(pose.x - self._pose.x, pose.y - self._pose.y)
+            self.turn += abs(math.remainder(pose.heading - self._pose.heading, 2.0 * math.pi))
+            seen = tracking_error(pose, self._start)
+            self.farthest = max(self.farthest, abs(seen.longitudinal), abs(seen.lateral))
+        self._pose, self._velocity, self._heard = pose, velocity, time.monotonic()
+        self._start = self._start or pose
