@@ -2,15 +2,23 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.figures.lines import Floats
 from mobile_robot_control.identification.result import Identification, Parameter
 from mobile_robot_control.model.plant import VELOCITY, PlantModel
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.rcl_yaml import parse_yaml
+from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded
 
 SECTION = 'identify'
 """Of the names, values and covariance of the estimates."""
+_ROUNDING = 1e-5
+"""Of numbers with six digits, as a share of the largest."""
 
 
 def parameter_text(found: Identification) -> str:
@@ -33,6 +41,31 @@ def parameter_text(found: Identification) -> str:
         f'    covariance: [{", ".join(_number(value) for value in found.covariance.ravel().tolist())}]',
     ]
     return '\n'.join(lines) + '\n'
+
+
+class Estimates(NamedTuple):
+    """Names, values, shape (n,), and covariance, shape (n, n), of what was identified."""
+
+    names: tuple[str, ...]
+    values: Floats
+    covariance: Floats
+
+
+def read_estimates(file: str) -> Estimates:
+    """Read the estimates of a file of `parameter_text`; raise ParameterError where it has none."""
+    tree = parse_yaml(read_bounded(Path(file), PARAMETER_FILE).decode(errors='replace'), file)
+    try:
+        held = tree[f'/**/{SECTION}']['ros__parameters']
+        names, values = tuple(map(str, held['names'])), np.array(held['values'], dtype=float)
+        covariance = np.array(held['covariance'], dtype=float).reshape(len(names), len(names))
+    except (TypeError, KeyError, ValueError):
+        raise ParameterError([f'{file}: has no section /**/{SECTION} with names, values and their covariance; take a '
+                              'file that the command identify has written']) from None
+    if values.shape != (len(names),) or not np.isfinite(covariance).all() or (
+            np.linalg.eigvalsh(covariance).min(initial=0.0) < -_ROUNDING * np.abs(covariance).max(initial=0.0)):
+        raise ParameterError([f'{file}: values and covariance of section /**/{SECTION} do not belong together; take '
+                              'it as the command identify has written it'])
+    return Estimates(names, values, covariance)
 
 
 def _section(parameters: Sequence[Parameter]) -> Iterator[str]:

@@ -28,7 +28,7 @@ from mobile_robot_control.model.base import Base
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.model.robot import Robot
 
-_CLOCK_ERROR = (5e-5, 0.02)
+_CLOCK_ERROR = (5e-5, 0.015)
 """How well the fastest messages of a recording tell the offset of its clocks: [s], and as a share of their jitter."""
 _UNITS = {'base.lag': ('s', 's'), 'base.max_speed': ('m/s', 'rad/s'), 'base.max_acceleration': ('m/s²', 'rad/s²'),
           'base.max_deceleration': ('m/s²', 'rad/s²'), 'base.dead_zone': ('m/s', 'rad/s'), 'delay': ('s', 's')}

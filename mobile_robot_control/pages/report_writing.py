@@ -28,6 +28,7 @@ from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, TORQUE_FIGURE, RunFigure
 from mobile_robot_control.runs.series import period
+from mobile_robot_control.runs.twins import TWINS, Twins, with_twins
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.texts import shortened
 
@@ -126,7 +127,7 @@ def _charts(shown: Sequence[_Shown], runs: Sequence[Run]) -> str:
 
 def _parts(
     runs: Sequence[Run], folder: Path, step: Step, animation: bool, absent: Sequence[str],
-    made: Mapping[str, Any],
+    made: Mapping[str, Any], twins: Twins | None = None,
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     over_dds = [run for run in runs if timed(run.series)]
@@ -139,6 +140,8 @@ def _parts(
         return [(one.figure.name, one.title) for one in shown if one.figure]
 
     yield first_screen(_title(runs), runs)
+    if twins:
+        yield f'<p>{escape(twins.sentence)}</p>'
     yield from (f'<p class="soft">{escape(run_description(run))}.</p>' for run in runs)
     yield page.contents([
         ('metrics', 'Metrics', ()), ('figures', 'Figures', jumps(figures)),
@@ -218,10 +221,12 @@ def write_report(
     """
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'
+    runs, twins = with_twins(runs)
     made = {run.name: provenance(command_line, run.parameters) for run in runs}
-    parts = _parts(runs, folder / 'figures', step, animation, absent, made[runs[0].name])
+    parts = _parts(runs, folder / 'figures', step, animation, absent, made[runs[0].name], twins)
     styles, scripts = [*replay_styles(), *chart_styles()], [*replay_scripts(), *chart_scripts()]
     write_atomically(file, page.page(_title(runs), parts, styles, scripts))
     metrics = {run.name: run.metrics | {'problems': list(run.problems), 'provenance': made[run.name]} for run in runs}
-    write_atomically(folder / 'report.json', json.dumps(metrics, indent=2) + '\n')
+    between = {TWINS: twins._asdict()} if twins else {}
+    write_atomically(folder / 'report.json', json.dumps(metrics | between, indent=2) + '\n')
     return file

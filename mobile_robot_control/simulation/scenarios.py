@@ -12,6 +12,8 @@ from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.model.plant import TORQUE, PlantModel
 from mobile_robot_control.model.plant_form import drive_at_rest, drive_constants, sensor_values, sensors_at_rest
 from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.parameters.checking import build
+from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.course import make_course
 from mobile_robot_control.reference.curve import PATH
@@ -39,6 +41,9 @@ class Scenario(NamedTuple):
         Of the measurements.
     delay : int
         Of the torques, or added to the dead time of such a base [periods of the velocity loop].
+    robot : tuple of (str, float)
+        Parameters of the plant that differ from the configured ones, by names such as ``plant.base.lag[0]`` and
+        ``/**.robot.mass``; mass and friction count on top.
     """
 
     curve: str
@@ -48,6 +53,20 @@ class Scenario(NamedTuple):
     friction: float = 1.0
     noise: Noise = Noise()
     delay: int = 0
+    robot: tuple[tuple[str, float], ...] = ()
+
+
+def with_robot(configuration: Configuration, values: Sequence[tuple[str, float]]) -> Configuration:
+    """Return a configuration whose plant has other values; raise ParameterError where one is out of its bounds."""
+    plant = configuration.plant
+    groups = {'/**.robot.': flatten(plant.shared.robot), 'plant.': flatten(plant.model)}
+    for name, value in values:
+        group, given = next((group, given) for group, given in groups.items() if name.startswith(group))
+        short, _, index = name.removeprefix(group).partition('[')
+        given[short] = value if not index else tuple(
+            value if f'{n}]' == index else one for n, one in enumerate(given[short]))
+    robot, model = build(Robot, groups['/**.robot.']), build(PlantModel, groups['plant.'])
+    return configuration._replace(plant=plant._replace(model=model, shared=plant.shared._replace(robot=robot)))
 
 
 def configured_scenario(configuration: Configuration) -> Scenario:
@@ -74,7 +93,8 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
     cart = configuration.reference_cart
     placement = cart.curve.placement._replace(scale=scenario.scale)
     course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())
-    prepared = make_trial(configuration, laps * course.period, late * course.period)
+    varied = with_robot(configuration, scenario.robot) if scenario.robot else configuration
+    prepared = make_trial(varied, laps * course.period, late * course.period)
     state = prepared.state
     if scenario.start is not None:
         cart_start = course.reference(0.0).pose
@@ -83,7 +103,7 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
         state = state._replace(plant=dynamics.at_rest(at))
     loop = prepared.loop
     robot = _varied_robot(loop.plant.robot, scenario)
-    model, grid = _varied_model(configuration.plant.model, scenario, loop.plant.dt), plant_grid(configuration)
+    model, grid = _varied_model(varied.plant.model, scenario, loop.plant.dt), plant_grid(configuration)
     plant, sensors = (discretise(robot, loop.plant.dt, loop.plant.centripetal_coupling),
                       sensor_values(model, robot, grid))
     return prepared._replace(
@@ -95,6 +115,7 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
             placement=placement,
             drive=drive_constants(model, plant, grid),
             sensors=sensors,
+            nominal=configuration.plant.shared.robot if loop.nominal else (),
         ),
         state=state._replace(drive=drive_at_rest(model, grid), sensors=sensors_at_rest(state.plant, sensors)),
     )

@@ -3,7 +3,7 @@
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -35,6 +35,7 @@ from mobile_robot_control.tuning.monte_carlo import (
     success_text,
     summarise_runs,
 )
+from mobile_robot_control.tuning.robot_uncertainty import draw_robots
 from mobile_robot_control.tuning.workers import TrialRunner, Workers
 
 
@@ -84,8 +85,11 @@ class StudyRequest(NamedTuple):
     ] = ('trifolium', 'lemniscate')
     scales: Annotated[tuple[float, ...], Field('m', 'sizes to draw from', above=0.0)] = (0.5, 1.0)
     within: Annotated[float, Field('m', "largest distance of the start from the cart's", above=0.0)] = 1.0
-    variation: Annotated[float, Field('', 'largest relative change of mass and of friction', minimum=0.0, below=1.0)
-                         ] = 0.2
+    variation: Annotated[float | None, Field('', 'largest relative change of mass and of friction; 0.2, or 0 with '
+                                             'robot_uncertainty, if left out', minimum=0.0, below=1.0)] = None
+    robot_uncertainty: Annotated[str | None, Field('', 'parameter file of identify: robots are drawn from its '
+                                                   'covariance; read as --robot, too, unless that is given'),
+                                 Reader(fspath, 'FILE.yaml')] = None
     noise_pose: Annotated[tuple[float, ...], Field('', 'instead of noise.pose: x, y [m] and heading [rad]', minimum=0.0,
                                                    length=3)] = ()
     noise_velocity: Annotated[float | None, Field('rad/s', 'instead of noise.velocity', minimum=0.0)] = None
@@ -105,8 +109,20 @@ class StudyRequest(NamedTuple):
         """By which controllers are compared, each once."""
         return tuple(dict.fromkeys(self.metric))
 
+    @property
+    def varied_by(self) -> float:
+        """Largest relative change of mass and of friction."""
+        return self.variation if self.variation is not None else 0.0 if self.robot_uncertainty else _VARIATION
+
+    @property
+    def nominal(self) -> ParameterSources:
+        """Where the parameters come from: the file of an identified robot is that of a robot."""
+        robot = self.sources.robot or self.robot_uncertainty
+        return self.sources._replace(robot=robot)
+
 
 _BATCH = 100
+_VARIATION = 0.2
 _SCENARIO = ('controller', 'curve', 'scale', 'start_x', 'start_y', 'start_yaw', 'mass_factor', 'friction_factor',
              'noise_seed', 'delay', 'success', 'outcome')
 
@@ -146,11 +162,14 @@ def _drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[S
         nominal.noise.velocity if request.noise_velocity is None else request.noise_velocity,
     )
     distribution = ScenarioDistribution(_curves(request, parameters), request.scales, request.within,
-                                        request.variation, noise, request.longest_delay or 0)
+                                        request.varied_by, noise, request.longest_delay or 0)
     drawn = draw_scenarios(distribution, request.runs, request.seed)
     if request.longest_delay is None:
-        return [scenario._replace(delay=nominal.delay) for scenario in drawn]
-    return drawn
+        drawn = [scenario._replace(delay=nominal.delay) for scenario in drawn]
+    if request.robot_uncertainty is None:
+        return drawn
+    robots = draw_robots(request.robot_uncertainty, parameters, request.runs, request.seed)
+    return [scenario._replace(robot=robot) for scenario, robot in zip(drawn, robots, strict=True)]
 
 
 def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
@@ -161,9 +180,9 @@ def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
         name = compared.name if compared.name not in named else printable(compared.path)
         if name in named:
             raise ParameterError([f'--compare {compared.path}: is named twice; name each file once'])
-        named[name] = compared.added_to(request.sources).configuration()
+        named[name] = compared.added_to(request.nominal).configuration()
     if not named:
-        parameters = request.sources.configuration()
+        parameters = request.nominal.configuration()
         named[parameters.position_controller.control.controller_type] = parameters
     for parameters in named.values():
         check_laps(request.laps, parameters)
@@ -222,7 +241,7 @@ def study_values(
         'outcome': 'interrupted' if interrupted else 'completed', 'seed': request.seed, 'laps': request.laps,
         'curves': [PATH] if any(one.scenarios[0].curve == PATH for one in results.values()) else list(request.curves),
         'scales': list(request.scales), 'within': request.within,
-        'variation': request.variation,
+        'variation': request.varied_by, 'robot_uncertainty': request.robot_uncertainty,
         'success': f'within {request.success_within} m over the last quarter',
         'success_within': request.success_within, 'settled_within': request.settled_within,
         'interrupted': interrupted, 'error': TRUE,
@@ -251,7 +270,8 @@ def study_lines(request: StudyRequest, results: Mapping[str, StudiedController])
 
 def study_columns(results: Mapping[str, StudiedController]) -> Sequence[str]:
     """Return the names of the columns of `runs.csv`."""
-    return (*_SCENARIO, *next(iter(results.values())).judged[0].metrics)
+    first = next(iter(results.values()))
+    return (*_SCENARIO, *(name for name, _ in first.scenarios[0].robot), *first.judged[0].metrics)
 
 
 def study_rows(results: Mapping[str, StudiedController]) -> Iterator[list[Any]]:
@@ -260,7 +280,8 @@ def study_rows(results: Mapping[str, StudiedController]) -> Iterator[list[Any]]:
         for scenario, run in zip(studied.scenarios, studied.judged, strict=False):
             assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
             yield [controller, scenario.curve, scenario.scale, *scenario.start, scenario.mass, scenario.friction,
-                   scenario.noise.seed, scenario.delay, int(run.success), run.outcome, *run.metrics.values()]
+                   scenario.noise.seed, scenario.delay, int(run.success), run.outcome,
+                   *(value for _, value in scenario.robot), *run.metrics.values()]
 
 
 def as_cell(value: Any) -> Any:

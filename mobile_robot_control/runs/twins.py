@@ -1,0 +1,144 @@
+"""A real run and its simulated twin on one time base, and how far they are apart."""
+
+import copy
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.series import Series
+
+REAL, SIMULATED = 'real', 'simulated'
+"""The names of the runs that are twins."""
+TWINS = 'real less simulated'
+"""In `report.json`."""
+_MOVES = 0.01
+"""[m] from which on a reference moves."""
+_SEARCHED, _COARSE, _FINE = 10.0, 0.05, 0.001
+"""[s]: how far from the beginnings of both motions the shift is looked for, and in which steps."""
+_ALIKE = 0.05
+"""[m] that references of twins may be apart, RMS."""
+
+
+class Twins(NamedTuple):
+    """
+    How far a real run and its simulated twin are apart, over the time that both have.
+
+    Attributes
+    ----------
+    shift : float
+        By which the time of the real run was moved, so that both references agree [s].
+    references_apart : float
+        RMS distance of the references then [m].
+    begin, end : float
+        Of that time [s].
+    rms_position, max_position, rms_heading : float
+        Of real less simulated poses [m], [m], [rad].
+    rms_linear, rms_angular : float
+        Of real less simulated velocities [m/s], [rad/s].
+    real_error, simulated_error : float
+        RMS position errors [m].
+    """
+
+    shift: float
+    references_apart: float
+    begin: float
+    end: float
+    rms_position: float
+    max_position: float
+    rms_heading: float
+    rms_linear: float
+    rms_angular: float
+    real_error: float
+    simulated_error: float
+
+    @property
+    def sentence(self) -> str:
+        """What they say, in words."""
+        promise = (f'; the simulation is {abs(self.simulated_error / self.real_error - 1.0):.0%} '
+                   f'{"above" if self.simulated_error > self.real_error else "below"} it') if self.real_error else ''
+        text = (f'From {self.begin:.3g} to {self.end:.3g} s the real robot is {100.0 * self.rms_position:.3g} cm from '
+                f'the simulated one (RMS; {100.0 * self.max_position:.3g} cm at most). RMS position error '
+                f'{100.0 * self.real_error:.3g} cm real, {100.0 * self.simulated_error:.3g} cm simulated{promise}.')
+        if self.references_apart > _ALIKE:
+            text += (f' Their references are {100.0 * self.references_apart:.3g} cm apart (RMS), so that this compares '
+                     'different motions: simulate the curve or the path, its placement and its period of the real run.')
+        return text
+
+
+def with_twins(runs: Sequence[Run]) -> tuple[list[Run], Twins | None]:
+    """
+    Return runs with the real one on the time base of the simulated one, and how far they are apart.
+
+    Runs without both names, or of which one has no reference or no motion, are returned as they are, with None.
+    """
+    named = {run.name: run for run in runs}
+    if not {REAL, SIMULATED} <= named.keys():
+        return list(runs), None
+    real, simulated = named[REAL], named[SIMULATED]
+    if not all(run.series.has('reference') and run.time.size > 1 for run in (real, simulated)):
+        return list(runs), None
+    shift, apart = _shift(_reference(real.series), _reference(simulated.series))
+    series = copy.copy(real.series)
+    series.origin += round(1e9 * shift)
+    moved = real._replace(series=series)
+    found = _compared(moved, simulated, shift, apart)
+    return [moved if run is real else run for run in runs], found
+
+
+def _reference(series: Series) -> Floats:
+    """Return times [s], x and y [m] of the reference, a row each."""
+    return np.array([series.time('reference'), *(series.line('reference', name).value for name in ('x', 'y'))])
+
+
+def _begin(reference: Floats) -> float:
+    """Return when a reference begins to move [s]."""
+    away = np.hypot(*(reference[1:] - reference[1:, :1])) > _MOVES
+    return float(reference[0, int(away.argmax())])
+
+
+def _shift(real: Floats, simulated: Floats) -> tuple[float, float]:
+    """Return by how much the time of a real reference is to be moved, and how far they are apart then, RMS [m]."""
+    times, x, y = simulated
+
+    def apart(shift: float) -> float:
+        at = times + shift
+        inside = (at >= real[0, 0]) & (at <= real[0, -1])
+        if inside.sum() < 0.5 * min(times.size, real.shape[1]):
+            return math.inf
+        away = [np.interp(at[inside], real[0], line) - own[inside] for line, own in zip(real[1:], (x, y), strict=True)]
+        return float(np.sqrt(np.mean(away[0] ** 2 + away[1] ** 2)))
+
+    near, width = _begin(real) - _begin(simulated), _SEARCHED
+    for step in (_COARSE, _FINE):
+        candidates = near + np.arange(-width, width + step, step)
+        near, width = float(candidates[int(np.argmin([apart(shift) for shift in candidates.tolist()]))]), step
+    return near, apart(near)
+
+
+def _compared(real: Run, simulated: Run, shift: float, apart: float) -> Twins:
+    begin, end = max(real.time[0], simulated.time[0]), min(real.time[-1], simulated.time[-1])
+    inside = (simulated.time >= begin) & (simulated.time <= end)
+    times = simulated.time[inside]
+
+    def at(values: Floats) -> Floats:
+        return np.column_stack([np.interp(times, real.time, column) for column in values.T])
+
+    pose = real.pose.copy()
+    pose[:, 2] = np.unwrap(pose[:, 2])
+    away = at(pose) - simulated.pose[inside]
+    turned = np.remainder(away[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+    distance = np.hypot(away[:, 0], away[:, 1])
+    velocity = at(real.velocity) - simulated.velocity[inside]
+    own = (real.time >= begin) & (real.time <= end)
+    return Twins(shift, apart, float(begin), float(end), _rms(distance), float(np.nanmax(distance)), _rms(turned),
+                 _rms(velocity[:, 0]), _rms(velocity[:, 1]),
+                 _rms(np.hypot(*real.tracking_error[own, :2].T)),
+                 _rms(np.hypot(*simulated.tracking_error[inside, :2].T)))
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))
