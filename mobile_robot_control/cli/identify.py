@@ -43,9 +43,10 @@ def _run(options: argparse.Namespace) -> int:
     if files.output is None:
         raise ParameterError(['--output is missing: name the parameter file to write, such as my_robot.yaml'])
     other = None if files.compare is None else ParameterSources(files.compare).configuration()
-    with tqdm(desc='identify', disable=None, leave=False, bar_format='{desc}: {n} steps [{elapsed}]') as bar:
+    with tqdm(desc='identify', disable=None, leave=False, bar_format='{desc}: {n} steps [{elapsed}]{postfix}') as bar:
         try:
-            found = identify(request, options.command_line, bar.update)
+            found = identify(request, options.command_line, bar.update, lambda done, total: bar.set_postfix_str(
+                f'read {done / max(1, total):.0%}'))
         except UnidentifiableError as error:
             for reason in error.reasons:
                 print(f'identify: {printable(reason)}', file=sys.stderr)

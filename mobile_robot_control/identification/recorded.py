@@ -86,6 +86,8 @@ class Recorded(NamedTuple):
         From outside.
     torques : Commands or None
         Efforts of joint_states; each was applied until its time, nan where it is not known.
+    asked : Commands or None
+        Of wheel_torques.
     wheels : Motion or None
         Of joint_states.
     clocks : dict of str to Clock
@@ -102,6 +104,7 @@ class Recorded(NamedTuple):
     motion: Motion | None
     truth: Poses | None
     torques: Commands | None
+    asked: Commands | None
     wheels: Motion | None
     clocks: dict[str, Clock]
     problems: tuple[str, ...]
@@ -125,7 +128,8 @@ def read_recorded(
 
 def recorded_from(name: str, contents: Contents) -> Recorded:
     """Return the recording that the topics of a bag make."""
-    signals = {topic: contents.series.signals[topic] for topic in ('cmd_vel', 'odom', 'joint_states', GROUND_TRUTH)}
+    signals = {topic: contents.series.signals[topic] for topic in (
+        'cmd_vel', 'odom', 'joint_states', 'wheel_torques', GROUND_TRUTH)}
     signals['odom'] = _without_repeats(signals['odom'])
     known = {topic: signal for topic, signal in signals.items() if signal.stamps.size > 2}
     origin = min((int(signal.stamps[0]) for signal in known.values()), default=0)
@@ -135,12 +139,13 @@ def recorded_from(name: str, contents: Contents) -> Recorded:
     def poses(topic: str) -> Poses | None:
         return Poses(clocks[topic].times, signals[topic].values[:, :3]) if topic in clocks else None
 
-    commands = Commands(clocks['cmd_vel'].times, signals['cmd_vel'].values) if 'cmd_vel' in clocks else None
+    commands, asked = (Commands(clocks[topic].times, signals[topic].values) if topic in clocks else None
+                       for topic in ('cmd_vel', 'wheel_torques'))
     odometry = poses('odom')
     motion = _motion_of(odometry, commands) if odometry else None
     torques, wheels = _wheels(signals['joint_states'], clocks['joint_states']) if 'joint_states' in clocks else (
         None, None)
-    return Recorded(name, commands, odometry, motion, poses(GROUND_TRUTH), torques, wheels, clocks,
+    return Recorded(name, commands, odometry, motion, poses(GROUND_TRUTH), torques, asked, wheels, clocks,
                     tuple(contents.problems), tuple(sorted(contents.held)))
 
 

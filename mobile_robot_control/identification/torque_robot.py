@@ -8,6 +8,7 @@ from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.figures.lines import Floats
 from mobile_robot_control.identification import findings, torque_drive
 from mobile_robot_control.identification.estimation import Estimate
+from mobile_robot_control.identification.motors import fit_motors, motor_parameters
 from mobile_robot_control.identification.recorded import Recorded
 from mobile_robot_control.identification.result import (
     HELD_OUT,
@@ -28,7 +29,7 @@ from mobile_robot_control.model.robot import Robot, angular_inertia, linear_iner
 def identify_torques(
     recordings: Sequence[Recorded], configuration: Configuration, tell: Callable[[], object]
 ) -> Identification:
-    """Identify mass, inertia and friction from efforts and the motion of the wheels."""
+    """Identify mass, inertia and friction from efforts and the motion of the wheels; motors from torques asked for."""
     robot = configuration.plant.shared.robot
     usable = [one for one in recordings if one.torques and one.wheels]
     found, whole = torque_drive.fit_torques(usable, robot, tell)
@@ -37,7 +38,8 @@ def identify_torques(
         strict=False)]
     kept = [one for one in parameters if is_narrow(one)]
     index = [found.names.index(one.name) for one in kept]
-    combinations = _combinations(found, robot)
+    motors = fit_motors(usable, tell)
+    driven, motion = motor_parameters(motors) if motors else ([], [])
     start = dict(zip(found.names, found.values.tolist(), strict=True))
     split = float(np.mean([(1.0 - HELD_OUT) * np.ptp(one.wheels.times) + one.wheels.times[0]
                            for one in usable if one.wheels]))
@@ -51,8 +53,8 @@ def identify_torques(
              'A - B, of which mass and inertia are made with these']
     wide = [left_out(one) for one in parameters if one not in kept]
     return Identification(
-        TORQUE, tuple(kept), tuple(one.name for one in kept), found.covariance[np.ix_(index, index)],
-        tuple(combinations), rates_of(usable[0].clocks), errors_of(predictions),
+        TORQUE, (*kept, *driven), tuple(one.name for one in kept), found.covariance[np.ix_(index, index)],
+        (*_combinations(found, robot), *motion), rates_of(usable[0].clocks), errors_of(predictions),
         (*wide, *(() if torque_drive.COULOMB in found.names else ('Coulomb friction: none shows beside the viscous '
                                                                   'one',))),
         tuple(findings.missing_in_model(found, predictions, [])), tuple(notes), tuple(predictions), found.whitened, {})

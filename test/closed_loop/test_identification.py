@@ -133,9 +133,10 @@ def test_limits_dead_zone_and_errors_of_odometry_are_found_and_the_file_drives(t
 
 
 def test_mass_inertia_and_friction_are_found_from_efforts_of_which_some_are_lost(tmp_path):
+    motors = [('plant.motor.time_constant', 0.03), ('plant.delay.velocity_steps', 2)]
     true = {'/**.robot.mass': 14.0, '/**.robot.inertia': 2.2, '/**.robot.viscous_friction': 0.004,
             'plant.friction.coulomb': 0.02}
-    parameters = configure(load([], [*true.items(), ('plant.encoders.ticks', 2000)]))
+    parameters = configure(load([], [*true.items(), *motors, ('plant.encoders.ticks', 2000)]))
     random = np.random.default_rng(1)
     bag = record_run(tmp_path / 'bag', (one for one in rollout(parameters, 20.0) if random.random() > 0.05))
     found = mrc.identify(bag)
@@ -144,6 +145,8 @@ def test_mass_inertia_and_friction_are_found_from_efforts_of_which_some_are_lost
                for name, value in true.items())
     # the combinations that torques tell
     sums = {one.name: one.value for one in found.reported}
+    assert (sums.pop('motor gain'), sums.pop('delay of torques')) == pytest.approx((1.0, 0.01), abs=0.01)
+    assert told['plant.motor.time_constant'].value == pytest.approx(0.03, rel=0.05)
     robot = parameters.plant.shared.robot
     assert sums == pytest.approx({'A + B': linear_inertia(robot), 'A - B': angular_inertia(robot)}, rel=0.02)
 
