@@ -171,7 +171,8 @@ def missing_in_model(
                     lag = int(np.abs(beside).argmax())
                     words.append(f'residuals of {output} follow {name} of {given}, most after {lag} samples '
                                  f'(correlation {beside[lag]:+.2f}): the response has a part that the model '
-                                 'lacks, such as a second lag, a filter or a ramp')
+                                 'lacks, such as a second lag, a '
+                                 'filter, a ramp, or commands that the base takes at a rate of its own')
     return words
 
 

@@ -38,6 +38,7 @@ SHORTER = {
     'tune': '--generations 2', 'study': '--runs 20', 'experiment': '-p plant.real_time_factor:=0.0',
     'plant': '-p real_time_factor:=0.0', ('README.md', 'experiment'): '-p plant.real_time_factor:=0.0 --composed '
     '--no-report', ('docs/own_robot.md', 'experiment'): '--duration 4',
+    ('docs/own_robot.md', 'excite'): '--duration 20', ('docs/own_robot.md', 'plant'): '',
     ('docs/extending.md', 'experiment'): '-p plant.real_time_factor:=0.0 --duration 4',
 }
 """Options for a command, or for one of a page."""

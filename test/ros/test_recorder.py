@@ -5,6 +5,8 @@ import time
 import pytest
 import rclpy
 from builtin_interfaces.msg import Time
+from nav_msgs.msg import Odometry
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
@@ -56,3 +58,18 @@ def test_every_topic_of_the_loop_begins_and_ends_at_the_same_stamp(executor):
     talker.destroy_node()
     loop = [each for each in recorded if each[0] in ('/joint_states', '/wheel_torques')]
     assert sorted(loop) == [(topic, stamp) for topic in ('/joint_states', '/wheel_torques') for stamp in (1, 2, 3)]
+
+
+def test_odometry_of_a_driver_without_repetitions_is_recorded(executor):
+    recorded = []
+    recorder = Recorder('/', lambda topic, *_: recorded.append(topic), lambda kind: True, LOOPS['velocity'])
+    talker = rclpy.create_node('talker')
+    publisher = talker.create_publisher(Odometry, 'odom', qos_profile_sensor_data)
+    executor.add_node(recorder)
+    executor.add_node(talker)
+    deadline = time.monotonic() + 30.0
+    while '/odom' not in recorded:
+        assert time.monotonic() < deadline
+        publisher.publish(Odometry())
+        executor.spin_once(timeout_sec=0.05)
+    talker.destroy_node()

@@ -21,7 +21,7 @@ from mobile_robot_control.ros.services.condition import LAW_FAILED, SUBSCRIBERS_
 from mobile_robot_control.ros.services.qos import PUBLISHED, message_class
 from mobile_robot_control.ros.services.timers import create_steady_timer
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import EVENTS, SHARED_TOPICS, LoopGraph
+from mobile_robot_control.topics import EVENTS, MEASURED_TOPICS, SHARED_TOPICS, LoopGraph
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
@@ -148,6 +148,7 @@ class Recorder(Node):
     def _discover(self) -> None:
         """Subscribe to every topic of the namespace, and to those that all namespaces share."""
         prefix = self.get_namespace().rstrip('/') + '/'
+        self._take_best_effort()
         for topic, kinds in self.get_topic_names_and_types():
             if topic in self._recorded or not (topic.startswith(prefix) or topic in SHARED_TOPICS):
                 continue
@@ -164,6 +165,16 @@ class Recorder(Node):
                 self._record(topic, kinds[0], latched, reliable)
             except Exception as error:  # a package that is not installed, a name that rcl does not take
                 self.get_logger().warning(f'{topic} is not recorded: {shortened(str(error))}')
+
+    def _take_best_effort(self) -> None:
+        """Subscribe anew to what a robot measures, where its driver publishes without repetitions."""
+        for topic, of_loop in self._loop.items():
+            if of_loop.name in MEASURED_TOPICS and (
+                    self._recorded[topic].qos_profile.reliability == ReliabilityPolicy.RELIABLE) and any(
+                    offer.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+                    for offer in self.get_publishers_info_by_topic(topic)):
+                self.destroy_subscription(self._recorded[topic])
+                self._record(topic, of_loop.kind, latched=False, reliable=False)
 
     def _note_diagnostics(self, message: bytes) -> None:
         """Note what a node's diagnostics report; others publish there as well, whatever they like."""

@@ -37,7 +37,9 @@ def test_twins_come_on_one_time_base_and_their_difference_is_told(tmp_path):
     (moved, _), found = with_twins([real, twin])
     assert found.shift == pytest.approx(3.0, abs=0.01)
     assert found.references_apart < 0.01
-    at = np.arange(1.0, 7.0, 0.1)
+    at = np.arange(found.begin, found.end, 0.1)
+    assert found.begin == pytest.approx(2.0, abs=0.1)
+    assert 0.0 < found.rms_heading < 0.2
     apart = [np.interp(at, moved.time, moved.pose[:, n]) - np.interp(at, twin.time, twin.pose[:, n]) for n in (0, 1)]
     assert found.rms_position == pytest.approx(np.sqrt(np.mean(np.hypot(*apart)**2)), rel=0.1)
     assert found.real_error > found.simulated_error > 0.0
