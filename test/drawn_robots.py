@@ -43,8 +43,13 @@ def commands(random, seconds, largest=(0.6, 2.0)):
     return found
 
 
-def record(path, random, base, latency=0.04, seconds=40.0, asked=None, lost=0.05, jitter=0.005, ticks=509, offset=0.3):
-    """Write the bag of a base: its odometry by encoders, late and not in order of its clock, and its true pose."""
+def record(path, random, base, latency=0.04, seconds=40.0, asked=None, lost=0.05, jitter=0.005, ticks=509, offset=0.3,
+           silent=(0.0, 0.0)):
+    """
+    Write the bag of a base: its odometry by encoders, late and not in order of its clock, and its true pose.
+
+    Nothing is recorded between both times of `silent` [s].
+    """
     asked = commands(random, seconds) if asked is None else asked
     made = discretise_base(base, ROBOT, PERIOD, COMMANDS * PERIOD, 0)
     state, base_state = at_rest(Pose(0.0, 0.0, 0.0)), base_at_rest(base, PERIOD, COMMANDS * PERIOD)
@@ -69,6 +74,8 @@ def record(path, random, base, latency=0.04, seconds=40.0, asked=None, lost=0.05
         state, base_state = base_step(state, base_state, command, k, made)
     with BagWriter(path) as writer:
         for received, topic, message in sorted(messages):
+            if silent[0] <= (received - WALL) / 1e9 < silent[1]:
+                continue
             writer.write(f'/base/{topic}', KINDS[topic], received, message)
     return path
 

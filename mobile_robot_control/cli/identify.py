@@ -84,7 +84,9 @@ def _lines(found: Identification) -> list[str]:
     numbers = [f'  {one.name} = {one.value:.4g} {one.unit}'.rstrip() + (
         f' ({one.low:.4g} to {one.high:.4g})' if math.isfinite(one.low) else '')
         for one in (*found.parameters, *found.reported)]
-    return [answer(found), *numbers, *(f'not told: {text}' for text in found.open),
+    measured = ', '.join(f'{name} {value:.4g}' if isinstance(value, float) else f'{name} {value}'
+                         for name, value in found.facts.items())
+    return [answer(found), *numbers, f'recorded: {measured}', *(f'not told: {text}' for text in found.open),
             *(f'the model lacks: {text}' for text in found.lacking)]
 
 

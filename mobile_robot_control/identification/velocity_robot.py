@@ -1,6 +1,7 @@
 """The identification of a robot that takes velocity commands."""
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,67 +35,74 @@ _UNITS = {'base.lag': ('s', 's'), 'base.max_speed': ('m/s', 'rad/s'), 'base.max_
           'base.max_deceleration': ('m/s²', 'rad/s²'), 'base.dead_zone': ('m/s', 'rad/s'), 'delay': ('s', 's')}
 
 
+class _Part(NamedTuple):
+    """Parameters, the names and the covariance of estimates among them, and notes."""
+
+    parameters: list[Parameter]
+    names: tuple[str, ...]
+    covariance: Floats
+    notes: list[str]
+
+
 def identify_base(
     recordings: Sequence[Recorded], configuration: Configuration, same_clock: bool, tell: Callable[[], object]
 ) -> Identification:
     """Identify a base; raise UnidentifiableError where its odometry does not follow the commands."""
     robot, given = configuration.plant.shared.robot, configuration.plant.model.base
     usable = [one for one in recordings if one.commands and one.motion]
-    parameters: list[Parameter] = []
-    reported: list[Parameter] = []
-    notes = [f'wheel separation {robot.wheel_separation} m and radius {robot.wheel_radius} m are given, not measured',
-             'a command is taken to reach the robot when it reaches the recorder']
-    blocks: list[tuple[tuple[str, ...], Floats]] = []
     seen = [one for one in usable if one.truth]
-    if seen:
-        calibration = outside.calibrate(seen, robot)
-        errors = calibration.values[:3]
-        parameters += [interval_of(name, value, deviation, '') for name, value, deviation in zip(
-            outside.ERRORS, errors.tolist(), calibration.deviations.tolist(), strict=False)]
-        blocks.append((outside.ERRORS, calibration.covariance[:3, :3]))
-        frame = outside.alignment(seen[0])
-        notes.append(f'the frame of odom lies at x {frame.x:.3f} m, y {frame.y:.3f} m, rotated by '
-                     f'{frame.rotation:.3f} rad, in that of ground_truth')
-        usable = [outside.with_true_motion(one, errors, robot) for one in usable]
-    else:
-        notes.append('wheel_gain and turn_gain are those that odometry shows: where it comes from the wheels, it sees '
-                     'no skidding')
+    calibration = outside.calibrate(seen, robot) if seen else None
+    if calibration:
+        usable = [outside.with_true_motion(one, calibration.values[:3], robot) for one in usable]
     try:
         fit = fit_base(usable, robot, given, tell)
     except NothingFollowsError as error:
         raise UnidentifiableError([str(error)]) from error
-    clock_error = _clock_error(usable)
-    found = _with_clock_error(fit.estimate, clock_error)
-    if seen:
+    found = _with_clock_error(fit.estimate, _clock_error(usable))
+    if calibration:
         found = _with_calibration_error(found, calibration.covariance)
+    latency = _latency(usable) if same_clock else None
     every = [interval_of(name, value, deviation, _unit(name)) for name, value, deviation in zip(
         found.names, found.values.tolist(), found.deviations.tolist(), strict=True)]
     every += [Parameter(name, *zone, _unit(name)) for name, zone in fit.zones.items()]
-    too_wide = [one for one in every if not is_narrow(one)]
     kept = [one for one in every if is_narrow(one)]
-    latency = _latency(usable) if same_clock else None
     renamed, delays = _delays(kept, latency)
-    parameters += renamed
-    reported += delays
-    written = [one for one in found.names if any(one == each.name for each in kept)]
-    index = [found.names.index(name) for name in written]
-    blocks.append((tuple(_written(name) for name in written), found.covariance[np.ix_(index, index)]))
-    zones = {name: zone for name, zone in fit.zones.items() if any(name == one.name for one in kept)}
-    if zones:
-        blocks.append((tuple(map(_written, zones)),
-                       np.diag([((high - low) / (2.0 * Z95)) ** 2 for _, low, high in zones.values()])))
-    clocks = usable[0].clocks
-    parameters += _odometry_parameters(clocks['odom'], latency)
-    notes += ['dead_time holds the latency of odometry, too: one clock that stamps and records both, and --same-clock, '
-              'tell them apart'] if latency is None else []
-    notes += findings.not_seen(fit, usable)
-    names, covariance = _together(blocks)
-    predictions = _predict(usable, fit, robot, given, tell)
+    names, covariance = _estimates(found, fit, [one.name for one in kept])
+    clocks, predictions = usable[0].clocks, _predict(usable, fit, robot, given, tell)
+    odometry = _of_odometry(calibration, seen)
+    notes = [f'wheel separation {robot.wheel_separation} m and radius {robot.wheel_radius} m are given, not measured',
+             'a command is taken to reach the robot when it reaches the recorder', *odometry.notes,
+             *(['dead_time holds the latency of odometry, too: one clock that stamps and records both, and '
+                '--same-clock, tell them apart'] if latency is None else []), *findings.not_seen(fit, usable)]
     return Identification(
-        VELOCITY, tuple(parameters), names, covariance, tuple(reported), rates_of(clocks), errors_of(predictions),
-        tuple(map(left_out, too_wide)),
+        VELOCITY, (*odometry.parameters, *renamed, *_odometry_parameters(clocks['odom'], latency)),
+        (*odometry.names, *names), _diagonal(odometry.covariance, covariance), tuple(delays), rates_of(clocks),
+        errors_of(predictions), tuple(left_out(one) for one in every if one not in kept),
         tuple(findings.missing_in_model(found, predictions, _inputs_beside(usable))), tuple(notes), tuple(predictions),
         found.whitened, {})
+
+
+def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded]) -> _Part:
+    """Return what a pose from outside tells of odometry."""
+    if calibration is None:
+        return _Part([], (), np.zeros((0, 0)), ['wheel_gain and turn_gain are those that odometry shows: where it '
+                                                'comes from the wheels, it sees no skidding'])
+    frame = outside.alignment(seen[0])
+    return _Part(
+        [interval_of(name, value, deviation, '') for name, value, deviation in zip(
+            outside.ERRORS, calibration.values.tolist(), calibration.deviations.tolist(), strict=False)],
+        outside.ERRORS, calibration.covariance[:3, :3],
+        [f'the frame of odom lies at x {frame.x:.3f} m, y {frame.y:.3f} m, rotated by {frame.rotation:.3f} rad, in '
+         'that of ground_truth'])
+
+
+def _estimates(found: Estimate, fit: BaseFit, kept: Sequence[str]) -> tuple[tuple[str, ...], Floats]:
+    """Return names and covariance of those estimates that are written; a dead zone's is that of its interval."""
+    index = [n for n, name in enumerate(found.names) if name in kept]
+    zones = {name: zone for name, zone in fit.zones.items() if name in kept}
+    return (tuple(_written(name) for name in (*(found.names[n] for n in index), *zones)), _diagonal(
+        found.covariance[np.ix_(index, index)],
+        np.diag([((high - low) / (2.0 * Z95)) ** 2 for _, low, high in zones.values()])))
 
 
 def _unit(name: str) -> str:
@@ -159,15 +167,12 @@ def _odometry_parameters(clock: Clock, latency: float | None) -> list[Parameter]
     return found
 
 
-def _together(blocks: Sequence[tuple[tuple[str, ...], Floats]]) -> tuple[tuple[str, ...], Floats]:
-    """Return names and covariance of independent estimates."""
-    names = tuple(name for part, _ in blocks for name in part)
-    covariance = np.zeros((len(names), len(names)))
-    begin = 0
-    for part, block in blocks:
-        covariance[begin:begin + len(part), begin:begin + len(part)] = block
-        begin += len(part)
-    return names, covariance
+def _diagonal(first: Floats, second: Floats) -> Floats:
+    """Return the covariance of two independent groups of estimates."""
+    covariance = np.zeros((len(first) + len(second),) * 2)
+    covariance[:len(first), :len(first)] = first
+    covariance[len(first):, len(first):] = second.reshape(len(second), len(second))
+    return covariance
 
 
 def _inputs_beside(recordings: Sequence[Recorded]) -> list[tuple[str, Floats]]:
