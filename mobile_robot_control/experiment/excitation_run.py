@@ -1,5 +1,6 @@
 """One excitation from its first message to its last: the robot is stopped in the end, whatever happens."""
 
+import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -69,9 +70,12 @@ def excite_robot(request: ExcitationRequest, stop: Stop) -> Excitation:
 def _wait_for(exciter: Exciter, executor: Executor, stop: Stop) -> None:
     """Wait until the robot is there; raise ParameterError where it is not, or others command it."""
     deadline = time.monotonic() + _PATIENCE
-    settled = time.monotonic() + SETTLE
+    settled, told = time.monotonic() + SETTLE, False
     while ((exciter.missing() and time.monotonic() < deadline) or time.monotonic() < settled) and not stop.requested:
         executor.spin_once(timeout_sec=_TURN)
+        if exciter.missing() and time.monotonic() > settled and not told:
+            told = True
+            print(f'excite: waiting: {exciter.missing()}', file=sys.stderr)
     others = exciter.others()
     refusal = exciter.missing() or (others and f'{others} commands the robot already: stop it')
     if stop.requested or refusal:

@@ -100,7 +100,8 @@ class Exciter(Node):
         if self.publisher is not None:
             with suppress(ValueError):  # not discovered yet
                 names.remove(f'{self.get_namespace().rstrip("/")}/{self.get_name()}')
-        return ' and '.join(names)
+        # the name of a node is discovered after its publishers
+        return ' and '.join(name for name in names if '_UNKNOWN_' not in name)
 
     def begin(self) -> None:
         """Begin where the robot stands; its odometry is there."""
