@@ -28,8 +28,8 @@ class ExcitationRequest(NamedTuple):
     duration: Annotated[float, Field('s', 'wall time', minimum=10.0)] = 60.0
     rate: Annotated[float, Field('Hz', 'of the commands: that at which the robot will be driven', minimum=5.0,
                                  maximum=200.0)] = 50.0
-    bag: Annotated[str | None, Field('', 'new bag for commands, odometry, joint_states and ground_truth; without it, '
-                                     'record them yourself'), Reader(encodable_path, 'DIR')] = None
+    bag: Annotated[str | None, Field('', 'new bag for commands, odometry, joint_states, wheel_torques, ground_truth; '
+                                     'without it, record them yourself'), Reader(encodable_path, 'DIR')] = None
     namespace: Annotated[str, Field('', 'of the robot'), Reader(read_namespace, 'NS')] = '/'
     topic: Topics = ()
 

@@ -76,8 +76,8 @@ class Exciter(Node):
         self.fault = ''
         self.way = self.turn = self.farthest = 0.0
         self._read = (partial(deserialise, _ODOMETRY), read_odometry)
-        for name, kind in (('odom', _ODOMETRY), (GROUND_TRUTH, _ODOMETRY),
-                           ('joint_states', LOOP_TOPICS['joint_states'].kind)):
+        for name in ('odom', GROUND_TRUTH, 'joint_states', 'wheel_torques'):
+            kind = LOOP_TOPICS[name].kind if name in LOOP_TOPICS else _ODOMETRY
             topic = self.resolve_topic_name(topics.get(name, name))
             subscribe_to(self, topic, partial(self._take, topic, kind), SENSORS, kind)
 
