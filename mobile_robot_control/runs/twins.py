@@ -73,20 +73,23 @@ def with_twins(runs: Sequence[Run]) -> tuple[list[Run], Twins | None]:
     """
     Return runs with the real one on the time base of the simulated one, and how far they are apart.
 
-    Runs without both names, or of which one has no reference or no motion, are returned as they are, with None.
+    Runs without both names are returned as they are, with None; where two with these names cannot be compared, the
+    problems of the real one say so.
     """
     named = {run.name: run for run in runs}
     if not {REAL, SIMULATED} <= named.keys():
         return list(runs), None
     real, simulated = named[REAL], named[SIMULATED]
-    if not all(run.series.has('reference') and run.time.size > 1 for run in (real, simulated)):
-        return list(runs), None
-    shift, apart = _shift(_reference(real.series), _reference(simulated.series))
-    series = copy.copy(real.series)
-    series.origin += round(1e9 * shift)
-    moved = real._replace(series=series)
-    found = _compared(moved, simulated, shift, apart)
-    return [moved if run is real else run for run in runs], found
+    if all(run.series.has('reference') and run.time.size > 1 for run in (real, simulated)):
+        shift, apart = _shift(_reference(real.series), _reference(simulated.series))
+        series = copy.copy(real.series)
+        series.origin += round(1e9 * shift)
+        moved = real._replace(series=series)
+        if max(moved.time[0], simulated.time[0]) < min(moved.time[-1], simulated.time[-1]):
+            return ([moved if run is real else run for run in runs], _compared(moved, simulated, shift, apart))
+    told = real._replace(problems=(*real.problems, 'is not put beside the simulated run: they have no time in which '
+                                   'both have a reference and a motion'))
+    return [told if run is real else run for run in runs], None
 
 
 def _reference(series: Series) -> Floats:

@@ -54,3 +54,11 @@ def test_twins_on_different_curves_are_told_so_and_other_names_are_left_alone():
     assert 'this compares different motions' in found.sentence
     runs = [real, simulated('other', 0.2)]
     assert with_twins(runs) == (runs, None)
+
+
+def test_twins_without_a_common_time_are_told_so():
+    real, twin = on_the_wall_clock(simulated('real', 0.2)), simulated('simulated', 0.15)
+    alone = Series({topic: signal for topic, signal in real.series.signals.items() if topic != 'reference'})
+    (told, _), found = with_twins([real._replace(series=alone), twin])
+    assert found is None
+    assert 'is not put beside the simulated run' in told.problems[-1]
