@@ -43,7 +43,7 @@ def _run(options: argparse.Namespace) -> int:
     # imported late: the environment is checked, and nothing is needed to say what would be done
     from mobile_robot_control.experiment.excitation_run import excite_robot  # noqa: PLC0415
 
-    done = excite_robot(request, options.stop)
+    done = excite_robot(request, area, options.stop)
     print(f'driven {done.way:.2f} m, turned {done.turn:.1f} rad, at most {done.farthest:.2f} m from the start')
     if request.bag:
         print(f'bag: {printable(request.bag)}')

@@ -9,8 +9,9 @@ import rclpy
 from rclpy.executors import Executor
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.experiment.exciting import Excitation, ExcitationRequest, area_of
+from mobile_robot_control.experiment.exciting import Excitation, ExcitationRequest
 from mobile_robot_control.experiment.runner import SETTLE
+from mobile_robot_control.identification.excitation import Area
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.nodes.exciter import Exciter
@@ -31,17 +32,16 @@ _LEAST = (0.01, 0.05)
 """[m], [rad]: a robot that has moved less has not followed."""
 
 
-def excite_robot(request: ExcitationRequest, stop: Stop) -> Excitation:
+def excite_robot(request: ExcitationRequest, area: Area, stop: Stop) -> Excitation:
     """
     Drive a robot until the duration is over, a stop is requested or a fault shows; it gets zero commands then.
 
     Raises
     ------
     ParameterError
-        If nothing was commanded: no odometry, no robot that takes commands, others that command it, or a bag that is
-        there already.
+        If nothing was commanded: no odometry, no robot that takes commands, or others that command it.
     """
-    area, shared = area_of(request), request.sources.configuration(request.namespace).plant.shared
+    shared = request.sources.configuration(request.namespace).plant.shared
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     with ExitStack() as stack:
         bag: list[BagWriter] = []

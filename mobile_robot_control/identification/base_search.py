@@ -224,8 +224,7 @@ def _with_limit(search: _Search, before: Estimate, fixed: Mapping[str, float], n
     best = min(starts, key=lambda one: search.cost(beginning(*one), fixed, before))
     search.tell()
     after = search.estimate(beginning(*best), fixed, 1)
-    is_of_time = not name.startswith('base.max_speed')
-    acts = not is_of_time or search.commands(n).max() > _SHORTEST_RAMP * _values(after)[name]
+    acts = name.startswith('base.max_speed') or search.commands(n).max() > _SHORTEST_RAMP * _values(after)[name]
     return after if acts and _is_worth(before, after) else before
 
 

@@ -19,7 +19,7 @@ _NOTABLE = 0.1
 _SURE = 5.0
 """... where it is as many times what chance makes of it."""
 _SLIGHT = 0.01
-"""Share of the motion below which its rest, unlike noise or not, is not worth a word."""
+"""Share of the motion below which residuals are not worth a word."""
 _STILL = 1e-3
 _EXCITE = 'record a minute of starts, stops, slow and fast commands, such as those of the command excite'
 
@@ -144,7 +144,7 @@ def missing_in_model(
     found : Estimate
         With residuals that would be white if the model and its noise were right.
     predictions : sequence of Prediction
-        Motion as recorded and as modelled: a rest that is small beside it is not told.
+        Motion as recorded and as modelled; residuals that are small beside it are not told.
     inputs : sequence of (str, array of float)
         Names of what drives the robot, and its values beside the residuals, shape (n, 2) each.
     """
@@ -171,8 +171,8 @@ def missing_in_model(
                     lag = int(np.abs(beside).argmax())
                     words.append(f'residuals of {output} follow {name} of {given}, most after {lag} samples '
                                  f'(correlation {beside[lag]:+.2f}): the response has a part that the model '
-                                 'lacks, such as a second lag, a '
-                                 'filter, a ramp, or commands that the base takes at a rate of its own')
+                                 'lacks, such as a second lag, a filter, a ramp, or commands that the base takes at a '
+                                 'rate of its own')
     return words
 
 

@@ -79,14 +79,20 @@ COURSES = [('trifolium', []), ('lemniscate', []), ('path', [
     'reference_cart.timing.max_angular_velocity:=0.8', 'reference_cart.timing.max_angular_acceleration:=2.0'])]
 
 
-def promise_and_error(base, folder, gains=()):
-    """Excite and identify a stand-in base; return what its file promises on each course, and what the base does."""
-    found = identified(record_stand_in(folder / 'bag', base), same_clock=True)
-    (folder / 'found.yaml').write_text(parameter_text(found))
+def identified_file(base, folder):
+    """Excite and identify a stand-in base; return the file."""
+    file = folder / 'found.yaml'
+    file.write_text(parameter_text(identified(record_stand_in(folder / 'bag', base), same_clock=True)))
+    return file
+
+
+def promise_and_error(base, found, gains=()):
+    """Yield what the file of an identified base promises on each course, and what the base does."""
+    folder = found.parent
     (folder / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n0,1\n')
     for course, given in COURSES:
         file = [f'reference_cart.path.file:={folder}/path.csv'] if course == 'path' else []
-        parameters = at_cart_start(configure(load([CONFIG / 'wall_clock.yaml', folder / 'found.yaml', *gains], [
+        parameters = at_cart_start(configure(load([CONFIG / 'wall_clock.yaml', found, *gains], [
             '/**.lockstep:=true', '/**.odometry_stamped:=sampled', '/**.feedforward.enabled:=false',
             f'reference_cart.curve:={course}', *file, *given, *([] if gains else TUNED)])))
         until = course_of(parameters.reference_cart).period if course == 'path' else 32.0
@@ -95,7 +101,7 @@ def promise_and_error(base, folder, gains=()):
 
 
 def test_what_the_file_of_an_identified_base_promises_is_what_the_base_does(tmp_path):
-    for promise, error in promise_and_error(BASES['stand-in'], tmp_path):
+    for promise, error in promise_and_error(BASES['stand-in'], identified_file(BASES['stand-in'], tmp_path)):
         assert promise == pytest.approx(error, rel=0.3)
 
 
@@ -103,14 +109,13 @@ def test_what_the_file_of_an_identified_base_promises_is_what_the_base_does(tmp_
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize('name', BASES)
 def test_so_it_does_for_all_bases_with_gains_tuned_for_the_file(name, tmp_path):
-    found = identified(record_stand_in(tmp_path / 'first', BASES[name]), same_clock=True)
-    (tmp_path / 'first.yaml').write_text(parameter_text(found))
+    file = identified_file(BASES[name], tmp_path)
     # as docs/own_robot.md tunes
-    tuned = mrc.tune('backstepping', CONFIG / 'wall_clock.yaml', tmp_path / 'first.yaml', seed=1, generations=20,
+    tuned = mrc.tune('backstepping', CONFIG / 'wall_clock.yaml', file, seed=1, generations=20,
                      population=30, delays=(0, 4), random=8,
                      parameters={'/**.lockstep': True, '/**.odometry_stamped': 'sampled'})
     tuned.save(tmp_path / 'gains.yaml')
-    for promise, error in promise_and_error(BASES[name], tmp_path, [tmp_path / 'gains.yaml']):
+    for promise, error in promise_and_error(BASES[name], file, [tmp_path / 'gains.yaml']):
         print(f'{name}: promised {100.0 * promise:.2f} cm, driven {100.0 * error:.2f} cm')
         assert promise == pytest.approx(error, rel=0.3)
 
