@@ -74,6 +74,8 @@ MOST_EVENTS = 1000
 """Messages on `events` that a node keeps for later subscribers."""
 RUN_KEY = 'run'
 """Key of a status on `events`: which run of the node that publishes it, from 0."""
+LAW_FILE = 'law_file'
+"""Key of a status on `events`: laws whose file was read again, each with the checksum of its text."""
 OTHER_TOPICS = {
     'reference_path': ('reference_cart',),
     EVENTS: _EVERY_NODE,

@@ -1,5 +1,6 @@
 """The command `dashboard` in a process of its own, and its page in a browser."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -48,9 +49,13 @@ class LivePage:
 
     def nodes(self):
         """Return the process numbers of the nodes that it has started."""
-        children = Path(f'/proc/{self.process.pid}/task/{self.process.pid}/children').read_text().split()
-        return [int(child) for child in children
-                if b'ros.executables' in Path(f'/proc/{child}/cmdline').read_bytes()]
+        found = []
+        for process in Path('/proc').glob('[0-9]*'):
+            with contextlib.suppress(OSError):  # it has ended meanwhile
+                parent = (process / 'stat').read_text().rpartition(')')[2].split()[1]
+                if int(parent) == self.process.pid and b'ros.executables' in (process / 'cmdline').read_bytes():
+                    found.append(int(process.name))
+        return found
 
     def stop(self):
         """End it as Ctrl-C does; return its exit code."""
@@ -68,18 +73,18 @@ class LivePage:
 class OpenPage:
     """The page in a browser of selenium, as a user finds it."""
 
-    def __init__(self, browser, address):
+    def __init__(self, browser, address, nodes=4):
         self.browser, self.driver = browser, browser.driver
         self.driver.get(address)
-        self.wait(lambda: self.text('run').startswith('t = ') and self.text('nodes').count('running') == 4
+        self.wait(lambda: self.text('run').startswith('t = ') and self.text('nodes').count('running') >= (nodes or 3)
                   and self.driver.execute_script('return document.getElementById("law").options.length'))
 
-    def wait(self, condition, seconds=60.0):
-        """Wait until a condition holds in the page."""
+    def wait(self, condition, seconds=60.0, look=lambda: None):
+        """Wait until a condition holds in the page; a failure tells what `look` returns."""
         try:
             wait_until(condition, seconds, 0.05)
         except AssertionError as error:
-            shown = [self.text(name) for name in ('run', 'nodes', 'notice', 'changes')]
+            shown = [look(), *(self.text(name) for name in ('run', 'nodes', 'notice', 'changes'))]
             raise AssertionError(f'{error}; the page shows {shown}') from None
 
     def find(self, selector):
@@ -119,6 +124,12 @@ class OpenPage:
         self.driver.execute_script('if (document.activeElement) document.activeElement.blur()')
         ActionChains(self.driver).send_keys(text).perform()
 
+    def keys_here(self, *keys):
+        """Press keys where the focus is."""
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        ActionChains(self.driver).send_keys(*keys).perform()
+
     def type_into(self, field, text):
         """Replace what a field holds, as a user does."""
         from selenium.webdriver.common.keys import Keys
@@ -135,38 +146,78 @@ class OpenPage:
 
 class Lesson:
     """
-    A lesson of the page, opened.
+    A lesson of the page, begun by keyboard alone.
 
     Parameters
     ----------
     page : OpenPage
-    title : str
-        A part of its title.
+    name : str
+        Of its file, which begins with its number.
 
     """
 
-    def __init__(self, page, title):
-        self._page = page
-        self.element, = [found for found in page.driver.find_elements('css selector', '#lessons details')
-                         if title in found.find_element('css selector', 'summary').text]
-        page.driver.execute_script('arguments[0].open = true; arguments[0].scrollIntoView()', self.element)
+    def __init__(self, page, name):
+        from selenium.webdriver.common.keys import Keys
 
-    def move(self, number, value):
-        """Set a control."""
+        self._page, self._keys = page, Keys
+        if not page.driver.execute_script('return document.querySelector("#live.teaching")'):
+            self.focus('#lessons')
+            self.press(Keys.ENTER)
+            page.wait(lambda: page.driver.find_elements('css selector', '#lesson select'))
+        self.focus('#lesson .head select')
+        self.press(name[0])
+        page.wait(lambda: page.driver.execute_script('return location.hash') == f'#lesson={name}')
+        page.wait(lambda: self._state('lesson') == name)
+
+    def _state(self, name):
+        """Return what the server has told last."""
         self._page.driver.execute_script(
-            'const field = arguments[0].querySelectorAll(".controls input, .controls select")[arguments[1]];'
-            'field.value = arguments[2]; field.dispatchEvent(new Event("change"))', self.element, number, value)
+            'if (!window.told) { window.told = {}; mrc.live.on("state", (state) => { window.told = state; }); }')
+        return self._page.driver.execute_script('return window.told[arguments[0]]', name)
+
+    def press(self, *keys):
+        """Press keys, where the focus is."""
+        self._page.keys_here(*keys)
+
+    def focus(self, selector):
+        """Move the focus to an element by the tabulator."""
+        found = 'return document.activeElement && document.activeElement.matches(arguments[0])'
+        for _ in range(80):
+            if self._page.driver.execute_script(found, selector):
+                return
+            self.press(self._keys.TAB)
+        raise AssertionError(f'{selector} cannot be reached by keyboard')
+
+    def move(self, number, *keys):
+        """Press keys on a control."""
+        self.focus(f'#lesson .controls label:nth-child({number + 1}) :is(input, select)')
+        self.press(*keys)
 
     def verdict(self):
         """Return what is said of the last answer or of a control."""
-        return self.element.find_element('css selector', '.verdict').text
+        return self._page.find('#lesson .verdict').text
 
-    def check(self, answer=''):
-        """Answer, and return what is said of it."""
-        if answer:
-            self._page.driver.execute_script(
-                'arguments[0].querySelector(".bar input, .bar select").value = arguments[1]', self.element, answer)
-        button = self.element.find_element('css selector', '.bar button')
-        self._page.driver.execute_script('arguments[0].click()', button)
-        self._page.wait(button.is_enabled)
+    def check(self, *keys):
+        """Answer by keys, and return what is said of it."""
+        if keys:
+            self.focus('#lesson form :is(input, select)')
+            if self._page.driver.execute_script('return document.activeElement.tagName') == 'INPUT':
+                self._page.driver.execute_script('document.activeElement.value = ""')
+            self.press(*keys)
+        self.focus('#lesson form button')
+        self.press(self._keys.ENTER)
         return self.verdict()
+
+    def hidden(self):
+        """Return what the lesson needs and is not in view, without scrolling."""
+        return self._page.driver.execute_script(
+            'const needed = ["#scene", "#numbers", "#lesson .controls", "#lesson .question", "#lesson form"];'
+            'if (!document.querySelector("#charts").hidden) needed.push("#charts figure:not([hidden])");'
+            'return needed.filter((name) => { const box = document.querySelector(name).getBoundingClientRect();'
+            'return box.top < 0 || box.bottom > window.innerHeight + 1 || box.right > window.innerWidth + 1; })')
+
+    def close(self):
+        """Leave the lesson, and wait until what it changed is taken back."""
+        self.focus('#lesson .head button')
+        self.press(self._keys.ENTER)
+        self._page.wait(lambda: self._state('lesson') == '')

@@ -16,7 +16,7 @@ from mobile_robot_control.simulation.closed_loop import Loop, LoopState
 from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.ticks import make_position_tick, make_velocity_tick
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.system.texts import describe_error
+from mobile_robot_control.system.texts import located_error
 
 _SETTLING = 8.0
 """[s] at least, and whole laps, before the lap that is looked at: transients from rest are over."""
@@ -95,7 +95,7 @@ def lap_loop(configuration: Configuration) -> LapLoop:
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a law can raise anything
-            raise NotFollowedError(f'the law fails ({describe_error(error)})') from error
+            raise NotFollowedError(f'the law fails ({located_error(error)})') from error
         if not is_sound(ticked[0].command):
             raise NotFollowedError('the law gives a command that is not finite')
         return ticked

@@ -1,7 +1,6 @@
 """The parameter files of robots: those of this package by name, and those of users by path."""
 
 import os
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
@@ -12,11 +11,10 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 _ENDINGS = ('.yaml', '.yml')
 
 
-def _possible_folders(package: Path) -> Iterator[Path]:
-    """Yield where the robots may lie: beside the package in its repository, below a prefix that it is installed to."""
-    yield package.parent / 'config' / 'robots'
-    for prefix in package.parents:
-        yield prefix / 'share' / package.name / 'config' / 'robots'
+def shipped_folder(name: str, package: Path = _PACKAGE) -> Path | None:
+    """Return a folder of config/: in the repository, or below a prefix that the package is installed to; or None."""
+    places = [package.parent, *(prefix / 'share' / package.name for prefix in package.parents)]
+    return next((folder for place in places if (folder := place / 'config' / name).is_dir()), None)
 
 
 @lru_cache(maxsize=1)
@@ -35,10 +33,8 @@ def shipped_robots(package: Path = _PACKAGE) -> dict[str, Path]:
         By name, the parameter file; empty where the package is installed without its parameter files.
 
     """
-    for folder in _possible_folders(package):
-        if folder.is_dir():
-            return {file.stem: file for file in sorted(folder.glob('*.yaml'))}
-    return {}
+    folder = shipped_folder('robots', package)
+    return {file.stem: file for file in sorted(folder.glob('*.yaml'))} if folder else {}
 
 
 def robot_file(robot: str) -> Path:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import BodyVelocity, Observation
-from mobile_robot_control.system.texts import describe_error
+from mobile_robot_control.system.texts import located_error
 
 
 class NoState(NamedTuple):
@@ -107,7 +107,7 @@ def checked_step(law: Law, state: Any, observation: Observation, gains: Any, dt:
         after, command = law.step(state, observation, gains, dt)
         sound = is_sound(command)
     except BaseException as error:  # a law can raise anything, SystemExit too
-        raise LawFailedError(describe_error(error)) from error
+        raise LawFailedError(located_error(error)) from error
     if not sound:
         raise LawFailedError(f'its command is v = {command.linear} m/s, omega = {command.angular} rad/s')
     return after, command

@@ -13,7 +13,7 @@ from mobile_robot_control.control.law import Law
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
 from mobile_robot_control.plugins.registry import Registry, Source, name_violations
-from mobile_robot_control.system.texts import describe_error, shortened
+from mobile_robot_control.system.texts import located_error, shortened
 
 BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (
     'backstepping',
@@ -193,5 +193,5 @@ def prepared_gains(law: Law, gains: Any, dt: float) -> Any:
     try:
         return _prepared(law.prepare, gains, dt)
     except BaseException as error:  # a law can raise anything
-        raise ParameterError([f"the law '{law.name}' cannot prepare its gains {gains}: {describe_error(error)}"
+        raise ParameterError([f"the law '{law.name}' cannot prepare its gains {gains}: {located_error(error)}"
                               ]) from error

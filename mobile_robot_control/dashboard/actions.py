@@ -2,19 +2,26 @@
 
 import asyncio
 import json
+import signal
 from collections import Counter
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.dashboard.disturbances import DISTURBANCES
-from mobile_robot_control.dashboard.lessons import chapter_numbers, surface_numbers
+from mobile_robot_control.dashboard.fuzzy_surface import surface_numbers
+from mobile_robot_control.dashboard.lesson_files import Lesson
 from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.path_drawing import MOST, on_a_path, planned, start_of
-from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters
+from mobile_robot_control.dashboard.recordings import STATE, BusyError, Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
+from mobile_robot_control.dashboard.started_nodes import StartedNodes
+from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.system.files import explain
@@ -28,6 +35,8 @@ _LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque')
 """That a page sets along with a path."""
 _PATIENCE, _LOOK = 3.0, 0.05
 """[s] of wall time until a cart has taken a path over or refused it, and between two looks."""
+_START = 20.0
+"""[s] of wall time that a node has to start again."""
 _AT_ONCE = {'period'}
 """What changes where the cart is, without a new run."""
 
@@ -68,26 +77,48 @@ class Actions:
         Of the page.
     saved : Path
         Folder for saved parameters.
+    nodes : StartedNodes or None
+        Those that this page has started; None where it has attached to others.
+    lessons : sequence of Lesson
+        That can be played.
+    robot : str
+        Name of the robot; '' where it is not known.
+    reads_laws : bool
+        Whether the files of laws may be read again.
+
+    Attributes
+    ----------
+    teaching : Teaching
+        The lesson under way.
 
     """
 
-    def __init__(self, link: RobotLink, recordings: Recordings, saved: Path) -> None:
-        self._link, self._recordings, self._saved = link, recordings, saved
+    def __init__(
+        self, link: RobotLink, recordings: Recordings, saved: Path, nodes: StartedNodes | None = None,
+        lessons: Sequence[Lesson] = (), robot: str = '', reads_laws: bool = False,
+    ) -> None:
+        self._link, self._recordings, self._saved, self._nodes = link, recordings, saved, nodes
+        self._reads_laws = reads_laws and nodes is not None
+        self.teaching = Teaching(lessons, robot, Robot(self._present, self._change, self._begin_run))
         self._handlers: dict[str, Callable[[Mapping[str, Any]], Awaitable[Answer]]] = {
             'set': self._set, 'save': self._save, 'record': self._record,
             'finish': self._finish, 'reset': self._reset, 'step': self._step,
             'curve': self._curve, 'disturb': self._disturb,
-            'lesson': self._lesson, 'plan': self._plan, 'path': self._path,
+            'surface': self._surface, 'plan': self._plan, 'path': self._path, 'restart': self._restart,
+            'defaults': self._defaults, 'read_law': self._read_law, 'move': self._move, 'end': self._end,
         }
 
-    async def fulfil(self, request: Any) -> Answer:
-        """Fulfil a request as JSON has it, whatever it holds; never raises."""
+    async def fulfil(self, request: Any, whose: object = None) -> Answer:
+        """Fulfil a request as JSON has it, whatever it holds and whose page it is of; never raises."""
         try:
             asked = request.get('do') if isinstance(request, dict) else None
+            if asked == 'lesson':
+                await self.teaching.begin(str(request.get('name')), whose)
+                return Answer(True, '')
             if not isinstance(asked, str) or asked not in self._handlers:
                 raise RefusedRequestError('the page asked for something that is not there; load it again')
             return await self._handlers[asked](request)
-        except (NoAnswerError, RefusedRequestError, BusyError) as error:
+        except (NoAnswerError, RefusedRequestError, LessonError, BusyError) as error:
             return Answer(False, shortened(str(error)))
         except OSError as error:
             return Answer(False, shortened(explain(error)))
@@ -209,11 +240,106 @@ class Actions:
         found: dict[str, dict[str, Any]] = await self._ask(look)
         return found
 
-    async def _lesson(self, _: Mapping[str, Any]) -> Answer:
-        """Answer with the numbers of the lessons, as JSON."""
+    async def _surface(self, _: Mapping[str, Any]) -> Answer:
+        """Answer with the surface of the fuzzy law, as JSON."""
         values = (await self._present()).get('position_controller', {})
-        numbers = await asyncio.to_thread(lambda: {'chapter': chapter_numbers(), 'surface': surface_numbers(values)})
-        return Answer(True, json.dumps(numbers))
+        return Answer(True, json.dumps(await asyncio.to_thread(surface_numbers, values)))
+
+    async def _move(self, request: Mapping[str, Any]) -> Answer:
+        """Set a control of the lesson under way."""
+        number, value = request.get('control'), request.get('value')
+        if type(number) is not int or not isinstance(value, str | int | float):
+            raise RefusedRequestError('a control has a number and a value')
+        await self.teaching.move(number, value)
+        return Answer(True, '')
+
+    async def _end(self, _: Mapping[str, Any]) -> Answer:
+        """End the lesson under way."""
+        await self.teaching.end()
+        return Answer(True, '')
+
+    async def _change(self, node: str, values: Mapping[str, Any]) -> None:
+        """Change parameters of a node, which starts again where one of them cannot change while it runs."""
+        def is_live(name: str) -> bool:
+            known = self._link.book.nodes.get(node)
+            return known is None or name not in known.entries or known.entries[name].live
+
+        lasting = {name: value for name, value in values.items() if not await self._ask(partial(is_live, name))}
+        present = (await self._present()).get(node, {})
+        if any(present.get(name) != value for name, value in lasting.items()):
+            await self._start_again(node, lasting)
+        changes = {name: value for name, value in values.items() if name not in lasting}
+        if changes:
+            refused = await self._ask(lambda: self._link.book.set(node, changes, together=True))
+            if refused:
+                raise RefusedRequestError(refused)
+
+    async def _begin_run(self, pose: Sequence[float] | None) -> None:
+        begun = await self._reset({} if pose is None else {'pose': list(pose)})
+        if not begun.good:
+            raise RefusedRequestError(begun.text)
+
+    async def _restart(self, request: Mapping[str, Any]) -> Answer:
+        """Start a node again that has ended."""
+        node = request.get('node')
+        if not isinstance(node, str):
+            raise RefusedRequestError('a node has a name')
+        await self._start_again(node, {})
+        return Answer(True, '')
+
+    async def _start_again(self, node: str, changes: Mapping[str, Any]) -> None:
+        """Start a node again with its present parameters and some changes, and wait until it is known."""
+        if self._nodes is None:
+            raise RefusedRequestError(f'this page has not started the {shortened(node, 60)}; start it yourself')
+
+        def known() -> bytes:
+            found = self._link.book.nodes.get(node)
+            return found.endpoint if found is not None and found.entries and found.values else b''
+
+        before, present = await self._ask(known), await self._present()
+        present[node] = present.get(node, {}) | dict(changes)
+        values = {role: {name: tuple(value) if isinstance(value, list) else value for name, value in found.items()
+                         if value is not None and name not in STATE} for role, found in present.items()}
+        await asyncio.to_thread(self._nodes.restart, node, values)
+        for _ in range(round(_START / _LOOK)):
+            await asyncio.sleep(_LOOK)
+            if await self._ask(known) not in (b'', before):
+                return
+        raise RefusedRequestError(f'the {node} was started again, and has not answered for {_START:g} s')
+
+    async def _defaults(self, _: Mapping[str, Any]) -> Answer:
+        """Take all live parameters back to those that the nodes were started with, and begin a new run there."""
+        def changed() -> dict[str, dict[str, Any]]:
+            return {role: {name: entry.default for name, entry in known.entries.items()
+                           if entry.live and name not in STATE and entry.default is not None
+                           and known.values.get(name) != entry.default}
+                    for role, known in self._link.book.nodes.items()}
+
+        await self.teaching.end()
+        for node, values in (await self._ask(changed)).items():
+            if values:
+                answer = await self._set({'node': node, 'values': values})
+                if not answer.good:
+                    return answer
+        return await self._reset({})
+
+    async def _read_law(self, _: Mapping[str, Any]) -> Answer:
+        """Read the files of `--law` again that have changed: here first, which finds errors, then in the node."""
+        if not self._reads_laws or self._nodes is None:
+            raise RefusedRequestError('laws are read again for nodes that a page on this machine has started')
+        before = {law.name: list(declarations(law.gains)) for law in LAWS.values()}
+        read = await asyncio.to_thread(LAWS.load_changed)
+        if not read:
+            return Answer(True, 'no file has changed')
+        if any(list(declarations(LAWS[name].gains)) != before.get(name) for name in read):
+            await self._start_again('position_controller', {})
+        else:
+            self._nodes.signal('position_controller', signal.SIGUSR1)
+        return Answer(True, f'read {", ".join(read)} again')
+
+    def changed_laws(self) -> list[str]:
+        """Return the names of the files of laws that have changed on disk."""
+        return [Path(file).name for file in LAWS.changed_files()] if self._reads_laws else []
 
     async def _save(self, _: Mapping[str, Any]) -> Answer:
         present = await self._present()

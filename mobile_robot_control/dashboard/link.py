@@ -17,6 +17,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.dashboard.disturbances import Disturbances
 from mobile_robot_control.dashboard.loop_topics import LoopTopics
@@ -35,7 +36,7 @@ from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS
 
 _KIND = 'diagnostic_msgs/msg/DiagnosticArray'
-_KEPT_CHANGES = 12
+_KEPT_CHANGES = 40
 
 
 class Events:
@@ -99,6 +100,8 @@ class RobotLink:
         Of the robot.
     note_progress : callable
         Called at every look.
+    started : Configuration or None
+        With which this page starts the nodes; None where they are others.
 
     Attributes
     ----------
@@ -111,8 +114,10 @@ class RobotLink:
 
     """
 
-    def __init__(self, namespace: str, note_progress: Callable[[], None] = lambda: None) -> None:
-        self._namespace, self._note_progress = namespace, note_progress
+    def __init__(
+        self, namespace: str, note_progress: Callable[[], None] = lambda: None, started: Configuration | None = None
+    ) -> None:
+        self.namespace, self._note_progress, self._started = namespace, note_progress, started
         self.frames: deque[Frame] = deque(maxlen=_KEPT)
         self.wanted, self.failure, self._number = False, '', 0
         self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
@@ -123,12 +128,12 @@ class RobotLink:
         """Join the graph; raise what rclpy raises where it cannot."""
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         # one node is looked at, the other one spun: no message wakes the thread up
-        self.watching = Node('dashboard', namespace=self._namespace, enable_rosout=False,
+        self.watching = Node('dashboard', namespace=self.namespace, enable_rosout=False,
                              start_parameter_services=False)
-        self.calling = Node('dashboard_calls', namespace=self._namespace, enable_rosout=False,
+        self.calling = Node('dashboard_calls', namespace=self.namespace, enable_rosout=False,
                             start_parameter_services=False)
         self.calls = ServiceCalls(self.calling)
-        self.book = ParameterBook(self.watching, self.calls)
+        self.book = ParameterBook(self.watching, self.calls, self._started)
         self.disturbances = Disturbances(self.calling, self.book)
         self.states, self.events = NodeStates(), Events()
         self.loop = LoopTopics(self.watching)

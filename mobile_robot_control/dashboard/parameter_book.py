@@ -7,15 +7,15 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any, NamedTuple
 
-from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters, SetParametersAtomically
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from mobile_robot_control.configuration.files import is_ros_parameter
-from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.dashboard.service_calls import NoAnswerError, ServiceCalls
-from mobile_robot_control.parameters.declaration import Declaration, declarations
+from mobile_robot_control.parameters.declaration import Declaration, declarations, flatten
 from mobile_robot_control.parameters.values import describe_bounds
 from mobile_robot_control.system.texts import shortened
 
@@ -131,20 +131,28 @@ _FOUND_BY = {'plant': ('joint_states', 'odom'), 'velocity_controller': ('wheel_t
 """The topics whose publisher plays a role, the surest first."""
 
 
-def players(node: Node) -> dict[str, tuple[str, bytes]]:
-    """Return full name and endpoint of the node that plays each role; of several the one that came last."""
-    found = {role: next((player for topic in topics if (player := _publisher(node, topic))), None)
-             for role, topics in _FOUND_BY.items()}
-    return {role: player for role, player in found.items() if player is not None}
+class Players:
+    """Finds the node that plays each role: of several the one that came last, as a killed one is listed for long."""
 
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._came: dict[bytes, int] = {}
 
-def _publisher(node: Node, topic: str) -> tuple[str, bytes] | None:
-    offers = node.get_publishers_info_by_topic(node.resolve_topic_name(topic))
-    # a node that is not discovered yet has no name
-    named = [offer for offer in offers if not offer.node_name.startswith('_NODE_')]
-    if not named:
-        return None
-    return f'{named[-1].node_namespace.rstrip("/")}/{named[-1].node_name}', bytes(named[-1].endpoint_gid)
+    def look(self) -> dict[str, tuple[str, bytes]]:
+        """Return full name and endpoint by role."""
+        found = {role: next((player for topic in topics if (player := self._publisher(topic))), None)
+                 for role, topics in _FOUND_BY.items()}
+        return {role: player for role, player in found.items() if player is not None}
+
+    def _publisher(self, topic: str) -> tuple[str, bytes] | None:
+        offers = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
+        # a node that is not discovered yet has no name
+        named = {bytes(offer.endpoint_gid): f'{offer.node_namespace.rstrip("/")}/{offer.node_name}'
+                 for offer in offers if not offer.node_name.startswith('_NODE_')}
+        for endpoint in named:
+            self._came.setdefault(endpoint, len(self._came))
+        last = max(named, key=self._came.__getitem__, default=None)
+        return None if last is None else (named[last], last)
 
 
 _MOST = 400
@@ -185,6 +193,8 @@ class ParameterBook:
         Whose graph is looked at.
     calls : ServiceCalls
         Calls the nodes.
+    started : Configuration or None
+        What the nodes were started with, which are the defaults then; None where it is not known.
 
     Attributes
     ----------
@@ -195,14 +205,17 @@ class ParameterBook:
 
     """
 
-    def __init__(self, node: Node, calls: ServiceCalls) -> None:
-        self._node, self._calls = node, calls
+    def __init__(self, node: Node, calls: ServiceCalls, started: Configuration | None = None) -> None:
+        self._players, self._calls = Players(node), calls
+        self._started = {} if started is None else {
+            role: {name: list(value) if isinstance(value, tuple) else value for name, value in flatten(part).items()}
+            for role, part in started._asdict().items()}
         self.nodes: dict[str, KnownNode] = {}
         self.version = 0
 
     def discover(self) -> None:
         """Look which nodes publish; ask those that are new for their parameters."""
-        for role, found in players(self._node).items():
+        for role, found in self._players.look().items():
             known = self.nodes.get(role)
             if known is not None and (known.name, known.endpoint) == found:
                 continue
@@ -234,8 +247,11 @@ class ParameterBook:
 
     def _take_descriptions(self, known: KnownNode, described: Any) -> None:
         ours = known_entries(known.role)
-        known.entries = {one.name: described_entry(one, known.values.get(one.name), ours)
-                         for one in described.descriptors if one.name in known.values}
+        started = self._started.get(known.role, {})
+        entries = (described_entry(one, known.values.get(one.name), ours)
+                   for one in described.descriptors if one.name in known.values)
+        known.entries = {entry.name: entry._replace(default=started.get(entry.name, entry.default))
+                         for entry in entries}
         self.version += 1
 
     def _ask(self, known: KnownNode, kind: Any, service: str, request: Any,
@@ -256,7 +272,7 @@ class ParameterBook:
             else:
                 self._fetch(known)
 
-    def set(self, role: str, values: dict[str, Any]) -> Future[str]:
+    def set(self, role: str, values: dict[str, Any], together: bool = False) -> Future[str]:
         """
         Set parameters of a node in one call.
 
@@ -266,6 +282,8 @@ class ParameterBook:
             Of the node.
         values : dict of str to object
             By name, as JSON has them; whole numbers serve where a float belongs.
+        together : bool
+            Whether all are refused where one is.
 
         Returns
         -------
@@ -288,13 +306,14 @@ class ParameterBook:
             if answer.exception() is not None:
                 done.set_exception(answer.exception())
                 return
-            refused = list(dict.fromkeys(one.reason or 'refused' for one in answer.result().results
-                                         if not one.successful))
+            results = [answer.result().result] if together else answer.result().results
+            refused = list(dict.fromkeys(one.reason or 'refused' for one in results if not one.successful))
             self.refresh()
             done.set_result(shortened('; '.join(refused), 1000))
 
-        self._calls.call(SetParameters, f'{known.name}/set_parameters', SetParameters.Request(
-            parameters=asked)).add_done_callback(answered)
+        kind, service = ((SetParametersAtomically, 'set_parameters_atomically') if together
+                         else (SetParameters, 'set_parameters'))
+        self._calls.call(kind, f'{known.name}/{service}', kind.Request(parameters=asked)).add_done_callback(answered)
         return done
 
     def trigger(self, role: str, service: str) -> Future[Any]:

@@ -16,7 +16,7 @@ from mobile_robot_control.plugins import plugin_environment
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.texts import shortened
 
-_STATE = ('paused', 'hold_at')
+STATE = ('paused', 'hold_at')
 """What is the state of a run rather than a parameter of the next one."""
 _SHOWN = 5
 """Recordings that the page shows."""
@@ -31,7 +31,7 @@ class BusyError(RuntimeError):
 def parameter_text(present: Mapping[str, Mapping[str, Any]]) -> str:
     """Return the present values of all nodes as a parameter file, without what only holds this run."""
     return parameter_file_text({node: {name: value for name, value in values.items()
-                                       if name not in _STATE and value is not None}
+                                       if name not in STATE and value is not None}
                                 for node, values in present.items()})
 
 

@@ -63,6 +63,10 @@ _UNANSWERED = 40
 """Messages under way to a browser at most; one that is slower leaves out rows."""
 _STATE = 0.5
 """[s] of wall time between two looks at the state."""
+_REMEMBERED = 60.0
+"""[s] of wall time for which topics are looked at after the last page is closed."""
+_GRACE = 5.0
+"""[s] of wall time after which the lesson of a page that has gone ends."""
 _LARGEST = 1 << 20
 """Bytes of a request."""
 
@@ -124,6 +128,8 @@ class PageServer:
         self._served = served
         self._sessions: set[_Session] = set()
         self._parameters = (-1, '')
+        self._left = -math.inf
+        self._leaving: set[asyncio.Task[None]] = set()
         log_in_lines()
         folders = []
         for name in ('recordings', 'saved'):
@@ -140,6 +146,7 @@ class PageServer:
         session = _Session(int(given) if given.isascii() and given.isdecimal() and len(given) < 16 else 0)
         await browser.accept()
         self._sessions.add(session)
+        session.send('lessons', json.dumps(self._served.actions.teaching.shown()))
         tasks = {asyncio.create_task(_send(browser, session))}
         try:
             while True:
@@ -150,8 +157,16 @@ class PageServer:
             pass
         finally:
             self._sessions.discard(session)
+            self._leaving.add(leaving := asyncio.create_task(self._leave(session)))
+            leaving.add_done_callback(self._leaving.discard)
             for task in list(tasks):
                 task.cancel()
+
+    async def _leave(self, session: _Session) -> None:
+        """End the lesson of a page that has gone, unless another one has begun it again."""
+        await asyncio.sleep(_GRACE)
+        with contextlib.suppress(Exception):  # its nodes may be gone, too
+            await self._served.actions.teaching.end(session)
 
     async def _take(self, session: _Session, text: str) -> None:
         """Take what a page has sent, whatever it is."""
@@ -165,7 +180,7 @@ class PageServer:
         elif request.get('do') == 'topics':
             session.topics = request.get('shown') is True
         else:
-            answer = await self._served.actions.fulfil(request)
+            answer = await self._served.actions.fulfil(request, session)
             number = request.get('number')
             session.send('answer', json.dumps([number if isinstance(number, int) else 0, answer.good, answer.text]))
 
@@ -181,7 +196,10 @@ class PageServer:
         look = 0.0
         while not stopped() and not serving.done():
             now = asyncio.get_running_loop().time()
-            self._served.link.wanted = bool(self._sessions)
+            if self._sessions:
+                self._left = now
+            # a page that is loaded again begins with the last minute
+            self._served.link.wanted = now - self._left < _REMEMBERED
             try:
                 self._send_rows()
                 if now >= look:

@@ -12,6 +12,7 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.configuration.addressing import read_namespace
 from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.dashboard.lesson_files import read_lessons
 from mobile_robot_control.experiment.fastdds_profiles import use_fastdds_profiles
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.checking import ParameterError
@@ -26,6 +27,8 @@ from mobile_robot_control.system.texts import printable
 _SETTLE = 3.2
 """[s] of wall time in which other publishers are looked for before nodes are started; DDS announces every 3 s."""
 _LOCAL = '127.0.0.1'
+_ROBOT = 'chapter'
+"""The robot of the default parameters."""
 
 
 def _read_address(text: str) -> str:
@@ -44,6 +47,9 @@ class DashboardRequest(NamedTuple):
     port: Annotated[int, Field('', 'of the page; 0 takes any that is free', minimum=0, maximum=65535)] = 8080
     host: Annotated[str, Field('', 'address that the page is served on; all but this machine need the token that is '
                                'printed'), Reader(_read_address, 'ADDRESS')] = _LOCAL
+    lessons: Annotated[str, Field('', 'folder of lessons, in place of those of this package'),
+                       Reader(encodable_path, 'DIR')] = ''
+    check: Annotated[bool, Field('', 'check the lessons, and start nothing')] = False
     output: Annotated[str, Field('', "folder for the nodes' logs, recordings and saved parameters"),
                       Reader(encodable_path, 'DIR')] = 'runs/dashboard'
 
@@ -72,6 +78,10 @@ def _check_extra() -> None:
 def serve(request: DashboardRequest, stop: Stop) -> None:
     """Serve the page until a stop is requested; raise ParameterError where that cannot be done."""
     parameters = request.sources.configuration(request.namespace)
+    lessons = read_lessons(request.lessons)
+    if request.check:
+        print(f'{len(lessons)} lessons: {", ".join(lesson.name for lesson in lessons)}')
+        return
     _check_extra()
     folder = Path(request.output)
     (folder / 'log').mkdir(parents=True, exist_ok=True)
@@ -92,7 +102,7 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
         supervisor = opened.enter_context(Supervisor(START, name='dashboard'))
         if not request.attach:
             use_fastdds_profiles(folder / 'log')
-        link = RobotLink(request.namespace, supervisor.note_progress)
+        link = RobotLink(request.namespace, supervisor.note_progress, None if request.attach else parameters)
         link.start()
         opened.callback(link.close)
         nodes = None
@@ -103,9 +113,10 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
             nodes.start()
         recordings = Recordings(folder / 'recordings', request.namespace)
         opened.callback(recordings.close)
+        robot = '' if request.attach and not request.sources.robot else Path(request.sources.robot or _ROBOT).stem
+        actions = Actions(link, recordings, folder / 'saved', nodes, lessons, robot, not token)
         server = PageServer(
-            Served(link, Actions(link, recordings, folder / 'saved'),
-                   lambda: shown_state(link, nodes, recordings), folder),
+            Served(link, actions, lambda: shown_state(link, nodes, recordings, actions), folder),
             _names(request.host, *listening.getsockname()[:2]), token)
         address = f'http://{_shown(request.host)}:{port}/' + (f'?token={token}' if token else '')
         print(f'dashboard: {printable(address)} (Ctrl-C ends it)', flush=True)

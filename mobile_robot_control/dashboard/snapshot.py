@@ -4,6 +4,7 @@ import math
 from functools import partial
 from typing import Any
 
+from mobile_robot_control.dashboard.actions import Actions
 from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.recordings import Recordings
 from mobile_robot_control.dashboard.sampling import COLUMNS
@@ -15,7 +16,9 @@ _KIND = 'nav_msgs/msg/Path'
 _POINTS = 2000
 
 
-def shown_state(link: RobotLink, nodes: StartedNodes | None, recordings: Recordings) -> dict[str, Any]:
+def shown_state(
+    link: RobotLink, nodes: StartedNodes | None, recordings: Recordings, actions: Actions
+) -> dict[str, Any]:
     """Return the state of nodes and run; for the link's thread."""
     book = link.book
     names = [known.name for known in book.nodes.values()]
@@ -25,7 +28,10 @@ def shown_state(link: RobotLink, nodes: StartedNodes | None, recordings: Recordi
         'refused': sum(state['refused'] for state in states),
         'unreadable': dict(sorted(link.loop.sampler.refused.items())[:20]),
         'events': link.events.newest_first(),
-        'ended': nodes.reports() if nodes is not None else [],
+        'ended': nodes.reports() if nodes is not None else {},
+        'lesson': actions.teaching.running,
+        'changed_laws': actions.changed_laws(),
+        'name': link.namespace.strip('/'),
         'recordings': recordings.state,
         'columns': COLUMNS,
         'failure': link.failure,

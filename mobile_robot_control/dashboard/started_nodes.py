@@ -1,12 +1,17 @@
-"""The nodes that the page has started: begun and ended."""
+"""The nodes that the page has started: begun, started again and ended."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
+from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import configuration_text
 from mobile_robot_control.configuration.nodes import Configuration, loop_of
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.system.texts import shortened
 
 
 class StartedNodes:
@@ -24,30 +29,69 @@ class StartedNodes:
     note_node : callable
         Takes the number of each process.
 
+    Attributes
+    ----------
+    configuration : Configuration
+        What they have begun with.
+
     """
 
     def __init__(self, configuration: Configuration, namespace: str, folder: Path,
                  note_node: Callable[[int], None] = lambda _: None) -> None:
-        self._configuration = configuration
+        self.configuration = configuration
         self._namespace, self._folder, self._note_node = namespace, folder, note_node
-        self._processes: list[NodeProcess] = []
+        self._processes: dict[str, NodeProcess] = {}
 
     def start(self) -> None:
         """Start all nodes of the loop, each as a process."""
-        file, log = self._folder / 'parameters.yaml', self._folder / 'log'
-        log.mkdir(parents=True, exist_ok=True)
-        write_atomically(file, configuration_text(self._configuration))
+        file = self._folder / 'parameters.yaml'
+        (self._folder / 'log').mkdir(parents=True, exist_ok=True)
+        write_atomically(file, configuration_text(self.configuration))
+        for name in loop_of(self.configuration.plant).nodes:
+            self._start(name, file)
+
+    def _start(self, name: str, file: Path) -> None:
         arguments = ['--ros-args', '--params-file', str(file)]
         if self._namespace != '/':
             arguments += ['-r', f'__ns:={self._namespace}']
-        for name in loop_of(self._configuration.plant).nodes:
-            self._processes.append(NodeProcess([name], arguments, log / f'{name}.log'))
-            self._note_node(self._processes[-1].pid)
+        self._processes[name] = NodeProcess([name], arguments, self._folder / 'log' / f'{name}.log')
+        self._note_node(self._processes[name].pid)
 
-    def reports(self) -> list[str]:
-        """Say of each process that has ended how it did, with the last lines of its log."""
-        return [process.exit_report() for process in list(self._processes) if process.exit_code() is not None]
+    def restart(self, name: str, present: Mapping[str, Mapping[str, Any]]) -> None:
+        """
+        End a node, if it runs, and start it again.
+
+        Parameters
+        ----------
+        name : str
+            Of the node.
+        present : mapping of str to mapping of str to object
+            Parameters by node; those of the others are checked with its own.
+
+        Raises
+        ------
+        ParameterError
+            If it would refuse them; it goes on as it was.
+
+        """
+        if name not in self._processes:
+            raise ParameterError([f'there is no node {shortened(name, 60)} here'])
+        file = self._folder / f'parameters_{name}.yaml'
+        started = {node: flatten(part) for node, part in self.configuration._asdict().items()}
+        configured = configure({node: started[node] | dict(present.get(node, {})) for node in started})
+        stop_processes([self._processes[name]])
+        write_atomically(file, configuration_text(configured))
+        self._start(name, file)
+
+    def signal(self, name: str, number: int) -> None:
+        """Send a signal to a node."""
+        self._processes[name].signal(number)
+
+    def reports(self) -> dict[str, str]:
+        """Say of each process that has ended how it did, with the last lines of its log, by node."""
+        return {name: process.exit_report() for name, process in list(self._processes.items())
+                if process.exit_code() is not None}
 
     def stop(self) -> None:
         """End all of them."""
-        stop_processes(self._processes)
+        stop_processes(list(self._processes.values()))

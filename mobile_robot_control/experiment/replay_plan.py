@@ -22,7 +22,7 @@ from mobile_robot_control.reference.path_parameters import NO_FILE
 from mobile_robot_control.reference.waypoints import read_waypoints_once
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import DISTURBANCE, MOST_EVENTS, PATH_TOPIC
+from mobile_robot_control.topics import DISTURBANCE, LAW_FILE, MOST_EVENTS, PATH_TOPIC
 
 _FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
 """Parameters that change no number."""
@@ -223,6 +223,9 @@ def _value_faults(change: Change, key: str, value: Any, period: int, tick: int) 
         if (change.stamp - period) % tick or change.stamp <= tick:
             yield 'is a reset at no position tick; it is of another run'
         yield from (f'is at fault: {fault}' for fault in check_value(declared['initial_pose'], value)[1])
+    elif key == LAW_FILE:
+        yield (f'reads the file of a law again ({shortened(str(value), 80)}): the bag does not hold the code that ran '
+               'before and after it, so the run cannot be replayed')
     elif key not in declared or key in PACE or not declared[key].field.live:
         yield f"sets '{shortened(key, 60)}', which cannot be set; it is of another version"
     else:

@@ -17,7 +17,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.plugins.sources import installed_entry_points, origin_of, source_checksum
 from mobile_robot_control.system.files import PLUGIN, read_bounded
-from mobile_robot_control.system.texts import describe_error, printable
+from mobile_robot_control.system.texts import describe_error, located_error, printable
 
 Record = TypeVar('Record')
 BUILT_IN = 'mobile_robot_control'
@@ -112,6 +112,36 @@ class Registry(Mapping[str, Record], Generic[Record]):
             raise PluginError([f'{path}: cannot be read ({reason}); name a Python file']) from error
         return self.load_text(file, text)
 
+    def changed_files(self) -> dict[str, str]:
+        """Return the present text of each loaded file that has another one on disk now, by path."""
+        found = {}
+        for file, text in self.loaded_texts().items():
+            with contextlib.suppress(OSError, UnicodeDecodeError):
+                present = read_bounded(Path(file), PLUGIN).decode()
+                if present != text:
+                    found[file] = present
+        return found
+
+    def load_changed(self) -> dict[str, str]:
+        """
+        Load the files again that have changed on disk.
+
+        Returns
+        -------
+        dict of str to str
+            The checksum of the text of each record that was loaded again, by its name.
+
+        Raises
+        ------
+        PluginError
+            If a file is refused; its record stays as it was.
+
+        """
+        import hashlib  # noqa: PLC0415 (nodes start without it)
+
+        return {self.load_text(file, text).name: hashlib.sha256(text.encode()).hexdigest()[:16]  # type: ignore[attr-defined]
+                for file, text in self.changed_files().items()}
+
     def load_text(self, file: str, text: str) -> Record:
         """Import the text of a Python file, which need not exist here, and register its record, as `load_file`."""
         module = ModuleType(f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", file)}')
@@ -133,7 +163,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
             return '; '.join(text if text.startswith(where) else f'{where}: {text}' for text in error.violations)
         if isinstance(error, AttributeError) and f"no attribute '{self._source.attribute}'" in describe_error(error):
             return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
-        return f'{where}: cannot be imported ({describe_error(error)}); mend it, or leave it out'
+        return f'{where}: cannot be imported ({located_error(error)}); mend it, or leave it out'
 
     def register(self, record: Record, origin: str = '') -> None:
         """Register a record, or replace the one of the same name and origin, which is its file or notebook if ''."""

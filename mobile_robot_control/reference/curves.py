@@ -7,7 +7,7 @@ from typing import Any
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.plugins.registry import Registry, Source, name_violations
 from mobile_robot_control.reference.curve import Curve, CurvePoint
-from mobile_robot_control.system.texts import describe_error
+from mobile_robot_control.system.texts import located_error
 
 
 @jitable
@@ -208,7 +208,7 @@ def curve_violations(curve: Any) -> Iterator[str]:
     try:
         point = evaluate(0.0)
     except BaseException as error:  # a curve can raise anything, SystemExit too
-        yield f"the curve '{curve.name}' fails at s = 0.0 rad: {describe_error(error)}"
+        yield f"the curve '{curve.name}' fails at s = 0.0 rad: {located_error(error)}"
         return
     if not isinstance(point, tuple) or not all(hasattr(point, name) for name in CurvePoint._fields):
         yield f"the curve '{curve.name}' returns {point!r} at s = 0.0 rad; return CurvePoint(x, y, dx, dy, ddx, ddy)"

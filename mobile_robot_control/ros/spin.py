@@ -115,6 +115,10 @@ def _spin(nodes: Sequence[Any], stop: Stop) -> int:
     # EventsExecutor.spin() never returns on a signal: spin in short turns and look at the flag
     while not stop.requested and all(node.exit_code is None for node in nodes):
         executor.spin_once(timeout_sec=0.1)
+        if stop.read_again:
+            stop.read_again = False
+            for node in nodes:
+                node.read_again()
     for node in nodes:
         node.close()
     gc.unfreeze()

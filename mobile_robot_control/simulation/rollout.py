@@ -21,7 +21,7 @@ from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.trial import Trial, course_of_trial, make_trial, prepared_loop
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.system.texts import describe_error
+from mobile_robot_control.system.texts import located_error
 
 
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
@@ -103,7 +103,7 @@ def trial_rollout(
                 after, tick, true = position_tick(state, references, k, time, loop)
                 failure = '' if is_sound(after.command) else 'its command is not finite'
             except BaseException as error:  # a law can raise anything
-                failure = f'{describe_error(error)}'
+                failure = f'{located_error(error)}'
             if failure:
                 after, tick, true = make_position_tick(_stand, form)(state, references, k, time, loop)
                 after = after._replace(command=BodyVelocity(0.0, 0.0),

@@ -30,7 +30,7 @@ from mobile_robot_control.simulation.metrics import MeasuredRun
 from mobile_robot_control.simulation.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
 from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.system.texts import describe_error
+from mobile_robot_control.system.texts import located_error
 
 _NOTHING, _UNVARIED = Totals(), Variation()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -206,7 +206,7 @@ def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcom
     try:
         return roll(trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
     except BaseException as error:  # a law can raise anything
-        _report_failure(trial.law, describe_error(error))
+        _report_failure(trial.law, located_error(error))
         return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
 
 

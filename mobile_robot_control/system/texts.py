@@ -1,11 +1,14 @@
 """Texts from elsewhere, such as names, paths and messages, made fit for a line of a log, a page or a figure."""
 
 import itertools
+import os
 import textwrap
 from collections.abc import Iterable, Sequence
 
 _LONGEST = 300
 _WIDTH = 100
+_PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
+_PYTHON = os.path.dirname(os.__file__) + os.sep
 
 
 def printable(text: str) -> str:
@@ -47,6 +50,17 @@ def describe_error(error: BaseException) -> str:
     except Exception:  # its text is made by code from outside, too
         text = type(error).__name__
     return shortened(text)
+
+
+def located_error(error: BaseException) -> str:
+    """Return `describe_error`, with the file and the line of the code from outside that has raised it."""
+    frame, raised = error.__traceback__, ('', 0)
+    while frame is not None:
+        file = frame.tb_frame.f_code.co_filename
+        if file == raised[0] or (not raised[0] and not file.startswith((_PACKAGE, _PYTHON, '<frozen'))):
+            raised = file, frame.tb_lineno
+        frame = frame.tb_next
+    return describe_error(error) + (f' in {printable(raised[0])}, line {raised[1]}' if raised[0] else '')
 
 
 def distinct(names: Sequence[str]) -> list[str]:

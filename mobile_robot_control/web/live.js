@@ -18,7 +18,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
   const live = mrc.live = {
     columns: null,
-    // Call `listener(value)` for each 'columns', 'rows', 'state', 'parameters', 'topics' or 'connection'.
+    // Call `listener(value)` for each 'columns', 'rows', 'state', 'parameters', 'topics', 'lessons' or 'connection'.
     on(kind, listener) { (listeners[kind] = listeners[kind] || []).push(listener); },
     tell(kind, value) { (listeners[kind] || []).forEach((listener) => listener(value)); },
     // Send what needs no answer.
@@ -35,6 +35,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         live.send({...request, number: mine});
       });
     },
+    // Whether every request is answered.
+    idle: () => waiting.size === 0,
     // Change parameters of a node.
     set(node, values) { return live.ask({do: 'set', node, values}); },
     answer([mine, good, text]) {
@@ -56,6 +58,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     },
     parameters(value) { live.tell('parameters', value); },
     topics(value) { live.tell('topics', value); },
+    lessons(value) { live.tell('lessons', value); },
     // Return a function that reads a column of a row.
     column(name) { const place = live.columns.indexOf(name); return (row) => row[place]; },
     // Open the connection; the page's parts listen.

@@ -1,50 +1,95 @@
 // @ts-check
-// Rolling charts of the live page: errors, velocities, torques with their limits, the Lyapunov function.
+// Rolling charts of the live page: errors, velocities, torques with their limits, the Lyapunov function; marks of
+// events; and the newest numbers, or those under the cursor, as text.
 window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  const SPAN = 20, EVERY = 100;  // [s] shown, [ms] between two drawings
+  const SPAN = 60, EVERY = 100, HEIGHT = 150, LOW = 105;  // [s] shown, [ms] between drawings, [px], [px] in a lesson on a phone
   const CHARTS = [
-    {title: 'errors', unit: 'm', right: 'rad', lines: [
+    {name: 'errors', title: 'errors', unit: 'm', right: 'rad', lines: [
       ['e1', '--robot-1'], ['e2', '--robot-2'], ['e3', '--robot-3', 'right']]},
-    {title: 'velocities', unit: 'm/s', right: 'rad/s', limits: [['limits.linear_velocity'],
+    {name: 'velocities', title: 'velocities', unit: 'm/s', right: 'rad/s', limits: [['limits.linear_velocity'],
       ['limits.angular_velocity', 'right']], lines: [
       ['linear', '--robot-1'], ['cmd_linear', '--robot-1', '', 'dashed'], ['angular', '--robot-2', 'right'],
       ['cmd_angular', '--robot-2', 'right', 'dashed']]},
-    {title: 'torques', unit: 'N m', limits: [['max_wheel_torque']], lines: [
+    {name: 'torques', title: 'torques', unit: 'N m', limits: [['max_wheel_torque']], lines: [
       ['right_applied', '--robot-1'], ['left_applied', '--robot-2'], ['right_asked', '--robot-1', '', 'dashed'],
       ['left_asked', '--robot-2', '', 'dashed']]},
-    {title: 'Lyapunov function (26)', unit: '', lines: [['lyapunov', '--robot-1']], only: 'lyapunov'},
+    {name: 'lyapunov', title: 'Lyapunov function (26)', unit: '', lines: [['lyapunov', '--robot-1']], only: 'lyapunov'},
   ];
   const NAMES = {
     e1: 'e1 ahead', e2: 'e2 to the left', e3: 'e3 heading', linear: 'v', cmd_linear: 'v asked for', angular: 'ω',
     cmd_angular: 'ω asked for', right_applied: 'right', left_applied: 'left', right_asked: 'right asked for',
     left_asked: 'left asked for', lyapunov: 'V'};
 
+  const UNITS = {e1: 'm', e2: 'm', e3: 'rad', linear: 'm/s', angular: 'rad/s', right_applied: 'N m', left_applied: 'N m',
+    cmd_linear: 'm/s', cmd_angular: 'rad/s', right_asked: 'N m', left_asked: 'N m'};
+  const SHOWN = ['e1', 'e2', 'e3', 'linear', 'angular', 'right_applied', 'left_applied'];
+
+  // Return a range for each of two scales, with zero at one height, from their values.
+  function ranges(sides) {
+    const found = sides.map((values) => values.reduce(
+      ([low, high], value) => value === null ? [low, high] : [Math.min(low, value), Math.max(high, value)], [0, 0]));
+    const sizes = found.map(([low, high]) => Math.max(-low, high) || 1);
+    const below = Math.max(...found.map(([low], n) => -low / sizes[n])), above = Math.max(
+      ...found.map(([, high], n) => high / sizes[n]));
+    return sizes.map((size) => [-1.08 * Math.max(below, 0.05) * size, 1.08 * Math.max(above, 0.05) * size]);
+  }
+
+  // Draw a line at each event, with its words in the first chart.
+  function drawEvents(plot, events, words) {
+    const {left, width, top, height} = plot.bbox, pen = plot.ctx, ratio = window.devicePixelRatio || 1;
+    pen.save();
+    pen.strokeStyle = pen.fillStyle = mrc.colour('--soft');
+    pen.font = `${11 * ratio}px system-ui`;
+    pen.lineWidth = ratio;
+    let free = -Infinity;
+    for (const {stamp, text} of events) {
+      const x = Math.round(plot.valToPos(stamp, 'x', true));
+      if (!(x >= left && x <= left + width)) continue;
+      pen.beginPath();
+      pen.setLineDash([2 * ratio, 3 * ratio]);
+      pen.moveTo(x, top);
+      pen.lineTo(x, top + height);
+      pen.stroke();
+      const label = text.length > 24 ? `${text.slice(0, 23)}…` : text;
+      if (words && x > free) {
+        const wide = pen.measureText(label).width, at = Math.min(x + 3 * ratio, left + width - wide);
+        pen.fillText(label, at, top + 10 * ratio);
+        free = at + wide + 6 * ratio;
+      }
+    }
+    pen.restore();
+  }
+
   // Make one chart in a container; returns {draw(rows), limits(values), figure}.
-  function makeChart(container, spec, read) {
+  function makeChart(container, spec, read, shared) {
     const figure = mrc.element('figure'), caption = mrc.element('figcaption');
     caption.append(mrc.element('b', '', spec.title + (
       spec.unit ? ` [${spec.unit}${spec.right ? `, ${spec.right}` : ''}]` : '')));
-    for (const [column, ink, , dashed] of spec.lines) {
-      const key = mrc.element('span', `key ${dashed || ''}`), stroke = mrc.element('i');
+    const values_ = spec.lines.map(([column, ink, , dashed]) => {
+      const key = mrc.element('span', `key ${dashed || ''}`), stroke = mrc.element('i'), value = mrc.element('span', 'value');
       stroke.style.borderColor = `var(${ink})`;
-      key.append(stroke, NAMES[column]);
+      key.append(stroke, NAMES[column], value);
       caption.append(key);
-    }
+      return value;
+    });
     const place = mrc.element('div');
     figure.append(caption, place);
     container.append(figure);
+    figure.dataset.chart = spec.name;
     const limits = (spec.limits || []).flatMap(([parameter, side]) => [1, -1].map((sign) => ({parameter, side, sign})));
     let values = {};
     const axis = (scale, side) => ({scale, side, stroke: () => mrc.colour('--soft'), size: side === 1 ? 44 : 52, font: '12px system-ui',
       grid: {show: side === 3, stroke: () => mrc.colour('--faint'), width: 1}, ticks: {show: false},
       values: (_, ticks) => ticks.map((tick) => tick === null ? '' : mrc.number(tick))});
     const plot = new uPlot({
-      width: Math.max(200, container.clientWidth), height: 150, legend: {show: false}, cursor: {y: false},
+      width: Math.max(200, container.clientWidth), height: HEIGHT, legend: {show: false},
+      cursor: {y: false, sync: {key: 'live', scales: ['x', null]}},
       padding: [8, spec.right ? 0 : 44, 0, 0],  // so that the times of all charts stand one below the other
-      scales: {x: {time: false}, left: {}, right: {}},
+      scales: {x: {time: false}, left: {auto: false}, right: {auto: false}},
+      hooks: {draw: [(drawn) => drawEvents(drawn, shared.events, spec === CHARTS[0])], setCursor: [() => tell()]},
       axes: [{stroke: () => mrc.colour('--soft'), size: 22, font: '12px system-ui', grid: {show: false}, ticks: {show: false}},
              axis('left', 3), ...(spec.right ? [axis('right', 1)] : [])],
       series: [{}, ...spec.lines.map(([, ink, side, dashed]) => ({
@@ -53,31 +98,75 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       ...limits.map(({side}) => ({scale: side || 'left', stroke: () => mrc.colour('--warn'), width: 1, dash: [2, 3],
                                   points: {show: false}}))],
     }, [[], ...spec.lines.map(() => []), ...limits.map(() => [])], place);
-    new ResizeObserver(() => plot.setSize({width: Math.max(200, container.clientWidth), height: 150})).observe(container);
+    plot.over.setAttribute('role', 'img');
+    const size = () => plot.setSize({width: Math.max(200, container.clientWidth),
+                                     height: shared.only && window.innerWidth < 600 ? LOW : HEIGHT});
+    new ResizeObserver(size).observe(container);
+    let told = '';
+    // Write the numbers under the cursor, or the newest.
+    function tell() {
+      const {idx, left} = plot.cursor, times = plot.data[0], n = left >= 0 && idx !== null && idx !== undefined ? idx : times.length - 1;
+      spec.lines.forEach(([column, , side], k) => {
+        const value = n >= 0 ? plot.data[k + 1][n] : null;
+        values_[k].textContent = value === null || value === undefined ? '' : mrc.number(value, '', 3);
+      });
+      const words = `${spec.title} over the last minute` + (n >= 0 ? `; at ${mrc.number(times[n], 's', 4)}: ${
+        spec.lines.map(([column], k) => `${NAMES[column]} ${values_[k].textContent}`).join(', ')}` : '');
+      // not with each row: a screen reader would be told again and again
+      if (performance.now() - shared.told > 5000 || !told) { told = words; plot.over.setAttribute('aria-label', words); }
+    }
     const number = (value) => Number.isFinite(value) ? value : null;
     return {
       figure,
       setLimits(given) { values = given; },
       draw(rows) {
-        if (spec.only) figure.hidden = !rows.length || !Number.isFinite(read[spec.only](rows[rows.length - 1]));
+        figure.hidden = shared.only ? shared.only !== spec.name
+          : Boolean(spec.only) && (!rows.length || !Number.isFinite(read[spec.only](rows[rows.length - 1])));
         if (figure.hidden) return;
         plot.setData([
           rows.map(read.time), ...spec.lines.map(([column]) => rows.map((row) => number(read[column](row)))),
           ...limits.map(({parameter, sign}) => {
             const value = values[parameter] > 0 ? sign * values[parameter] : null;
             return rows.map(() => value);
-          })]);
+          })], false);
+        const of = (which) => plot.data.slice(1).filter((_, n) => (plot.series[n + 1].scale === which)).flat();
+        const [left, right] = ranges([of('left'), of('right')]);
+        plot.batch(() => {
+          plot.setScale('x', {min: Math.max(0, (plot.data[0].at(-1) || 0) - SPAN), max: Math.max(plot.data[0].at(-1) || 0, 1)});
+          plot.setScale('left', {min: left[0], max: left[1]});
+          plot.setScale('right', {min: right[0], max: right[1]});
+        });
+        tell();
       },
+      size,
       redraw() { plot.redraw(false); },
     };
   }
 
-  // Fill a container with the charts; they follow the rows that come.
-  mrc.makeCharts = function (container) {
-    let rows = [], charts = [], run = null, drawn = 0, read = null;
+  // Fill a list with names, and return the function that writes numbers of a row.
+  function makeNumbers(list, columns, read) {
+    list.textContent = '';
+    const places = columns.map((column) => {
+      const place = mrc.element('dd'), box = mrc.element('div');
+      box.append(mrc.element('dt', '', NAMES[column] || column), place);
+      list.append(box);
+      return place;
+    });
+    return (row) => columns.forEach((column, n) => {
+      const value = read[column](row);
+      places[n].textContent = Number.isFinite(value) ? `${value.toFixed(3).replace('-', '−')} ${UNITS[column] || ''}` : '–';
+    });
+  }
+
+  // Fill a container with the charts, and a list with numbers; they follow the rows that come. Returns
+  // {only(name, columns)}: the chart and the numbers of a lesson alone, or all of them for null.
+  mrc.makeCharts = function (container, list) {
+    let rows = [], charts = [], run = null, drawn = 0, read = null, write = null;
+    const shared = {events: [], only: '', told: 0};
     mrc.live.on('columns', (columns) => {
       read = Object.fromEntries(columns.map((name) => [name, mrc.live.column(name)]));
-      charts = CHARTS.map((spec) => makeChart(container, spec, read));
+      charts = CHARTS.map((spec) => makeChart(container, spec, read, shared));
+      write = makeNumbers(list, SHOWN, read);
     });
     mrc.live.on('rows', (added) => {
       for (const row of added) {
@@ -91,7 +180,17 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       while (first < rows.length && read.time(rows[first]) < newest - SPAN) first += 1;
       if (first) rows = rows.slice(first);
       const now = performance.now();
-      if (now - drawn >= EVERY) { drawn = now; charts.forEach((chart) => chart.draw(rows)); }
+      if (now - drawn >= EVERY) {
+        drawn = now;
+        charts.forEach((chart) => chart.draw(rows));
+        if (now - shared.told > 5000) shared.told = now;
+        if (rows.length) write(rows[rows.length - 1]);
+      }
+    });
+    mrc.live.on('state', ({events}) => {
+      // newest first: those of the run before the last reset are of another time
+      const reset = events.findIndex(({text}) => text.startsWith('reset'));
+      shared.events = (reset < 0 ? events : events.slice(0, reset)).filter(({stamp}) => stamp < 1e9).reverse();
     });
     mrc.live.on('parameters', ({nodes}) => {
       const limits = {};
@@ -103,5 +202,14 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       charts.forEach((chart) => chart.setLimits(limits));
     });
     mrc.onDark(() => charts.forEach((chart) => chart.redraw()));
+    return {
+      only(name, columns) {
+        shared.only = name || '';
+        container.hidden = name === 'none';
+        write = makeNumbers(list, columns || SHOWN, read);
+        charts.forEach((chart) => { chart.draw(rows); chart.size(); });
+        if (rows.length) write(rows[rows.length - 1]);
+      },
+    };
   };
 }(window.mrc));

@@ -1,256 +1,288 @@
 // @ts-check
-// Six short lessons: each has two controls, one question, and an answer that is checked, most of them by measuring.
+// Lesson mode: robot, one chart, numbers, controls and a question in one view. The lessons are files; the server sets
+// what their controls set, and takes it back. Answers are checked here, by measuring the rows that come.
 window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  const value = (role, name) => (nodes[role] || {})[name];
-  let nodes = {}, rows = [], numbers = null, read = null;
+  const MOST = 2400;  // rows kept
 
-  // Return the newest number of a column.
-  const now = (name) => rows.length ? read(name)(rows[rows.length - 1]) : NaN;
-  // Return a column over the last seconds of the run.
-  const last = (name, seconds) => rows.filter((row) => read('time')(row) > now('time') - seconds).map(read(name));
-  const set = (node, values) => mrc.live.set(node, values);
-  // Begin a new run beside the cart's start: so far ahead of it and to its left, in its frame [m].
-  function startAt(ahead, left) {
-    if (!path) return Promise.resolve({good: false, text: 'the curve of this cart is not known here'});
-    const heading = Math.atan2(path.y[1] - path.y[0], path.x[1] - path.x[0]);
-    return mrc.live.ask({do: 'reset', pose: [
-      path.x[0] + ahead * Math.cos(heading) - left * Math.sin(heading),
-      path.y[0] + ahead * Math.sin(heading) + left * Math.cos(heading), heading]});
-  }
-  let path = null;
-  const near = (found, wanted, tolerance) => Math.abs(found - wanted) <= tolerance;
-  const shown = (number, unit) => mrc.number(number, unit, 3);
-
-  const place = {ahead: 0, left: 0};
-  const put = async () => {
-    const held = await set('plant', {paused: true});
-    return held.good ? startAt(place.ahead, place.left) : held;
+  // Return the number that an answer stands for in a unit: with a comma or a dot, in the unit, with a prefix, or in per
+  // cent; NaN for what is none.
+  mrc.readAnswer = function (text, unit) {
+    const found = text.trim().replace('−', '-').match(/^([-+]?\d*[.,]?\d+(?:e[-+]?\d+)?)\s*(.*)$/i);
+    if (!found) return NaN;
+    const value = Number(found[1].replace(',', '.')), bare = (words) => words.replace(/[\s·*]/g, '');
+    const written = bare(found[2]).replace(/percent|procent|pct/i, '%'), wanted = bare(unit || '');
+    if (written === '' || written === wanted) return value;
+    if (written === '%' && wanted === '') return value / 100;
+    const factor = {m: 1e-3, c: 1e-2, k: 1e3}[written[0]];
+    return written.length > 1 && written.slice(1) === wanted && factor ? value * factor : NaN;
   };
-  const share = {k1: 0, k2: 0};
-  const giveShare = () => set('velocity_controller', {
-    'gains.k1': Math.max(0.01, share.k1) * numbers.chapter.gains.k1, 'gains.ti1': numbers.chapter.gains.ti1,
-    'gains.k2': Math.max(0.01, share.k2) * numbers.chapter.gains.k2, 'gains.ti2': numbers.chapter.gains.ti2});
-  const beside = {distance: 0.5, law: 'backstepping'}, peaks = {};
-  let watched = null;
-  async function startBeside() {
-    const chosen = await set('position_controller', {controller_type: beside.law});
-    if (!chosen.good) return chosen;
-    await set('plant', {paused: false});
-    watched = {law: beside.law, distance: beside.distance, run: now('run')};
-    return startAt(0, -beside.distance);
-  }
 
-  // Keep the largest torque that was asked for in the first second of a run that was started beside the path.
-  function watch(row) {
-    const [run, time, right, left] = ['run', 'time', 'right_asked', 'left_asked'].map((name) => read(name)(row));
-    if (!watched || run === watched.run || time > 1) return;
-    const key = `${watched.law} ${watched.distance}`, asked = Math.max(Math.abs(right), Math.abs(left));
-    if (watched.begun !== run) { watched.begun = run; peaks[key] = 0; }
-    if (asked > peaks[key]) peaks[key] = asked;
-  }
+  mrc.makeLessons = function (live, panel, button, charts) {
+    let lessons = [], running = null, rows = [], read = null, nodes = {}, plan = null, surface = null;
+    let refused = NaN, accepted = NaN, began = NaN, compared = {}, state = '', choices = [], asked = Promise.resolve();
 
-  const BENDS = [[0, 0], [1.5, 0], [1.5, 1], [0, 1]];
-  const limits = {speed: 1, torque: 0.3};
-  let timed = null;
-  // Plan a path with two bends for the limits of the lesson, and draw it on the plane.
-  async function time() {
-    const {plan, text} = await mrc.planPath(BENDS, {
-      'timing.max_linear_velocity': limits.speed, 'timing.max_wheel_torque': limits.torque});
-    timed = plan;
-    if (plan) mrc.stage.draw({...plan, most: Math.max(...plan.speed), points: BENDS, cursor: null});
-    return {good: Boolean(plan), text};
-  }
-  // Return the share of a plan's points, in bends or on straights, at which the torque limits the motion [%].
-  function limited(bends) {
-    const there = timed.limit.filter((_, n) => timed.bends[n] === bends);
-    return 100 * there.filter((name) => name === 'wheel torque').length / there.length;
-  }
+    const now = (name) => rows.length ? read(name)(rows[rows.length - 1]) : NaN;
+    const value = (target) => {
+      const at = target.indexOf('.');
+      return (nodes[target.slice(0, at)] || {})[target.slice(at + 1)];
+    };
+    const shown = (number, unit) => mrc.number(number, unit, 3);
 
-  const LESSONS = [
-    {title: 'What e1, e2 and e3 are', text: 'The tracking error is seen from the robot: e1 is how far the cart is ahead, '
-       + 'e2 how far to the left, e3 how much its heading is turned counter-clockwise. The controls hold the run and '
-       + 'place the robot beside the cart: ahead of it, and to its left.',
-     controls: [
-       {label: 'robot ahead of the cart [m]', range: [-0.5, 0.5, 0.05, 0], act: (given) => { place.ahead = given; return put(); }},
-       {label: "robot to the cart's left [m]", range: [-0.5, 0.5, 0.05, 0], act: (given) => { place.left = given; return put(); }}],
-     question: 'Place the robot so that e1 = 0.2 m and e2 = -0.1 m, and check.', answer: 'none',
-     check: () => near(now('e1'), 0.2, 0.02) && near(now('e2'), -0.1, 0.02)
-       ? [true, 'The cart is 0.2 m ahead and 0.1 m to the right of the robot.']
-       : [false, `It is e1 = ${shown(now('e1'), 'm')}, e2 = ${shown(now('e2'), 'm')}. A robot ahead of the cart has the `
-         + 'cart behind it: e1 is negative then.']},
-    {title: "Why the chapter's gains explode below 1577 Hz", text: "The chapter's velocity gains were evolved in "
-       + 'continuous time. A sampled loop holds each torque for a period: with so large a gain the next sample finds the '
-       + 'velocity beyond its target by more than it was short of it. The node computes this, and refuses. The arrows '
-       + 'beside the parameters take the gains back.',
-     controls: [
-       {label: 'share of K1', range: [0.02, 1, 0.02, 0.02], act: (given) => { share.k1 = given; return giveShare(); }},
-       {label: 'share of K2', range: [0.02, 1, 0.02, 0.02], act: (given) => { share.k2 = given; return giveShare(); }}],
-     question: 'Which share of both gains, in per cent, is the largest that the velocity loop takes at its rate here?',
-     answer: 'number',
-     check: (given) => {
-       const largest = 100 * value('velocity_controller', 'velocity_rate') / numbers.chapter.rate;
-       return near(given, largest, 3)
-         ? [true, `${shown(largest, '%')}: the rate divided by ${Math.round(numbers.chapter.rate)} Hz. What a period times `
-            + 'the gain may be is fixed, so that half the rate takes half the gain.']
-         : [false, 'Move both controls until the node refuses; its words name the slowest stable rate, too.'];
-     }},
-    {title: 'Backstepping and hybrid backstepping, started beside the path', text: 'Backstepping pulls at once, with a '
-       + 'command that grows with the error. The hybrid law turns on the spot until the cart is in sight, and fades '
-       + 'backstepping in.',
-     controls: [
-       {label: 'law', choices: ['backstepping', 'hybrid_backstepping'], act: (given) => { beside.law = given; return startBeside(); }},
-       {label: 'start to the right of the path [m]', range: [0.1, 1, 0.1, 0.5], act: (given) => { beside.distance = given; return startBeside(); }}],
-     question: 'Which of the two asks for the larger torque in the first second? Start both from the same distance.',
-     answer: ['backstepping', 'hybrid_backstepping'],
-     check: (given) => {
-       const [one, other] = ['backstepping', 'hybrid_backstepping'].map((law) => peaks[`${law} ${beside.distance}`]);
-       if (!(one > 0 && other > 0)) return [false, `Start both from ${beside.distance} m, and let each drive for a second.`];
-       const measured = `Backstepping asked for ${shown(one, 'N m')}, the hybrid law for ${shown(other, 'N m')}.`;
-       return [(one > other) === (given === 'backstepping'), measured];
-     }},
-    {title: 'The fuzzy surface', text: 'The fuzzy law knows two numbers, distance and bearing of the cart, and its ten '
-       + 'rules make a surface over them. The dot is the robot. There is no feed-forward: without an error it does not move.',
-     controls: [
-       {label: 'surface of', choices: ['linear', 'angular'], act: (given) => { surface.choose(given); return {good: true, text: ''}; }},
-       {label: 'law', choices: ['backstepping', 'fuzzy'], act: (given) => set('position_controller', {controller_type: given})}],
-     question: 'The law runs, and the robot follows: how far behind the cart does it stay, on average [m]?', answer: 'number',
-     extra: (element) => { surface = mrc.makeSurface(element); },
-     check: (given) => {
-       if (value('position_controller', 'controller_type') !== 'fuzzy') return [false, 'Choose the fuzzy law first.'];
-       const [e1, e2] = [last('e1', 5), last('e2', 5)];
-       if (!(now('time') - read('time')(rows[0]) > 5)) return [false, 'Let it follow for five seconds.'];
-       const mean = e1.reduce((sum, one, n) => sum + Math.hypot(one, e2[n]), 0) / e1.length;
-       return [near(given, mean, Math.max(0.3 * mean, 0.01)), `In the last five seconds it was ${shown(mean, 'm')}: as far `
-         + 'as the surface needs to ask for the speed of the cart.'];
-     }},
-    {title: 'Saturation and windup', text: 'A motor has a largest torque. While it is reached, an integrator that goes on '
-       + 'integrating winds up, and the robot overshoots afterwards. This velocity controller knows its limit and holds '
-       + 'the integrators meanwhile. Lower the limit, and watch the errors.',
-     controls: [
-       {label: 'limit of the torques, 0 for none [N m]', range: [0, 1, 0.05, 0], act: (given) => set('velocity_controller', {max_wheel_torque: given})},
-       {label: 'lap time [s]', range: [8, 32, 1, 16], act: (given) => set('reference_cart', {period: given})}],
-     question: 'How large must the limit be, that it is never reached on this curve [N m]? Without one, the chart tells.',
-     answer: 'number',
-     check: (given) => {
-       if (value('velocity_controller', 'max_wheel_torque') > 0) return [false, 'Take the limit away (0) first.'];
-       const lap = value('reference_cart', 'period');
-       if (!(now('time') - read('time')(rows[0]) > 0.97 * lap)) return [false, 'Let it drive a lap.'];
-       const asked = ['right_asked', 'left_asked'].flatMap((name) => last(name, lap));
-       const most = Math.max(...asked.filter(Number.isFinite).map(Math.abs));
-       return [near(given, most, 0.15 * most), `In the last lap at most ${shown(most, 'N m')} were asked for.`];
-     }},
-    {title: 'Where a torque limit slows the robot down', text: 'A path with two bends, timed to be as fast as the limits '
-       + 'allow: the plane shows where it is slow. Half of the torque is planned with. In a bend one wheel has to turn '
-       + 'faster and the other one slower, which takes torque; what else does?',
-     controls: [
-       {label: 'torque of a motor [N m]', range: [0.1, 1, 0.05, 0.3], act: (given) => { limits.torque = given; return time(); }},
-       {label: 'largest speed [m/s]', range: [0.2, 2, 0.1, 1], act: (given) => { limits.speed = given; return time(); }}],
-     question: 'At a speed of 1 m/s and 0.3 N m, where does the torque limit the motion?',
-     close: () => mrc.stage.draw(null),
-     answer: ['in the bends alone', 'on the straights alone', 'in the bends and on the straights'],
-     check: async (given) => {
-       if (!timed) {
-         const {good, text} = await time();
-         if (!good) return [false, text];
-       }
-       const [bent, straight] = [limited(true), limited(false)];
-       const found = straight < 5 ? 'in the bends alone' : bent < 5 ? 'on the straights alone' : 'in the bends and on the straights';
-       return [given === found, `It limits ${Math.round(bent)} % of the bends and ${Math.round(straight)} % of the straights: `
-         + 'the robot speeds up out of one bend and brakes before the next one, and both take torque.'];
-     }},
-  ];
-  let surface = null;
-
-  // Make one control of a lesson.
-  function makeControl({label, range, choices, act}, verdict) {
-    const made = mrc.element('label', '', label);
-    const field = mrc.element(range ? 'input' : 'select'), written = mrc.element('span', 'soft');
-    if (range) {
-      const [min, max, step, value] = range;
-      Object.assign(field, {type: 'range', min, max, step, value});
-      field.addEventListener('input', () => { written.textContent = ` ${field.value}`; });
-    } else choices.forEach((choice) => field.append(new Option(choice, choice)));
-    field.addEventListener('change', async () => {
-      if (!numbers) await fetchNumbers();
-      const {good, text} = await act(range ? Number(field.value) : field.value);
-      verdict(good ? null : false, good ? '' : text);
-    });
-    made.append(written, field);
-    return made;
-  }
-
-  async function fetchNumbers() {
-    const {good, text} = await mrc.live.ask({do: 'lesson'});
-    if (!good) return;
-    numbers = JSON.parse(text);
-    if (surface) surface.surface(numbers.surface);
-  }
-
-  // Fill a container with the lessons.
-  mrc.makeLessons = function (container) {
-    for (const lesson of LESSONS) {
-      const details = mrc.element('details'), controls = mrc.element('div', 'controls'), words = mrc.element('p', 'verdict');
-      words.setAttribute('role', 'status');
-      const verdict = (right, text) => {
-        words.textContent = (right === null ? '' : right ? 'Right. ' : '') + text;
-        words.className = `verdict ${right === null ? '' : right ? 'right' : 'wrong'}`;
-      };
-      lesson.controls.forEach((control) => controls.append(makeControl(control, verdict)));
-      details.append(mrc.element('summary', '', lesson.title), mrc.element('p', '', lesson.text), controls);
-      if (lesson.extra) {
-        const element = mrc.element('canvas');
-        details.append(element);
-        lesson.extra(element);
-      }
-      const bar = mrc.element('div', 'bar'), check = mrc.element('button', '', 'Check');
-      let field = null;
-      if (lesson.answer === 'number') {
-        field = mrc.element('input');
-        field.inputMode = 'decimal';
-        field.size = 8;
-      } else if (Array.isArray(lesson.answer)) {
-        field = mrc.element('select');
-        lesson.answer.forEach((choice) => field.append(new Option(choice, choice)));
-      }
-      if (field) { field.setAttribute('aria-label', 'your answer'); bar.append(field); }
-      bar.append(check);
-      check.addEventListener('click', async () => {
-        check.disabled = true;
-        if (!numbers) await fetchNumbers();
-        check.disabled = false;
-        const given = field ? field.value.trim().replace(',', '.') : '';
-        if (lesson.answer === 'number' && (given === '' || Number.isNaN(Number(given)))) {
-          verdict(false, 'Write a number.');
-        } else {
-          check.disabled = true;
-          verdict(...await lesson.check(lesson.answer === 'number' ? Number(given) : given));
-          check.disabled = false;
-        }
-      });
-      details.append(mrc.element('p', 'question', lesson.question), bar, words);
-      details.addEventListener('toggle', () => {
-        if (details.open) fetchNumbers();
-        else if (lesson.close) lesson.close();
-      });
-      container.append(details);
+    // Return the rows that a measure looks at: of the newest run, in a span of its time; null where it is too short.
+    function within(over) {
+      const time = read('time'), newest = now('time');
+      const span = over === 'lap' ? value('reference_cart.period') : over;
+      const [from, to] = Array.isArray(span) ? span : [newest - span, newest];
+      if (!rows.length || newest < to || time(rows[0]) > from + 0.5 || (!Array.isArray(span) && newest < span)) return null;
+      return rows.filter((row) => time(row) >= from && time(row) <= to);
     }
 
-    mrc.live.on('columns', () => { read = mrc.live.column; });
-    mrc.live.on('parameters', (parameters) => {
+    // Return what an answer measures now, or NaN.
+    function measured(answer) {
+      if (answer.measure === 'accepted') return refused - accepted <= 2 * answer.tolerance ? 0.5 * (refused + accepted) : NaN;
+      const columns = answer.of.map((name) => read(name));
+      const among = answer.measure === 'now' ? rows.slice(-1) : within(answer.over);
+      if (!among || !among.length) return NaN;
+      if (answer.measure === 'now') return columns[0](among[0]);
+      const far = among.map((row) => Math.hypot(...columns.map((column) => column(row)))).filter(Number.isFinite);
+      if (answer.measure === 'mean') return far.reduce((sum, one) => sum + one, 0) / far.length;
+      if (answer.measure === 'farthest') return Math.max(...far);
+      return Math.max(...among.flatMap((row) => columns.map((column) => Math.abs(column(row)))).filter(Number.isFinite));
+    }
+
+    // Return why nothing can be measured yet, in words; '' where it can.
+    function lacking(answer) {
+      for (const [target, wanted] of Object.entries(answer.with || {})) {
+        if (value(target) !== wanted) return `First set ${target} to ${wanted}.`;
+      }
+      if (Number.isFinite(measured(answer))) return '';
+      if (answer.measure === 'accepted') {
+        return `The node has taken ${shown(accepted, answer.unit)} and refused ${shown(refused, answer.unit)}. ${answer.hint
+          || 'Look for the last one that it takes.'}`;
+      }
+      const span = answer.over === 'lap' ? 'a lap' : Array.isArray(answer.over) ? `to t = ${answer.over[1]} s` : `for ${answer.over} s`;
+      return `Let it drive ${span}; it is at t = ${shown(now('time'), 's')}.`;
+    }
+
+    const KINDS = {
+      place({reach, tolerance}) {
+        const found = Object.keys(reach).map((name) => `${name} = ${shown(now(name), 'm')}`).join(', ');
+        return [Object.entries(reach).every(([name, wanted]) => Math.abs(now(name) - wanted) <= tolerance), `It is ${found}.`];
+      },
+      number(answer, given) {
+        const missing = lacking(answer);
+        if (missing) return [null, missing];
+        const found = measured(answer), off = Math.max(answer.tolerance || 0, (answer.share || 0) * Math.abs(found));
+        return [Math.abs(given - found) <= off, `Measured: ${shown(found, answer.unit)}.`];
+      },
+      larger(answer, given) {
+        const [one, other] = answer.choices.map((name) => compared[name]);
+        if (!(one >= 0 && other >= 0)) return [null, `Try both, each ${lacking(answer).replace(/;.*/, '').toLowerCase() || 'from the same place'}.`];
+        return [(one > other) === (given === answer.choices[0]),
+          `Measured: ${answer.choices[0]} ${shown(one, answer.unit)}, ${answer.choices[1]} ${shown(other, answer.unit)}.`];
+      },
+      plan({limit, choices: texts}, given) {
+        if (!plan) return [null, 'The path cannot be planned with these limits.'];
+        const part = (bends) => {
+          const there = plan.limit.filter((_, n) => plan.bends[n] === bends);
+          return 100 * there.filter((name) => name === limit).length / there.length;
+        };
+        const [bent, straight] = [part(true), part(false)];
+        return [given === texts[straight < 5 ? 0 : bent < 5 ? 1 : 2],
+          `It limits ${Math.round(bent)} % of the bends and ${Math.round(straight)} % of the straights.`];
+      },
+    };
+
+    // Keep what each choice of the first control has given, for comparisons in equal conditions.
+    function compare() {
+      if (!running || running.answer.kind !== 'larger' || now('run') === began) return;
+      const found = measured(running.answer);
+      if (Number.isFinite(found)) compared[choices[0]()] = found;
+    }
+
+    async function showPlan() {
+      const limits = Object.fromEntries(running.controls.map((control, n) => [control.sets[0].replace('plan.', ''), choices[n]()]));
+      const found = await mrc.planPath(running.plan, limits);
+      plan = found.plan;
+      if (plan) mrc.stage.draw({...plan, most: Math.max(...plan.speed), points: running.plan, cursor: null});
+      return {good: Boolean(plan), text: found.text};
+    }
+
+    async function showSurface() {
+      const {good, text} = await live.ask({do: 'surface'});
+      if (good && surface) surface.surface(JSON.parse(text));
+    }
+
+    function makeControl(control, n, verdict) {
+      const made = mrc.element('label', '', control.label + (control.unit ? ` [${control.unit}]` : ''));
+      const written = mrc.element('output', 'soft');
+      /** @type {any} */
+      const field = mrc.element(control.range ? 'input' : 'select');
+      if (control.range) {
+        const [min, max, step] = control.range;
+        Object.assign(field, {type: 'range', min, max, step});
+        field.value = control.value;
+      } else control.choices.forEach((choice) => field.append(new Option(String(choice), String(choice), false, choice === control.value)));
+      choices[n] = () => control.range ? Number(field.value) : control.choices[field.selectedIndex];
+      const show = () => { written.textContent = control.range ? ` ${field.value}` : ''; };
+      show();
+      const act = async () => {
+        const given = choices[n]();
+        if (control.sets[0] === 'picture') { surface.choose(given); return; }
+        if (control.sets[0].startsWith('plan.')) { const {good, text} = await showPlan(); verdict(null, good ? '' : text); return; }
+        // where the conditions of a comparison change, it begins anew
+        if (n > 0) compared = {};
+        began = now('run');
+        const {good, text} = await live.ask({do: 'move', control: n, value: given});
+        if (good) { if (!(accepted > given)) accepted = Number(given); } else if (!(refused < given)) refused = Number(given);
+        verdict(null, good ? '' : text);
+      };
+      let queued = false;
+      // one after the other, and of those that wait the newest
+      field.addEventListener('input', () => {
+        show();
+        if (queued) return;
+        queued = true;
+        asked = asked.then(() => { queued = false; return act(); });
+      });
+      made.append(written, field);
+      return made;
+    }
+
+    // Fill the panel with a lesson.
+    function show(lesson) {
+      panel.textContent = '';
+      const number = lessons.indexOf(lesson), head = mrc.element('div', 'bar head');
+      const choice = mrc.element('select'), close = mrc.element('button', '', 'Close', {type: 'button'});
+      choice.setAttribute('aria-label', 'lesson');
+      lessons.forEach((one, n) => choice.append(new Option(`${n + 1} ${one.title}${one.fits ? '' : ' (another robot)'}`, one.name)));
+      choice.value = lesson.name;
+      choice.addEventListener('change', () => begin(choice.value));
+      close.addEventListener('click', () => end(true));
+      head.append(choice, close);
+      const about = mrc.element('details', 'about', '', {open: window.innerWidth >= 600});
+      about.append(mrc.element('summary', '', 'What this is about'), mrc.element('p', '', lesson.text));
+      const words = mrc.element('p', 'verdict'), controls = mrc.element('div', 'controls');
+      words.setAttribute('role', 'status');
+      const verdict = (right, text) => {
+        words.textContent = (right === null ? '' : right ? 'Right. ' : 'Not yet. ') + text;
+        words.className = `verdict ${right ? 'right' : 'wrong'}`;
+      };
+      choices = [];
+      lesson.controls.forEach((control, n) => controls.append(makeControl(control, n, verdict)));
+      panel.append(head, mrc.element('h2', 'unseen', lesson.title), about, controls);
+      surface = null;
+      if (lesson.picture) {
+        const picture = mrc.element('canvas', '', '', {tabIndex: -1});
+        picture.setAttribute('role', 'img');
+        picture.setAttribute('aria-label', 'the control surface of the fuzzy law, with a dot where the robot is on it');
+        panel.append(picture);
+        surface = mrc.makeSurface(picture);
+        showSurface();
+      }
+      const form = mrc.element('form', 'bar'), check = mrc.element('button', '', 'Check');
+      const next = mrc.element('button', '', 'Next lesson', {type: 'button'});
+      /** @type {any} */
+      let field = null;
+      const {answer} = lesson;
+      if (answer.kind === 'number') field = mrc.element('input', '', '', {inputMode: 'decimal', size: 8});
+      else if (answer.choices) {
+        field = mrc.element('select');
+        answer.choices.forEach((one) => field.append(new Option(one, one)));
+      }
+      if (field) {
+        field.setAttribute('aria-label', `your answer${answer.unit && answer.kind === 'number' ? ` in ${answer.unit}` : ''}`);
+        form.append(field);
+        if (answer.unit && answer.kind === 'number') form.append(mrc.element('span', 'soft', answer.unit));
+      }
+      form.append(check, next);
+      next.hidden = !lessons.slice(number + 1).some(({fits}) => fits);
+      next.addEventListener('click', () => begin(lessons.slice(number + 1).find(({fits}) => fits).name));
+      form.addEventListener('submit', async (event) => {
+        event.preventDefault();
+        await asked;
+        const given = answer.kind === 'number' ? mrc.readAnswer(field.value, answer.unit) : field ? field.value : '';
+        if (answer.kind === 'number' && Number.isNaN(given)) {
+          verdict(false, `Write a number${answer.unit ? `, such as 0.5 ${answer.unit}` : ''}.`);
+          return;
+        }
+        const [right, found] = KINDS[answer.kind](answer, given);
+        verdict(right, [found, right ? answer.right : right === false ? answer.wrong : ''].filter(Boolean).join(' '));
+      });
+      panel.append(mrc.element('p', 'question', lesson.question), form, words);
+      return verdict;
+    }
+
+    // Begin a lesson by its name; the server takes back what the one before has changed.
+    async function begin(name) {
+      const lesson = lessons.find((one) => one.name === name);
+      if (!lesson) return;
+      leave();
+      running = lesson;
+      mrc.fold(true);
+      panel.hidden = false;
+      const verdict = show(lesson);
+      charts.only(lesson.chart || 'none', lesson.show);
+      panel.querySelector('select').focus();
+      state = '';
+      began = now('run');
+      const {good, text} = await live.ask({do: 'lesson', name});
+      if (!good) verdict(false, text);
+      if (good && lesson.plan) showPlan();
+      history.replaceState(null, '', `#lesson=${name}`);
+    }
+
+    // Forget the lesson; what the page draws for it goes.
+    function leave() {
+      if (running && running.plan) mrc.stage.draw(null);
+      running = surface = plan = null;
+      refused = accepted = began = NaN;
+      compared = {};
+    }
+
+    async function end(tell) {
+      if (!running) return;
+      leave();
+      panel.hidden = true;
+      mrc.fold(false);
+      charts.only('', null);
+      button.focus();
+      history.replaceState(null, '', location.pathname + location.search);
+      if (tell) await live.ask({do: 'end'});
+    }
+
+    button.addEventListener('click', () => begin((lessons.find(({fits}) => fits) || lessons[0]).name));
+    panel.addEventListener('keydown', (event) => { if (event.key === 'Escape') end(true); });
+    live.on('lessons', (given) => {
+      const first = !lessons.length, again = running;
+      lessons = given;
+      button.hidden = !lessons.length;
+      const named = location.hash.match(/^#lesson=(.+)/);
+      if (first && named) begin(decodeURIComponent(named[1]));
+      // the connection was lost, and with it the lesson
+      else if (again) begin(again.name);
+    });
+    live.on('columns', () => { read = live.column; });
+    live.on('state', ({lesson}) => {
+      // another page has begun another one, or has ended this one
+      if (running && state === running.name && lesson !== state) end(false);
+      state = lesson;
+    });
+    live.on('parameters', (parameters) => {
+      const gains = (all) => JSON.stringify(['a', 'b', 'c', 'd'].map((name) => (all.position_controller || {})[`fuzzy.${name}`]));
       const before = nodes;
       nodes = Object.fromEntries(parameters.nodes.map(({role, values}) => [role, values]));
-      path = parameters.path;
-      const gains = (all) => JSON.stringify(['a', 'b', 'c', 'd'].map((name) => (all.position_controller || {})[`fuzzy.${name}`]));
-      if (numbers && gains(before) !== gains(nodes)) fetchNumbers();
+      if (surface && gains(before) !== gains(nodes)) showSurface();
     });
-    mrc.live.on('rows', (added) => {
+    live.on('rows', (added) => {
       if (rows.length && read('run')(added[added.length - 1]) !== now('run')) rows = [];
-      rows.push(...added);
-      if (rows.length > 1200) rows = rows.slice(-800);
-      added.forEach(watch);
+      const run = read('run')(added[added.length - 1]);
+      rows.push(...added.filter((row) => read('run')(row) === run));
+      if (rows.length > MOST) rows = rows.slice(-MOST / 2);
+      compare();
       if (surface) surface.dot(Math.hypot(now('e1'), now('e2')), Math.atan2(now('e2'), now('e1')));
     });
   };

@@ -8,20 +8,27 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
   /** @type {(name: string) => any} */
   const $ = (name) => document.getElementById(name);
-  let nodes = {}, recordings = [], speed = NaN, time = NaN, refused = 0;
+  let nodes = {}, recordings = [], closed = '', lasting = '', speed = NaN, time = NaN, refused = 0;
 
   const value = (role, name) => (nodes[role] || {})[name];
   const isPaused = () => value('plant', 'paused') === true;
 
+  // Show a notice until it is closed, or another one comes.
   function notice(text) {
-    $('notice').textContent = text;
+    if (text && text === closed) return;
+    closed = '';
+    $('notice').firstElementChild.textContent = text;
     $('notice').hidden = !text;
   }
+  $('close-notice').addEventListener('click', () => {
+    closed = $('notice').firstElementChild.textContent;
+    $('notice').hidden = true;
+  });
 
   // Show the words of an answer that is a refusal.
   async function ask(request) {
     const {good, text} = await mrc.live.ask(request);
-    notice(good ? '' : text);
+    notice(good ? lasting : text);
     return {good, text};
   }
 
@@ -34,16 +41,31 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   function place(on) {
     $('scene').classList.toggle('placing', on);
     $('place').setAttribute('aria-pressed', on);
-    $('hint').textContent = on ? 'press where the robot is to start, pull where it is to look' : '';
+    $('placing').hidden = !on;
+    $('hint').textContent = 'or on the plane: press where the robot is to start, pull where it is to look; arrow keys move '
+      + 'it, with Shift they turn it, Enter starts';
+    stage.place(on);
   }
   $('place').addEventListener('click', () => place(!$('scene').classList.contains('placing')));
 
-  const stage = mrc.makeStage($('scene'), (pose) => { place(false); ask({do: 'reset', pose}); });
+  const placed = (pose) => { place(false); ask({do: 'reset', pose}); };
+  const fields = ['x', 'y', 'heading'].map((name) => $('placing').elements.namedItem(name));
+  const stage = mrc.makeStage($('scene'), placed, (pose) => {
+    fields.forEach((field, n) => { if (document.activeElement !== field) field.value = String(Number(pose[n].toFixed(3))); });
+  });
+  $('placing').addEventListener('submit', (event) => {
+    event.preventDefault();
+    placed(fields.map((field) => Number(field.value.replace(',', '.'))));
+  });
   mrc.stage = stage;
-  mrc.makeCharts($('charts'));
+  const charts = mrc.makeCharts($('charts'), $('numbers'));
   mrc.makeParameters($('parameters'));
   mrc.makePath($('path'), $('scene'));
-  mrc.makeLessons($('lessons'));
+  // Show what a lesson needs alone, or all.
+  mrc.fold = (on) => $('live').classList.toggle('teaching', on);
+  mrc.makeLessons(mrc.live, $('lesson'), $('lessons'), charts);
+  $('defaults').addEventListener('click', () => ask({do: 'defaults'}));
+  $('read-law').addEventListener('click', () => ask({do: 'read_law'}));
 
   let curveBuilt = '';
   function showCurve(parameters) {
@@ -117,7 +139,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     if (Number.isFinite(speed)) parts.push(`${speed.toFixed(2)} × real time`);
     parts.push(`${refused} refused`);
     $('run').textContent = parts.join(' · ');
+    if (performance.now() - spoken < 5000) return;
+    spoken = performance.now();
+    $('spoken').textContent = `${isPaused() ? 'paused' : 'running'}, ${Math.round(time)} s, ${refused} refused`;
   }
+  let spoken = 0;
 
   let shownRun = 0;
   mrc.live.on('rows', (rows) => {
@@ -136,13 +162,26 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       row.append(mrc.element('b', '', name), ' ', mrc.element('span', good ? 'state' : 'state bad', text));
       for (const [reason, count] of Object.entries(reasons)) row.append(mrc.element('div', 'soft', `refused ${count}: ${reason}`));
       row.dataset.role = role;
+      if (role in state.ended) {
+        const again = mrc.element('button', '', 'Start again', {type: 'button'});
+        again.setAttribute('aria-label', `start ${role} again`);
+        again.addEventListener('click', async () => { again.disabled = true; await ask({do: 'restart', node: role}); again.disabled = false; });
+        row.append(' ', again);
+      }
       $('nodes').append(row);
     }
     for (const [reason, count] of Object.entries(state.unreadable)) {
       $('nodes').append(mrc.element('div', 'soft', `not readable for this page, ${count}: ${reason}`));
     }
     if (!state.nodes.length) $('nodes').append(mrc.element('p', 'soft', 'no node publishes yet'));
-    if (state.ended.length || state.failure) notice([...state.ended, state.failure].filter(Boolean).join('\n'));
+    const failed = state.nodes.filter(({text}) => text.startsWith('law failed')).map(({text}) => text);
+    const now = [...failed, ...Object.values(state.ended), state.failure].filter(Boolean).join('\n');
+    if (now || lasting) notice(now);
+    lasting = now;
+    $('name').textContent = state.name ? `${state.name} · ` : '';
+    document.title = `${state.name ? `${state.name} · ` : ''}mobile_robot_control`;
+    $('read-law').hidden = !state.changed_laws.length;
+    $('read-law').textContent = `Read ${state.changed_laws.join(', ')} again`;
     const list = $('changes').querySelector('ol');
     list.textContent = '';
     for (const {stamp, text} of state.events) {
@@ -192,7 +231,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   const showTopics = () => mrc.live.send({do: 'topics', shown: $('topics').open});
   $('topics').addEventListener('toggle', showTopics);
   mrc.live.on('connection', (open) => {
-    if (open) showTopics(); else $('run').textContent = 'no connection to the server of this page: trying again';
+    if (open) showTopics(); else $('run').textContent = $('spoken').textContent = 'no connection to the server of this page: trying again';
   });
   mrc.live.on('topics', (topics) => {
     const body = $('topics').querySelector('tbody');
@@ -214,7 +253,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === ' ' && !typing) { event.preventDefault(); pause(); }
     if (event.key.toLowerCase() === 'r' && !(typing && typing.matches('input, select'))) reset();
-    if (event.key.startsWith('Arrow') && event.target === $('scene') && !$('scene').classList.contains('drawing')) { event.preventDefault(); disturb(event.key); }
+    if (event.key.startsWith('Arrow') && event.target === $('scene')
+        && !['drawing', 'placing'].some((name) => $('scene').classList.contains(name))) { event.preventDefault(); disturb(event.key); }
   });
   mrc.live.begin();
 }(window.mrc));

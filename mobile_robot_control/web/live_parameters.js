@@ -5,7 +5,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   'use strict';
 
   // What has a control of its own.
-  const ELSEWHERE = new Set(['controller_type', 'curve', 'scale', 'period', 'real_time_factor', 'paused', 'initial_pose']);
+  const ELSEWHERE = new Set(['controller_type', 'curve', 'scale', 'period', 'real_time_factor', 'paused']);
 
   // Return a value as a text field has it.
   const written = (value) => Array.isArray(value) ? value.map((one) => Number(Number(one).toPrecision(7))).join(', ')
@@ -33,8 +33,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     row.dataset.parameter = entry.name;
     name.append(mrc.element('b', '', entry.name), mrc.element('span', 'unit', entry.unit ? ` [${entry.unit}]` : ''));
     name.append(mrc.element('span', 'text', entry.text + (entry.allowed ? ` (${entry.allowed})` : '')));
-    const back = mrc.element('button', 'back', '↩');
-    let value = null, wanted = null, busy = false, slider = null;
+    const back = mrc.element('button', 'back', '↩', {type: 'button'});
+    let value = null, wanted = null, busy = false, moved = -Infinity, slider = null;
     /** @type {any} */
     let field;
     if (entry.kind === 'bool') {
@@ -61,10 +61,12 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       value = given;
       if (entry.kind === 'bool') field.checked = value === true;
       else if (document.activeElement !== field) field.value = value === null ? '' : written(value);
-      if (slider && document.activeElement !== slider) slider.value = value;
+      // one that is moved must not jump back to what the node had a moment ago
+      if (slider && performance.now() - moved > 600) slider.value = value;
       const differs = entry.default !== null && value !== null && !same(value, entry.default);
       row.classList.toggle('changed', differs);
       back.hidden = !differs;
+      back.setAttribute('aria-label', `${entry.name}: back to its default`);
       back.title = `back to ${entry.default === null ? '' : written(entry.default)}`;
     }
 
@@ -79,7 +81,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         const {good, text} = await send(asked);
         words.textContent = good ? '' : text;
         if (good) show(asked);
-        else if (!wanted) { field.blur(); if (slider) slider.blur(); show(value); }
+        else if (!wanted) { field.blur(); moved = -Infinity; show(value); }
       }
       busy = false;
     }
@@ -88,8 +90,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     else if (entry.choices.length) field.addEventListener('change', () => change(field.value));
     else field.addEventListener('change', () => { change(parsed(entry, field.value)); });
     if (slider) {
-      slider.addEventListener('input', () => { field.value = slider.value; change(Number(slider.value)); });
-      slider.addEventListener('change', () => slider.blur());
+      slider.addEventListener('input', () => { moved = performance.now(); field.value = slider.value; change(Number(slider.value)); });
     }
     field.addEventListener('keydown', (event) => { if (event.key === 'Enter') field.blur(); });
     back.addEventListener('click', () => change(entry.default));

@@ -6,8 +6,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
   const KEPT = 1200;  // rows of the trail: a minute
 
-  // Return the stage on a canvas; `placed(pose)` is called with a pose [x, y, heading] that was dragged.
-  mrc.makeStage = function (canvas, placed) {
+  const ARROWS = {ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowLeft: [-1, 0], ArrowRight: [1, 0]};
+
+  // Return the stage on a canvas; `placed(pose)` is called with a pose [x, y, heading] that was dragged or moved by keys,
+  // and `moved(pose)` on its way there.
+  mrc.makeStage = function (canvas, placed, moved) {
     const trail = {x: [], y: [], error: [], from: 0, to: -1};
     let scene = null, read = null, run = null, newest = null, limit = 0, path = null, start = null, asked = false;
     let geometry = {wheelSeparation: 0.35, wheelRadius: 0.035}, fitted = 0;
@@ -28,8 +31,15 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         robots: [{pose, wheels: [value('right_angle'), value('left_angle')],
                   torque: torque.every(Number.isFinite) ? torque : null, limit: limit || largest, trail}],
         cart: [value('ref_x'), value('ref_y'), value('ref_heading')], drawing});
+      const now = performance.now();
+      if (now - described < 5000) return;
+      described = now;
+      const [x, y] = pose.map((number) => mrc.number(number, 'm', 3));
+      canvas.setAttribute('aria-label', `the robot on the plane, at ${x}, ${y}; the cart at ${
+        mrc.number(value('ref_x'), 'm', 3)}, ${mrc.number(value('ref_y'), 'm', 3)}; arrow keys disturb it`);
     }
 
+    let described = -Infinity;
     let drawing = null;  // of live_path.js
     // Return the point of the plane under a pointer [m].
     function pointed(event) {
@@ -81,22 +91,41 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       if (!canvas.classList.contains('placing') || !scene) return;
       canvas.setPointerCapture(event.pointerId);
       const [x, y] = pointed(event);
-      start = [x, y, newest ? read.heading(newest) : 0];
-      ask();
+      start = [x, y, start ? start[2] : 0];
+      held = true;
+      show();
     });
     canvas.addEventListener('pointermove', (event) => {
-      if (!start) return;
+      if (!held) return;
       const [x, y] = pointed(event);
       if (Math.hypot(x - start[0], y - start[1]) > 0.02) start[2] = Math.atan2(y - start[1], x - start[0]);
-      ask();
+      show();
     });
     canvas.addEventListener('pointerup', () => {
-      if (!start) return;
+      if (!held) return;
+      held = false;
       placed(start);
-      start = null;
-      ask();
     });
-    canvas.addEventListener('pointercancel', () => { start = null; ask(); });
-    return {pointed, draw: (given) => { drawing = given; ask(); }, redraw: ask, newest: () => newest, path: () => path, toScreen: (x, y) => scene.toScreen(x, y)};
+    canvas.addEventListener('pointercancel', () => { held = false; });
+    canvas.addEventListener('keydown', (event) => {
+      if (!start || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (ARROWS[event.key]) {
+        const [right, up] = ARROWS[event.key];
+        if (event.shiftKey) start[2] = Math.atan2(Math.sin(start[2] + 0.1 * (up - right)), Math.cos(start[2] + 0.1 * (up - right)));
+        else { start[0] += 0.05 * right; start[1] += 0.05 * up; }
+        show();
+      } else if (event.key === 'Enter') placed(start);
+      else return;
+      event.preventDefault();
+    });
+    let held = false;
+    function show() { if (moved) moved(start); ask(); }
+    // Begin to place the robot, at where it stands, or end it.
+    function place(on) {
+      start = on && newest ? ['x', 'y', 'heading'].map((name) => read[name](newest)) : null;
+      held = false;
+      if (start) { canvas.focus(); show(); } else ask();
+    }
+    return {pointed, place, draw: (given) => { drawing = given; ask(); }, redraw: ask, newest: () => newest, path: () => path, toScreen: (x, y) => scene.toScreen(x, y)};
   };
 }(window.mrc));

@@ -95,7 +95,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       style = getComputedStyle(canvas);
       pen.font = `${FONT}px ${style.fontFamily}`;
       const torques = state.robots.some((robot) => robot.torque), block = torques ? 60 : 22;
-      const listed = robots.length > 1 || torques, beside = width >= 560;
+      const listed = (robots.length > 1 || torques) && height >= 240, beside = width >= 560;
       const columns = beside ? 1 : 2, rows = Math.ceil(robots.length / columns);
       area = {left: LEFT, top: ABOVE, right: width - (listed && beside ? COLUMN : 10),
               bottom: height - BELOW - (listed && !beside ? rows * block + 8 : 0), listed, torques, block, columns,
@@ -203,8 +203,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       for (let n = 1; n < (x || []).length; n++) {
         pen.strokeStyle = mixed[Math.min(STEPS - 1, Math.floor(STEPS * (1 - speed[n] / most)))];
         pen.beginPath();
-        pen.moveTo(...toScreen(x[n - 1], y[n - 1]));
-        pen.lineTo(...toScreen(x[n], y[n]));
+        const [from, to] = [toScreen(x[n - 1], y[n - 1]), toScreen(x[n], y[n])];
+        pen.moveTo(from[0], from[1]);
+        pen.lineTo(to[0], to[1]);
         pen.stroke();
       }
       pen.strokeStyle = colour('--ink');

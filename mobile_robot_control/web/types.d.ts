@@ -83,7 +83,8 @@ type Parameters_ = {
 type Recording = {state: 'recording' | 'writing' | 'failed' | 'done', name: string, text?: string};
 type State = {
   nodes: {name: string, role: string, text: string, good: boolean, reasons: Record<string, number>}[],
-  refused: number, unreadable: Record<string, number>, events: {stamp: number, text: string}[], ended: string[],
+  refused: number, unreadable: Record<string, number>, events: {stamp: number, text: string}[],
+  ended: Record<string, string>, lesson: string, changed_laws: string[], name: string,
   recordings: Recording[], columns: string[], failure: string,
 };
 type Topic = {name: string, type: string, rate: number, last: string};
@@ -96,16 +97,19 @@ interface Live {
   on(kind: 'state', listener: (state: State) => void): void;
   on(kind: 'parameters', listener: (parameters: Parameters_) => void): void;
   on(kind: 'topics', listener: (topics: Topic[]) => void): void;
+  on(kind: 'lessons', listener: (lessons: any[]) => void): void;
   on(kind: 'connection', listener: (open: boolean) => void): void;
   tell(kind: string, value: any): void;
   send(message: object): void;
   ask(request: Request_): Promise<Answer>;
+  idle(): boolean;
   set(node: string, values: Record<string, any>): Promise<Answer>;
   answer(answer: [number, boolean, string]): void;
   rows(packed: [string, number]): void;
   state(state: State): void;
   parameters(parameters: Parameters_): void;
   topics(topics: Topic[]): void;
+  lessons(lessons: any[]): void;
   column(name: string): Read;
   begin(): void;
 }
@@ -114,7 +118,11 @@ interface Drawing {
   points: number[][];
   cursor: number[] | null;
 }
+interface LiveCharts {
+  only(name: string, columns: string[] | null): void;
+}
 interface Stage {
+  place(on: boolean): void;
   pointed(event: PointerEvent): number[];
   draw(drawing: Drawing | null): void;
   redraw(): void;
@@ -163,13 +171,15 @@ interface Mrc {
   search: any, study: any;
   // the live page
   live: Live, stage: Stage, socket: WebSocket;
-  makeStage(canvas: HTMLCanvasElement, placed: (pose: Pose) => void): Stage;
-  makeCharts(container: HTMLElement): void;
+  makeStage(canvas: HTMLCanvasElement, placed: (pose: Pose) => void, moved?: (pose: Pose) => void): Stage;
+  makeCharts(container: HTMLElement, list: HTMLElement): LiveCharts;
   makeParameter(entry: Entry, send: (value: any) => Promise<Answer>): Control;
   makeParameters(container: HTMLElement): void;
   makePath(container: HTMLElement, canvas: HTMLCanvasElement): void;
   planPath(points: number[][], limits: Record<string, number>): Promise<any>;
-  makeLessons(container: HTMLElement): void;
+  makeLessons(live: Live, panel: HTMLElement, button: HTMLElement, charts: LiveCharts): void;
+  readAnswer(text: string, unit: string): number;
+  fold(on: boolean): void;
   makeSurface(canvas: HTMLCanvasElement): Surface;
 }
 

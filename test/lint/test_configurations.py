@@ -22,7 +22,7 @@ from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 
 CONFIG = Path(__file__).parents[2] / 'config'
-FILES = sorted(CONFIG.rglob('*.yaml'))
+FILES = sorted(path for path in CONFIG.rglob('*.yaml') if path.parent.name != 'lessons')
 ROBOTS = sorted((CONFIG / 'robots').iterdir())
 
 

@@ -301,6 +301,9 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Take the parameters after a live change."""
         self.parameters = self._changed = values
 
+    def read_again(self) -> None:
+        """Read the files again that the node has loaded code from."""
+
     def _clock_stamp(self) -> int:
         """Return the present stamp of the wall clock [ns]."""
         return int(self.get_clock().now().nanoseconds)

@@ -11,7 +11,9 @@ from mobile_robot_control.configuration.nodes import (
 )
 from mobile_robot_control.control.feedforward import mean_acceleration
 from mobile_robot_control.control.latency import carried_forward
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import (
     NO_ACCELERATION,
     BodyVelocity,
@@ -27,6 +29,7 @@ from mobile_robot_control.ros.inputs.table import Input, Inputs
 from mobile_robot_control.ros.nodes.law_runner import LawRunner
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.services.condition import LAW_FAILED, Condition
+from mobile_robot_control.topics import LAW_FILE
 
 _STANDS: Outputs = {'cmd_accel': NO_ACCELERATION, 'cmd_vel': BodyVelocity(0.0, 0.0)}
 
@@ -65,6 +68,22 @@ class PositionController(LoopNode[PositionControllerParameters]):
         super()._change(values, waits)
         self._monitor.latencies['odom'] = values.odom_latency
         self._law.change(values.control)
+
+    def read_again(self) -> None:
+        """Read the files of laws again that have changed; the law of one joins the run as after a live switch."""
+        try:
+            read = LAWS.load_changed()
+            control = self.parameters.control
+            for name in read:
+                gains: Any = build(LAWS[name].gains, getattr(control, name)._asdict())
+                control = control._replace(**{name: gains})
+            values = self.parameters._replace(control=control)
+        except ParameterError as error:
+            self.get_logger().error(f'{error}; the law goes on as it was')
+            return
+        if read:
+            self._events.note({LAW_FILE: ', '.join(f'{name} {checksum}' for name, checksum in read.items())})
+            self._change(values, waits=False)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
         """Begin the law; one that has failed in another run begins again."""

@@ -1,4 +1,4 @@
-"""The request to end: by SIGINT, by SIGTERM, or because the parent process has ended."""
+"""Requests to a process by signals: to end, and to read the file of its law again."""
 
 import os
 import signal
@@ -15,13 +15,16 @@ class Stop:
     ----------
     requested : bool
         Whether a signal has come.
+    read_again : bool
+        Whether SIGUSR1 has come: to read the files of laws again.
 
     """
 
     def __init__(self) -> None:
-        self.requested = False
+        self.requested = self.read_again = False
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._request)
+        signal.signal(signal.SIGUSR1, self._request_reading)
 
     def follow_parent(self) -> None:
         """Stop as well when the parent process has ended, which closes its end of the standard input."""
@@ -32,6 +35,9 @@ class Stop:
             self.requested = True
 
         threading.Thread(target=wait, daemon=True).start()
+
+    def _request_reading(self, _number: int, _frame: FrameType | None) -> None:
+        self.read_again = True
 
     def _request(self, _number: int, _frame: FrameType | None) -> None:
         self.requested = True

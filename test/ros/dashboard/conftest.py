@@ -76,8 +76,11 @@ class Asker:
 def live(tmp_path_factory):
     """One dashboard for all tests that handle the robot, which is slow to leave time for other tests."""
     with own_domain() as variables:
-        started = LivePage(tmp_path_factory.mktemp('dashboard'), '--law', str(PLUGINS / 'kanayama.py'), '--curve',
+        law = tmp_path_factory.mktemp('law') / 'kanayama.py'
+        law.write_bytes((PLUGINS / 'kanayama.py').read_bytes())
+        started = LivePage(tmp_path_factory.mktemp('dashboard'), '--law', str(law), '--curve',
                            str(PLUGINS / 'ellipse.py'), '-p', 'plant.real_time_factor:=0.2', environment=variables)
+        started.law = law
         # for as long as the node is made: other tests have domains of their own
         with pytest.MonkeyPatch.context() as patch:
             for name, value in variables.items():

@@ -1,25 +1,18 @@
-"""The lesson of saturation."""
+"""The lesson of windup, which starts a plant of its own, and takes back what it changed."""
 
-import re
+from lesson_solutions import SOLUTIONS, begin
 
-from live_page import Lesson
+_CHANGED = {'/plant': ('max_wheel_torque', 'initial_pose', 'real_time_factor', 'paused'),
+            '/velocity_controller': ('max_wheel_torque',)}
 
 
-def test_the_lesson_of_saturation_measures_a_lap_without_limit(page, live):
-    lesson = Lesson(page, 'Saturation')
-    lesson.move(0, '0.2')
-    page.wait(lambda: 'Take the limit away' in lesson.check('1'))
-    lesson.move(0, '0')
-    lesson.move(1, '8')
-    page.wait(lambda: live.asker.value('/reference_cart', 'period') == 8.0)
-    run = page.number('run')
-    page.find('#reset').click()
-    page.wait(lambda: page.number('run') > run)
-    page.wait(lambda: 'Let it drive a lap' in lesson.check('1'))
-    page.choose('speed', '0')
-    page.wait(lambda: lesson.check('99').startswith('In the last lap'))
-    # so fast a run is seen four times a second: each lap shows other peaks
-    page.keys(' ')
-    page.wait(lambda: 'paused' in page.text('nodes'))
-    measured = re.search(r'at most ([\d.]+) N m', lesson.check('99'))[1]
-    assert lesson.check(measured).startswith('Right')
+def test_the_lesson_of_windup_is_passed_by_keyboard_and_leaves_nothing_behind(page, live):
+    def values():
+        return {(node, name): live.asker.value(node, name) for node, names in _CHANGED.items() for name in names}
+
+    before = values()
+    lesson = begin(page, '5_windup', 'desktop')
+    assert live.asker.value('/plant', 'max_wheel_torque') == 0.3
+    SOLUTIONS['5_windup'](page, lesson)
+    lesson.close()
+    assert values() == before

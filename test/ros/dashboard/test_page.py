@@ -1,6 +1,9 @@
 """The live page in a browser: what is changed there changes in the nodes, and what is refused is shown in words."""
 
 import json
+import os
+import signal
+from pathlib import Path
 
 import pytest
 from live_page import PLUGINS, OpenPage
@@ -61,6 +64,49 @@ def test_another_law_runs_and_the_lyapunov_function_is_shown_where_there_is_one(
     page.wait(lambda: page.find('details[data-group="position_controller/backstepping"]').get_attribute('open'))
 
 
+def test_the_file_of_a_law_is_read_again_and_its_errors_are_told_with_their_line(page, live):
+    text = live.law.read_text()
+    page.choose('law', 'my_kanayama')
+    page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'my_kanayama')
+    assert not page.find('#read-law').is_displayed()
+    try:
+        live.law.write_text(text + '\ndef broken(:\n')
+        page.click(page.find('#read-law'))
+        page.wait(lambda: f'line {len(text.splitlines()) + 2}' in page.text('notice'))
+        page.find('#close-notice').click()
+        assert not page.find('#notice').is_displayed()
+        live.law.write_text(text.replace('def step(state, observation, gains, dt):',
+                                         'def step(state, observation, gains, dt):\n    raise ValueError("late")'))
+        page.click(page.find('#read-law'))
+        page.wait(lambda: 'law_file = "my_kanayama ' in page.text('changes'))
+        page.wait(lambda: 'law failed: ValueError: late in ' in page.text('notice'))
+        assert f'{live.law}, line ' in page.text('notice')
+    finally:
+        live.law.write_text(text)
+    page.click(page.find('#read-law'))
+    page.wait(lambda: page.text('nodes').count('running') == 4 and not page.find('#notice').is_displayed())
+
+
+def test_a_node_that_was_killed_is_started_again(page, live):
+    page.choose('speed', '1')
+    number, = (pid for pid in live.nodes() if b'reference_cart' in Path(f'/proc/{pid}/cmdline').read_bytes())
+    os.kill(number, signal.SIGKILL)
+    page.wait(lambda: 'was killed by SIGKILL' in page.text('notice'))
+    held = page.number('time')
+    page.click(page.find('#nodes [data-role="reference_cart"] button'))
+    page.wait(lambda: (page.number('time') or 0) > held + 0.2 and not page.find('#notice').is_displayed())
+
+
+def test_all_defaults_takes_every_parameter_back(page, live):
+    page.choose('law', 'fuzzy')
+    field = page.parameter('initial_pose', 'plant').find_element('css selector', 'input')
+    page.type_into(field, '1.5, 0.5, 0')
+    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == 1.5)
+    page.click(page.find('#defaults'))
+    page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'backstepping')
+    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(1.0))
+
+
 def test_another_curve_begins_a_new_run_at_its_start(page):
     run = page.number('run')
     page.driver.execute_script('document.querySelector("#curve details").open = true')
@@ -98,6 +144,16 @@ def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
      .click_and_hold().move_by_offset(60, 0).release().perform())
     page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(0.5, abs=0.05))
     assert list(live.asker.value('/plant', 'initial_pose')[1:]) == pytest.approx([0.8, 0.0], abs=0.05)
+    # the same by keys and by numbers
+    page.find('#place').click()
+    before = live.asker.value('/plant', 'initial_pose')[0]
+    x = float(page.find('#placing [name=x]').get_attribute('value'))
+    page.keys_here(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ENTER)
+    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] != before)
+    assert live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(x + 0.1, abs=0.01)
+    page.find('#place').click()
+    page.type_into(page.find('#placing [name=y]'), '0,25')
+    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[1] == 0.25)
 
 
 def test_an_arrow_key_pushes_the_robot(page):
@@ -184,8 +240,8 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     report = page.driver.execute_script('return document.querySelector("#recorded a").href')
     # a further one does not hide it
     assert page.driver.execute_script(
-        'mrc.live.state({nodes: [], unreadable: {}, events: [], ended: [], recordings: ['
-        '{state: "done", name: "recording_1"}, {state: "recording", name: "recording_2"}]});'
+        'mrc.live.state({nodes: [], unreadable: {}, events: [], ended: {}, changed_laws: [], lesson: "", name: "", '
+        'recordings: [{state: "done", name: "recording_1"}, {state: "recording", name: "recording_2"}]});'
         'return document.querySelectorAll("#recorded a").length + document.getElementById("recorded").textContent'
     ) == '1recording_2 …  report of recording_1 '
     page.driver.get(report)

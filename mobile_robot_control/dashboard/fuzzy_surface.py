@@ -1,28 +1,16 @@
-"""Numbers for the lessons of the page: the chapter's velocity gains and their slowest rate, the fuzzy surface."""
+"""The control surface of the fuzzy law, as the page draws it."""
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Any
 
 from mobile_robot_control.control.fuzzy import surface
 from mobile_robot_control.control.membership import FuzzyGains
-from mobile_robot_control.control.velocity_pi import VelocityGains
-from mobile_robot_control.control.velocity_stability import slowest_stable_rate
-from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import build
 
-CHAPTER_GAINS = VelocityGains(k1=128.444, ti1=60.9756, k2=29.048, ti2=31.4465)
-"""The evolved velocity gains of section 3.1 of the chapter."""
 _COLUMNS, _ROWS = 48, 32
 _FARTHEST = 1.0
 """[m]: distance at the right edge of the surface."""
-
-
-@lru_cache(maxsize=1)
-def chapter_numbers() -> dict[str, Any]:
-    """Return the chapter's velocity gains, and the slowest rate [Hz] at which they are stable in lockstep."""
-    return {'gains': CHAPTER_GAINS._asdict(), 'rate': slowest_stable_rate(CHAPTER_GAINS, Robot(), 500.0, (0,))}
 
 
 def surface_numbers(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,153 @@
+"""A lesson under way: begun with its own start, moved by its controls, and taken back afterwards."""
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.dashboard.lesson_files import POSE, Lesson, parameter_of
+from mobile_robot_control.reference.cart import Placement, reference_at
+from mobile_robot_control.reference.curves import CURVES
+
+Values = dict[str, dict[str, Any]]
+
+
+class LessonError(ValueError):
+    """A lesson that cannot be played; the text says why."""
+
+
+class Robot(NamedTuple):
+    """
+    What a lesson needs of the robot; each raises where it is refused.
+
+    Attributes
+    ----------
+    present : callable
+        Returns the parameters by node.
+    change : callable
+        Takes a node and its new values; starts it again where one of them cannot change while it runs.
+    reset : callable
+        Begins a new run from a pose [m, m, rad], or from that of the parameters where it is None.
+
+    """
+
+    present: Callable[[], Awaitable[Values]]
+    change: Callable[[str, Mapping[str, Any]], Awaitable[None]]
+    reset: Callable[[Sequence[float] | None], Awaitable[None]]
+
+
+class Teaching:
+    """
+    Plays one lesson at a time, whoever began it.
+
+    Parameters
+    ----------
+    lessons : sequence of Lesson
+        That can be played.
+    name : str
+        Of the robot; '' where it is not known.
+    robot : Robot
+        That they handle.
+
+    Attributes
+    ----------
+    lessons : dict of str to Lesson
+        By name.
+    running : str
+        Name of the lesson under way; '' for none.
+
+    """
+
+    def __init__(self, lessons: Sequence[Lesson], name: str, robot: Robot) -> None:
+        self.lessons = {lesson.name: lesson for lesson in lessons}
+        self._name, self._robot = name, robot
+        self.running = ''
+        self._whose: object = None
+        self._before: Values = {}
+        self._pose: dict[str, float] = {}
+        self._lock = asyncio.Lock()
+
+    def shown(self) -> list[dict[str, Any]]:
+        """Return the lessons as the page shows them, each with whether it is for this robot."""
+        return [{'name': lesson.name, 'fits': not self._name or self._name in lesson.robots, **lesson.content}
+                for lesson in self.lessons.values()]
+
+    async def begin(self, name: str, whose: object) -> None:
+        """Begin a lesson; raise LessonError where there is none of that name, or it is not for this robot."""
+        lesson = self.lessons.get(name)
+        if lesson is None:
+            raise LessonError('there is no such lesson; load the page again')
+        if self._name and self._name not in lesson.robots:
+            raise LessonError(f'this lesson is for {", ".join(lesson.robots)}, and the robot here is {self._name}; '
+                             f'start dashboard --robot {lesson.robots[0]}')
+        async with self._lock:
+            await self._take_back()
+            self._before = await self._robot.present()
+            absent = [node for node in lesson.touched() if node not in self._before]
+            if absent:
+                raise LessonError(f'this lesson handles the node {" and ".join(absent)}, which is not there')
+            self.running, self._whose = name, whose
+            self._pose = dict(zip(POSE, lesson.pose or (0.0,) * 3, strict=True))
+            for node, values in lesson.parameters.items():
+                await self._robot.change(node, values)
+            if lesson.pose is not None:
+                await self._begin_run()
+
+    async def move(self, number: int, value: Any) -> None:
+        """Set a control of the lesson under way, counted from 0."""
+        async with self._lock:
+            controls = self.lessons[self.running].controls if self.running else ()
+            if not 0 <= number < len(controls):
+                raise LessonError('the lesson has ended; begin it again')
+            control, changes = controls[number], Values()
+            for target, factor in zip(control.sets, control.times, strict=True):
+                node, name = parameter_of(target)
+                given = value if isinstance(value, str) else float(value) * factor
+                if node == 'pose':
+                    self._pose[name] = float(given)
+                elif node in NODES:
+                    changes.setdefault(node, {})[name] = given
+            for node, values in changes.items():
+                await self._robot.change(node, values)
+            if control.begins_run or any(target.startswith('pose.') for target in control.sets):
+                await self._begin_run()
+
+    async def end(self, whose: object = None) -> None:
+        """Take back what the lesson changed; of a page that has gone, the lesson that it began alone."""
+        async with self._lock:
+            if whose is None or whose is self._whose:
+                await self._take_back()
+
+    async def _begin_run(self) -> None:
+        """Begin a new run beside the cart's start."""
+        values = (await self._robot.present())['reference_cart']
+        curve = CURVES.get(values.get('curve', ''))
+        if curve is None:
+            raise LessonError('the start of this curve is not known here; choose a curve of this package')
+        start = reference_at(curve, 0.0, Placement(*(values[name] for name in Placement._fields))).pose
+        ahead, left, turn = (self._pose[name] for name in POSE)
+        cos, sin = math.cos(start.heading), math.sin(start.heading)
+        await self._robot.reset([start.x + ahead * cos - left * sin, start.y + ahead * sin + left * cos,
+                                 start.heading + turn])
+
+    async def _take_back(self) -> None:
+        """Set what the lesson changed as it was before, and begin a new run there."""
+        if not self.running:
+            return
+        lesson, before = self.lessons[self.running], self._before
+        present, anew = await self._robot.present(), lesson.pose is not None
+        touched = lesson.touched()
+        if anew:
+            touched.setdefault('plant', set()).add('initial_pose')
+        try:
+            for node, names in touched.items():
+                former, now = before.get(node, {}), present.get(node, {})
+                changed = {name: former[name] for name in sorted(names)
+                           if name in former and now.get(name) != former[name]}
+                if changed:
+                    await self._robot.change(node, changed)
+            if anew:
+                await self._robot.reset(None)
+        finally:
+            self.running, self._whose = '', None

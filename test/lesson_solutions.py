@@ -1,0 +1,93 @@
+"""How each shipped lesson is passed, by keyboard alone: a wrong answer first, then the right one."""
+
+import re
+
+from live_page import Lesson
+from selenium.webdriver.common.keys import Keys
+
+SIZES = {'desktop': (1280, 800), 'phone': (390, 844)}
+
+
+def begin(page, name, size):
+    """Begin a lesson at a size; all that it needs is in view."""
+    width, height = SIZES[size]
+    page.browser.call('Emulation.setDeviceMetricsOverride', width=width, height=height, deviceScaleFactor=1,
+                      mobile=size == 'phone')
+    lesson = Lesson(page, name)
+    page.wait(lambda: not lesson.hidden(), 20.0, lesson.hidden)
+    return lesson
+
+
+def _measured(text):
+    return re.search(r'Measured: ([\d.]+)', text)[1]
+
+
+def errors(page, lesson):
+    """Place the robot beside the cart."""
+    assert lesson.check().startswith('Not yet. It is e1 = ')
+    lesson.move(0, *[Keys.ARROW_LEFT] * 4)
+    page.wait(lambda: abs(page.number('e1') - 0.2) < 0.01)
+    lesson.move(1, *[Keys.ARROW_RIGHT] * 2)
+    page.wait(lambda: abs(page.number('e2') + 0.1) < 0.01)
+    assert lesson.check().startswith('Right')
+
+
+def gains(page, lesson):
+    """Move the gains until the node refuses."""
+    assert 'has taken' in lesson.check('50')
+    for _ in range(15):
+        lesson.move(0, Keys.ARROW_RIGHT)
+        page.wait(lambda: page.driver.execute_script('return mrc.live.idle()'))
+    page.wait(lambda: ' Hz' in lesson.verdict())
+    assert lesson.check('90 %').startswith('Not yet. Measured: 31')
+    assert lesson.check('31,7 %').startswith('Right')
+
+
+def hybrid(page, lesson):
+    """Start both laws from the same place."""
+    assert 'Try both' in lesson.check('b')
+    page.wait(lambda: page.number('time') > 1.2)
+    run = page.number('run')
+    lesson.move(0, 'h')
+    page.wait(lambda: page.number('run') > run and page.number('time') > 1.2)
+    answers = [lesson.check(letter) for letter in 'hb']
+    assert sorted(answer.partition('.')[0] for answer in answers) == ['Not yet', 'Right'], answers
+    assert 'Measured: backstepping ' in answers[0]
+
+
+def fuzzy(page, lesson):
+    """Wait until five seconds are measured."""
+    colours = ('const canvas = document.querySelector("#lesson canvas"), place = canvas.getContext("2d");'
+               'const all = place.getImageData(0, 0, canvas.width, canvas.height).data;'
+               'return new Set(Array.from(all, (_, n) => n % 4 ? 0 : all[n] + 256 * all[n + 1])).size')
+    page.wait(lambda: page.driver.execute_script(colours) > 10)
+    assert 'Let it drive for 5 s' in lesson.check('9')
+    page.wait(lambda: page.number('time') > 5.2)
+    wrong = lesson.check('9')
+    assert wrong.startswith('Not yet. Measured: ')
+    assert lesson.check(f'{100 * float(_measured(wrong)):.3g} cm').startswith('Right')
+
+
+def windup(page, lesson):
+    """Let the controller know no limit."""
+    assert 'First set velocity_controller.max_wheel_torque' in lesson.check('0.4')
+    run = page.number('run')
+    lesson.move(0, Keys.ARROW_DOWN)
+    page.wait(lambda: page.number('run') > run and page.number('time') > 10.1)
+    wrong = lesson.check('0,4 m')
+    assert wrong.startswith('Not yet. Measured: 1.'), wrong
+    assert lesson.check(_measured(wrong)).startswith('Right')
+
+
+def path(page, lesson):
+    """Look where the plan is limited."""
+    page.wait(lambda: 'of the straights' in lesson.check(Keys.HOME))
+    assert lesson.verdict().startswith('Not yet')
+    assert lesson.check(Keys.END).startswith('Right')
+    lesson.move(1, *[Keys.ARROW_LEFT] * 8)
+    # so slow, it is the speed that limits the straights
+    page.wait(lambda: lesson.check(Keys.HOME).startswith('Right'))
+
+
+SOLUTIONS = {'1_errors': errors, '2_gains': gains, '3_hybrid': hybrid, '4_fuzzy': fuzzy, '5_windup': windup,
+             '6_path': path}

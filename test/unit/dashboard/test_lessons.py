@@ -1,0 +1,143 @@
+"""Lessons: what is wrong with a file is told with its remedy; what a lesson changes is taken back."""
+
+import asyncio
+
+import pytest
+import yaml
+
+from mobile_robot_control.dashboard.lesson_files import read_lessons
+from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching
+from mobile_robot_control.parameters.checking import ParameterError
+
+GOOD = {
+    'title': 'A lesson', 'text': 'Words.', 'question': 'How far?', 'robots': ['chapter'], 'show': ['e1'],
+    'start': {'parameters': {'plant': {'max_wheel_torque': 0.3}}, 'pose': [0.0, -0.3, 0.0]},
+    'controls': [{'label': 'gain', 'sets': ['position_controller.backstepping.p'], 'range': [1.0, 2.0, 0.1]}],
+    'answer': {'kind': 'number', 'measure': 'mean', 'of': ['e1'], 'over': 5.0, 'unit': 'm', 'tolerance': 0.1},
+}
+
+
+def _changed(**changes):
+    """Return the good lesson with other values by dotted name; None takes one out."""
+    made = yaml.safe_load(yaml.safe_dump(GOOD))
+    for name, value in changes.items():
+        *path, last = name.split('__')
+        part = made
+        for key in path:
+            part = part[int(key) if key.isdigit() else key]
+        if value is None:
+            del part[last]
+        else:
+            part[last] = value
+    return made
+
+
+@pytest.mark.parametrize(('lesson', 'words'), [
+    ([], 'is no lesson'),
+    (_changed(title=None), 'title is missing'),
+    (_changed(titel='A'), "titel is not known; did you mean 'title'"),
+    (_changed(robots='chapter'), 'robots = chapter must be a list'),
+    (_changed(show=['e4']), 'must be a list of columns'),
+    (_changed(chart='forces'), 'must be one of errors'),
+    (_changed(start__pose=[0, 0]), 'start.pose'),
+    (_changed(start__parameters={'plent': {'paused': True}}), 'names no node'),
+    (_changed(start__parameters={'plant': {'pausd': True}}), "no parameter 'pausd'; did you mean 'paused'"),
+    (_changed(controls=[]), 'controls = [] must be'),
+    (_changed(controls__0__choices=['a', 'b']), 'either range or choices'),
+    (_changed(controls__0__sets=['pose.up']), 'no part of the start'),
+    (_changed(controls__0__sets=['plan.timing.max_wheel_torque']), 'of a lesson with a plan'),
+    (_changed(controls__0__times=[1, 2]), 'a number for each of sets'),
+    (_changed(answer__kind='guess'), 'must be one of place, number, larger, plan'),
+    (_changed(answer__measure='most'), 'must be one of now, mean'),
+    (_changed(answer__of=None), 'nothing is measured'),
+    (_changed(answer__tolerance=None), 'a tolerance, or a share'),
+    (_changed(answer={'kind': 'plan', 'limit': 'x', 'choices': ['a', 'b', 'c']}), 'needs the points of a plan'),
+    (_changed(answer__with={'plant.x': 1}), "no parameter 'x'"),
+])
+def test_a_lesson_at_fault_is_told_with_its_file(tmp_path, lesson, words):
+    file = tmp_path / 'lesson.yaml'
+    file.write_text(yaml.safe_dump(lesson))
+    with pytest.raises(ParameterError) as refused:
+        read_lessons(str(tmp_path))
+    assert words in str(refused.value)
+    assert str(file) in str(refused.value)
+
+
+@pytest.mark.parametrize('text', ['a: [', '2001-99-99', '- ' * 5000, 'a: \x00', '\ud8ff'])
+def test_a_file_that_is_no_yaml_is_told(tmp_path, text):
+    (tmp_path / 'lesson.yaml').write_text(text, errors='surrogatepass')
+    with pytest.raises(ParameterError, match=r'lesson\.yaml'):
+        read_lessons(str(tmp_path))
+
+
+def test_a_folder_without_lessons_is_told(tmp_path):
+    with pytest.raises(ParameterError, match='there is no lesson in this folder'):
+        read_lessons(str(tmp_path))
+
+
+class Nodes:
+    """Stands for the nodes, whose parameters it keeps."""
+
+    def __init__(self):
+        self.values = {'plant': {'max_wheel_torque': 0.0, 'initial_pose': [1.0, 0.0, 0.0]},
+                       'position_controller': {'backstepping.p': 1.5},
+                       'reference_cart': {'curve': 'trifolium', 'center': [0.0, 0.0], 'rotation': 0.0, 'scale': 1.0,
+                                          'period': 16.0, 'phase': 0.0}}
+        self.poses = []
+
+    async def present(self):
+        return {node: dict(values) for node, values in self.values.items()}
+
+    async def change(self, node, values):
+        self.values[node] |= values
+
+    async def reset(self, pose):
+        self.poses.append(pose)
+        if pose is not None:
+            self.values['plant']['initial_pose'] = pose
+
+
+@pytest.fixture
+def taught(tmp_path):
+    """Return the nodes and a lesson of them."""
+    (tmp_path / 'lesson.yaml').write_text(yaml.safe_dump(GOOD))
+    nodes = Nodes()
+    return nodes, Teaching(read_lessons(str(tmp_path)), 'chapter', Robot(nodes.present, nodes.change, nodes.reset))
+
+
+def test_what_a_lesson_changes_is_taken_back_by_its_own_page_alone(taught):
+    nodes, teaching = taught
+    before = asyncio.run(nodes.present())
+    page = object()
+
+    async def play():
+        await teaching.begin('lesson', page)
+        assert nodes.values['plant']['max_wheel_torque'] == 0.3
+        assert nodes.poses == [pytest.approx([1.3, 0.0, 1.5707963])]
+        await teaching.move(0, 1.9)
+        assert nodes.values['position_controller']['backstepping.p'] == 1.9
+        await teaching.end(object())
+        assert teaching.running == 'lesson'
+        await teaching.end(page)
+
+    asyncio.run(play())
+    assert teaching.running == ''
+    assert nodes.values == before
+    assert nodes.poses[-1] is None
+
+
+def test_a_lesson_of_another_robot_or_without_its_node_changes_nothing(taught, tmp_path):
+    nodes, teaching = taught
+    before = asyncio.run(nodes.present())
+    other = Teaching(tuple(teaching.lessons.values()), 'kobuki', Robot(nodes.present, nodes.change, nodes.reset))
+    with pytest.raises(LessonError, match='for chapter, and the robot here is kobuki; start dashboard --robot chapter'):
+        asyncio.run(other.begin('lesson', None))
+    with pytest.raises(LessonError, match='no such lesson'):
+        asyncio.run(teaching.begin('lessen', None))
+    with pytest.raises(LessonError, match='has ended'):
+        asyncio.run(teaching.move(0, 1.0))
+    del nodes.values['position_controller']
+    with pytest.raises(LessonError, match='position_controller, which is not there'):
+        asyncio.run(teaching.begin('lesson', None))
+    del before['position_controller']
+    assert nodes.values == before
