@@ -70,7 +70,9 @@ def fuzzy(page, lesson):
 
 def windup(page, lesson):
     """Let the controller know no limit."""
-    assert 'First set velocity_controller.max_wheel_torque' in lesson.check('0.4')
+    page.wait(lambda: page.number('time') > 0.1)
+    early = lesson.check('0.4')
+    assert 'First set velocity_controller.max_wheel_torque' in early, early
     run = page.number('run')
     lesson.move(0, Keys.ARROW_DOWN)
     page.wait(lambda: page.number('run') > run and page.number('time') > 10.1)

@@ -66,7 +66,7 @@ class Sampler:
         self._recent: dict[str, dict[int, tuple[str, bytes]]] = {}
         self._came: dict[str, float] = {}
         self._run, self._newest, self._origin = 0, -1, 0
-        self._resets, self._falls = 0, 0
+        self._resets, self._falls, self._fell = 0, 0, 0.0
         self._stamp, self._agree = -1, False
         self._ages: deque[tuple[float, int]] = deque(maxlen=41)
 
@@ -100,7 +100,8 @@ class Sampler:
     def _begin_run(self, stamp: int) -> None:
         """Begin a row at the first odometry of a run; what other topics have of later stamps is of the run before."""
         self._run += 1
-        self._falls += self._newest >= 0
+        if self._newest >= 0:
+            self._falls, self._fell = self._falls + 1, time.monotonic()
         self._stamp, self._agree, self._origin = -1, False, stamp if stamp > _WALL else 0
         self._ages.clear()
         self._values.update(dict.fromkeys(COLUMNS, math.nan))
@@ -114,6 +115,8 @@ class Sampler:
 
     def _match_resets(self) -> None:
         """Begin a run for each reset without a fall of the stamps; odometry of the new run has come."""
+        if time.monotonic() - self._fell > _STALE:
+            self._falls = 0  # the plant was started again
         unseen = max(0, self._resets - self._falls)
         self._run += unseen
         self._falls -= self._resets - unseen

@@ -28,6 +28,8 @@ class Curve(NamedTuple):
         In the legend of a single run; several runs are told apart by their own names.
     line : Line
         Points from left to right; in a plane from the first to the last.
+    thinned_from : int
+        Points that there were before the line was thinned; 0 where it is whole.
 
     """
 
@@ -35,6 +37,7 @@ class Curve(NamedTuple):
     run: int
     name: str
     line: Line
+    thinned_from: int = 0
 
 
 class Pose(NamedTuple):

@@ -8,6 +8,7 @@ from mobile_robot_control.pages.readable import readable, readable_unit
 from mobile_robot_control.pages.run_words import peak_torque, run_end, run_facts, run_sentence
 from mobile_robot_control.runs.gaps import count_missing
 from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.segments import events_within, segments
 from mobile_robot_control.system.texts import shortened
 
 _NAME = 40
@@ -67,8 +68,16 @@ def sentence(runs: Sequence[Run]) -> str:
     """
     if len(runs) == 1:
         run, = runs
-        return f'{run_sentence(run.metrics, run.parameters, bool(run.series.origin))}; {_missing(run)}.'
+        drove = len({part.law for part in segments(run)})
+        told = run_sentence(run.metrics, run.parameters, bool(run.series.origin), drove)
+        return f'{told}{_changed(run)}; {_missing(run)}.'
     return f'{_of_several(runs)}; {_missing_of_several(runs)}.'
+
+
+def _changed(run: Run) -> str:
+    """Return how many events changed a run, in words."""
+    count = len(events_within(run))
+    return f'; {count} event{" has" if count == 1 else "s have"} changed it' if count else ''
 
 
 def _missing(run: Run) -> str:

@@ -9,6 +9,7 @@ from mobile_robot_control.figures.figure import Figure, Panel
 from mobile_robot_control.figures.lines import Floats, Line
 from mobile_robot_control.figures.palette import GREY, INK, LINES, line_widths, on_dark
 from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.segments import event_text, events_within
 from mobile_robot_control.runs.series import Series
 from mobile_robot_control.web.assets import pack
 
@@ -50,10 +51,10 @@ def _apart(line: Line) -> Line:
 def _chart(figure: Figure, panel: Panel, columns: _Columns) -> dict[str, Any]:
     """Return a chart."""
     lines = []
-    for kind, run, name, line in panel.curves:
+    for kind, run, name, line, thinned_from in panel.curves:
         shown = _apart(line)
         lines.append({'kind': kind, 'run': run, 'name': name, 'time': columns.add(shown.time),
-                      'value': columns.add(shown.value)})
+                      'value': columns.add(shown.value), **({'thinnedFrom': thinned_from} if thinned_from else {})})
     return {
         'figure': figure.name, 'label': panel.label.replace('\n', ' '), 'unit': panel.unit, 'bend': panel.bend,
         'limits': [{'run': n, 'value': limit} for n, limit in panel.limits], 'lines': lines,
@@ -111,6 +112,8 @@ def chart_data(figures: Sequence[Figure], runs: Sequence[Run]) -> dict[str, Any]
         'reference': _look(GREY), 'command': _look(INK),
         'charts': [_chart(figure, panel, columns) for figure in figures for panel in figure.panels
                    if not panel.in_plane],
+        'events': [{'run': n, 'time': event.time, 'text': event_text(event)}
+                   for n, run in enumerate(runs) for event in events_within(run)],
         'deviation': [{'run': n, **{name: columns.add(values) for name, values in found.items()}}
                       for n, found in enumerate(deviation(run.series) for run in runs) if found['time'].size],
         'columns': columns.packed,

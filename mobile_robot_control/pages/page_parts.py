@@ -54,7 +54,7 @@ def replay_styles() -> list[str]:
 
 
 UPLOT_SCRIPT = 'uplot/uPlot.iife.min.js'
-CHART_SCRIPTS = (UPLOT_SCRIPT, 'charts.js', 'chart_bar.js', 'deviation.js')
+CHART_SCRIPTS = (UPLOT_SCRIPT, 'marks.js', 'view_export.js', 'charts.js', 'chart_bar.js', 'deviation.js')
 CHART_STYLES = ('uplot/uPlot.min.css', 'charts.css')
 _START = """(function () {
   const data = JSON.parse(document.getElementById('chart-data').textContent);

@@ -13,6 +13,7 @@ from mobile_robot_control.figures.figure import Figure
 from mobile_robot_control.figures.palette import LINES
 from mobile_robot_control.pages import page
 from mobile_robot_control.pages.animation import animate
+from mobile_robot_control.pages.events_table import event_parts
 from mobile_robot_control.pages.metrics_table import configuration_table, metrics_table
 from mobile_robot_control.pages.page_parts import (
     chart_numbers,
@@ -134,7 +135,7 @@ def _parts(
     figures = list(_figures(RUN_FIGURES, runs, folder, step))
     animations = list(_animations(runs, folder, step)) if animation else []
     timing = list(_figures(TIMING_FIGURES, over_dds, folder, step)) if over_dds else []
-    plans = plans_of_runs(runs)
+    plans, events = plans_of_runs(runs), list(event_parts(runs))
 
     def jumps(shown: Sequence[_Shown]) -> list[tuple[str, str]]:
         return [(one.figure.name, one.title) for one in shown if one.figure]
@@ -144,7 +145,8 @@ def _parts(
         yield f'<p>{escape(twins.sentence)}</p>'
     yield from (f'<p class="soft">{escape(run_description(run))}.</p>' for run in runs)
     yield page.contents([
-        ('metrics', 'Metrics', ()), ('figures', 'Figures', jumps(figures)),
+        ('metrics', 'Metrics', ()), *([('events', 'Events', ())] if events else []),
+        ('figures', 'Figures', jumps(figures)),
         *([('plan', 'Plan of the path', ())] if plans else []),
         *([('animation', 'Animation', ())] if animations else []),
         *([('timing', 'Timing', jumps(timing))] if over_dds else []), ('configuration', 'Configuration', ()),
@@ -154,6 +156,8 @@ def _parts(
     if problems:
         yield page.warning('What is missing', problems)
     yield page.section('metrics', 'Metrics', metrics_table(runs))
+    if events:
+        yield page.section('events', 'Events', *events)
     yield page.section('figures', 'Figures', page.grid(one.html for one in figures))
     if plans:
         yield page.section('plan', 'Plan of the path', *plans)

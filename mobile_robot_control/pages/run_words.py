@@ -19,7 +19,9 @@ WHOLE = ('completed', 'not known', RECORDED)
 """Outcomes of runs that lasted as long as they should."""
 
 
-def run_sentence(metrics: dict[str, Any], parameters: Configuration | None, on_wall_clock: bool = False) -> str:
+def run_sentence(
+    metrics: dict[str, Any], parameters: Configuration | None, on_wall_clock: bool = False, laws: int = 1
+) -> str:
     """
     Return what became of a run, without a full stop.
 
@@ -31,13 +33,16 @@ def run_sentence(metrics: dict[str, Any], parameters: Configuration | None, on_w
         Of the run; None if they are not known.
     on_wall_clock : bool
         Whether it ran on the wall clock.
+    laws : int
+        How many drove, one after the other.
 
     """
     end = f'{run_end(metrics, parameters, on_wall_clock)}: {run_facts(metrics, parameters)}'
     if parameters is None:
         return f'The robot {end}'
     control, curve = parameters.position_controller.control, parameters.reference_cart.curve
-    return f'On the {curve.curve}, {control.controller_type.replace("_", " ")} {end}'
+    law = f'a run of {laws} laws' if laws > 1 else control.controller_type.replace('_', ' ')
+    return f'On the {curve.curve}, {law} {end}'
 
 
 def run_end(metrics: dict[str, Any], parameters: Configuration | None, on_wall_clock: bool) -> str:

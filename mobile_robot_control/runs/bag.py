@@ -325,6 +325,7 @@ def read_bag(
     """
     series, changes, problems, names, held = read_contents(path, namespace, progress, topics)
     if partly:
-        series = series.begun_when_recorded()
+        series, begun = series.begun_when_recorded()
+        changes = tuple(change._replace(stamp=change.stamp - begun) for change in changes)
     silent = [topic for topic in series.signals if not series.has(topic)]
     return Recording(series, changes, (*problems, *missing_topics(names, silent, held), *describe_gaps(series)))

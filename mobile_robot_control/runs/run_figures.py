@@ -88,7 +88,8 @@ class PanelOf(NamedTuple):
 
 
 def _thinned(curve: Curve, buckets: int = _BUCKETS) -> Curve:
-    return curve._replace(line=thinned(curve.line, buckets))
+    line, count = thinned(curve.line, buckets), curve.line.time.size
+    return curve._replace(line=line, thinned_from=count if line.time.size < count else 0)
 
 
 def difference(line: Line, first: Line) -> Line:

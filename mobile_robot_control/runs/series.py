@@ -96,16 +96,16 @@ class Series:
         return Series({topic: signal.part(0, int(np.searchsorted(self.time(topic), end, side='right')))
                        for topic, signal in self.signals.items()})
 
-    def begun_when_recorded(self) -> 'Series':
+    def begun_when_recorded(self) -> tuple['Series', int]:
         """
-        Return a run of which only a part was recorded, with time from the beginning of that part.
+        Return a run of which only a part was recorded, with time from the beginning of that part, and its stamp [ns].
 
         It begins at the first stamp that all topics of the slow loop share, and ends at the last one where no other
         topic lasts three periods longer; a run on the wall clock begins with its first reference anyway.
         """
         slow = [self.signals[topic].stamps for topic in POSITION_TOPICS if self.has(topic)]
         if not slow or not self.is_lockstep:
-            return self
+            return self, 0
         first, last = max(stamps[0] for stamps in slow), min(stamps[-1] for stamps in slow)
         longest = max(signal.stamps[-1] for signal in self.signals.values() if signal.stamps.size)
         if slow[0].size > 1 and longest - last > 3 * (slow[0][1] - slow[0][0]):
@@ -113,7 +113,8 @@ class Series:
         parts = {topic: signal.part(int(np.searchsorted(signal.stamps, first)),
                                     int(np.searchsorted(signal.stamps, last, side='right')))
                  for topic, signal in self.signals.items()}
-        return Series({topic: part._replace(stamps=part.stamps - first) for topic, part in parts.items()})
+        begun = Series({topic: part._replace(stamps=part.stamps - first) for topic, part in parts.items()})
+        return begun, int(first)
 
     @property
     def motion(self) -> str:

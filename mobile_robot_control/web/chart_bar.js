@@ -14,7 +14,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   mrc.chartBar = function (view, hosts) {
     const first = hosts.find((host) => host.closest('figure').classList.contains('charted'));
     if (!first) return;
-    const {data, clock} = view, bar = mrc.element('div', 'chart-bar scroll'), time = mrc.element('output', 'time');
+    const {data, clock} = view, bar = mrc.element('div', 'chart-bar scroll'), player = mrc.makePlayer(clock);
+    const time = mrc.element('a', 'time', '', {title: 'A link to this time'});
     bar.setAttribute('role', 'toolbar');
     bar.setAttribute('aria-label', 'Charts');
     const zoom = (factor) => {
@@ -24,7 +25,13 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     };
     const whole = button('whole run', 'Show all of the time (double click in a chart)',
                          () => view.setRange(data.start, data.end));
-    bar.append(time, button('+', 'Zoom in at the time shown (drag in a chart)', () => zoom(0.5)),
+    if (mrc.replay) {
+      const small = bar.appendChild(mrc.element('canvas'));
+      small.setAttribute('role', 'img');
+      small.setAttribute('aria-label', 'The robots at this time');
+      mrc.replay.copyTo(small);
+    }
+    bar.append(player.play, player.bar, time, button('+', 'Zoom in at the time shown (drag in a chart)', () => zoom(0.5)),
                button('−', 'Zoom out', () => zoom(2)), whole);
     if (view.several) {
       data.runs.forEach((run, n) => {
@@ -42,6 +49,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     }
     const show = () => {
       time.textContent = `t = ${view.time().toFixed(2)} s`;
+      time.href = `#t=${view.time().toFixed(2)}`;
       whole.disabled = !view.zoomed;
     };
     view.onChange(show);

@@ -157,7 +157,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     }
   }
 
-    const axis = (more) => ({
+  const axis = (more) => ({
     stroke: () => mrc.colour('--soft'), font: FONT, grid: {stroke: () => mrc.colour('--faint'), width: 1},
     ticks: {show: false}, values: (plot, splits) => splits.map((value) => value === null ? '' : mrc.number(value, '', 8)), ...more,
   });
@@ -190,12 +190,17 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   }
 
   function makeChart(view, chart, host) {
-    const {data, clock} = view, lines = chart.lines.map((line) => ({
+    const {data, clock} = view, first = !host.querySelector('.chart'), lines = chart.lines.map((line) => ({
       ...line, times: data.columns[line.time], values: data.columns[line.value]}));
     const box = mrc.element('div', 'chart'), mark = mrc.element('div', 'now'), head = mrc.element('div', 'head');
     const unit = chart.unit ? ` [${chart.unit}]` : '', scale = chart.bend ? ', logarithmic scale' : '';
     const {legend, update} = makeLegend(view, chart, lines);
     head.append(mrc.element('h4', '', chart.label + unit + scale), legend);
+    const thinned = lines.find((line) => line.thinnedFrom);
+    if (thinned) {
+      head.append(mrc.element('span', 'soft', `thinned: ${thinned.times.length} of ${thinned.thinnedFrom} points, with `
+        + 'every peak'));
+    }
     box.append(head);
     host.append(box);
     let plot = null, seen = true;
@@ -221,7 +226,13 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     };
     const joined = uPlot.join(lines.map(({times, values}) => [
       Array.from(times), Array.from(values, (value) => Number.isFinite(value) ? value : null)]));
-    plot = new uPlot(options(view, chart, lines, Math.max(box.clientWidth, 100), time), joined, box);
+    const marks = () => view.data.events.filter(({run}) => !view.off.has(`run ${run}`));
+    const chosen = options(view, chart, lines, Math.max(box.clientWidth, 100), time);
+    chosen.hooks.draw.push((drawn) => mrc.drawMarks(drawn, marks(), first));
+    plot = new uPlot(chosen, joined, box);
+    head.append(mrc.viewButtons({
+      view, chart, lines, plot, strokeOf: (line) => stroke(data, line),
+      nameOf: (line) => view.several && line.kind !== 'reference' ? data.runs[line.run].name : line.name}));
     plot.over.append(mark);
     plot.over.setAttribute('role', 'img');
     plot.over.setAttribute('aria-label', `${chart.label}${unit} over time`);
@@ -266,6 +277,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       charts.forEach((chart) => makeChart(view, chart, host));
     }
     mrc.chartBar(view, hosts);
+    if (mrc.replay && view.several) mrc.replay.follow(view);
+    mrc.markBars(data.events, clock);
     return view;
   };
 }(window.mrc));

@@ -37,32 +37,6 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     return sizes.map((size) => [-1.08 * Math.max(below, 0.05) * size, 1.08 * Math.max(above, 0.05) * size]);
   }
 
-  // Draw a line at each event, with its words in the first chart.
-  function drawEvents(plot, events, words) {
-    const {left, width, top, height} = plot.bbox, pen = plot.ctx, ratio = window.devicePixelRatio || 1;
-    pen.save();
-    pen.strokeStyle = pen.fillStyle = mrc.colour('--soft');
-    pen.font = `${11 * ratio}px system-ui`;
-    pen.lineWidth = ratio;
-    let free = -Infinity;
-    for (const {stamp, text} of events) {
-      const x = Math.round(plot.valToPos(stamp, 'x', true));
-      if (!(x >= left && x <= left + width)) continue;
-      pen.beginPath();
-      pen.setLineDash([2 * ratio, 3 * ratio]);
-      pen.moveTo(x, top);
-      pen.lineTo(x, top + height);
-      pen.stroke();
-      const label = text.length > 24 ? `${text.slice(0, 23)}…` : text;
-      if (words && x > free) {
-        const wide = pen.measureText(label).width, at = Math.min(x + 3 * ratio, left + width - wide);
-        pen.fillText(label, at, top + 10 * ratio);
-        free = at + wide + 6 * ratio;
-      }
-    }
-    pen.restore();
-  }
-
   // Make one chart in a container; returns {draw(rows), limits(values), figure}.
   function makeChart(container, spec, read, shared) {
     const figure = mrc.element('figure'), caption = mrc.element('figcaption');
@@ -89,7 +63,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       cursor: {y: false, sync: {key: 'live', scales: ['x', null]}},
       padding: [8, spec.right ? 0 : 44, 0, 0],  // so that the times of all charts stand one below the other
       scales: {x: {time: false}, left: {auto: false}, right: {auto: false}},
-      hooks: {draw: [(drawn) => drawEvents(drawn, shared.events, spec === CHARTS[0])], setCursor: [() => tell()]},
+      hooks: {draw: [(drawn) => mrc.drawMarks(drawn, shared.events, spec === CHARTS[0])], setCursor: [() => tell()]},
       axes: [{stroke: () => mrc.colour('--soft'), size: 22, font: '12px system-ui', grid: {show: false}, ticks: {show: false}},
              axis('left', 3), ...(spec.right ? [axis('right', 1)] : [])],
       series: [{}, ...spec.lines.map(([, ink, side, dashed]) => ({
@@ -190,7 +164,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     mrc.live.on('state', ({events}) => {
       // newest first: those of the run before the last reset are of another time
       const reset = events.findIndex(({text}) => text.startsWith('reset'));
-      shared.events = (reset < 0 ? events : events.slice(0, reset)).filter(({stamp}) => stamp < 1e9).reverse();
+      shared.events = (reset < 0 ? events : events.slice(0, reset))
+        .filter(({stamp}) => stamp < 1e9).map(({stamp, text}) => ({time: stamp, text})).reverse();
     });
     mrc.live.on('parameters', ({nodes}) => {
       const limits = {};

@@ -3,9 +3,10 @@
 //
 //   mrc.makeReplay(element, data, clock)
 //
-// fills an element and shows it; `data` is what pages/replay_data.py packs. Keys: space plays and pauses, arrows
-// move by a hundredth of the run (with shift by a thousandth), home and end to its ends. They work while the focus is
-// in the element, and where nothing has the focus and the element is in view, so that they scroll the page elsewhere.
+// fills an element and shows it; `data` is what pages/replay_data.py packs. Keys: arrows move by a hundredth of the run
+// (with shift by a thousandth), home and end to its ends. They work while the focus is in the element, and where nothing
+// has the focus and the element is in view, so that they scroll the page elsewhere. On the plane + and − zoom and 0 shows
+// all of it; where it is zoomed it can be dragged.
 window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
@@ -50,47 +51,67 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
   function makeControls(element, clock) {
     const bar = element.appendChild(mrc.element('div', 'controls'));
-    const play = mrc.element('button', 'play', '', {type: 'button'}), time = mrc.element('output', 'time');
-    const scrubber = mrc.element('input', '', '', {type: 'range', min: clock.start, max: clock.end, step: 'any'});
+    const {play, bar: times} = mrc.makePlayer(clock), time = mrc.element('output', 'time');
     const speed = mrc.element('select', 'speed', '', {title: 'Simulated time per time'});
-    bar.append(play, scrubber, time, speed);
-    scrubber.setAttribute('aria-label', 'Time');
+    bar.append(play, times, time, speed);
     speed.setAttribute('aria-label', 'Speed');
     SPEEDS.forEach((factor) => speed.append(new Option(`${factor} ×`, String(factor))));
-    play.addEventListener('click', clock.toggle);
-    scrubber.addEventListener('input', () => {
-      const asked = Number(scrubber.value);  // pausing shows the present time
-      clock.pause();
-      clock.set(asked);
-    });
     speed.addEventListener('change', () => { clock.speed = Number(speed.value); });
     clock.onChange(() => {
-      play.textContent = clock.playing ? '❚❚ Pause' : '► Play';
-      scrubber.value = clock.time;
-      const shown = `${clock.time.toFixed(2)} s`;
-      scrubber.setAttribute('aria-valuetext', shown);
-      time.textContent = `${shown} of ${clock.end.toFixed(2)} s`;
+      time.textContent = `${clock.time.toFixed(2)} s of ${clock.end.toFixed(2)} s`;
       speed.value = String(clock.speed);
     });
+    return bar;
   }
 
-  function listenToKeys(element, clock) {
-    const length = clock.end - clock.start;
-    const moves = {ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1};
-    document.addEventListener('keydown', (event) => {
-      const target = /** @type {Element} */ (event.target), box = element.getBoundingClientRect();
-      const inside = element.contains(target), free = target === document.body && box.bottom > 0.5 * box.height;
-      if (!(inside || free) || event.ctrlKey || event.altKey || event.metaKey || target.tagName === 'SELECT') return;
-      if (event.key === ' ' && target.tagName !== 'BUTTON') clock.toggle();
-      else if (event.key in moves && (inside || !/Up|Down/.test(event.key))) {
-        clock.pause();
-        clock.set(clock.time + moves[event.key] * length / (event.shiftKey ? 1000 : 100));
-      } else if (event.key === 'Home' || event.key === 'End') {
-        clock.pause();
-        clock.set(event.key === 'Home' ? clock.start : clock.end);
-      } else return;
-      event.preventDefault();
+  const MOVES = {ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1};
+  document.addEventListener('keydown', (event) => {
+    const target = /** @type {Element} */ (event.target), element = document.getElementById('replay'), {clock} = mrc;
+    if (!element || !clock) return;
+    const box = element.getBoundingClientRect();
+    const inside = element.contains(target), free = target === document.body && box.bottom > 0.5 * box.height;
+    if (!(inside || free) || event.ctrlKey || event.altKey || event.metaKey || target.tagName === 'SELECT') return;
+    if (event.key in MOVES && (inside || !/Up|Down/.test(event.key))) {
+      clock.pause();
+      clock.set(clock.time + MOVES[event.key] * (clock.end - clock.start) / (event.shiftKey ? 1000 : 100));
+    } else if (event.key === 'Home' || event.key === 'End') {
+      clock.pause();
+      clock.set(event.key === 'Home' ? clock.start : clock.end);
+    } else return;
+    event.preventDefault();
+  });
+
+  // Let the plane be zoomed and dragged; the first zoom is about a place that a function returns, where it knows one.
+  function makeZoom(canvas, scene, controls, middle) {
+    const zoom = (factor) => {
+      scene.zoom(factor, middle());
+      canvas.style.touchAction = scene.zoomed() ? 'none' : '';
+      canvas.style.cursor = scene.zoomed() ? 'grab' : '';
+    };
+    for (const [text, title, factor] of /** @type {[string, string, number][]} */ ([
+      ['+', 'Zoom into the plane', 1.5], ['−', 'Zoom out of the plane', 1 / 1.5]])) {
+      const button = mrc.element('button', '', text, {type: 'button', title});
+      button.setAttribute('aria-label', title);
+      button.addEventListener('click', () => zoom(factor));
+      controls.append(button);
+    }
+    canvas.addEventListener('keydown', (event) => {
+      const factor = {'+': 1.5, '-': 1 / 1.5, 0: 0}[event.key];
+      if (factor !== undefined && !event.ctrlKey) zoom(factor);
     });
+    /** @type {PointerEvent | null} */
+    let held = null;
+    canvas.addEventListener('pointerdown', (event) => {
+      if (!scene.zoomed()) return;
+      held = event;
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener('pointermove', (event) => {
+      if (!held) return;
+      scene.pan(event.clientX - held.clientX, event.clientY - held.clientY);
+      held = event;
+    });
+    for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => { held = null; });
   }
 
   mrc.makeReplay = function (element, data, clock) {
@@ -104,14 +125,35 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     element.parentElement.classList.add('moving');
     const scene = mrc.makeScene(canvas, {robots: data.runs, path, errorScale: data.errorScale});
     runs.forEach(({columns}) => { if (columns.x) scene.fit(columns.x, columns.y); });
-    makeControls(element, clock);
-    listenToKeys(element, clock);
+    const controls = makeControls(element, clock);
+    let isHidden = (n) => false;
+    const statesAt = (time) => runs.map((run, n) => isHidden(n) ? {pose: null} : run.stateAt(time));
+    makeZoom(canvas, scene, controls, () => (statesAt(clock.time).find(({pose}) => pose) || {pose: null}).pose);
     // runs on one curve have one cart
     const cartsAt = (time) => runs.map((run) => run.cartAt(time)).filter((cart, n, all) => cart
       && all.findIndex((other) => other && Math.hypot(other[0] - cart[0], other[1] - cart[1]) < 1e-3) === n);
     clock.speed = SPEEDS.find((speed) => speed >= 1 && (clock.end - clock.start) / speed <= LONGEST) || SPEEDS.at(-1);
-    clock.onChange(({time}) => scene.draw({robots: runs.map((run) => run.stateAt(time)), carts: cartsAt(time)}));
+    clock.onChange(({time}) => scene.draw({robots: statesAt(time), carts: cartsAt(time)}));
     clock.set(clock.time);
-    return {scene, runs, cartsAt};
+    return {scene, runs, cartsAt, path,
+      // Draw the robots once more, without a grid, in a canvas of some pixels.
+      copyTo(small) {
+        const copy = mrc.makeScene(small, {robots: data.runs, path, plain: true});
+        runs.forEach(({columns}) => { if (columns.x) copy.fit(columns.x, columns.y); });
+        const show = () => copy.draw({carts: cartsAt(clock.time),
+                                      robots: statesAt(clock.time).map(({pose}) => ({pose}))});
+        clock.onChange(show);
+        show();
+      },
+      // Hide the runs that charts hide, with switches under the plane.
+      follow(view) {
+        isHidden = (n) => view.off.has(`run ${n}`);
+        view.onChange((what) => { if (what === 'lines') clock.set(clock.time); });
+        const legend = mrc.element('div', 'legend');
+        data.runs.forEach((run, n) => legend.append(
+          mrc.switchOf(view, `run ${n}`, run.name, mrc.strokeOf(view.data.runs[n])).button));
+        element.append(legend);
+      },
+    };
   };
 }(window.mrc));

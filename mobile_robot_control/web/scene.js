@@ -4,6 +4,7 @@
 //   const scene = mrc.makeScene(canvas, {
 //     robots: [{name, colour, shape, wheelSeparation, wheelRadius}],  // [m]; also the order of `draw`
 //     path: {x, y, closed},    // arrays [m] of what the cart drives, nan for a break; may be null
+//     plain: true,             // without a grid, and smaller, for a few pixels
 //     errorScale: 0.05,        // [m] at the strong end of the trail's colours; without it trails have one colour
 //   });
 //   scene.draw({
@@ -20,6 +21,9 @@
 //
 //   scene.fit(x, y)          make the view hold these points, too, as far as they are near the path: arrays [m]
 //   scene.setPath(path)      replace path and view
+//   scene.zoom(factor, pose) zoom, at first about a pose, where it is not null; 0 shows all
+//   scene.zoomed()           whether a part is shown only
+//   scene.pan(dx, dy)        move what is shown by some CSS pixels
 //   scene.toWorld(px, py)    [x, y] [m] of a point of the canvas, in CSS pixels from its upper left corner
 //   scene.toScreen(x, y)     the inverse
 //
@@ -65,7 +69,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   mrc.makeScene = function (canvas, options) {
     const shown = canvas.getContext('2d'), backdrop = document.createElement('canvas'), robots = options.robots;
     let pen = shown, path = null, box = null, limits = null, last = null, style = null, area = null, view = null;
-    let drawn = '';
+    let drawn = '', lens = {zoom: 1, x: 0, y: 0};
+    const least = options.plain ? 5 : LEAST, edge = options.plain ? 2 : 0;
 
     function colour(name) { return name.startsWith('--') ? style.getPropertyValue(name).trim() || '#888888' : name; }
 
@@ -97,16 +102,16 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       const torques = state.robots.some((robot) => robot.torque), block = torques ? 60 : 22;
       const listed = (robots.length > 1 || torques) && height >= 240, beside = width >= 560;
       const columns = beside ? 1 : 2, rows = Math.ceil(robots.length / columns);
-      area = {left: LEFT, top: ABOVE, right: width - (listed && beside ? COLUMN : 10),
-              bottom: height - BELOW - (listed && !beside ? rows * block + 8 : 0), listed, torques, block, columns,
+      area = {left: edge || LEFT, top: edge || ABOVE, right: width - (edge || (listed && beside ? COLUMN : 10)),
+              bottom: height - (edge || BELOW) - (listed && !beside ? rows * block + 8 : 0), listed, torques, block, columns,
               beside};
-      const [left, right, low, top] = box || [-1, 1, -1, 1], margin = 1.6 * LEAST;
+      const [left, right, low, top] = box || [-1, 1, -1, 1], margin = 1.6 * least;
       // room for a whole robot at the edge: of its true size, and at least of that to which it is drawn
       const robot = Math.max(0.2, ...robots.map(({wheelSeparation}) => 1.6 * (wheelSeparation || 0)));
       const fitted = (extra, around) => Math.min((area.right - area.left - around) / (right - left + extra),
                                                  (area.bottom - area.top - around) / (top - low + extra));
       const scale = Math.min(fitted(robot, 0), fitted(0.01, 2 * margin));
-      view = {scale: Math.max(scale, 1e-6), x: (left + right) / 2, y: (low + top) / 2,
+      view = {scale: lens.zoom * Math.max(scale, 1e-6), x: lens.x + (left + right) / 2, y: lens.y + (low + top) / 2,
               px: (area.left + area.right) / 2, py: (area.top + area.bottom) / 2};
     }
 
@@ -254,7 +259,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     }
 
     function drawRobot(state, robot) {
-      const real = robot.wheelSeparation * view.scale / 2 || LEAST, half = Math.max(real, LEAST);
+      const real = robot.wheelSeparation * view.scale / 2 || least, half = Math.max(real, least);
       const length = Math.max(2 * (robot.wheelRadius || 0) * view.scale * half / real, 0.8 * half);
       at(state.pose, (outside) => {
         if (outside) { outline('triangle', 8); pen.fillStyle = colour(robot.colour); pen.fill(); return; }
@@ -281,7 +286,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     function drawCart(pose) {
       at(pose, () => {
         pen.beginPath();
-        [[1.5, 0], [-0.8, 0.8], [-0.8, -0.8]].forEach(([x, y]) => pen.lineTo(LEAST * x, LEAST * y));
+        [[1.5, 0], [-0.8, 0.8], [-0.8, -0.8]].forEach(([x, y]) => pen.lineTo(least * x, least * y));
         pen.closePath();
         pen.setLineDash([4, 2]);
         pen.lineWidth = 2;
@@ -302,11 +307,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         pen = backdrop.getContext('2d');
         pen.setTransform(shown.getTransform());
         pen.font = shown.font;
-        grid();
+        if (!options.plain) grid();
         if (path) {
           clip();
           pen.strokeStyle = colour('--path');
-          pen.lineWidth = 7;
+          pen.lineWidth = options.plain ? 3 : 7;
           line(path.x, path.y, 0, path.x.length - 1, path.closed);
         }
         pen = shown;
@@ -388,11 +393,27 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       if (area.listed) drawList(state);
     }
 
+    function zoom(factor, pose) {
+      if (lens.zoom === 1 && factor > 1 && pose) {
+        const [x, y] = [view.x, view.y];
+        lens = {zoom: 1, x: pose[0] - x, y: pose[1] - y};
+      }
+      lens.zoom = Math.min(200, lens.zoom * factor);
+      if (lens.zoom < 1.01) lens = {zoom: 1, x: 0, y: 0};
+      again();
+    }
+
+    function pan(dx, dy) {
+      lens.x -= dx / view.scale;
+      lens.y += dy / view.scale;
+      again();
+    }
+
     const again = () => { if (last) draw(last); };
     new ResizeObserver(again).observe(canvas);
     mrc.onDark(again);
     setPath(options.path);
     arrange({robots: []});
-    return {draw, fit, setPath, toWorld, toScreen};
+    return {draw, fit, setPath, toWorld, toScreen, zoom, pan, zoomed: () => lens.zoom > 1};
   };
 }(window.mrc));

@@ -31,6 +31,9 @@ interface Scene {
   setPath(path: Path | null): void;
   toWorld(px: number, py: number): number[];
   toScreen(x: number, y: number): number[];
+  zoom(factor: number, pose: Pose | null): void;
+  zoomed(): boolean;
+  pan(dx: number, dy: number): void;
 }
 
 // ---- replay.js: what pages/replay_data.py packs; columns are packed numbers
@@ -41,19 +44,22 @@ type ReplayData = {
 };
 interface Replay {
   scene: Scene, runs: {columns: Record<string, Float32Array>, stateAt(time: number): RobotState}[];
-  cartsAt(time: number): Pose[];
+  cartsAt(time: number): Pose[], path: Path;
+  copyTo(canvas: HTMLCanvasElement): void;
+  follow(view: View): void;
 }
 
 // ---- charts.js: what pages/chart_data.py packs; time, value and the parts of a deviation are places in columns
 
 type ChartRun = Colours & {name: string, width: number, dash: number[]};
 type ChartLine = {kind: 'reference' | 'value' | 'command' | 'difference', run: number, name: string, time: number,
-  value: number};
+  value: number, thinnedFrom?: number};
+type Mark = {time: number, text: string};
 type Chart = {figure: string, label: string, unit: string, bend: number, limits: {run: number, value: number}[],
   lines: ChartLine[]};
 type ChartData = {
   start: number, end: number, runs: ChartRun[], reference: Colours, command: Colours, charts: Chart[],
-  deviation: Record<'run' | 'time' | 'x' | 'y' | 'x_error' | 'y_error', number>[], columns: any[],
+  events: (Mark & {run: number})[], deviation: Record<'run' | 'time' | 'x' | 'y' | 'x_error' | 'y_error', number>[], columns: any[],
 };
 type Stroke = {colour: Colours, width: number, dash: number[]};
 /** What all charts of a page share. */
@@ -155,8 +161,12 @@ interface Mrc {
   indexAt(times: Numbers, time: number): number;
   // clock.js, scene.js, replay.js, report.js
   makeClock(start: number, end: number): Clock;
+  makePlayer(clock: Clock): {play: HTMLButtonElement, bar: HTMLElement};
+  drawMarks(plot: any, marks: Mark[], words: boolean): void;
+  markBars(marks: Mark[], clock: Clock): void;
+  viewButtons(shown: any): HTMLElement;
   SHAPES: Record<string, number[][]>;
-  makeScene(canvas: HTMLCanvasElement, options: {robots: Robot[], path: Path | null, errorScale?: number}): Scene;
+  makeScene(canvas: HTMLCanvasElement, options: {robots: Robot[], path: Path | null, errorScale?: number, plain?: boolean}): Scene;
   makeReplay(element: HTMLElement, data: ReplayData, clock: Clock): Replay;
   runData: ReplayData, clock: Clock, replay: Replay;
   // charts.js, chart_bar.js, deviation.js, search.js, study.js

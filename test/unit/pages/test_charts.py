@@ -1,11 +1,14 @@
 """The charts of a report in a real browser: values under the pointer, one range, one cursor, switches, the slider."""
 
+import csv
+from xml.etree import ElementTree
+
 import pytest
 from measuring import configuration
 from processes import wait_until
 
 from mobile_robot_control.pages import report_writing
-from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run import Event, Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect
 from mobile_robot_control.simulation.rollout import rollout
@@ -24,6 +27,8 @@ SMALL = '''[...document.querySelectorAll(".charts *, .chart-bar *, .contents *")
   element => element.textContent.trim() && parseFloat(getComputedStyle(element).fontSize) < 12).length'''
 WIDE = '''[...document.querySelectorAll("body *")].filter(element => !element.closest(".scroll, pre") &&
   element.getClientRects().length && element.getBoundingClientRect().right > innerWidth + 1).map(one => one.tagName)'''
+EVENTS = (Event(1.0, 'position_controller', {'backstepping.p': 2.5}),
+          Event(2.5, 'position_controller', {'controller_type': 'fuzzy'}))
 BLUE, ORANGE = '0,114,178', '213,94,0'
 
 
@@ -47,7 +52,7 @@ def write(folder, *names, start=(1.1, 0.0, 1.2), limit=0.5):
     for name, law in zip(names, laws, strict=False):
         parameters = configuration(position_controller={'controller_type': law},
                                    plant={'initial_pose': list(start), 'max_wheel_torque': limit})
-        runs.append(Run(name, collect(rollout(parameters, DURATION)), (), {'duration': DURATION}, parameters))
+        runs.append(Run(name, collect(rollout(parameters, DURATION)), (), {'duration': DURATION}, parameters, {}, EVENTS))
     return report_writing.write_report(runs, folder, lambda _: None)
 
 
@@ -179,6 +184,100 @@ def test_differences_show_the_other_runs_against_the_first(charts):
     wait_until(lambda: charts.evaluate(of(LEGEND, 'distance'))[0] == 'first', 30.0, 0.05)
 
 
+def test_events_are_marked_on_every_bar_of_time_and_in_every_chart(browser, single):
+    browser.show(single, DESKTOP)
+    assert browser.evaluate('[...document.querySelectorAll(".time-bar")].map(bar => [...bar.querySelectorAll(".mark")]'
+                            '.map(mark => [mark.style.left, mark.title]))') == 2 * [[
+        ['25%', '1.00 s: backstepping.p = 2.5'], ['62.5%', '2.50 s: controller_type = "fuzzy"']]]
+    # a dotted column of the canvas at the time of an event, and none beside it
+    inked = '''(() => { const canvas = document.querySelector("#energy canvas"), pen = canvas.getContext("2d");
+      const chart = Object.values(mrc.charts.data.charts).find(one => one.figure === "energy");
+      return [1.0, 1.5].map(time => { const over = document.querySelector("#energy .u-over"), box = canvas.getBoundingClientRect();
+        const place = over.getBoundingClientRect(), x = Math.round(place.left - box.left + time / 4 * place.width);
+        const data = pen.getImageData(x - 1, 20, 3, 60).data;
+        let count = 0;
+        for (let n = 0; n < data.length; n += 4) count += data[n + 3] > 100 && data[n] < 150;
+        return count; }); })()'''
+    marked, beside = browser.evaluate(inked)
+    assert marked > beside + 10
+    text = browser.evaluate('document.querySelector("#events").textContent')
+    assert 'backstepping0.00 to 2.50 s' in text
+    assert 'fuzzy2.50 to 4.00 s' in text
+    assert 'a run of 2 laws' in browser.evaluate('document.querySelector(".answer").textContent')
+    assert '; 2 events have changed it' in browser.evaluate('document.querySelector(".answer").textContent')
+
+
+def test_a_link_leads_to_its_time_and_the_bar_plays_in_sight(browser, single):
+    browser.driver.get('about:blank')
+    browser.driver.get(f'{single.as_uri()}#t=1.5')
+    assert browser.evaluate('mrc.clock.time') == 1.5
+    assert browser.evaluate('document.querySelector(".chart-bar .time").hash') == '#t=1.50'
+    browser.evaluate('(location.hash = "#t=2.25", 0)')
+    wait_until(lambda: browser.evaluate('mrc.clock.time') == 2.25, 30.0, 0.02)
+    browser.evaluate('document.querySelector("#energy").scrollIntoView()')
+    top = browser.evaluate('document.querySelector(".chart-bar .play").getBoundingClientRect().top')
+    assert 0 <= top < 60
+    small = 'document.querySelector(".chart-bar canvas").toDataURL()'
+    before, scrolled = browser.evaluate(f'[{small}, scrollY]')
+    browser.call('Input.dispatchKeyEvent', type='keyDown', key=' ', text=' ', windowsVirtualKeyCode=32)
+    wait_until(lambda: browser.evaluate('mrc.clock.time') > 2.3, 30.0, 0.02)
+    assert browser.evaluate(small) != before
+    assert browser.evaluate('scrollY') == scrolled
+    browser.evaluate('mrc.clock.pause()')
+
+
+def test_a_run_is_hidden_in_the_plane_and_the_plane_is_zoomed_and_dragged(charts):
+    plane = 'document.querySelector("#replay canvas").toDataURL()'
+    charts.evaluate('mrc.clock.set(2)')
+    before = charts.evaluate(plane)
+    charts.evaluate('document.querySelector("#replay .switch").click()')
+    hidden = charts.evaluate(plane)
+    assert hidden != before
+    assert charts.evaluate('[...mrc.charts.off]').count('run 0') == 1
+    charts.evaluate('document.querySelector("#replay .switch").click()')
+    assert charts.evaluate(plane) == before
+    charts.evaluate('document.querySelector("#replay button[title^=\'Zoom into\']").click()')
+    zoomed = charts.evaluate(plane)
+    assert zoomed != before
+    charts.evaluate('mrc.replay.scene.pan(40, 10)')
+    assert charts.evaluate(plane) not in (zoomed, before)
+    charts.evaluate('document.querySelector("#replay button[title^=\'Zoom out\']").click()')
+    assert charts.evaluate(plane) == before
+
+
+def test_what_a_chart_shows_is_saved_as_numbers_and_as_a_drawing(charts):
+    charts.evaluate('mrc.charts.setRange(1, 2)')
+    saved = {}
+    for kind in ('CSV', 'SVG'):
+        saved[kind] = charts.evaluate(f'''new Promise((done) => {{
+          const make = URL.createObjectURL, click = HTMLAnchorElement.prototype.click;
+          let content, name;
+          URL.createObjectURL = (blob) => {{ content = blob.text(); return make(blob); }};
+          HTMLAnchorElement.prototype.click = function () {{ name = this.download; }};
+          [...document.querySelectorAll("#distance .save button")].find(one => one.textContent === "{kind}").click();
+          URL.createObjectURL = make;
+          HTMLAnchorElement.prototype.click = click;
+          content.then((text) => done([name, text])); }})''')
+    name, text = saved['CSV']
+    assert name == 'distance_distance_1_to_2_s.csv'
+    head, *rows = csv.reader(text.splitlines())
+    assert head == ['time [s]', 'distance, <b>first</b> [cm]', 'distance, a_second_run_with_a_name_of_some_length [cm]']
+    assert (float(rows[0][0]), float(rows[-1][0])) == pytest.approx((1.0, 2.0), abs=0.011)
+    place = next(n for n, row in enumerate(rows) if row[1])
+    expected = charts.evaluate('''(() => { const line = mrc.charts.data.charts.find(
+      chart => chart.figure === "distance").lines.find(one => one.kind === "value"), {columns} = mrc.charts.data;
+      return columns[line.value][mrc.nearest(columns[line.time], ''' + rows[place][0] + ')]; })()')
+    assert float(rows[place][1]) == pytest.approx(expected, rel=1e-6)
+    name, text = saved['SVG']
+    assert name.endswith('.svg')
+    drawn = ElementTree.fromstring(text)
+    words = [one.text for one in drawn.iter('{http://www.w3.org/2000/svg}text')]
+    assert {'distance [cm]', '<b>first</b>', '1.8'} <= set(words)
+    lines = [one.get('d') for one in drawn.iter('{http://www.w3.org/2000/svg}path') if one.get('clip-path')]
+    assert len(lines) == 2
+    assert all(line.count('L') > 50 for line in lines)
+
+
 def test_the_slider_enlarges_the_error_and_its_default_shows_it(browser, single):
     browser.show(single, DESKTOP)
     slider = 'document.querySelector(".factor input")'
@@ -231,6 +330,6 @@ def test_pictures_are_shown_where_there_are_no_scripts(browser, pair):
 
 def test_each_jump_leads_to_its_place(charts):
     assert charts.evaluate('[...document.querySelectorAll(".contents a")].map(one => one.hash.slice(1))') == [
-        'metrics', 'figures', *(figure.name for figure in RUN_FIGURES), 'configuration']
+        'metrics', 'events', 'figures', *(figure.name for figure in RUN_FIGURES), 'configuration']
     assert charts.evaluate(
         '[...document.querySelectorAll(".contents a")].every(one => document.querySelector(one.hash))')

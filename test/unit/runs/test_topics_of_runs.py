@@ -35,13 +35,14 @@ def test_a_part_of_a_run_has_time_from_its_beginning(samples):
     # the last errors had not come when the recording ended
     late = whole.signals['tracking_error']
     whole = Series({**whole.signals, 'tracking_error': late.part(0, len(late.stamps) - 1)})
-    part = whole.begun_when_recorded()
+    part, begun = whole.begun_when_recorded()
+    assert begun == 410 * MS
     assert [part.signals[topic].stamps[0] for topic in ('odom', 'tracking_error', 'joint_states')] == [0, 0, 0]
     assert part.signals['joint_states'].stamps.tolist() == list(range(0, 580 * MS + 1, 2 * MS))
     assert part.signals['odom'].values[0].tolist() == pytest.approx(
         [*samples[205].tick.pose, *samples[205].tick.velocity])
     assert not list(describe_gaps(part))
-    assert not list(describe_gaps(part.begun_when_recorded()))
+    assert not list(describe_gaps(part.begun_when_recorded()[0]))
 
 
 def _messages(samples):
