@@ -83,7 +83,7 @@ def windup(page, lesson):
 
 def path(page, lesson):
     """Look where the plan is limited."""
-    page.wait(lambda: 'of the straights' in lesson.check(Keys.HOME))
+    page.wait(lambda: 'of the straights' in lesson.check(Keys.HOME), 20.0, lesson.verdict)
     assert lesson.verdict().startswith('Not yet')
     assert lesson.check(Keys.END).startswith('Right')
     lesson.move(1, *[Keys.ARROW_LEFT] * 8)

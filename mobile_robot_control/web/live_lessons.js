@@ -231,7 +231,10 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       began = now('run');
       const {good, text} = await live.ask({do: 'lesson', name});
       if (!good) verdict(false, text);
-      if (good && lesson.plan) showPlan();
+      if (good && lesson.plan) {
+        const shown = await showPlan();
+        if (!shown.good) verdict(null, shown.text);
+      }
       history.replaceState(null, '', `#lesson=${name}`);
     }
 
