@@ -3,13 +3,13 @@
 import math
 import shlex
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 from mobile_robot_control import __version__
-from mobile_robot_control.analysis.promises import promise, promise_lines
+from mobile_robot_control.analysis.promises import Promise, promise, promise_lines
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import Configuration, course_of, path_of
@@ -196,7 +196,7 @@ class SearchRun:
                   'found; --overwrite replaces it', file=sys.stderr)
             return standing == found.score
         tuned = self._search.tuned(gains)
-        after = self._tried('after', tuned)
+        after = tried('after', tuned, self._goal)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
         held = promise(tuned, self._goal.scenarios)
         edges = () if found.point is None else search_space.at_the_edge(self._goal.genes, found.point.tolist())
@@ -206,19 +206,29 @@ class SearchRun:
                              after.metrics)
         write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))
         write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
-        tried = [self._tried('before', self._parameters), after]
-        title = f'{self._goal.controller.replace("_", " ")}: objective {found.score:.4g}'
-        # a law that fails at once has moved nothing
-        moved = [one for one in tried if one.series.has('odom')]
-        svg = draw_and_save(search_figure(title, found.history, moved), self._output.with_suffix('.png'))
-        write_search_page(self._output.with_suffix('.html'), title, found.history, moved, held, svg,
-                          provenance(self._command_line, tuned))
+        before = tried('before', self._parameters, self._goal)
+        write_pages(self._output, self._goal, found.score, found.history, (before, after), held,
+                    provenance(self._command_line, tuned))
         print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations', *holds, sep='\n')
         return True
 
-    def _tried(self, name: str, parameters: Configuration) -> Run:
-        """Run the configured loop once."""
-        duration = self._goal.laps * course_of(parameters.reference_cart).period
-        reader = SampleReader()
-        measured = measure(parameters, duration, reader.taking(rollout(parameters, duration)))
-        return Run(name, reader.series(), (), summary(measured), parameters)
+
+def tried(name: str, parameters: Configuration, goal: Goal) -> Run:
+    """Run the configured loop once."""
+    duration = goal.laps * course_of(parameters.reference_cart).period
+    reader = SampleReader()
+    measured = measure(parameters, duration, reader.taking(rollout(parameters, duration)))
+    return Run(name, reader.series(), (), summary(measured), parameters)
+
+
+def write_pages(
+    file: Path, goal: Goal, score: float, history: Sequence[Generation], runs: Sequence[Run], holds: Promise,
+    made: Mapping[str, Any],
+) -> Path:
+    """Write picture and page of a search beside its parameter file, and return the page."""
+    title = f'{goal.controller.replace("_", " ")}: objective {score:.4g}'
+    # a law that fails at once has moved nothing
+    moved = [one for one in runs if one.series.has('odom')]
+    svg = draw_and_save(search_figure(title, history, moved), file.with_suffix('.png'))
+    write_search_page(file.with_suffix('.html'), title, history, moved, holds, svg, made)
+    return file.with_suffix('.html')

@@ -2,9 +2,10 @@
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mobile_robot_control import __version__
+from mobile_robot_control.analysis.promises import promise
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.configuration.provenance import call_text, provenance
 from mobile_robot_control.configuration.sources import File, parameter_sources
@@ -17,6 +18,9 @@ from mobile_robot_control.tuning.objective import Objective
 from mobile_robot_control.tuning.search import Generation, no_result, run_search
 from mobile_robot_control.tuning.searching import Search, SearchRequest
 from mobile_robot_control.tuning.workers import runner
+
+if TYPE_CHECKING:
+    from mobile_robot_control.pages.inline_page import InlinePage
 
 
 class Tuned(NamedTuple):
@@ -37,6 +41,8 @@ class Tuned(NamedTuple):
         The configured loop with the gains found.
     provenance : dict of str to object
         Call, versions and parameters that it was made with.
+    search : Search
+        What was asked for.
     """
 
     controller: str
@@ -45,6 +51,7 @@ class Tuned(NamedTuple):
     history: tuple[Generation, ...]
     configuration: Configuration
     provenance: dict[str, Any]
+    search: Search
 
     def __repr__(self) -> str:
         gains = ', '.join(f'{name.partition(".")[2].removeprefix(f"{self.controller}.")} = {value}'
@@ -63,9 +70,39 @@ class Tuned(NamedTuple):
         write_atomically(Path(file), result.parameter_file(self.configuration, kept, notes))
 
 
+    def report(self, file: File) -> 'InlinePage':
+        """
+        Write a parameter file, and beside it the picture and the page of the command `tune`.
+
+        Returns
+        -------
+        InlinePage
+            The page, which notebooks show.
+
+        Raises
+        ------
+        OSError
+            If one cannot be written.
+
+        """
+        # imported late: Matplotlib takes a second
+        from mobile_robot_control.api.search_files import tried, write_pages  # noqa: PLC0415
+        from mobile_robot_control.pages.inline_page import inline  # noqa: PLC0415
+
+        goal, path = self.search.goal, Path(file)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self.save(path)
+        runs = [tried(name, one, goal) for name, one in (('before', self.search.parameters),
+                                                         ('after', self.configuration))]
+        with runner(self.search.request.where) as run:
+            spread = Objective(self.search.parameters, goal, run).spread(self.configuration)
+        holds = promise(self.configuration, goal.scenarios)._replace(spread=spread)
+        return inline(write_pages(path, goal, self.objective, self.history, runs, holds, self.provenance))
+
+
 def refuse_files(options: Collection[str]) -> None:
     """Raise ParameterError where options of a command are among these that name files."""
-    unused = [f'{name}: nothing is written to files from Python; leave it out and keep what is returned'
+    unused = [f'{name}: nothing is written to files from Python; leave it out, and call report() of what is returned'
               for name in ('output', 'overwrite', 'resume') if name in options]
     if unused:
         raise ParameterError(unused)
@@ -144,4 +181,4 @@ def tune(
              for name, value in values.items()}
     tuned = search.tuned(gains)
     call = call_text('tune', *files, robot=robot, parameters=parameters, **asked)
-    return Tuned(controller, score, named, found.history, tuned, provenance(call, tuned))
+    return Tuned(controller, score, named, found.history, tuned, provenance(call, tuned), search)

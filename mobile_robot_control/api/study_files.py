@@ -4,28 +4,34 @@ import csv
 import io
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.configuration.provenance import provenance
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.figures.drawing import draw_and_save
+from mobile_robot_control.pages.report_writing import MOST, write_report
 from mobile_robot_control.pages.study_page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import collect
 from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.simulation.rollout import trial_rollout
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import measure, trial_rollout
 from mobile_robot_control.simulation.scenarios import scenario_trial
 from mobile_robot_control.system.files import writable_file, write_atomically
 from mobile_robot_control.system.interrupt import Interrupt
 from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.texts import printable
+from mobile_robot_control.tuning.failures import scenario_text
 from mobile_robot_control.tuning.studying import (
     StudiedController,
     StudyRequest,
     as_cell,
+    drawn_scenarios,
     run_study,
     studied_controllers,
     study_columns,
@@ -41,12 +47,16 @@ class StudyFiles(NamedTuple):
 
     output: Annotated[str, Field('', 'folder for study.json, runs.csv, starts.png and study.html')]
     overwrite: Annotated[bool, Field('', 'replace a study that the folder already holds')] = False
+    only: Annotated[int | None, Field('', 'number of a run, from 1: it alone is replayed, by all controllers, into a '
+                                      'report in a folder run_N of the output', minimum=1)] = None
 
 
 def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str) -> int:
     """Study and write; return 0, or 1 after an interrupt."""
     controllers = studied_controllers(request)
     folder = Path(files.output)
+    if files.only is not None:
+        return _replay_into_files(request, controllers, files.only, folder, command_line)
     if (folder / 'study.json').exists() and not files.overwrite:
         raise ParameterError([f'{folder}: holds a study already; name another folder, or add --overwrite'])
     folder.mkdir(parents=True, exist_ok=True)
@@ -58,18 +68,8 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
-    made = provenance(command_line, {name: one.parameters for name, one in results.items()})
-    values = study_values(request, results, interrupt.requested)
-    write_atomically(folder / 'study.json', json.dumps({**values, 'provenance': made}, indent=2) + '\n')
-    write_atomically(folder / 'runs.csv', _table(results))
-    studied = {
-        name: StudiedRuns(one.scenarios, one.judged, one.promise,
-                          # after Ctrl-C nothing more is run
-                          {} if interrupt.requested else replayed_runs(one, request.laps))
-        for name, one in results.items()}
-    svg = draw_and_save(starts_figure(studied), folder / 'starts.png')
-    judgement = Judgement(values['success'], request.metrics, request.settled_within)
-    write_study_page(folder / 'study.html', studied, judgement, svg, made, interrupt.requested)
+    write_study(folder, request, results, provenance(
+        command_line, {name: one.parameters for name, one in results.items()}), interrupt.requested)
     print(*study_lines(request, results), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
@@ -77,10 +77,53 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     return 0
 
 
-def replayed_runs(studied: StudiedController, laps: float) -> dict[int, Run]:
-    """Return some runs of a controller by their index: failures, and successes in the middle."""
+def write_study(
+    folder: Path, request: StudyRequest, results: Mapping[str, StudiedController], made: Mapping[str, Any],
+    interrupted: bool = False,
+) -> Path:
+    """Write `study.json`, `runs.csv`, `starts.png` and `study.html` into a folder, and return the page."""
+    values = study_values(request, results, interrupted)
+    write_atomically(folder / 'study.json', json.dumps({**values, 'provenance': made}, indent=2) + '\n')
+    write_atomically(folder / 'runs.csv', _table(results))
+    # after Ctrl-C nothing more is run
+    chosen = [] if interrupted else chosen_runs([one.judged for one in results.values()])
+    studied = {name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, request.laps, chosen))
+               for name, one in results.items()}
+    svg = draw_and_save(starts_figure(studied), folder / 'starts.png')
+    judgement = Judgement(values['success'], request.metrics, request.settled_within)
+    write_study_page(folder / 'study.html', studied, judgement, svg, made, interrupted)
+    return folder / 'study.html'
+
+
+def _replay_into_files(
+    request: StudyRequest, controllers: Mapping[str, Configuration], number: int, folder: Path, command_line: str
+) -> int:
+    """Run one of the runs again, with each controller, and write a report of them."""
+    if number > request.runs:
+        raise ParameterError([f'--only {number}: the study has {request.runs} runs; name one from 1 to {request.runs}'])
+    runs = []
+    for name, parameters in controllers.items():
+        scenario = drawn_scenarios(request, parameters)[number - 1]
+        trial = scenario_trial(parameters, scenario, request.laps, 0.75 * request.laps)
+        samples = list(_until_failure(trial_rollout(trial, parameters)))
+        if samples:
+            runs.append(Run(name, collect(samples), (), summary(measure(parameters, samples[-1].time, samples)),
+                            parameters))
+    print(f'run {number}: {scenario_text(scenario)}')
+    if not runs:
+        raise ParameterError([f'--only {number}: each law fails at the first step, and there is nothing to report'])
+    if len(runs) > MOST:
+        print(f'study: the report shows {MOST} of {len(runs)} controllers; leave out some of --compare to see others',
+              file=sys.stderr)
+    file = write_report(runs[:MOST], folder / f'run_{number}', lambda _: None, command_line=command_line)
+    print(f'report: {printable(str(file.resolve()))}')
+    return 0
+
+
+def replayed_runs(studied: StudiedController, laps: float, chosen: Sequence[int]) -> dict[int, Run]:
+    """Return some runs of a controller by their index."""
     found = {}
-    for n in chosen_runs(studied.judged):
+    for n in chosen:
         trial = scenario_trial(studied.parameters, studied.scenarios[n], laps, 0.75 * laps)
         samples = list(_until_failure(trial_rollout(trial, studied.parameters)))
         if samples:
@@ -97,7 +140,7 @@ def _until_failure(samples: Iterator[Sample]) -> Iterator[Sample]:
         return
 
 
-def _table(results: dict[str, StudiedController]) -> str:
+def _table(results: Mapping[str, StudiedController]) -> str:
     """Return all runs as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')

@@ -1,7 +1,8 @@
 """`study`: a Monte Carlo study, without files."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from mobile_robot_control.runs.run import as_dataframe
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import printable
 from mobile_robot_control.tuning.studying import (
+    StudiedController,
     StudyRequest,
     run_study,
     studied_controllers,
@@ -22,6 +24,9 @@ from mobile_robot_control.tuning.studying import (
     study_values,
 )
 from mobile_robot_control.tuning.workers import runner
+
+if TYPE_CHECKING:
+    from mobile_robot_control.pages.inline_page import InlinePage
 
 Compared = Mapping[str, File | Mapping[str, object]] | Sequence[File] | File
 
@@ -39,11 +44,17 @@ class Study(NamedTuple):
         known is nan.
     provenance : dict of str to object
         Call, versions and parameters that it was made with.
+    request : StudyRequest
+        What was asked for.
+    studied : dict of str to StudiedController
+        All runs with their scenarios, by controller.
     """
 
     values: dict[str, Any]
     runs: dict[str, NDArray[Any]]
     provenance: dict[str, Any]
+    request: StudyRequest
+    studied: dict[str, StudiedController]
 
     def __repr__(self) -> str:
         lines = [f'  {printable(name)}: {_in_words(found)}' for name, found in self.controllers.items()]
@@ -60,6 +71,22 @@ class Study(NamedTuple):
         """Paired differences in the same scenarios, one entry for each pair of controllers; [] for one."""
         found: list[dict[str, Any]] = self.values['comparisons']
         return found
+
+    def report(self, folder: File) -> 'InlinePage':
+        """
+        Write the files of the command `study` into a folder, and return its page, which notebooks show.
+
+        Raises
+        ------
+        OSError
+            If they cannot be written.
+        """
+        # imported late: Matplotlib takes a second
+        from mobile_robot_control.api.study_files import write_study  # noqa: PLC0415
+        from mobile_robot_control.pages.inline_page import inline  # noqa: PLC0415
+
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        return inline(write_study(Path(folder), self.request, self.studied, self.provenance))
 
     def to_dataframe(self) -> Any:
         """Return `runs` as a table of pandas; raise ModuleNotFoundError where that is not installed."""
@@ -132,4 +159,4 @@ def study(
     table = {name: np.array(column) for name, column in zip(study_columns(results), columns, strict=True)}
     call = call_text('study', *files, robot=robot, parameters=parameters, **asked)
     return Study(study_values(request, results, interrupted=False),
-                 {**table, 'success': table['success'].astype(bool)}, provenance(call, controllers))
+                 {**table, 'success': table['success'].astype(bool)}, provenance(call, controllers), request, results)

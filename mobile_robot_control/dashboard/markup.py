@@ -3,7 +3,8 @@
 from mobile_robot_control.web.assets import asset
 
 _SCRIPTS = ('uplot/uPlot.iife.min.js', 'basics.js', 'marks.js', 'scene.js', 'live.js', 'live_stage.js',
-            'live_charts.js', 'live_parameters.js', 'live_surface.js', 'live_path.js', 'live_lessons.js', 'live_page.js')
+            'live_charts.js', 'live_parameters.js', 'live_surface.js', 'live_path.js', 'live_lessons.js',
+            'live_page.js')
 _STYLES = ('uplot/uPlot.min.css', 'colours.css', 'live.css')
 _SKELETON = """
 <main id="live">

@@ -31,6 +31,12 @@ def first_screen(title: str, runs: Sequence[Run]) -> str:
     return f'<section class="first">{"".join(inner)}</section>\n{block}'
 
 
+def replay_page(runs: Sequence[Run]) -> str:
+    """Return a page with the first screen of a report alone, as HTML."""
+    title = ', '.join(run.name for run in runs)
+    return page.page(title, [first_screen(title, runs)], replay_styles(), replay_scripts())
+
+
 def _numbers(runs: Sequence[Run]) -> str:
     """Return the numbers of a run as a list, or of several as a table, as HTML."""
     found = key_numbers(runs)

@@ -29,14 +29,14 @@ from mobile_robot_control.runs.run import Run
 from mobile_robot_control.simulation.metric_table import BAND
 from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.tuning.comparison import COMPARED, comparison_texts
+from mobile_robot_control.tuning.comparison import COMPARED, answer_text, comparison_texts
 from mobile_robot_control.tuning.failures import failure_texts
 from mobile_robot_control.tuning.monte_carlo import Judged, metric_labels, success_text, summarise_runs
 from mobile_robot_control.tuning.splits import Split, best_split
 from mobile_robot_control.web.assets import asset, pack
 
 FAILURES, MEDIANS = 8, 3
-"""Runs of each controller that can be replayed, at most."""
+"""Runs that can be replayed, at most."""
 _LARGEST = 3.0e38
 _POINTS, _POSES = 400, 1000
 """Of a distribution, and of a replay."""
@@ -79,7 +79,7 @@ class StudiedRuns(NamedTuple):
     promise : Promise
         What holds of them.
     replays : mapping of int to Run
-        By the index of a run, from 0 on: those that can be replayed.
+        By the index of a run, from 0 on: those that can be replayed, of all controllers the same ones.
     """
 
     scenarios: Sequence[Scenario]
@@ -88,11 +88,17 @@ class StudiedRuns(NamedTuple):
     replays: Mapping[int, Run]
 
 
-def chosen_runs(judged: Sequence[Judged]) -> list[int]:
-    """Return which runs are replayed: the first failures, and successes in the middle of their late errors."""
-    failures = [n for n, run in enumerate(judged) if not run.success][:FAILURES]
-    ordered = sorted((n for n, run in enumerate(judged) if run.success),
-                     key=lambda n: judged[n].metrics['late_max_position_error'])
+def chosen_runs(controllers: Iterable[Sequence[Judged]]) -> list[int]:
+    """
+    Return which runs of all controllers are replayed.
+
+    They are the first in which any one fails, and of those in which all succeed three in the middle of the sum of their
+    late errors.
+    """
+    ran = list(zip(*controllers, strict=False))
+    failures = [n for n, runs in enumerate(ran) if not all(run.success for run in runs)][:FAILURES]
+    ordered = sorted((n for n, runs in enumerate(ran) if all(run.success for run in runs)),
+                     key=lambda n: sum(run.metrics['late_max_position_error'] for run in ran[n]))
     first = max(0, (len(ordered) - MEDIANS) // 2)
     return failures + ordered[first:first + MEDIANS]
 
@@ -150,11 +156,11 @@ def _shown(runs: StudiedRuns, labels: Iterable[str]) -> list[str]:
     return [metric for metric in labels if metric in runs.judged[0].metrics]
 
 
-def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement) -> dict[str, Any]:
+def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, command_line: str = '') -> dict[str, Any]:
     """Return what web/study.js shows, ready for JSON; replays are by the index of a run, from 0 on."""
     labels = _labels(judgement)
     metrics = dict.fromkeys(metric for runs in controllers.values() for metric in _shown(runs, labels))
-    return {'controllers': [_of_controller(name, runs, metrics, LINES[n % len(LINES)][0])
+    return {'command': command_line, 'controllers': [_of_controller(name, runs, metrics, LINES[n % len(LINES)][0])
                             for n, (name, runs) in enumerate(controllers.items())],
             'metrics': [dict(zip(('name', 'label', 'unit'), (name, *labels[name]), strict=True)) for name in metrics]}
 
@@ -177,15 +183,16 @@ def _of_controller(name: str, runs: StudiedRuns, shown: Iterable[str], color: st
     }
 
 
-def _table(numbers: Mapping[str, Any], labels: Mapping[str, tuple[str, str]]) -> str:
-    """Return the quantiles of a controller's metrics as HTML."""
+def _table(numbers: Mapping[str, Mapping[str, Any]], labels: Mapping[str, tuple[str, str]]) -> str:
+    """Return the quantiles of the metrics of all controllers side by side, as HTML."""
     rows = []
     for metric, (label, unit) in labels.items():
-        found = numbers['metrics'].get(metric)
-        cells = quantities([found['median'], found['95_percent'], found['worst']], unit) if found else []
-        if set(cells) - {'–'}:
-            rows.append([escape(label), *cells])
-    return page.html_table(['', 'median', '95 %', 'worst'], rows)
+        found = [one['metrics'].get(metric) for one in numbers.values()]
+        for name, words in (('median', 'median'), ('95_percent', '95 %'), ('worst', 'worst')):
+            cells = quantities([one[name] if one else None for one in found], unit)
+            if set(cells) - {'–'}:
+                rows.append([f'{escape(label)}, {words}', *cells])
+    return page.html_table(['', *numbers], rows)
 
 
 def _paragraphs(texts: Sequence[str]) -> str:
@@ -198,17 +205,19 @@ def _parts(
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     numbers = {name: summarise_runs(runs.judged) for name, runs in controllers.items()}
-    answers = ''.join(f'<p class="answer">{escape(success_text(name, found))}.</p>' for name, found in numbers.items())
-    yield f'<section class="first"><h1>Study</h1>{answers}</section>'
+    judged = {name: runs.judged for name, runs in controllers.items()}
+    answers = [text for text in (answer_text(judged, judgement.metrics, judgement.band),) if text]
+    answers += [success_text(name, found) for name, found in numbers.items()]
+    said = ''.join(f'<p{"" if n else " class=answer"}>{escape(text)}.</p>' for n, text in enumerate(answers))
+    yield f'<section class="first"><h1>Study</h1>{said}</section>'
     yield f'<p class="soft">Success: {escape(judgement.criterion)}.</p>'
     if interrupted:
         yield page.warning('What is missing', ['the study was interrupted; the page has the runs that were done'])
-    compared = list(comparison_texts(
-        {name: runs.judged for name, runs in controllers.items()}, judgement.metrics, judgement.band))
+    compared = list(comparison_texts(judged, judgement.metrics, judgement.band))
     failures = {name: list(failure_texts(runs.scenarios, runs.judged)) for name, runs in controllers.items()}
     yield page.contents([('starts', 'Starts', ()), *([('failures', 'Failures', ())] if any(failures.values()) else []),
                          *([('compared', 'Compared', ())] if compared else []), ('metrics', 'Metrics', ()),
-                         ('holds', 'What holds', ())])
+                         ('runs', 'Runs', ()), ('holds', 'What holds', ())])
     yield page.section('starts-section', 'Starts', page.picture(
         'Where the robot started', "Offset from the cart's start; lines show headings. A click on a ringed run, or its "
         'name, replays it.', page.drawing(svg), name='starts'),
@@ -218,16 +227,15 @@ def _parts(
             f'<h3>{escape(name)}</h3>{_paragraphs(texts)}' for name, texts in failures.items() if texts))
     if compared:
         yield page.section('compared', 'Compared', _paragraphs(compared))
-    labels = _labels(judgement)
-    tables = [part for name, found in numbers.items()
-              for part in (f'<h3>{escape(name)}</h3>', _table(found, labels))]
-    yield page.section('metrics', 'Metrics', *tables,
+    yield page.section('metrics', 'Metrics', _table(numbers, _labels(judgement)),
                        page.live('Distributions', 'The share of runs that have at most a value.', 'distributions'))
+    yield page.section('runs', 'Runs', page.live(
+        'All runs', 'A head sorts by its column, a run is replayed by its command.', 'run-table'))
     holds = [part for name, runs in controllers.items()
              for part in (f'<h3>{escape(name)}</h3>', *promise_parts(runs.promise))]
     yield page.section('holds', 'What holds', *holds)
     yield page.made_with(made, made['parameters'])
-    yield page.json_block('study-data', study_data(controllers, judgement))
+    yield page.json_block('study-data', study_data(controllers, judgement, made['command_line']))
 
 
 def write_study_page(

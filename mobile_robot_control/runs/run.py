@@ -1,6 +1,8 @@
 """A run: topics, arrays on one time base, metrics and parameters, whether it was simulated or read."""
 
 from functools import cached_property
+from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mobile_robot_control.configuration.nodes import Configuration
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 
     from mobile_robot_control.configuration.sources import File
 
+_PAGES = 'mobile_robot_control.pages.inline_page'
+"""Imported by name when a page is asked for: pages are made of runs."""
 _POSE, _VELOCITY, _WHEELS = ('x', 'y', 'heading'), ('linear', 'angular'), ('right', 'left')
 _ERROR = ('longitudinal', 'lateral', 'heading')
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -191,6 +195,46 @@ class Run(_Contents):
         from mobile_robot_control.runs.plotting import plot  # noqa: PLC0415
 
         return plot(figure, [self, *others])
+
+    def replay(self, *others: 'Run') -> Any:
+        """
+        Return the replay of a report, of this run or of several in step: an `InlinePage`, which notebooks show.
+
+        Parameters
+        ----------
+        *others : Run
+            Up to five.
+
+        Raises
+        ------
+        ParameterError
+            If there are too many.
+
+        """
+        return import_module(_PAGES).replay([self, *others])
+
+    def report(self, folder: 'File', *others: 'Run', animation: bool = False) -> Any:
+        """
+        Write the report of the command `report`, and return its page, an `InlinePage`, which notebooks show.
+
+        Parameters
+        ----------
+        folder : path
+            For `report.html`, `report.json` and `figures`; what is there is replaced.
+        *others : Run
+            Up to five that are compared with this one.
+        animation : bool
+            Whether to animate each run.
+
+        Raises
+        ------
+        ParameterError
+            If there are too many.
+        OSError
+            If it cannot be written.
+
+        """
+        return import_module(_PAGES).report([self, *others], Path(folder), animation)
 
     def columns(self) -> dict[str, Floats]:
         """Return time and every column of the arrays, each of shape (n,), by names such as 'pose.x'."""

@@ -242,6 +242,40 @@ def comparison_texts(
             yield f'{one.first} and {one.second}, success: {_success_text(one)}'
 
 
+def answer_text(
+    controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED, band: float = BAND
+) -> str:
+    """
+    Return which of several controllers is the best, by how much and with which intervals; '' of one.
+
+    Of each other one the best is better by success, else by the first metric, or it cannot be told apart.
+    """
+    made = compare_all(controllers, metrics)
+    if not made:
+        return ''
+    best, (label, unit) = best_of(controllers, metrics), metric_labels(band)[metrics[0]]
+    better, same = [], []
+    for one in made:
+        if best not in (one.first, one.second):
+            continue
+        other, found = one.second if best == one.first else one.first, one.differences[0]
+        if one.more_successful == best:
+            alone, others = ((one.only_first, one.only_second) if best == one.first else
+                             (one.only_second, one.only_first))
+            better.append(f'than {other} by success ({alone} of {one.runs} runs succeed with {best} alone, '
+                          f'{others} with {other} alone)')
+        elif one.better(found) == best and not one.more_successful:
+            low, high = sorted(map(abs, found.interval))
+            better.append(f'than {other} by {_shown(abs(found.mean), unit)} {"cm" if unit == "m" else unit} '
+                          f'({_shown(low, unit)} to {_shown(high, unit)})')
+        else:
+            same.append(other)
+    told = f'{best} is better {", ".join(better)}' if better else f'{best} comes first'
+    if any('by success' not in one for one in better):
+        told += f': the mean {label}, where both succeed, with intervals that hold together with {100 * CONFIDENCE:g} %'
+    return f'{told}; {_SAME} from {", ".join(same)}' if same else told
+
+
 def comparison_values(
     controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED
 ) -> list[dict[str, Any]]:

@@ -18,6 +18,11 @@ def _failed(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> list[tup
         zip(scenarios, judged, strict=False), 1) if not run.success]
 
 
+def scenario_text(scenario: Scenario) -> str:
+    """Return the conditions of a run in words."""
+    return ', '.join(f'{quantity.words} {shown(name, quantity.of(scenario))}' for name, quantity in QUANTITIES.items())
+
+
 def failure_texts(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Iterator[str]:
     """Yield sentences on where a controller fails; none where it does not."""
     failed = _failed(scenarios, judged)
@@ -28,9 +33,7 @@ def failure_texts(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> It
                     for outcome, count in sorted(ends.items()))
     yield f'{len(failed)} of {len(judged)} {"fails" if len(failed) == 1 else "fail"}: {how}'
     if len(failed) <= FEW:
-        yield from (f'run {number}: ' + ', '.join(f'{quantity.words} {shown(name, quantity.of(scenario))}'
-                                                  for name, quantity in QUANTITIES.items())
-                    for number, scenario, _ in failed)
+        yield from (f'run {number}: {scenario_text(scenario)}' for number, scenario, _ in failed)
         return
     split = best_split(scenarios, judged)
     if split:

@@ -134,7 +134,7 @@ class Search:
     """
 
     def __init__(self, request: SearchRequest) -> None:
-        self.parameters = _searched(request)
+        self.request, self.parameters = request, _searched(request)
         self.goal = _goal(request, self.parameters)
         self.settings = SearchSettings(
             request.algorithm, len(self.goal.genes),

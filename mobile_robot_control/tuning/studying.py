@@ -154,7 +154,7 @@ def _curves(request: StudyRequest, parameters: Configuration) -> tuple[str, ...]
     return (PATH,) if parameters.reference_cart.curve.curve == PATH else request.curves
 
 
-def _drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[Scenario]:
+def drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[Scenario]:
     """Draw the scenarios of a controller."""
     nominal = configured_scenario(parameters)
     noise = Noise(
@@ -216,7 +216,7 @@ def run_study(
     """
     results: dict[str, StudiedController] = {}
     for name, parameters in controllers.items():
-        scenarios = _drawn_scenarios(request, parameters)
+        scenarios = drawn_scenarios(request, parameters)
         late = request.laps * 0.75
         drawn = (scenario_trial(parameters, scenario, request.laps, late) for scenario in scenarios)
         trials = [one._replace(form=one.form._replace(indices=True, band=request.settled_within)) for one in drawn]

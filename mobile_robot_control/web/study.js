@@ -175,8 +175,78 @@
     mrc.onDark(() => plot.redraw());
   }
 
+  const PAGE = 50;  // rows that are shown, and that are added
+
+  // Show all runs of a controller as a table, sorted by the head that was pressed last; a run leads to its command.
+  function listRuns(place) {
+    const bar = mrc.element('div', 'legend'), box = mrc.element('div', 'scroll', '', {tabIndex: 0}), table = mrc.element('table');
+    const choice = mrc.element('select'), more = mrc.element('button', '', 'More', {type: 'button'});
+    const command = mrc.element('pre', 'command');
+    choice.setAttribute('aria-label', 'controller');
+    data.controllers.forEach((one, n) => choice.append(new Option(one.name, String(n))));
+    const columns = [{label: 'run', of: (one, n) => n + 1}, {label: 'success', of: (one, n) => one.columns.success[n]},
+      ...['x', 'y', 'heading'].map((name) => ({label: `start ${name}`, unit: name === 'heading' ? 'rad' : 'm', name})),
+      ...data.metrics].map((column) => ({of: (one, n) => (one.columns[column.name] || [])[n], unit: '', ...column}));
+    let sorted = 0, falling = false, shown = PAGE;
+
+    function show() {
+      const one = data.controllers[Number(choice.value)], column = columns[sorted];
+      const order = Array.from({length: one.count}, (_, n) => n).sort((a, b) => {
+        const [first, second] = [column.of(one, a), column.of(one, b)];
+        // what is not known is last, either way
+        if (!Number.isFinite(first) || !Number.isFinite(second)) return Number(!Number.isFinite(first)) - Number(!Number.isFinite(second));
+        return (falling ? second - first : first - second) || a - b;
+      });
+      const head = mrc.element('tr'), body = mrc.element('tbody');
+      columns.forEach(({label, unit}, n) => {
+        const cell = mrc.element('th', 'number'), press = mrc.element('button', '', label + (unit ? ` [${unit.replace(' ', '\u00a0')}]` : ''), {type: 'button'});
+        cell.setAttribute('aria-sort', n !== sorted ? 'none' : falling ? 'descending' : 'ascending');
+        press.addEventListener('click', () => {
+          falling = n === sorted && !falling;
+          sorted = n;
+          show();
+          /** @type {HTMLElement} */ (table.querySelectorAll('th button')[n]).focus();
+        });
+        cell.append(press);
+        head.append(cell);
+      });
+      order.slice(0, shown).forEach((run) => {
+        const row = mrc.element('tr');
+        columns.forEach(({label, of}, n) => {
+          const value = of(one, run), cell = mrc.element('td', 'number');
+          if (n) cell.textContent = label === 'success' ? (value ? 'yes' : 'no') : mrc.number(value);
+          else {
+            const press = mrc.element('button', '', String(value), {type: 'button', title: 'Show the command that replays it'});
+            press.setAttribute('aria-label', `the command that replays run ${value}`);
+            press.addEventListener('click', () => { command.textContent = `${data.command} --only ${value}`; });
+            cell.append(press);
+          }
+          row.append(cell);
+        });
+        body.append(row);
+      });
+      const top = mrc.element('thead');
+      top.append(head);
+      table.replaceChildren(top, body);
+      more.hidden = shown >= one.count;
+      more.textContent = `Show more than ${shown} of ${one.count}`;
+    }
+
+    choice.addEventListener('change', show);
+    more.addEventListener('click', () => { shown += PAGE; show(); });
+    bar.append(choice, more);
+    box.append(table);
+    command.setAttribute('role', 'status');
+    command.textContent = 'The number of a run shows its command here.';
+    place.append(bar, command, box);
+    show();
+  }
+
   host.closest('figure').classList.add('charted');
   data.controllers.forEach(drawMap);
+  const listed = document.querySelector('.charts[data-figure=run-table]');
+  listed.closest('figure').classList.add('charted');
+  listRuns(listed);
   const place = document.querySelector('.charts[data-figure=distributions]');
   place.closest('figure').classList.add('charted');
   data.metrics.forEach((metric) => drawDistribution(metric, place));

@@ -4,6 +4,8 @@ import copy
 import importlib.util
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -146,3 +148,20 @@ def test_it_is_small_and_has_no_place_of_a_machine():
         'kernelspec': {'display_name': 'Python 3', 'language': 'python', 'name': 'python3'},
         'language_info': {'name': 'python'}}
     assert not any(cell['metadata'] for cell in STORED['cells'])
+
+
+def test_the_version_for_students_has_no_answers_and_room_for_theirs(tmp_path):
+    file = tmp_path / 'student.ipynb'
+    for code in (0, 2):  # the second time it is there
+        assert subprocess.run([sys.executable, FOLDER / 'student.py', file], check=False).returncode == code
+    made = json.loads(file.read_text(encoding='utf-8'))
+    texts = [''.join(cell['source']) for cell in made['cells']]
+    assert not any(word in text for text in texts for word in ('**Answer', '**Seen.**', 'assert '))
+    assert not any(cell.get('outputs') for cell in made['cells'])
+    for number in EXERCISES:
+        place = next(n for n, text in enumerate(texts) if text.startswith(f'**Exercise {number}.**'))
+        assert texts[place + 1] == '# your answer\n'
+    assert texts.count('**What do you see?** Which numbers show it, and why is it so?') == len(SECTIONS)
+    assert len({cell['id'] for cell in made['cells']}) == len(made['cells'])
+    nbformat = pytest.importorskip('nbformat')
+    nbformat.validate(nbformat.from_dict(made))

@@ -58,6 +58,16 @@ def test_what_was_found_is_simulated_and_saved(tmp_path):
     assert (tmp_path / 'gains.yaml').read_text().startswith('# backstepping gains found by mobile_robot_control ')
 
 
+def test_a_search_and_a_study_write_their_pages(tmp_path):
+    page = _found().report(tmp_path / 'found' / 'gains.yaml')
+    assert page.file == tmp_path / 'found' / 'gains.html'
+    assert 'Before and after' in page.html
+    assert mrc.configure(load([tmp_path / 'found' / 'gains.yaml'])) == _found().configuration
+    page = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1).report(tmp_path / 'studied')
+    assert page.html == (tmp_path / 'studied' / 'study.html').read_text()
+    assert numbers_in(tmp_path / 'studied' / 'study.json')['controllers']['backstepping']['runs'] == 2
+
+
 def test_a_search_prints_its_gains_in_a_line():
     found = _found()._replace(objective=1.25, parameters={
         'position_controller.controller_type': 'backstepping', 'position_controller.backstepping.p': 0.5,

@@ -189,3 +189,21 @@ def test_an_interrupted_study_holds_what_was_done(tmp_path, monkeypatch, capsys)
     assert found['outcome'] == 'interrupted'
     assert len(rows) == 100
     assert 'study: interrupted; the files hold what was done' in capsys.readouterr().err
+
+
+def test_one_run_is_replayed_by_all_controllers_with_the_numbers_of_the_study(tmp_path, capsys):
+    files = [tmp_path / f'{name}.yaml' for name in ('firm', 'slack')]
+    for file, gain in zip(files, (2.0, 0.5), strict=True):
+        file.write_text(f'/**/position_controller: {{ros__parameters: {{backstepping: {{p: {gain}}}}}}}')
+    asked = ('--runs', 3, '--longest-delay', 2, '--noise-pose', 0.01, 0.01, 0, '--compare', *files)
+    assert run(tmp_path / 'out', *asked) == 0
+    assert run(tmp_path / 'out', *asked, '--only', 3) == 0
+    assert 'run 3: ' in capsys.readouterr().out
+    replayed = numbers_in(tmp_path / 'out' / 'run_3' / 'report.json')
+    _, rows = read(tmp_path / 'out')
+    for name in ('firm', 'slack'):
+        row = [row for row in rows if row['controller'] == name][2]
+        for metric in ('rms_position_error', 'max_position_error', 'energy'):
+            assert replayed[name][metric] == pytest.approx(float(row[metric]), rel=1e-12)
+    assert run(tmp_path / 'out', *asked, '--only', 4) == 2
+    assert 'the study has 3 runs' in capsys.readouterr().err

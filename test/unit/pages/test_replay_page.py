@@ -11,6 +11,7 @@ from harness import CONFIG
 from measuring import configuration
 from PIL import Image
 
+import mobile_robot_control as mrc
 from mobile_robot_control.pages import page, report_writing
 from mobile_robot_control.pages.readable import readable
 from mobile_robot_control.runs.run import Run
@@ -245,3 +246,23 @@ def test_without_a_browser_the_moving_picture_is_left_as_it_is_with_the_remedy(t
     with pytest.raises(SystemExit, match='install chromium and chromium-driver'):
         moving_picture.write_moving_picture(CONFIG, tmp_path / 'moving.gif')
     assert not (tmp_path / 'moving.gif').exists()
+
+
+def test_a_notebook_shows_replay_and_report_of_runs(browser, tmp_path, monkeypatch):
+    formatters = pytest.importorskip('IPython.core.formatters')
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+    run = mrc.simulate(duration=0.4)
+    for n, shown in enumerate((run.replay(run, run), run.report(tmp_path / 'report', run))):
+        found, _ = formatters.DisplayFormatter().format(shown)
+        file = tmp_path / f'{n}.html'
+        file.write_text(f'<!DOCTYPE html><title>notebook</title>{found["text/html"]}', encoding='utf-8')
+        browser.show(file, DESKTOP)
+        browser.driver.switch_to.frame(0)
+        assert browser.evaluate('mrc.replay.runs.length') == 3 - n
+        browser.evaluate('mrc.clock.set(0.2)')
+        browser.driver.switch_to.default_content()
+        assert browser.errors() == []
+    assert shown.file.read_text(encoding='utf-8') == shown.html
+    assert str(shown.file) in repr(shown)
+    with pytest.raises(mrc.ParameterError, match='7 runs: a page tells 6 apart'):
+        run.replay(*[run] * 6)

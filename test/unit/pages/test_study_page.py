@@ -53,7 +53,8 @@ def studied():
 
 @pytest.fixture(scope='module')
 def runs(studied):
-    return StudiedRuns(studied.scenarios, studied.judged, studied.promise, replayed_runs(studied, 2.0))
+    replayed = replayed_runs(studied, 2.0, chosen_runs([studied.judged]))
+    return StudiedRuns(studied.scenarios, studied.judged, studied.promise, replayed)
 
 
 @pytest.mark.parametrize('n', [0, 5])
@@ -67,11 +68,15 @@ def test_a_replayed_run_is_the_one_that_was_judged(n):
 
 def test_failures_and_medians_are_replayed():
     judged = [Judged(n % 4 != 0, {'late_max_position_error': float(n)}) for n in range(101)]
-    chosen = chosen_runs(judged)
+    chosen = chosen_runs([judged])
     assert chosen[:FAILURES] == list(range(0, 4 * FAILURES, 4))
     assert sorted(chosen[FAILURES:]) == [49, 50, 51]
     assert len(chosen) == FAILURES + MEDIANS
-    assert chosen_runs(judged[1:3]) == [0, 1]
+    assert chosen_runs([judged[1:3]]) == [0, 1]
+    # of several controllers the same runs: where any one fails, and where all succeed
+    others = [Judged(n != 1, {'late_max_position_error': 0.0}) for n in range(60)]
+    assert chosen_runs([judged, others])[:3] == [0, 1, 4]
+    assert not {0, 1, 4} & set(chosen_runs([judged, others])[FAILURES:])
 
 
 def test_the_numbers_of_a_study_can_be_written_where_a_run_diverged(runs):
@@ -128,4 +133,23 @@ def test_the_pointer_names_a_run_and_a_click_replays_a_failure(browser, written)
     # and by its button another one, in place of the first
     browser.evaluate('document.querySelectorAll(".starts .legend button")[1].click()')
     assert browser.evaluate('document.querySelectorAll("#replay canvas").length') == 1
+    assert browser.errors() == []
+
+
+def test_the_table_of_runs_is_sorted_by_its_heads_and_names_the_command_of_each(browser, written, runs):
+    browser.show(written, 1280)
+    rows = '[...document.querySelectorAll("#run-table tbody tr")].map(row => row.children[0].textContent)'
+    assert browser.evaluate(rows) == [str(n) for n in range(1, 9)]
+    order = sorted(range(8), key=lambda n: runs.judged[n].metrics['late_max_position_error'])
+    press = 'document.querySelectorAll("#run-table th button")[5].click()'
+    for expected, direction in ((order, 'ascending'), (order[::-1], 'descending')):
+        browser.evaluate(press)
+        assert browser.evaluate(rows) == [str(n + 1) for n in expected]
+        assert browser.evaluate('document.querySelectorAll("#run-table th")[5].ariaSort') == direction
+    browser.evaluate('document.querySelectorAll("#run-table td button")[1].click()')
+    assert browser.evaluate('document.querySelector("#run-table .command").textContent') == (
+        f'study <x> --only {order[-2] + 1}')
+    browser.evaluate('((choice) => { choice.value = "1"; choice.dispatchEvent(new Event("change")); })'
+                     '(document.querySelector("#run-table select"))')
+    assert len(browser.evaluate(rows)) == 4
     assert browser.errors() == []
