@@ -77,6 +77,8 @@ setup(
             'pytest-cov==7.1.0',
         ],
         'test': [
+            # of pages, for everybody; it has axe-core 4.4 and needs nothing
+            'axe-core-python==0.1.0',
             'colcon-core==0.21.3',
             'colcon-package-information==0.4.1',
             'colcon-ros==0.5.0',

@@ -1,5 +1,6 @@
 """A headless Chromium, driven with selenium: one page, whose errors and requests are kept."""
 
+import importlib.resources
 import json
 import os
 import shutil
@@ -70,6 +71,16 @@ class Browser:
             self.driver.switch_to.window(window)
             self.driver.close()
         self.driver.switch_to.window(first)
+
+    def violations(self):
+        """Return what axe-core finds wrong in the page as it is, for screen readers and eyes: rule and elements."""
+        pytest.importorskip('axe_core_python')
+        script = (importlib.resources.files('axe_core_python') / 'axe.min.js').read_text(encoding='utf-8')
+        # as a debugger does: the page's own policy forbids other scripts
+        self.call('Runtime.evaluate', expression=script)
+        found = self.driver.execute_async_script('axe.run(document).then(arguments[arguments.length - 1])')
+        assert len(found['passes']) > 10
+        return [(one['id'], [node['html'][:120] for node in one['nodes'][:3]]) for one in found['violations']]
 
     def errors(self):
         """Return what the console has logged since the last call."""

@@ -42,7 +42,9 @@ a{color:inherit}
 .contents a{display:inline-block;margin-right:.8rem}.contents span a{color:var(--soft)}
 @media print{body{max-width:none;font-size:10pt;padding:0}
 .grid{grid-template-columns:1fr;gap:.5cm}.still img{min-width:0;width:14.5cm}
-figure,tr,.warning{break-inside:avoid}.contents,.live{display:none}h2{break-after:avoid}.scroll{overflow:visible}}
+figure,tr,.warning{break-inside:avoid}.contents,.live{display:none}h2{break-after:avoid}.scroll{overflow:visible}
+table{width:100%;font-size:8pt}th,td{overflow-wrap:anywhere}td.number{white-space:normal}th.number{min-width:0}
+details::details-content{content-visibility:visible;display:block;height:auto}}
 """
 
 
@@ -65,7 +67,8 @@ def page(title: str, parts: Iterable[str], styles: Iterable[str] = (), scripts: 
     return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
             f'<meta http-equiv="Content-Security-Policy" content="{_policy(texts)}">\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f'<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n')
+            f'<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n'
+            '</html>\n')
 
 
 def contents(sections: Iterable[tuple[str, str, Sequence[tuple[str, str]]]]) -> str:
@@ -157,11 +160,12 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool
         Whether all columns but the first contain numbers.
     """
     def cells(kind: str, row: Iterable[str]) -> str:
+        kinds = ((kind if cell else 'td', cell) for cell in row)  # an empty head tells nothing
         return ''.join(f'<{kind}{" class=number" if numbers and n else ""}>{cell}</{kind}>'
-                       for n, cell in enumerate(row))
+                       for n, (kind, cell) in enumerate(kinds))
 
     body = '\n'.join(f'<tr>{cells("td", row)}</tr>' for row in rows)
-    return (f'<div class="scroll"><table><thead><tr>{cells("th", map(breakable, head))}</tr></thead>\n'
+    return (f'<div class="scroll" tabindex="0"><table><thead><tr>{cells("th", map(breakable, head))}</tr></thead>\n'
             f'<tbody>\n{body}\n</tbody></table></div>')
 
 
@@ -188,7 +192,7 @@ def made_with(made: Mapping[str, Any], parameters: Mapping[str, Mapping[str, Map
         By the name of a controller, for a page that has no table of them.
     """
     versions = ', '.join(f'{name} {version}' for name, version in made['versions'].items() if version)
-    listed = ''.join(f'<h3>{escape(name)}</h3><pre><code>{escape(_lines(one))}</code></pre>'
+    listed = ''.join(f'<h3>{escape(name)}</h3><pre tabindex="0"><code>{escape(_lines(one))}</code></pre>'
                      for name, one in (parameters or {}).items())
     return (f'<details class="made"><summary>How this was made</summary><pre class="command"><code>'
             f'{escape(made["command_line"])}</code></pre><p>{escape(versions)}</p>{listed}</details>')

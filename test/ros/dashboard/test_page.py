@@ -6,7 +6,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from live_page import PLUGINS, OpenPage
+from live_page import PLUGINS, Lesson, OpenPage
 from processes import wait_until
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
@@ -294,3 +294,13 @@ def test_nothing_overflows_and_nothing_is_logged(page, live, width, scheme):
     assert page.driver.execute_script('return document.documentElement.scrollWidth') <= width
     ground = page.driver.execute_script('return getComputedStyle(document.getElementById("live")).backgroundColor')
     assert ground == ('rgb(255, 255, 255)' if scheme == 'light' else 'rgb(21, 24, 28)')
+
+
+def test_a_screen_reader_finds_its_way(page, live):
+    for details in page.driver.find_elements('css selector', '#live details'):
+        page.driver.execute_script('arguments[0].open = true', details)
+    page.wait(lambda: 'geometry_msgs' in page.text('topics'))
+    assert page.browser.violations() == []
+    lesson = Lesson(page, '1_errors')
+    assert page.browser.violations() == []
+    lesson.close()

@@ -152,6 +152,20 @@ def test_on_a_phone_nothing_overflows_and_text_has_12_pixels(show, count, scheme
     assert 9 / 403 * evaluate("document.querySelector('.still img').getBoundingClientRect().width") >= 12
 
 
+@pytest.mark.parametrize(('count', 'scheme'), [(1, 'light'), (6, 'dark')])
+def test_a_screen_reader_finds_its_way(show, browser, count, scheme):
+    show(count, scheme=scheme)
+    assert browser.violations() == []
+
+
+def test_paper_with_six_runs_loses_nothing(show, browser):
+    evaluate = show(6, 718)  # A4
+    browser.media('print', 'light')
+    assert evaluate('''[...document.querySelectorAll('body *')].filter((element) => element.getClientRects().length
+      && element.getBoundingClientRect().right > 719).map((element) => element.outerHTML.slice(0, 80))''') == []
+    assert evaluate("[...document.querySelectorAll('details > *')].every((one) => one.checkVisibility())")
+
+
 def test_names_are_text_and_run_nothing(show):
     evaluate = show(2)
     assert evaluate('window.hit') is None

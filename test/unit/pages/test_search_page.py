@@ -43,6 +43,7 @@ def test_the_page_of_a_search_has_convergence_both_loops_and_what_holds(browser,
     write_search_page(file, 'fuzzy: objective <4.2>', HISTORY, [run('before', 'backstepping'), run('after', 'fuzzy')],
                       holds, SVG, provenance('tune fuzzy', None))
     browser.show(file, width, scheme)
+    assert browser.violations() == []
     assert browser.errors() == []
     assert browser.requests() == [file.as_uri()]
     assert browser.evaluate('mrc.search.data[2]') == [8.0, 6.5, 4.2]

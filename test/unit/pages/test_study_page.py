@@ -106,6 +106,7 @@ def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written, width, 
     assert browser.evaluate('document.documentElement.scrollWidth') <= width
     assert browser.evaluate('document.querySelectorAll(".starts canvas").length') == 2
     assert browser.evaluate('document.querySelectorAll("#distributions .uplot").length') == 7
+    assert browser.violations() == []
     text = browser.evaluate('document.body.innerText')
     for part in ('<b>law</b>: 87.50 % of 8 runs succeed', 'near the cart', 'was interrupted', 'Not modelled',
                  '1 of 8 fails', 'run 3: curve', 'compared in the same'):
