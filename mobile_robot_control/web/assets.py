@@ -1,6 +1,7 @@
 """The scripts and styles of pages, which are files of the package: nothing is fetched."""
 
 import base64
+import re
 from pathlib import Path
 
 import numpy as np
@@ -20,5 +21,6 @@ _HERE = Path(__file__).parent
 
 
 def asset(name: str) -> str:
-    """Return the text of a file of this folder, such as 'clock.js' or 'uplot/uPlot.min.css'."""
-    return (_HERE / name).read_text(encoding='utf-8')
+    """Return a file of this folder, such as 'clock.js' or 'uplot/uPlot.min.css', a script without its comment lines."""
+    text = (_HERE / name).read_text(encoding='utf-8')
+    return re.sub(r'^ *//.*\n', '', text, flags=re.MULTILINE) if name.endswith('.js') else text

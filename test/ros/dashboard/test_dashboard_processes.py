@@ -71,8 +71,8 @@ def test_a_missing_extra_is_one_line_with_the_remedy(domain, tmp_path):
 def test_kill_9_ends_the_nodes_that_it_started(domain, tmp_path):
     page = LivePage(tmp_path)
     nodes = page.nodes()
-    assert len(nodes) == 4
     page.process.kill()
+    assert len(nodes) == 4
     wait_until(lambda: not any(map(_is_running, nodes)), 30.0, 0.05)
     page.close()
 
