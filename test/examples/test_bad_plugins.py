@@ -28,7 +28,7 @@ LAW = Law('NAME', step, Gains)
 WRONG = {
     'no_import': ('import no_such_module\n', 'cannot be imported (ModuleNotFoundError: No module named '),
     'no_syntax': ('def (\n', 'cannot be imported (SyntaxError: invalid syntax'),
-    'ends': ('raise SystemExit(3)\n', 'cannot be imported (SystemExit: 3)'),
+    'ends': ('raise SystemExit(3)\n', 'cannot be imported (SystemExit: 3 in '),
     'no_law': (LAW.replace('LAW = ', 'OTHER = '), 'has no LAW; a law is a record of that name'),
     'no_record': (LAW + "LAW = 'mine'\n", 'LAW is of type str; write LAW = Law(name, step, Gains)'),
     'no_default': (LAW.replace(')] = 1.0', ')]'), "'no_default': its gains are no NamedTuple of "

@@ -37,7 +37,8 @@ def test_a_simulation_ends_with_the_outcome_and_the_reason(tmp_path):
     metrics = json.loads(done.stdout)
     assert (metrics['outcome'], metrics['duration'], metrics['energy']) == ('law_failed', 0.0, 0.0)
     assert numbers_in(tmp_path / 'run.metrics.json') == metrics
-    assert done.stderr == "simulate: the position law 'failing' failed at t = 0 s: ValueError: no such gain\n"
+    assert done.stderr == ("simulate: the position law 'failing' failed at t = 0 s: ValueError: no such gain in "
+                           f'{tmp_path / "failing.py"}, line 14\n')
 
 
 def test_the_last_diagnostics_of_a_short_experiment_have_the_reason(domain, tmp_path):
@@ -49,7 +50,7 @@ def test_the_last_diagnostics_of_a_short_experiment_have_the_reason(domain, tmp_
     conditions = [status.message for message in read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap',
                                                                    topics=['/diagnostics'])
                   for status in message.ros_msg.status if status.name == 'position_controller']
-    assert conditions[-1] == 'law failed: ValueError: no such gain'
+    assert conditions[-1] == f'law failed: ValueError: no such gain in {tmp_path / "failing.py"}, line 14'
 
 
 def test_a_search_begins_with_gains_with_which_the_law_fails(tmp_path, monkeypatch):

@@ -67,7 +67,8 @@ def test_a_file_of_a_curve_alone_passes(tmp_path):
 
 
 @pytest.mark.parametrize(('text', 'message'), [
-    ('x = 1', 'has neither LAW nor CURVE'), ('raise ValueError("no")', 'cannot be imported (ValueError: no)'),
+    ('x = 1', 'has neither LAW nor CURVE'),
+    ('raise ValueError("no")', 'cannot be imported (ValueError: no in {file}, line 1)'),
     ('LAW = 1', 'LAW is of type int'), ('CURVE = 1', 'CURVE is of type int'), (None, 'cannot be read'),
 ])
 def test_a_file_that_cannot_be_checked_is_bad_usage(tmp_path, text, message):
@@ -76,6 +77,6 @@ def test_a_file_that_cannot_be_checked_is_bad_usage(tmp_path, text, message):
         file.write_text(text)
     done = check(file)
     assert (done.returncode, done.stdout) == (2, '')
-    assert message in done.stderr
+    assert message.format(file=file) in done.stderr
     assert done.stderr.startswith(f'testing: {file}: ')
     assert done.stderr.count('\n') == 1

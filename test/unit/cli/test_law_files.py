@@ -98,8 +98,8 @@ def test_simulate_ends_with_the_outcome_of_a_law_that_fails(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(('option', 'text', 'words'), [
-    ('--law', 'import nowhere', "cannot be imported (ModuleNotFoundError: No module named 'nowhere' in {file}, line 1); "
-     'mend it, or leave it out'),
+    ('--law', 'import nowhere', "cannot be imported (ModuleNotFoundError: No module named 'nowhere' in {file}, "
+     'line 1); mend it, or leave it out'),
     ('--law', 'x = 1', 'has no LAW; a law is a record of that name'),
     ('--curve', 'x = 1', 'has no CURVE; a curve is a record of that name'),
 ])
