@@ -17,9 +17,9 @@ from mobile_robot_control.web.assets import asset
 _SCRIPTS = ('basics.js', 'clock.js', 'scene.js', 'replay.js', 'report.js')
 
 
-def first_screen(title: str, runs: Sequence[Run]) -> str:
+def first_screen(title: str, runs: Sequence[Run], answer: str = '') -> str:
     """Return title, answer, numbers and, where a run has moved, the replay with its data, as HTML."""
-    inner = [f'<h1>{escape(title)}</h1>', f'<p class="answer">{escape(sentence(runs))}</p>', _numbers(runs)]
+    inner = [f'<h1>{escape(title)}</h1>', f'<p class="answer">{escape(answer or sentence(runs))}</p>', _numbers(runs)]
     try:
         data = replay_data(runs)
         block = '' if data is None else page.json_block('run-data', data)

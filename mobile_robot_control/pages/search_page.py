@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mobile_robot_control.analysis.promises import Promise
+from mobile_robot_control.analysis.promises import Promise, spread_text
 from mobile_robot_control.figures.figure import BEST, MEAN, Curve, Figure, Panel
 from mobile_robot_control.figures.lines import Line
 from mobile_robot_control.pages import page
@@ -75,13 +75,24 @@ def search_figure(title: str, history: Sequence[Generation], runs: Sequence[Run]
     return Figure('search', title, '', tuple(run.name for run in last_first), panels, 7.0, 11.0, rows, heading=title)
 
 
+def _answer(runs: Sequence[Run], holds: Promise) -> str:
+    """Return what the search has changed, in sentences; '' where it cannot be compared."""
+    before, after = (run.metrics.get('objective') for run in (runs[0], runs[-1]))
+    if len(runs) < 2 or not before or after is None:
+        return ''
+    told = (f'lowered the objective of the configured run by {100.0 * (1.0 - after / before):.3g} %, from {before:.4g} '
+            f'to {after:.4g}' if after < before else
+            f'did not lower the objective of the configured run: {before:.4g} before, {after:.4g} after')
+    return '. '.join([f'The search {told}', *([spread_text(holds.spread)] if holds.spread else [])]) + '.'
+
+
 def _parts(
     title: str, history: Sequence[Generation], runs: Sequence[Run], holds: Promise, svg: str,
     made: Mapping[str, Any],
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     figures = [figure for kind in RUN_FIGURES if (figure := kind.of_runs(runs))]
-    yield first_screen(title, runs)
+    yield first_screen(title, runs, _answer(runs, holds))
     yield page.contents([
         ('search', 'Search', ()), ('metrics', 'Before and after', ()), ('holds', 'What holds', ()),
         ('figures', 'Figures', [(figure.name, figure.title) for figure in figures]),

@@ -69,3 +69,16 @@ def test_a_search_of_one_generation_whose_loop_did_not_move_before_has_a_page(br
     browser.show(file, 1280)
     assert browser.errors() == []
     assert 'mean not known' in browser.evaluate('document.querySelector("#search .legend").textContent')
+
+
+@pytest.mark.parametrize(('after', 'answer'), [
+    (4.2, 'The search lowered the objective of the configured run by 47.5 %, from 8 to 4.2.'),
+    (8.0, 'The search did not lower the objective of the configured run: 8 before, 8 after.')])
+def test_the_page_of_a_search_begins_with_what_it_has_changed(holds, tmp_path, after, answer):
+    file = tmp_path / 'found.html'
+    runs = [run(name, 'fuzzy')._replace(metrics={'objective': value})
+            for name, value in (('before', 8.0), ('after', after))]
+    write_search_page(file, 'fuzzy', HISTORY, runs, holds._replace(spread=(0.009, 0.01, 0.012)), SVG,
+                      provenance('tune fuzzy', None))
+    spread = 'RMS error of the configured run over 3 seeds: 1.00 cm, from 0.90 to 1.20 cm.'
+    assert f'<p class="answer">{answer} {spread}</p>' in file.read_text(encoding='utf-8')
