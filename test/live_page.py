@@ -160,6 +160,7 @@ class Lesson:
         from selenium.webdriver.common.keys import Keys
 
         self._page, self._keys = page, Keys
+        self._state('lesson')  # it listens from now on: a state is told when it changes
         if not page.driver.execute_script('return document.querySelector("#live.teaching")'):
             self.focus('#lessons')
             self.press(Keys.ENTER)

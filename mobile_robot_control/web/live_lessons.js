@@ -21,7 +21,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   };
 
   mrc.makeLessons = function (live, panel, button, charts) {
-    let lessons = [], running = null, rows = [], read = null, nodes = {}, plan = null, surface = null;
+    let lessons = [], running = null, rows = [], read = null, nodes = {}, plan = null, unplanned = '', surface = null;
     let refused = NaN, accepted = NaN, began = NaN, compared = {}, state = '', choices = [], asked = Promise.resolve();
 
     const now = (name) => rows.length ? read(name)(rows[rows.length - 1]) : NaN;
@@ -85,7 +85,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
           `Measured: ${answer.choices[0]} ${shown(one, answer.unit)}, ${answer.choices[1]} ${shown(other, answer.unit)}.`];
       },
       plan({limit, choices: texts}, given) {
-        if (!plan) return [null, 'The path cannot be planned with these limits.'];
+        if (!plan) return [null, unplanned || 'The plan has not come yet.'];
         const part = (bends) => {
           const there = plan.limit.filter((_, n) => plan.bends[n] === bends);
           return 100 * there.filter((name) => name === limit).length / there.length;
@@ -104,10 +104,15 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     }
 
     async function showPlan() {
-      const limits = Object.fromEntries(running.controls.map((control, n) => [control.sets[0].replace('plan.', ''), choices[n]()]));
-      const found = await mrc.planPath(running.plan, limits);
+      const lesson = running;
+      if (!lesson) return {good: true, text: ''};
+      const limits = Object.fromEntries(lesson.controls.map((control, n) => [control.sets[0].replace('plan.', ''), choices[n]()]));
+      const found = await mrc.planPath(lesson.plan, limits);
+      // the lesson was closed meanwhile
+      if (running !== lesson) return {good: true, text: ''};
       plan = found.plan;
-      if (plan) mrc.stage.draw({...plan, most: Math.max(...plan.speed), points: running.plan, cursor: null});
+      unplanned = found.text;
+      if (plan) mrc.stage.draw({...plan, most: Math.max(...plan.speed), points: lesson.plan, cursor: null});
       return {good: Boolean(plan), text: found.text};
     }
 
@@ -129,7 +134,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       choices[n] = () => control.range ? Number(field.value) : control.choices[field.selectedIndex];
       const show = () => { written.textContent = control.range ? ` ${field.value}` : ''; };
       show();
+      const lesson = running;
       const act = async () => {
+        if (running !== lesson) return;
         const given = choices[n]();
         if (control.sets[0] === 'picture') { surface.choose(given); return; }
         if (control.sets[0].startsWith('plan.')) { const {good, text} = await showPlan(); verdict(null, good ? '' : text); return; }
