@@ -69,7 +69,6 @@ class Tuned(NamedTuple):
                  f'objective {self.objective!r} after {len(self.history)} generations']
         write_atomically(Path(file), result.parameter_file(self.configuration, kept, notes))
 
-
     def report(self, file: File) -> 'InlinePage':
         """
         Write a parameter file, and beside it the picture and the page of the command `tune`.

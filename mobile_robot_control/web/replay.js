@@ -135,7 +135,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     clock.speed = SPEEDS.find((speed) => speed >= 1 && (clock.end - clock.start) / speed <= LONGEST) || SPEEDS.at(-1);
     clock.onChange(({time}) => scene.draw({robots: statesAt(time), carts: cartsAt(time)}));
     clock.set(clock.time);
-    return {scene, runs, cartsAt, path,
+    return {scene, runs, cartsAt,
       // Draw the robots once more, without a grid, in a canvas of some pixels.
       copyTo(small) {
         const copy = mrc.makeScene(small, {robots: data.runs, path, plain: true});

@@ -44,7 +44,7 @@ type ReplayData = {
 };
 interface Replay {
   scene: Scene, runs: {columns: Record<string, Float32Array>, stateAt(time: number): RobotState}[];
-  cartsAt(time: number): Pose[], path: Path;
+  cartsAt(time: number): Pose[];
   copyTo(canvas: HTMLCanvasElement): void;
   follow(view: View): void;
 }
