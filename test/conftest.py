@@ -10,8 +10,6 @@ from domains import own_domain
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
-from mobile_robot_control.system import shared_memory
-
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
 
@@ -21,14 +19,8 @@ collect_ignore = ['mutants.py']
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
 
-SEGMENTS = shared_memory.segments()
-
-
-def pytest_sessionfinish(session):
-    """Remove the shared memory of nodes that tests have killed, once all workers have ended."""
-    if not hasattr(session.config, 'workerinput'):
-        shared_memory.remove(shared_memory.segments() - SEGMENTS)
-
+# the ports of Fast DDS's shared memory are numbered across all domains: nodes that tests kill would meet those of others
+os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
 
 TOGETHER = ('test/closed_loop/', 'test/unit/cli/', 'test/unit/conformance/', 'test/ros/dashboard/')
 """Folders whose tests compile rollouts, which one process does once, or share a dashboard."""

@@ -16,9 +16,10 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
+from warm_nodes import WarmNode
 
 from mobile_robot_control.experiment import fastdds_profiles
-from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
+from mobile_robot_control.experiment.node_processes import stop_processes
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.ros.nodes.recorder import Recorder
@@ -109,7 +110,7 @@ class Robots:
 
     Attributes
     ----------
-    processes : dict of str to NodeProcess
+    processes : dict of str to WarmNode
         By the node's name, with its namespace where it has one: 'plant', 'robot1/plant'.
     recorders : dict of str to Recorder
         By namespace.
@@ -150,7 +151,7 @@ class Robots:
             full = [f'{namespace}/{name}'.lstrip('/') for name in together]
             log = f'{len(list(self._folder.glob("*.log"))):02}_{"_".join(full).replace("/", "_")}.log'
             remap = [] if namespace == '/' else ['-r', f'__ns:={namespace}']
-            process = NodeProcess(together, ['--ros-args', *map(str, arguments), *remap], self._folder / log)
+            process = WarmNode(together, ['--ros-args', *map(str, arguments), *remap], self._folder / log)
             self.processes.update(dict.fromkeys(full, process))
 
     def stop(self, *names, number=signal.SIGINT):

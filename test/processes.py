@@ -32,20 +32,3 @@ def wait_until(condition, seconds=60.0, step=0.002):
     while not condition():
         assert time.monotonic() < deadline, f'the condition did not hold within {seconds} s'
         time.sleep(step)
-
-
-def segments_of(pids):
-    """Return the files in shared memory that these processes have locked as their own."""
-    locked = set()
-    for line in Path('/proc/locks').read_text().splitlines():
-        words = line.split()
-        if len(words) > 5 and words[1] == 'FLOCK' and int(words[4]) in pids:
-            locked.add(int(words[5].rpartition(':')[2]))
-    # fastdds_ with Kilted, fastrtps_ with Jazzy
-    return {path for path in Path('/dev/shm').glob('fast*_*') if _inode(path) in locked}
-
-
-def _inode(path):
-    with contextlib.suppress(OSError):
-        return path.stat().st_ino
-    return None

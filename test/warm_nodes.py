@@ -1,0 +1,65 @@
+"""Nodes forked from a process that has imported them: a node starts without the time that its imports take."""
+
+import multiprocessing
+import os
+import signal
+import sys
+
+from mobile_robot_control.experiment.node_processes import NodeProcess
+from mobile_robot_control.plugins import plugin_environment
+
+_FORKS = multiprocessing.get_context('forkserver')
+_FORKS.set_forkserver_preload(['mobile_robot_control.ros.spin', *(
+    f'mobile_robot_control.ros.nodes.{name}'
+    for name in ('plant', 'velocity_controller', 'position_controller', 'reference_cart'))])
+
+
+def _run(names, arguments, log, environment, reading):
+    """Be a node: what an executable is given, this process is given."""
+    from mobile_robot_control.ros.executables import run_nodes
+
+    os.setsid()
+    os.dup2(reading.fileno(), 0)
+    sys.stdin = open(0, closefd=False)  # noqa: SIM115 (as long as the process)
+    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    for number in (1, 2):
+        os.dup2(file, number)
+    sys.stdout, sys.stderr = (open(number, 'w', buffering=1, closefd=False) for number in (1, 2))
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.exit(run_nodes(names, arguments, follow_parent=True))
+
+
+class _Forked:
+    """What `NodeProcess` needs of a Popen."""
+
+    def __init__(self, arguments):
+        reading, self.stdin = _FORKS.Pipe(duplex=False)
+        self._process = _FORKS.Process(target=_run, args=(*arguments, reading))
+        self._process.start()
+        reading.close()
+        self.pid = self._process.pid
+
+    def poll(self):
+        return self._process.exitcode
+
+    def wait(self, timeout=None):
+        self._process.join(timeout)
+        if self._process.exitcode is None:
+            raise multiprocessing.TimeoutError
+        return self._process.exitcode
+
+    def send_signal(self, number):
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def kill(self):
+        self.send_signal(signal.SIGKILL)
+
+
+class WarmNode(NodeProcess):
+    """One or several nodes in a process of their own, forked."""
+
+    def __init__(self, names, arguments, log):
+        self.name, self._log = ', '.join(names), log
+        self._process = _Forked((names, arguments, log, os.environ | plugin_environment()))
