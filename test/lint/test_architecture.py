@@ -1,4 +1,4 @@
-"""docs/architecture.md and the package agree: every room is described, and every path in it exists."""
+"""docs/architecture.md and the package agree: every package is described, and every path in it exists."""
 
 import re
 from pathlib import Path
@@ -11,11 +11,11 @@ PAGE = (ROOT / 'docs' / 'architecture.md').read_text(encoding='utf-8')
 _WORDS = re.findall(r'`([\w./]+)`', PAGE)
 
 
-def test_every_room_is_described():
+def test_every_package_is_described():
     folders = {f'{path.name}/' for path in PACKAGE.iterdir() if (path / '__init__.py').is_file()}
     modules = {path.name for path in PACKAGE.glob('*.py')} - {'__init__.py'}
-    rooms = PAGE.partition('## Rooms')[2].partition('\n## ')[0]
-    described = set(re.findall(r'`([\w./]+)`', '\n'.join(line.split('|')[1] for line in rooms.splitlines()
+    table = PAGE.partition('## Packages')[2].partition('\n## ')[0]
+    described = set(re.findall(r'`([\w./]+)`', '\n'.join(line.split('|')[1] for line in table.splitlines()
                                                          if line.startswith('| `'))))
     assert described == folders | modules
 

@@ -174,8 +174,10 @@ def test_the_options_are_those_of_the_commands():
 
 
 def test_decisions_are_numbered_and_dated():
+    """The numbers of those that no page needs any more are left out."""
     found = re.findall(r'^## (\d+)\. .+\n\n(\d{4}-\d\d-\d\d)\n\n', _page('decisions'), re.MULTILINE)
-    assert [int(number) for number, _ in found] == list(range(1, len(found) + 1))
+    numbers = [int(number) for number, _ in found]
+    assert numbers == sorted(set(numbers))
     assert len(found) == len(re.findall('^## ', _page('decisions'), re.MULTILINE))
     dates = [date for _, date in found]
     assert dates == sorted(dates)
