@@ -19,7 +19,7 @@ collect_ignore = ['mutants.py']
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
 
-# the ports of Fast DDS's shared memory are numbered across all domains: nodes that tests kill would meet those of others
+# ports of Fast DDS's shared memory are numbered across all domains: nodes that tests kill would meet those of others
 os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
 
 TOGETHER = ('test/closed_loop/', 'test/unit/cli/', 'test/unit/conformance/', 'test/ros/dashboard/')

@@ -20,11 +20,11 @@ def _run(names, arguments, log, environment, reading):
 
     os.setsid()
     os.dup2(reading.fileno(), 0)
-    sys.stdin = open(0, closefd=False)  # noqa: SIM115 (as long as the process)
+    sys.stdin = os.fdopen(0, closefd=False)
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     for number in (1, 2):
         os.dup2(file, number)
-    sys.stdout, sys.stderr = (open(number, 'w', buffering=1, closefd=False) for number in (1, 2))
+    sys.stdout, sys.stderr = (os.fdopen(number, 'w', buffering=1, closefd=False) for number in (1, 2))
     os.environ.clear()
     os.environ.update(environment)
     sys.exit(run_nodes(names, arguments, follow_parent=True))
