@@ -1,4 +1,4 @@
-"""Odometry of the wheels: dead reckoning with the constants that a robot's firmware has, right or wrong."""
+"""Odometry of the wheels: dead reckoning with the constants in a robot's firmware, right or wrong."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -15,9 +15,9 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
 class WheelOdometry(NamedTuple):
     """
-    How a robot makes its odometry; with these defaults it shows the true motion at every position tick.
+    The odometry of a robot; by default it shows the true motion at every position tick.
 
-    The errors of radii and separation are the systematic ones of Borenstein and Feng (1996).
+    The errors of radii and separation are the systematic errors of Borenstein and Feng (1996).
     """
 
     dead_reckoning: Annotated[
@@ -67,17 +67,17 @@ class OdometryConstants(NamedTuple):
     Attributes
     ----------
     calibration : Calibration
-        What it uses in place of the true constants.
+        Constants that odometry uses instead of the true ones.
     dead_reckoning : bool
-        Whether its pose is integrated.
+        Whether its pose is integrated from the wheels.
     slip : float
         Standard deviation of the slip of a wheel while it turns by 1 rad [rad/√rad].
     slip_periods : int
-        Periods of the velocity grid after which the slip within them acts: a position period.
+        Velocity periods between two updates of the slip: a position period.
     events : Events
-        When it is sampled.
+        Times of its samples.
     latency, jitter : int
-        From a sample to its arrival, and how much longer at most [velocity periods].
+        From a sample to its arrival, and the longest additional delay [velocity periods].
     """
 
     calibration: Calibration
@@ -92,7 +92,7 @@ class OdometryConstants(NamedTuple):
 def odometry_constants(
     odometry: WheelOdometry, robot: Robot, period: int, position_period: int
 ) -> OdometryConstants:
-    """Return the constants of odometry for a robot, and for periods of the velocity and the position grid [ns]."""
+    """Return the constants of odometry for a robot and the periods [ns] of the velocity and the position grid."""
     right, left = odometry.radius_error
     ratio = max(1, position_period // period)
     return OdometryConstants(
@@ -113,14 +113,14 @@ def odometry_constants(
 @jitable
 def odometer_motion(wheels: WheelVelocity, calibration: Calibration) -> BodyVelocity:
     """
-    Compute the body's motion that odometry makes of the wheels' motion.
+    Compute the body's motion as odometry does from the wheels' motion.
 
     Parameters
     ----------
     wheels : WheelVelocity
         Velocities [rad/s], or the angles of one step [rad].
     calibration : Calibration
-        What odometry uses.
+        Constants that odometry uses.
 
     Returns
     -------
@@ -140,22 +140,22 @@ def odometer_motion(wheels: WheelVelocity, calibration: Calibration) -> BodyVelo
 @jitable
 def wheel_slip(turned: WheelAngles, k: int, seed: int, odometry: OdometryConstants) -> WheelAngles:
     """
-    Return the angles [rad] by which odometry is wrong about two wheels since they slip.
+    Return the errors of odometry in the angles of two wheels due to slip [rad].
 
-    Implements the model of Siegwart and Nourbakhsh (2004, section 5.2.4), after Chong and Kleeman (1997): errors that
-    are independent, with a variance proportional to the way of the wheel, so that their sum does not depend on the
-    length of a step.
+    Implements the model of Siegwart and Nourbakhsh (2004, section 5.2.4), after Chong and Kleeman (1997): independent
+    errors with a variance proportional to the distance of the wheel, so their sum does not depend on the length of a
+    step.
 
     Parameters
     ----------
     turned : WheelAngles
-        By which they have turned [rad].
+        Angles turned [rad].
     k : int
         Step of the velocity loop.
     seed : int
         Of the slip.
     odometry : OdometryConstants
-        How much they slip.
+        Amount of slip.
     """
     return WheelAngles(
         odometry.slip * math.sqrt(abs(turned.right)) * gaussian(seed, RIGHT_SLIP, k),
@@ -173,9 +173,9 @@ def dead_reckoned(pose: Pose, right: float, left: float, calibration: Calibratio
     pose : Pose
         Of odometry, at the period's start.
     right, left : float
-        By which the wheels seem to have turned [rad].
+        Angles turned, as the encoders show them [rad].
     calibration : Calibration
-        What odometry uses.
+        Constants that odometry uses.
 
     Returns
     -------
