@@ -47,8 +47,8 @@ class HybridState(NamedTuple):
         α and dα/dt [1/s] of Eq. (32).
     seek : float
         ω_s, the seeking rotation [rad/s].
-    Bearing at the previous step [rad]; 0 before the first.
-        Bearing at the step before [rad]; 0 before the first.
+    last_bearing : float
+        Bearing at the previous step [rad]; 0 before the first.
     """
 
     seen: float = 0.0

@@ -12,7 +12,7 @@ NO_FILE = 'none'
 
 
 class PathParameters(NamedTuple):
-    """Which path the reference cart drives where its curve is `path`."""
+    """The path of the reference cart, for the curve `path`."""
 
     file: Annotated[
         str, Field('', "CSV or YAML file of waypoints: x, y [m] and, if you like, speed [m/s]; relative to the file "
@@ -36,7 +36,7 @@ class Timing(NamedTuple):
     """
     Limits of the motion along a path; 0 means none.
 
-    A change acts from the next run on, on the wall clock from the next path on.
+    A change acts from the next run on; on the wall clock, from the next path on.
     """
 
     speed_factor: Annotated[
@@ -75,7 +75,7 @@ class Timing(NamedTuple):
 
 class Drive(NamedTuple):
     """
-    What the wheel torques of a motion depend on.
+    The robot's constants in the wheel torques of a motion.
 
     Attributes
     ----------
@@ -96,14 +96,14 @@ class Drive(NamedTuple):
 
 class PathRequest(NamedTuple):
     """
-    A path that is to be planned.
+    A request to plan a path.
 
     Attributes
     ----------
     waypoints : Waypoints
-        What it leads through.
+        Points of the path.
     path : PathParameters
-        How.
+        Its shape.
     timing : Timing
         Limits of its motion.
     drive : Drive
@@ -118,7 +118,7 @@ class PathRequest(NamedTuple):
 
 
 def path_violations(path: PathParameters, timing: Timing, stall_torque: float) -> Iterator[str]:
-    """Yield what a path lacks before it can be planned."""
+    """Yield the limits that a path still needs before it can be planned."""
     if not (timing.max_linear_velocity or timing.max_wheel_velocity):
         yield (f"curve = '{PATH}' needs a limit of the speed: set timing.max_linear_velocity or "
                'timing.max_wheel_velocity, or name a robot with --robot')

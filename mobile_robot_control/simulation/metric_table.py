@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 BAND = 0.02
-"""[m]: an error that stays within has settled, unless another one is asked for."""
+"""[m]: default width of the band for a settled error."""
 
 
 class Metric(NamedTuple):
@@ -13,19 +13,19 @@ class Metric(NamedTuple):
     Attributes
     ----------
     name : str
-        In files.
+        Name in files.
     unit : str
         SI unit; '' for a pure number or a text.
     definition : str
         In Markdown, as docs/metrics.md has it.
     label : str
-        On pages, with ``{band}`` for the width in which an error has settled [m]; '' for what has no row there.
+        On pages, with ``{band}`` for the band of a settled error [m]; '' for a metric without a row there.
     better : str
-        Which way is better: 'smaller' or 'larger'; '' for what is not compared.
+        The better direction: 'smaller' or 'larger'; '' if metrics are not compared by it.
     of_wheels : bool
         Whether it has a value for each wheel, 'right' and 'left'.
     needs : tuple of str
-        What runs must have in common to be compared by it: the same `error`, and `energy` known or not.
+        Properties that runs must share to be compared by it: the same `error`, and `energy` known or unknown.
 
     """
 
@@ -38,7 +38,7 @@ class Metric(NamedTuple):
     needs: tuple[str, ...] = ()
 
     def label_in(self, band: float = BAND) -> str:
-        """Return its label where an error has settled within a band [m]."""
+        """Return its label for a band of a settled error [m]."""
         return self.label.format(band=f'{band:g}')
 
 
@@ -68,7 +68,7 @@ RUN_METRICS = (
            r'\|τ_L\|. The chapter takes max τ ([deviation 7](equations.md#deviations-from-the-chapter))',
            'objective, Eq. (29)', 'smaller', needs=('error', 'energy')),
 )
-"""Of `metrics.json`, in its order, before the performance indices."""
+"""Metrics in `metrics.json`, in its order, before the performance indices."""
 INDEX_METRICS = (
     Metric('iae', 'm s', '∫ d dt: Σ d T_p', 'position error, ∫ d dt (IAE)', 'smaller', needs=_ERROR),
     Metric('ise', 'm² s', '∫ d² dt: Σ d² T_p', 'position error, ∫ d² dt (ISE)', 'smaller', needs=_ERROR),
@@ -91,8 +91,8 @@ INDEX_METRICS = (
 """The performance indices, in the order of files."""
 LATE = Metric('late_max_position_error', 'm', 'max √(e1² + e2²) over the position ticks of the last quarter',
               'position error, largest in the last quarter', 'smaller')
-"""Of studies alone, which judge success by it."""
+"""Only of studies: their criterion of success."""
 METRIC_TABLE = {metric.name: metric for metric in (*RUN_METRICS, *INDEX_METRICS, LATE)}
-"""All by name."""
+"""All metrics by name."""
 INDICES = tuple(metric.name for metric in INDEX_METRICS)
 """The names of the performance indices."""
