@@ -1,4 +1,4 @@
-"""The parameters that all four nodes must agree on, and the rules between them."""
+"""The parameters shared by all four nodes, and the rules between them."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ SENT, SAMPLED = 'sent', 'sampled'
 
 
 class FeedforwardSwitch(NamedTuple):
-    """Whether the controllers use the reference's acceleration."""
+    """The switch for feedforward of the reference's acceleration."""
 
     enabled: Annotated[
         bool, Field('', "add what the reference's acceleration needs: the command leads by feedforward.lag and "
@@ -23,7 +23,7 @@ class FeedforwardSwitch(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """Parameters that all four nodes must agree on."""
+    """Parameters shared by all four nodes."""
 
     robot: Robot = Robot()
     velocity_rate: Annotated[
@@ -61,12 +61,12 @@ class Shared(NamedTuple):
 
     @property
     def stamps_samples(self) -> bool:
-        """Whether stamps tell when odometry was sampled."""
+        """Whether odom carries the time of its sampling as its stamp."""
         return self.odometry_stamped == SAMPLED
 
     @property
     def has_odom_time(self) -> bool:
-        """Whether a message of its own tells it: in lockstep the stamp of odom is that of the question."""
+        """Whether a separate message carries it: in lockstep the stamp of odom is that of the question."""
         return self.lockstep and self.stamps_samples
 
 
