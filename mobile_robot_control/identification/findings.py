@@ -1,4 +1,4 @@
-"""Words for what a recording lacks, for what it leaves open, and for what its model lacks."""
+"""Texts on missing data of a recording, on open questions, and on missing parts of its model."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -12,20 +12,20 @@ from mobile_robot_control.identification.recorded import Recorded
 from mobile_robot_control.identification.result import Prediction
 
 _SHORTEST = 10.0
-"""[s] of motion that are worth an identification."""
+"""[s]: least motion for an identification."""
 _LARGEST_LAG = 60
 _NOTABLE = 0.1
-"""Correlation of residuals that is told ..."""
+"""Correlation of residuals that is reported ..."""
 _SURE = 5.0
-"""... where it is as many times what chance makes of it."""
+"""... if it is so many times its random value."""
 _SLIGHT = 0.01
-"""Share of the motion below which residuals are not worth a word."""
+"""Residuals below this share of the motion are not reported."""
 _STILL = 1e-3
 _EXCITE = 'record a minute of starts, stops, slow and fast commands, such as those of the command excite'
 
 
 class Lack(NamedTuple):
-    """What recordings lack, what to record, and whether nothing can be identified without it."""
+    """Missing data, the remedy, and whether the identification is impossible without them."""
 
     text: str
     remedy: str
@@ -36,7 +36,7 @@ class Lack(NamedTuple):
 
 
 def lacks(recordings: Sequence[Recorded], takes_velocity: bool) -> list[Lack]:
-    """Return what recordings lack; what is vital first."""
+    """Return the missing data of recordings, vital ones first."""
     found = [*(_lacks_of_velocity if takes_velocity else _lacks_of_torque)(recordings), *_cuts(recordings)]
     if not any(one.truth for one in recordings):
         found.append(Lack('no pose from outside: wheel radius and separation are those that the firmware uses',
@@ -119,7 +119,7 @@ def _lacks_of_torque(recordings: Sequence[Recorded]) -> Iterator[Lack]:
 
 
 def not_seen(fit: BaseFit, recordings: Sequence[Recorded]) -> list[str]:
-    """Return which limits and dead zones do not show, and in which range, in words."""
+    """Describe the limits and dead zones that do not show, and the range without them."""
     words = []
     for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s'))):
         if not fit.excited[n]:
@@ -137,16 +137,16 @@ def missing_in_model(
     found: Estimate, predictions: Sequence[Prediction], inputs: Sequence[tuple[str, Floats]]
 ) -> list[str]:
     """
-    Return what the model lacks, by its residuals, in words.
+    Describe the missing parts of a model by its residuals.
 
     Parameters
     ----------
     found : Estimate
-        With residuals that would be white if the model and its noise were right.
+        With residuals that would be white under the right model and noise.
     predictions : sequence of Prediction
-        Motion as recorded and as modelled; residuals that are small beside it are not told.
+        Recorded and modelled motion; residuals that are small compared with it are not reported.
     inputs : sequence of (str, array of float)
-        Names of what drives the robot, and its values beside the residuals, shape (n, 2) each.
+        Names of the robot's inputs, and their values beside the residuals, shape (n, 2) each.
     """
     white = found.whitened - found.whitened.mean(axis=0)
     count = white.shape[0]
@@ -177,7 +177,7 @@ def missing_in_model(
 
 
 def _correlations(one: Floats, before: Floats) -> Floats:
-    """Return the correlation of a signal with another one of so many samples before."""
+    """Return the correlations of a signal with another one, by the lag in samples."""
     other = before - before.mean()
     size = float(np.sqrt((one**2).sum() * (other**2).sum())) + 1e-300
     most = min(_LARGEST_LAG, one.size - 1)
