@@ -1,12 +1,12 @@
-"""Fast DDS settings of an experiment's processes, under which a busy machine loses nothing for good."""
+"""Fast DDS settings for an experiment's processes: a busy machine permanently loses no message."""
 
 import os
 from pathlib import Path
 
 PROFILES_VARIABLE = 'FASTDDS_DEFAULT_PROFILES_FILE'
-# By default Fast DDS shares 512 kB, which a starved recorder lets run over within 0.1 s of a fast run, and tells a
-# reliable listener what it should have every 3 s, by when the publisher may have ended. Processes that start together
-# miss each other's first announcements, and the next come 3 s later: here each announces itself for 4 s.
+# By default Fast DDS shares 512 kB, which a starved recorder lets overflow within 0.1 s of a fast run. It announces
+# messages to reliable listeners every 3 s, when their publisher may have ended. Processes that start together miss each
+# other's first announcements, and the next come 3 s later: here each announces itself for 4 s.
 _PROFILES = """<?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com">
   <transport_descriptors>
@@ -55,9 +55,9 @@ _PROFILES = """<?xml version="1.0" encoding="UTF-8"?>
 
 def use_fastdds_profiles(folder: Path) -> None:
     """
-    Make Fast DDS use these settings, in this process and those that it starts; another DDS does not read them.
+    Make Fast DDS use these settings, in this process and its children; another DDS does not read them.
 
-    The folder takes the file with the settings. A file that the user has named in the environment stays in force.
+    The folder receives the file of settings. A file that the user has named in the environment stays in force.
     """
     if PROFILES_VARIABLE not in os.environ:
         file = folder / 'fastdds.xml'

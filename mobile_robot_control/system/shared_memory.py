@@ -1,4 +1,4 @@
-"""Fast DDS's shared memory that a killed node leaves in /dev/shm: found while it lives, removed afterwards."""
+"""Fast DDS's shared memory in /dev/shm after the kill of a node: noted while the node lives, removed afterwards."""
 
 import contextlib
 import fcntl
@@ -10,7 +10,7 @@ from collections.abc import Collection
 _SHARED = '/dev/shm'  # noqa: S108 (where Linux has it)
 _SEGMENT = re.compile(r'(?:sem\.)?(fast(?:dds|rtps)_(?:port\d+|[0-9a-f]{16}))(?:_el|_sl|_mutex)?')
 owned: set[str] = set()
-"""Segments that nodes of this process have owned, as far as `note_owned` has looked."""
+"""Segments that nodes of this process have owned, as far as `note_owned` has found them."""
 
 
 def segments() -> set[str]:
@@ -21,7 +21,7 @@ def segments() -> set[str]:
 
 
 def note_owned(pids: Collection[int]) -> None:
-    """Note the segments that processes own now: Fast DDS holds a lock on the file `_el` or `_sl` of each."""
+    """Note the present segments of processes: Fast DDS holds a lock on the file `_el` or `_sl` of each."""
     with contextlib.suppress(OSError):
         locked = set()
         with open('/proc/locks', encoding='ascii') as file:
@@ -35,10 +35,10 @@ def note_owned(pids: Collection[int]) -> None:
 
 
 def remove(names: Collection[str]) -> None:
-    """Remove those segments whose owner is gone; a port only once no process has it mapped, to find its next owner."""
+    """Remove segments without an owner; a port only when no process has it mapped, in case it gets a new owner."""
     dead = _dead(names)
     if dead:
-        # a segment that is being made is neither locked nor mapped for a moment
+        # a segment under construction is neither locked nor mapped for a moment
         time.sleep(0.2)
     for name in _dead(dead):
         for path in (name, f'{name}_el', f'{name}_sl', f'sem.{name}_mutex'):
@@ -47,7 +47,7 @@ def remove(names: Collection[str]) -> None:
 
 
 def _dead(names: Collection[str]) -> set[str]:
-    """Return the segments that are there, whose locks are free and, of ports, those that no process has mapped."""
+    """Return the existing segments with free locks and, for ports, without a mapping in any process."""
     there = segments().intersection(names)
     maps = []
     for pid in filter(str.isdigit, os.listdir('/proc')) if there else ():
@@ -60,7 +60,7 @@ def _dead(names: Collection[str]) -> set[str]:
 
 
 def _is_free(path: str) -> bool:
-    """Return whether no process holds the lock of a file, which need not exist."""
+    """Return whether no process holds the lock of a file, which may be missing."""
     try:
         with open(path, 'rb') as file:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
