@@ -99,12 +99,9 @@ class Opened(NamedTuple):
 
 
 def _linear(opened: Sequence[Opened]) -> tuple[LinearLoop, ...]:
-    """
-    Linearise consecutive periods, and keep the states between input and output.
-
-    Other states, such as the angles of the wheels, are not reached by the input or do not affect the output: they would
-    only add poles on the unit circle. All numbers are nan if a function has no derivative, as at a law's switch.
-    """
+    """Linearise consecutive periods, and keep the states between input and output; all nan without a derivative."""
+    # other states, such as the angles of the wheels, would only add poles on the unit circle; a law's switch has no
+    # derivative
     slopes = [slopes_of(one.period, one.at) for one in opened]
     n = opened[0].states
     linked: Flags = np.any([part != 0.0 for part in slopes], axis=0)

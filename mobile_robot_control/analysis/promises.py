@@ -137,7 +137,6 @@ def _place(time: float) -> str:
 
 
 def _gain_text(found: LapMargins) -> str:
-    """Describe a gain margin."""
     gain, lowest, _ = found.margins
     lower = f', lower gain margin {lowest:.2f}' if lowest else ''
     if math.isinf(gain):

@@ -64,7 +64,6 @@ def policy(namespace: str = '/') -> str:
 
 
 def _of_node(node: str) -> _Permissions:
-    """Return the permissions of one of the four nodes."""
     loop = [topic.name for topic in ALL_LOOP_TOPICS.values() if topic.publisher == node]
     others = [topic for topic, publishers in OTHER_TOPICS.items() if node in publishers]
     graphs = [extended(graph, horizon=True, feeds=True, timed=True) for graph in LOOPS.values()]

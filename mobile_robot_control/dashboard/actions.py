@@ -225,7 +225,6 @@ class Actions:
         return None
 
     async def _trigger(self, service: str) -> Answer:
-        """Call a service of the plant."""
         def call() -> Future[Any]:
             return self._link.book.trigger('plant', service)
 

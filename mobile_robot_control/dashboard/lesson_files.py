@@ -210,7 +210,6 @@ _KINDS: dict[str, tuple[_Keys, _Keys]] = {
 
 
 def _violations(content: Any) -> Iterator[str]:
-    """Yield the faults in a lesson."""
     if not isinstance(content, dict):
         yield 'is no lesson: it must be a mapping with title, text, robots, controls, question and answer'
         return

@@ -254,12 +254,8 @@ def _rule_faults(configuration: Configuration, changes: Iterable[Change]) -> Ite
 
 
 def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Change], list[PlannedRun]]:
-    """
-    Return the changes before the first run, and the runs.
-
-    It is called once, before the nodes start. A change is applied while its run holds at the position tick before its
-    stamp.
-    """
+    """Return the changes before the first run, and the runs."""
+    # a change is applied while its run holds at the position tick before its stamp
     velocity, position = (period_nanoseconds(rate) for rate in (
         configuration.plant.shared.velocity_rate, configuration.plant.shared.position_rate))
     resets = [change.stamp - velocity for change in changes if RESET in change.values]

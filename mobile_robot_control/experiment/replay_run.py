@@ -107,7 +107,6 @@ class ReplayRun:
         self._wait(lambda: self._runner.is_at(0), 'no new run began')
 
     def _answer(self, asked: Future[Any], failure: str) -> Any:
-        """Return the answer of a service."""
         self._wait(asked.done, failure)
         return asked.result()
 

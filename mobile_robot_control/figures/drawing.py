@@ -89,7 +89,6 @@ def shown_in_notebook(drawn: Drawn) -> Drawn:
 
 
 def _as_png(figure: Drawn) -> bytes:
-    """Return a figure as PNG."""
     buffer = io.BytesIO()
     with style():
         figure.savefig(buffer, format='png', dpi=110)
@@ -97,7 +96,6 @@ def _as_png(figure: Drawn) -> bytes:
 
 
 def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[str]) -> None:
-    """Draw a panel on empty axes."""
     shown = [curve for curve in panel.curves if curve.kind != DIFFERENCE]
     several, widths, labelled = len(runs) > 1, line_widths(len(runs)), set()
     # with a single line there is nothing to distinguish

@@ -247,11 +247,8 @@ def _with_dead_zone(
 def _zone(
     search: _Search, found: Estimate, fixed: Mapping[str, float], n: int
 ) -> tuple[float, float, float] | None:
-    """
-    Return a dead zone and the bounds of its 95 % interval, from the likelihood of each; None if none is better.
-
-    A recording shows only between which of its commands the zone ends.
-    """
+    """Return a dead zone and the bounds of its 95 % interval, from the likelihood of each; None if none is better."""
+    # a recording shows only between which of its commands the zone ends
     commands, values = search.commands(n), _values(found)
     levels = np.unique(commands[(commands > 0.0) & (commands < _SMALL * commands.max())].round(6))
     if levels.size == 0:

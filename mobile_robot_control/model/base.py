@@ -183,13 +183,9 @@ def _kept(longest: int, taken: Events) -> int:
 
 
 def _taken(base: Base, period: int, position_period: int) -> Events:
-    """
-    Return the times at which a base takes commands.
-
-    A base without a command rate does so in each velocity period. If its dead time then held more than LONGEST_QUEUE
-    commands, it does so on the finest grid that has every position tick: between these ticks, a loop in lockstep and a
-    rollout have no other command.
-    """
+    """Return the times at which a base takes commands; without a command rate, in each velocity period."""
+    # if the dead time then held more than LONGEST_QUEUE commands, on the finest grid that has every position tick:
+    # between these ticks, a loop in lockstep and a rollout have no other command
     if base.command_rate > 0.0:
         return events_at(base.command_rate, period)
     longest, ratio = _longest(base, period), position_period // period

@@ -38,7 +38,6 @@ class Motion(NamedTuple):
 
 @jitable
 def _derivative(motion: Motion, heading: float, torque: WheelTorque, robot: Robot) -> Motion:
-    """Return the time derivative of a motion."""
     v, omega = motion.linear, motion.angular
     r, R, K = robot.wheel_radius, half_separation(robot), robot.viscous_friction
     offset_mass = robot.mass * robot.com_offset

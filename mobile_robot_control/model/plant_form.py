@@ -148,7 +148,6 @@ def _exact_wheels(_sensors: tuple[()], state: PlantState, k: int, constants: Exa
 
 @jitable
 def _exact_angles(_sensors: tuple[()], state: PlantState, _k: int, _constants: ExactSensors) -> WheelAngles:
-    """Return the true angles."""
     return WheelAngles(state.right_angle, state.left_angle)
 
 

@@ -20,11 +20,7 @@ def _turned_to(wheel: Wheel, direction: float, line: float) -> Wheel:
 
 @jitable_apart
 def _settled(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> tuple[Wheel, Wheel]:
-    """
-    Return the wheels with the directions of the standing ones decided.
-
-    It runs at the start of a step and whenever a wheel has stopped: the wheel stays, or breaks away forward or back.
-    """
+    """Return the wheels with the directions of the standing ones decided: each stays, or breaks away."""
     load = find_load(right, left, forcing, axle)
     directions = released(
         Directions(right.direction, left.direction),
@@ -66,7 +62,6 @@ def engaged(rolling: Rolling, forcing: Forcing, axle: Axle) -> Rolling:
 
 @jitable_apart
 def _stopped(wheel: Wheel) -> Wheel:
-    """Return a standing wheel."""
     return Wheel(0.0, wheel.angle, wheel.fading, wheel.lacking, 0.0, 0.0)
 
 
@@ -84,7 +79,6 @@ def _changed(wheel: Wheel, kind: int, rough: bool) -> Wheel:
 
 @jitable_apart
 def _after_event(rolling: Rolling, event: int, forcing: Forcing, axle: Axle) -> Rolling:
-    """Return both wheels after an event."""
     rough, right, left = axle.coulomb > 0.0, rolling.right, rolling.left
     if event < WATCHES:
         right = _changed(right, event, rough)

@@ -41,11 +41,8 @@ def _restraint(
     torque: float, fading: float, coupled_torque: float, coupled_fading: float, coupled_rate: float,
     coulomb: float,
 ) -> tuple[Watch, Watch, Watch]:
-    """
-    Return the possible ends of a standstill: the torque on the wheel, less the other wheel's share, exceeds friction.
-
-    The other wheel's acceleration times B is coupled_torque + coupled_fading exp(-t/T) - coupled_rate x1 [N m].
-    """
+    """Return the possible ends of a standstill: the torque, less the other wheel's share, exceeds friction."""
+    # the other wheel's acceleration times B is coupled_torque + coupled_fading exp(-t/T) - coupled_rate x1 [N m]
     most = coulomb + SLACK * (coulomb + abs(torque) + abs(fading) + abs(coupled_torque) + abs(coupled_fading))
     level, fade = torque - coupled_torque, fading - coupled_fading
     return (Watch(most - level, -fade, -coupled_rate, 0.0), Watch(most + level, fade, coupled_rate, 0.0), NEVER)

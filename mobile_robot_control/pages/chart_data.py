@@ -49,7 +49,6 @@ def _apart(line: Line) -> Line:
 
 
 def _chart(figure: Figure, panel: Panel, columns: _Columns) -> dict[str, Any]:
-    """Return a chart."""
     lines = []
     for kind, run, name, line, thinned_from in panel.curves:
         shown = _apart(line)

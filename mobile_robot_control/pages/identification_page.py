@@ -39,7 +39,6 @@ def _thin(times: Floats, values: Floats) -> Line:
 
 
 def _figures(one: Prediction, residuals: Floats) -> list[Figure]:
-    """Return the pictures of one recording."""
     part = (one.times > one.held_out) & (one.times < one.held_out + _SHOWN)
     velocities = Figure(
         'velocities', 'Held-out part: velocities', 'As measured, and as the model foretells from commands or '

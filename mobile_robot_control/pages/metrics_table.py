@@ -74,11 +74,7 @@ def comparable_runs(runs: Sequence[Run]) -> list[bool]:
 
 
 def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row) -> list[str]:
-    """
-    Return the cells of a row, with the best value of several comparable runs marked.
-
-    Each run but the first has its difference from the first.
-    """
+    """Return the cells of a row: the best of several comparable runs marked, and differences from the first run."""
     candidates = [value for value, counts in zip(values, comparable, strict=True) if counts and value is not None]
     texts = quantities(values, row.unit)
     if len(candidates) < 2:

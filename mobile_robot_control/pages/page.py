@@ -200,6 +200,5 @@ def made_with(made: Mapping[str, Any], parameters: Mapping[str, Mapping[str, Map
 
 
 def _lines(parameters: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return parameters by node as lines."""
     return '\n'.join(f'{node}.{name}: {json.dumps(value)}' for node, values in parameters.items()
                      for name, value in values.items())

@@ -166,7 +166,6 @@ def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, com
 
 
 def _of_controller(name: str, runs: StudiedRuns, shown: Iterable[str], color: str) -> dict[str, Any]:
-    """Return the data of a controller."""
     done = list(zip(runs.scenarios, runs.judged, strict=False))
     starts = [scenario.start for scenario, _ in done if scenario.start is not None]
     metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _shown(runs, shown)}
@@ -196,7 +195,6 @@ def _table(numbers: Mapping[str, Mapping[str, Any]], labels: Mapping[str, tuple[
 
 
 def _paragraphs(texts: Sequence[str]) -> str:
-    """Return sentences as HTML."""
     return ''.join(f'<p>{escape(text)}</p>' for text in texts)
 
 

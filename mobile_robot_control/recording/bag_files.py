@@ -61,7 +61,6 @@ class BagFiles:
             yield from unpacked(self._of_file(file, wanted))
 
     def _of_file(self, file: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
-        """Yield the messages of one file."""
         if file.suffix == '.zstd':
             with TemporaryDirectory() as folder:
                 try:

@@ -75,7 +75,6 @@ def _points(x: Floats, y: Floats, u: Floats) -> CurvePoint:
 
 
 def _bends(x: Floats, y: Floats, u: Floats) -> Bend:
-    """Return the bends of spans at these points."""
     return bend(_points(x, y, u), np.sqrt)
 
 

@@ -85,7 +85,6 @@ def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Set[
 
 
 def _listed(held: Set[str]) -> str:
-    """Return the names of topics in one line."""
     return shortened(', '.join(sorted(map(str, held)))) or 'nothing'
 
 

@@ -80,11 +80,9 @@ def describe_gaps(series: Series) -> Iterator[str]:
 
 
 def _silent(series: Series) -> list[str]:
-    """
-    Return the silent topics of the loop; a base without efforts takes no `wheel_torques`.
-
-    On the wall clock a robot from outside this package may have odometry alone, and its bag the topics its owner chose.
-    """
+    """Return the silent topics of the loop; a base without efforts takes no `wheel_torques`."""
+    # on the wall clock a robot from outside this package may have odometry alone, and its bag the topics its owner
+    # chose
     if series.origin and not series.has('joint_states'):
         return []
     takes_none = series.has('joint_states') and not series.has_torques
@@ -119,7 +117,6 @@ def _missing(found: list[Gap], usual: int) -> int:
 
 
 def _faults(topic: str, stamps: Stamps, first: int, last: int, start: int) -> Iterator[str]:
-    """Yield the faults of one topic."""
     usual = period(stamps)
     patience = _patience(usual, start)
     if stamps[0] - first > patience:

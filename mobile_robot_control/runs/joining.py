@@ -183,19 +183,8 @@ def _wrapped(angle: Floats) -> Floats:
 
 
 def _hermite(start: Floats, end: Floats, rates: Floats, passed: Floats, apart: Floats) -> Floats:
-    """
-    Return the cubic through values and rates at both ends of an interval (Hermite).
-
-    Parameters
-    ----------
-    start, end : array, shape (n,)
-        Values.
-    rates : array, shape (2, n)
-        At both ends [1/s].
-    passed, apart : array, shape (n,)
-        Time since the start, and length of the interval [s]; for length 0, the rate of the start is held.
-
-    """
+    """Return the cubics through values, shape (n,), and rates [1/s], shape (2, n), at both ends of intervals [s]."""
+    # in an interval of length 0, the rate of the start is held
     s = np.divide(passed, apart, out=np.zeros_like(passed), where=apart > 0.0)
     change, begun, ended = end - start, rates[0] * apart, rates[1] * apart
     cubic = s * (begun + s * (3.0 * change - 2.0 * begun - ended + s * (begun + ended - 2.0 * change)))

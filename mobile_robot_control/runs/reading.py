@@ -38,7 +38,6 @@ Configure = Callable[[Path], Configuration]
 
 
 def _from_csv(path: Path, progress: ProgressCallback) -> Recording:
-    """Read a CSV file."""
     reader, size = SampleReader(), path.stat().st_size
     with open_bounded(path, TABLE) as file:
         try:
@@ -57,7 +56,6 @@ def _from_csv(path: Path, progress: ProgressCallback) -> Recording:
 def _from_bag(
     path: Path, namespace: str, topics: Mapping[str, str] | None, progress: ProgressCallback, outcome: str | None
 ) -> Recording:
-    """Read a bag."""
     try:
         return read_bag(path, namespace, progress, topics, partly=outcome == RECORDED)
     except BagError as error:

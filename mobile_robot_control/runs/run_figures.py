@@ -226,7 +226,6 @@ def column(topic: str, name: str, scale: float = 1.0) -> Quantity:
 
 
 def _scaled(line: Line, scale: float) -> Line:
-    """Return a line with its values times a factor."""
     return Line(line.time, scale * line.value)
 
 

@@ -236,7 +236,6 @@ def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, Form], Trial]:
 
 
 def _can_prepare(one: Trial) -> bool:
-    """Return whether the law of a trial can prepare its gains."""
     try:
         prepared_loop(one)
     except ParameterError:
@@ -251,7 +250,6 @@ def cores() -> int:
 
 @lru_cache(maxsize=1)
 def _warn_that_it_is_slow() -> None:
-    """Warn the user once."""
     print("numba is not installed: rollouts take some hundred times longer; install the extra 'fast'", file=sys.stderr)
 
 

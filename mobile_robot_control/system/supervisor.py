@@ -166,11 +166,8 @@ def _state(pid: int) -> str:
 
 
 def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
-    """
-    Watch a process: if it hangs, kill it and its nodes; kill nodes that outlast it.
-
-    It runs in its own process, from before the start of the nodes until the end of the run.
-    """
+    """Watch a process: if it hangs, kill it and its nodes; kill nodes that outlast it."""
+    # runs in its own process, from before the start of the nodes until the end of the run
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     nodes: list[int] = []

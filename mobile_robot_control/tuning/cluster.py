@@ -46,7 +46,6 @@ class Cluster:
                                   '--scheduler out') from error
 
     def _threads(self) -> int:
-        """Return the number of threads of all workers."""
         workers = self._client.scheduler_info(n_workers=-1)['workers']
         return sum(worker['nthreads'] for worker in workers.values())
 
@@ -60,7 +59,6 @@ class Cluster:
         return [outcome for part in self._client.gather(futures) for outcome in part]
 
     def _wait(self, futures: Sequence[Any]) -> None:
-        """Wait until all chunks are done."""
         alive = time.monotonic()
         while True:
             try:

@@ -183,7 +183,6 @@ def _shown(value: float, unit: str) -> str:
 
 
 def _difference_text(one: Comparison, found: Difference, unit: str) -> str:
-    """Describe the difference in a metric."""
     known = ' and have a value' if found.compared < one.both else ''
     if found.compared < 2:
         return (f'not compared: {found.compared} of {one.runs} scenarios in which both succeed{known}, and two are '
@@ -203,7 +202,6 @@ def _difference_text(one: Comparison, found: Difference, unit: str) -> str:
 
 
 def _success_text(one: Comparison) -> str:
-    """Describe success and failure."""
     if one.only_first == one.only_second == 0:
         return f'{_SAME}: the same {one.both} of {one.runs} succeed'
     shown = f'{one.more_successful} succeeds more often' if one.more_successful else _SAME

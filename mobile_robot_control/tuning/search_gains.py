@@ -98,7 +98,6 @@ def rounded(gains: Gains) -> Gains:
 
 
 def _rounded(value: Any) -> Any:
-    """Round every number in nested tuples."""
     if isinstance(value, float):
         return float(f'{value:.6g}')
     if isinstance(value, PositionControl):

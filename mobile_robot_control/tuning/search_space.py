@@ -168,7 +168,6 @@ def _resolve(option: str, genes: Sequence[Gene], given: str, arrays: bool = Fals
 
 
 def _declaration(name: str) -> Declaration:
-    """Return the declaration of the parameter of a gene."""
     place = place_of(name)
     if place.node == 'velocity_controller':
         return declarations(VelocityGains)[place.field]

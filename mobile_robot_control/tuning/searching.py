@@ -164,7 +164,6 @@ def _searched(request: SearchRequest) -> Configuration:
 
 
 def _goal(request: SearchRequest, parameters: Configuration) -> Goal:
-    """Return the target of the optimisation."""
     bounds = dict(request.bounds)
     genes = search_space.search_genes(request.controller, request.with_velocity, parameters.plant.model.drive)
     genes = search_space.without(genes, request.keep)

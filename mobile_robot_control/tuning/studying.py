@@ -255,7 +255,6 @@ def study_values(
 
 
 def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]:
-    """Return the judged runs by controller."""
     return {name: studied.judged for name, studied in results.items()}
 
 

@@ -102,13 +102,10 @@ class LockstepDriver:
             self._answer_question()
 
     def _take_first_again(self, topic: str, value: Any) -> None:
-        """
-        Receive a message of stamp 0 after the answer to stamp 0: repeat the answer, or begin a new run.
-
-        A plant that was killed at stamp 0 and restarted asks the same stamp again. The answer is repeated only after
-        all inputs have arrived again with the same numbers: other numbers belong to another run. Messages that came
-        before the question, by more than a restart of a plant takes, may belong to the previous run.
-        """
+        """Receive a message of stamp 0 after the answer to stamp 0: repeat the answer, or begin a new run."""
+        # a plant that was killed at stamp 0 and restarted asks the same stamp again. The answer is repeated only after
+        # all inputs have arrived again with the same numbers: other numbers belong to another run. Messages that came
+        # before the question, by more than a restart of a plant takes, may belong to the previous run
         now = time.monotonic()
         if topic == self._question:
             self._again = {one: came for one, came in self._again.items() if now - came[1] <= _TOGETHER}

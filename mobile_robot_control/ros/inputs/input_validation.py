@@ -106,11 +106,8 @@ class InputValidator:
         return ValidInput(stamp, decision, value)
 
     def _asked_again(self, topic: str, stamp: int) -> bool:
-        """
-        Return whether the only publisher repeats a refused stamp, with no message accepted since.
-
-        Another plant on the same topics may have pulled this node out of its run, and ended.
-        """
+        """Return whether the only publisher repeats a refused stamp, with no message accepted since."""
+        # another plant on the same topics may have pulled this node out of its run, and ended
         now = time.monotonic()
         refused, since = self._refused_stamps.get(topic, (stamp, now))
         self._refused_stamps[topic] = stamp, since if refused == stamp else now
@@ -118,11 +115,8 @@ class InputValidator:
         return waited and self._node.count_publishers(self._node.resolve_topic_name(topic)) == 1
 
     def _joined(self, topic: str, stamp: int, policy: StampPolicy) -> StampDecision:
-        """
-        Leave the policy's run; return the new meaning of a refused stamp, or raise its refusal.
-
-        It runs when a plant repeats a refused stamp: a run other than the node's own is under way.
-        """
+        """Leave the policy's run; return the new meaning of a refused stamp, or raise its refusal."""
+        # when a plant repeats a refused stamp, a run other than the node's own is under way
         refusal = policy.refusal(stamp)
         decision = policy.decide(stamp) if policy.forget() else StampDecision.REFUSED
         if decision is StampDecision.REFUSED:
@@ -133,11 +127,8 @@ class InputValidator:
     def _compare(
         self, topic: str, stamp: int, message: bytes, value: Any, read: Callable[[bytes], Any], decision: StampDecision
     ) -> None:
-        """
-        Count a message that differs from the first of its stamp; the first counts, and stamp 0 may be of another run.
-
-        It is not refused: a restarted node may answer differently, and the run must continue.
-        """
+        """Count a message that differs from the first of its stamp; stamp 0 may be of another run."""
+        # it is not refused: a restarted node may answer differently, and the run must continue
         taken = self._taken.setdefault(topic, {})
         if stamp == 0 or decision is StampDecision.JOIN:
             taken.clear()

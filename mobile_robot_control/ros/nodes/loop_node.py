@@ -109,19 +109,7 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._outputs: list[tuple[str, Publisher[Any], Callable[[int, Any], bytes]]] = []
 
     def _connect(self, inputs: Mapping[str, Input], outputs: Iterable[str], rate: float) -> None:
-        """
-        Make the driver, the publishers and the subscriptions of the node.
-
-        Parameters
-        ----------
-        inputs : mapping of str to Input
-            By topic; the first one is the question in lockstep.
-        outputs : iterable of str
-            Topics, in the order of publication.
-        rate : float
-            Of the node's steps [Hz].
-
-        """
+        """Make driver, publishers and subscriptions for a rate [Hz]; the first input is the question in lockstep."""
         self._driver = self._make_driver(inputs, rate)
         for topic in outputs:
             self._outputs.append((topic, self._publish_on(topic), self._writer(topic)))

@@ -104,7 +104,6 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._time.begin_anew()
 
     def _receive_path(self, message: bytes) -> None:
-        """Take a message on `path`."""
         try:
             self._course.check_takes_paths()
             self._paths.receive(message)

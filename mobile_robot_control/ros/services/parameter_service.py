@@ -94,12 +94,9 @@ class CheckedParameterService(ParameterService):
         return Parameter.from_parameter_msg(message)
 
     def _value(self, message: Any) -> Any:
-        """
-        Return the value of a parameter.
-
-        rclpy's client sends the text '1e-05' for such a number in a file of `ros2 param load`; if numbers are declared,
-        it is read as one.
-        """
+        """Return the value of a parameter."""
+        # rclpy's client sends the text '1e-05' for such a number in a file of `ros2 param load`; if numbers are
+        # declared, it is read as one
         value = Parameter.from_parameter_msg(message).value
         declared = self._declared.get(message.name)
         text = f'[{", ".join(value)}]' if message.value.type == Parameter.Type.STRING_ARRAY.value else value

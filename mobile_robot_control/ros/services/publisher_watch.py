@@ -73,11 +73,8 @@ class PublisherWatch:
         self._deaf_since = {text: self._deaf_since.get(text, now) for text in deaf}
 
     def _deaf(self) -> Iterator[str]:
-        """
-        Yield the nodes that are discovered, but not as listeners of this one.
-
-        Fast DDS may discover only half of a process that was suspended for longer than its lease.
-        """
+        """Yield the nodes that are discovered, but not as listeners of this one."""
+        # Fast DDS may discover only half of a process that was suspended for longer than its lease
         for topic, nodes in self._listeners.items():
             listening = _participants(self._node.get_subscriptions_info_by_topic(self._node.resolve_topic_name(topic)))
             for node, published in nodes.items():

@@ -118,12 +118,9 @@ def _rule(text: str, full: Mapping[str, str]) -> _Source:
 
 
 def _losing(sources: Sequence[_Source], node: str, full: Mapping[str, str]) -> Iterator[str]:
-    """
-    Yield the values that are written last for a node but lose.
-
-    rcl gives a section the position of its first occurrence; `-p` without a node is the section '/**'. Of two sections
-    for a node the one with the later position wins, whatever was written last.
-    """
+    """Yield the values that are written last for a node but lose."""
+    # rcl gives a section the position of its first occurrence; `-p` without a node is the section '/**'. Of two
+    # sections for a node the one with the later position wins, whatever was written last
     places: dict[str, int] = {}
     last: dict[str, _Source] = {}
     winning: dict[str, _Source] = {}
