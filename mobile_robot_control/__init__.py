@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 __version__ = '0.1.0'
 
 _HOMES = {
-    # what the commands do, as arrays
+    # the commands as functions that return arrays
     'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
     'plan': 'api.planning', 'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
     'Plan': 'analysis.planning', 'identify': 'api.identifying', 'Identification': 'identification.result',

@@ -44,8 +44,8 @@ class PlantParameters(NamedTuple):
     shared: Annotated[Shared, INLINE] = Shared()
     initial_pose: Annotated[
         tuple[float, ...],
-        Field('m, m, rad', "where the robot starts: x, y, yaw; the commands start it at the cart's start if not given; "
-              'a change acts at the next reset', length=3, live=True)
+        Field('m, m, rad', "start of the robot: x, y, yaw; if not given, the commands start it at the cart's start; a "
+                           'change acts at the next reset', length=3, live=True)
     ] = (1.0, 0.0, 0.5 * math.pi)
     duration: Annotated[
         float, Field('s', 'length of the run; 0 for no end', minimum=0.0)
@@ -55,15 +55,15 @@ class PlantParameters(NamedTuple):
                      minimum=0.0, live=True)
     ] = 1.0
     paused: Annotated[
-        bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock joint_states alone',
+        bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock, only joint_states',
                     live=True)
     ] = False
     hold_at: Annotated[
-        float, Field('s', 'time from the start at which the run holds as if paused, until this is raised; 0 means none',
+        float, Field('s', 'time from the start at which the run holds, like paused, until this is raised; 0 for none',
                      minimum=0.0, live=True)
     ] = 0.0
     publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
-    publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True
+    publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf if tf2_ros is installed')] = True
     torque_timeout: Annotated[
         float, Field('s', 'wall clock: time without wheel_torques after which the torque falls to zero: larger '
                      'drives on longer', above=0.0)
@@ -103,16 +103,16 @@ class PositionControllerParameters(NamedTuple):
                      'drives on longer', above=0.0)
     ] = 0.5
     compensate_latency: Annotated[
-        bool, Field('', 'carry odometry forward along its arc by its age: odom_latency, on the wall clock plus the '
-                    'age of its stamp, in lockstep plus the steps for which it repeats a sample; on the wall clock '
-                    'the reference, too', live=True)
+        bool, Field('', 'extrapolate odometry along its arc over its age: odom_latency, plus the age of its stamp on '
+                        'the wall clock, plus the steps of a repeated sample in lockstep; on the wall clock, also the '
+                        'reference', live=True)
     ] = False
     odom_latency: Annotated[
-        float, Field('s', "age of odometry that its stamp does not show, and the base's dead time if you like: larger "
-                     'carries it farther forward', minimum=0.0, live=True)
+        float, Field('s', "age of odometry that its stamp does not show, optionally plus the base's dead time: larger "
+                          'extrapolates farther', minimum=0.0, live=True)
     ] = 0.0
     stop_on_odom_conflict: Annotated[
-        bool, Field('', 'wall clock: stop the robot while odom has several publishers that contradict each other',
+        bool, Field('', 'wall clock: stop the robot while several publishers of odom contradict each other',
                     live=True)
     ] = True
     # in addition to those of the command in `control`, which rollouts take

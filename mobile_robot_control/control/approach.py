@@ -21,8 +21,8 @@ class ApproachParameters(NamedTuple):
     """How the robot drives to a cart that waits for it."""
 
     speed: Annotated[
-        float, Field('m/s', 'wall clock: speed at which the robot drives to a cart that waits, 0 to leave it to the '
-                     'law: larger arrives sooner', minimum=0.0, live=True)
+        float, Field('m/s', 'wall clock: speed of the approach to a waiting cart, 0 to leave it to the law: larger '
+                            'arrives sooner', minimum=0.0, live=True)
     ] = 0.0
 
 

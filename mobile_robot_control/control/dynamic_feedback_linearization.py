@@ -21,7 +21,7 @@ class LinearizingGains(NamedTuple):
                      'closes the gap later', above=0.0, live=True, search=(0.0, 20.0))
     ] = 1.18669
     xi_min: Annotated[
-        float, Field('m/s', 'least speed that divides, ξ_min: larger turns less while the robot is slow', above=0.0,
+        float, Field('m/s', 'least speed in the divisor, ξ_min: larger turns less while the robot is slow', above=0.0,
                      live=True)
     ] = 0.1
 

@@ -18,12 +18,12 @@ class Feedforward(NamedTuple):
     """Delays that the command leads by; they act only with feedforward.enabled."""
 
     lag: Annotated[
-        float, Field('s', 'time constant of the robot behind its command, by which the command leads: larger leads '
-                     'more', minimum=0.0, live=True, search=(0.0, 0.5))
+        float, Field('s', "time constant of the robot's lag; the command leads by it: larger leads more",
+                     minimum=0.0, live=True, search=(0.0, 0.5))
     ] = 0.0
     dead_time: Annotated[
-        float, Field('s', 'time until the robot begins to follow its command, by which the command leads, too: larger '
-                     'leads more', minimum=0.0, live=True, search=(0.0, 0.5))
+        float, Field('s', 'time until the robot begins to follow its command, which also leads by it: larger leads '
+                          'more', minimum=0.0, live=True, search=(0.0, 0.5))
     ] = 0.0
 
 

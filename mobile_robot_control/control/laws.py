@@ -119,7 +119,7 @@ class PositionControl:
     @classmethod
     def parameter_members(cls) -> Iterator[tuple[str, type, Any]]:
         """Yield name, type and annotation of each field."""
-        yield 'controller_type', str, Field('', 'which position law runs', choices=LAWS, live=True)
+        yield 'controller_type', str, Field('', 'name of the position law', choices=LAWS, live=True)
         for law in LAWS.values():
             yield law.name, law.gains, None
         for group, default in _GROUPS.items():

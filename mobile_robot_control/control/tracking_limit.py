@@ -10,8 +10,8 @@ class TrackingLimit(NamedTuple):
     """The limit that stops the robot; `command_limits.Limits` are those of the command."""
 
     tracking_error: Annotated[
-        float, Field('m', 'wall clock: distance from the reference beyond which the robot stops until it is released, '
-                     '0 for none: larger lets it stray farther', minimum=0.0, live=True)
+        float, Field('m', 'wall clock: distance from the reference that stops the robot until its release, 0 for '
+                          'none: larger lets it stray farther', minimum=0.0, live=True)
     ] = 0.0
 
 

@@ -51,7 +51,7 @@ class Base(NamedTuple):
     dead_zone: Annotated[
         tuple[float, ...],
         Field('m/s, rad/s', 'smaller commands of the linear and the angular velocity do not move the robot: larger '
-              'leaves larger errors where it drives slowly', minimum=0.0, length=2)
+                            'leaves larger errors at low speed', minimum=0.0, length=2)
     ] = (0.0, 0.0)
     quantum: Annotated[
         tuple[float, ...],
@@ -63,17 +63,17 @@ class Base(NamedTuple):
                      'period; 0 takes every one at once: larger takes them sooner', minimum=0.0, maximum=1e5)
     ] = 0.0
     command_jitter: Annotated[
-        float, Field('s', 'each command begins to act later by up to this time, drawn evenly with noise.seed and '
-                     'rounded up to velocity periods: larger makes the motion rougher', minimum=0.0)
+        float, Field('s', 'largest additional delay of a command, drawn uniformly with noise.seed and rounded up to '
+                          'velocity periods: larger makes the motion rougher', minimum=0.0)
     ] = 0.0
     wheel_gain: Annotated[
         tuple[float, ...],
-        Field('', 'speeds of the right and the left wheel as shares of those commanded, 1 for both: unlike ones turn '
-              'the robot when it is to drive straight ahead', minimum=0.5, maximum=1.5, length=2)
+        Field('', 'speeds of the right and the left wheel as shares of the commanded ones, 1 for both: with unequal '
+                  'ones the robot turns on a straight command', minimum=0.5, maximum=1.5, length=2)
     ] = (1.0, 1.0)
     turn_gain: Annotated[
-        float, Field('', 'turn of the robot as a share of what its wheels would make, below 1 where it skids: smaller '
-                     'turns less', minimum=0.1, maximum=1.5)
+        float, Field('', "turn of the robot as a share of its wheels' turn, below 1 if it skids: smaller turns less",
+                     minimum=0.1, maximum=1.5)
     ] = 1.0
     command_timeout: Annotated[
         float, Field('s', 'wall clock: time without cmd_vel after which the base stops, 0 for never: larger drives on '

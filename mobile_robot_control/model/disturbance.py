@@ -12,7 +12,7 @@ from mobile_robot_control.quantities import Push, WheelTorque
 class Disturbance(NamedTuple):
     """Disturbance torques on the wheels."""
 
-    time: Annotated[float, Field('s', 'when impulse and step begin', minimum=0.0, maximum=1e6)] = 0.0
+    time: Annotated[float, Field('s', 'start of impulse and step', minimum=0.0, maximum=1e6)] = 0.0
     impulse: Annotated[
         tuple[float, ...],
         Field('N m s', 'impulse on the right and the left wheel, within one velocity period: larger pushes the robot '

@@ -20,8 +20,8 @@ class Encoders(NamedTuple):
                    'and velocities of the wheels finer', minimum=0, maximum=2**31 - 1)
     ] = 0
     window: Annotated[
-        float, Field('s', 'a velocity is the difference of two angles this time apart, rounded up to velocity periods; '
-                     '0 for one, or without ticks for the true velocity: larger makes velocities finer and later',
+        float, Field('s', 'time between the two angles of a velocity, rounded up to velocity periods; 0 for one '
+                          'period, or without ticks for the true velocity: larger makes velocities finer and later',
                      minimum=0.0)
     ] = 0.0
 

@@ -14,8 +14,8 @@ class Friction(NamedTuple):
     """Dry friction at the axle of each wheel, beside the robot's viscous friction."""
 
     coulomb: Annotated[
-        float, Field('N m', 'Coulomb friction at the axle of each wheel, alike at standstill and in motion, 0 for '
-                     'none: larger needs more torque to start, and stops sooner', minimum=0.0)
+        float, Field('N m', 'Coulomb friction at the axle of each wheel, equal at standstill and in motion, 0 for '
+                            'none: larger needs more torque to start, and stops sooner', minimum=0.0)
     ] = 0.0
 
 

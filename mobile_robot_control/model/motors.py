@@ -12,16 +12,16 @@ class Motor(NamedTuple):
     """The motors of both wheels, gears included: values hold at the axle. 0 makes a motor ideal in that respect."""
 
     stall_torque: Annotated[
-        float, Field('N m', 'torque of each motor at standstill, which falls along a line to zero at no_load_speed: '
-                     'larger accelerates harder; 0 for no such line, needs no_load_speed', minimum=0.0)
+        float, Field('N m', 'torque of each motor at standstill; it falls linearly to zero at no_load_speed: larger '
+                            'accelerates harder; 0 for no such line, needs no_load_speed', minimum=0.0)
     ] = 0.0
     no_load_speed: Annotated[
-        float, Field('rad/s', 'speed of the wheel at which its motor gives no torque, and beyond which it brakes: '
-                     'larger drives faster; 0 for no such line, needs stall_torque', minimum=0.0)
+        float, Field('rad/s', 'speed of the wheel at which its motor gives no torque; beyond it the motor brakes: '
+                              'larger drives faster; 0 for no such line, needs stall_torque', minimum=0.0)
     ] = 0.0
     time_constant: Annotated[
-        float, Field('s', 'of the lag of each torque behind what is asked, 0 for none: larger destabilises the '
-                     'velocity loop', minimum=0.0)
+        float, Field('s', 'time constant of the lag of each torque behind its request, 0 for none: larger '
+                          'destabilises the velocity loop', minimum=0.0)
     ] = 0.0
 
 

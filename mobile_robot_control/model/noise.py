@@ -28,7 +28,8 @@ class Noise(NamedTuple):
         float, Field('rad/s', "standard deviation of the noise on each wheel's velocity, and so on odom's twist: "
                      'larger makes the torques rougher', minimum=0.0)
     ] = 0.0
-    seed: Annotated[int, Field('', 'of the noise: the same seed gives the same noise', minimum=0, maximum=_MASK)] = 0
+    seed: Annotated[int, Field('', 'seed of the noise: the same seed gives the same noise',
+                               minimum=0, maximum=_MASK)] = 0
 
 
 @jitable

@@ -34,21 +34,22 @@ class WheelOdometry(NamedTuple):
                      'one, so that the robot seems to turn 1 % less', minimum=-0.5, maximum=0.5)
     ] = 0.0
     slip: Annotated[
-        float, Field('m/√m', 'standard deviation of the way that each wheel slips on 1 m, growing with the square root '
-                     'of the way, in the pose of dead reckoning: larger makes it drift faster', minimum=0.0)
+        float, Field('m/√m', 'standard deviation of the slip of each wheel over 1 m, in the pose of dead reckoning; '
+                             'it grows with the square root of the distance: larger makes the pose drift faster',
+                     minimum=0.0)
     ] = 0.0
     rate: Annotated[
-        float, Field('Hz', 'rate at which odometry is sampled, each time rounded up to a velocity period, odom repeats '
-                     'the last sample in between; 0 for every position tick: larger makes odom newer', minimum=0.0,
+        float, Field('Hz', 'rate of the samples of odometry, each rounded up to a velocity period; odom repeats the '
+                           'last sample in between; 0 for every position tick: larger makes odom newer', minimum=0.0,
                      maximum=1e5)
     ] = 0.0
     latency: Annotated[
-        float, Field('s', 'time from a sample of odometry to the odom that shows it, rounded up to velocity periods: '
-                     'larger destabilises the position loop', minimum=0.0)
+        float, Field('s', 'time from a sample of odometry to its odom, rounded up to velocity periods: larger '
+                          'destabilises the position loop', minimum=0.0)
     ] = 0.0
     jitter: Annotated[
-        float, Field('s', 'each sample of odometry arrives later by up to this time, drawn evenly with noise.seed and '
-                     'rounded up to velocity periods: larger makes the commands rougher', minimum=0.0)
+        float, Field('s', 'largest additional delay of a sample of odometry, drawn uniformly with noise.seed and '
+                          'rounded up to velocity periods: larger makes the commands rougher', minimum=0.0)
     ] = 0.0
 
 

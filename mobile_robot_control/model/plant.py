@@ -42,8 +42,8 @@ class PlantModel(NamedTuple):
     """The simulated robot, beside its physical constants."""
 
     drive: Annotated[
-        str, Field('', 'what moves the robot: torque takes wheel_torques, velocity is a base that takes cmd_vel itself '
-                   'and needs no velocity_controller', choices=(TORQUE, VELOCITY))
+        str, Field('', 'input of the robot: torque takes wheel_torques, velocity is a base that takes cmd_vel itself '
+                       'and needs no velocity_controller', choices=(TORQUE, VELOCITY))
     ] = TORQUE
     max_wheel_torque: Annotated[
         float, Field('N m', 'limit of each motor, 0 for none: larger lets the robot accelerate harder', minimum=0.0)
@@ -58,8 +58,8 @@ class PlantModel(NamedTuple):
     encoders: Encoders = Encoders()
     odometry: WheelOdometry = WheelOdometry()
     ruled_out: Annotated[
-        str, Field('', 'parameters of the plant for effects that the robot was found not to have, such as '
-                   '"base.dead_time, base.turn_gain", or none: tune and study do not warn of these')
+        str, Field('', 'parameters of effects that the robot is known not to have, such as "base.dead_time, '
+                       'base.turn_gain", or none: tune and study do not warn of these')
     ] = 'none'
 
 

@@ -15,20 +15,20 @@ class PathParameters(NamedTuple):
     """The path of the reference cart, for the curve `path`."""
 
     file: Annotated[
-        str, Field('', "CSV or YAML file of waypoints: x, y [m] and, if you like, speed [m/s]; relative to the file "
-                   'that names it; none for no path')
+        str, Field('', 'CSV or YAML file of waypoints: x, y [m] and optionally speed [m/s]; relative to the file that '
+                       'names it; none for no path')
     ] = NO_FILE
     closed: Annotated[bool, Field('', 'the last waypoint leads to the first one')] = False
     laps: Annotated[
         int, Field('', 'laps of a closed path, driven without a stop between them', minimum=1, maximum=1000)
     ] = 1
     corner_tolerance: Annotated[
-        float, Field('m', 'how far the path may be from a waypoint at which it turns: larger rounds corners more, and '
-                     'drives them faster', above=0.0)
+        float, Field('m', 'largest distance of the path from a waypoint at which it turns: larger rounds corners '
+                          'more, and drives them faster', above=0.0)
     ] = 0.05
     join_distance: Annotated[
-        float, Field('m', 'how far from the cart a path of the topic `path` may begin, and the length of the joint: '
-                     'larger takes more paths, and joins them more gently', above=0.0)
+        float, Field('m', 'largest distance from the cart to the start of a path on the topic `path`, and the length '
+                          'of the joint: larger accepts more paths, and joins them more gently', above=0.0)
     ] = 0.5
 
 
@@ -68,8 +68,8 @@ class Timing(NamedTuple):
         float, Field('rad/s', 'limit of the speed of each wheel: larger drives faster', minimum=0.0, live=True)
     ] = 0.0
     max_wheel_torque: Annotated[
-        float, Field('N m', "torque that each motor can give, of which torque_fraction is planned with, by the robot's "
-                     'equations: larger drives faster', minimum=0.0, live=True)
+        float, Field('N m', "torque of each motor, by the robot's equations; the plan uses the share torque_fraction "
+                            'of it: larger drives faster', minimum=0.0, live=True)
     ] = 0.0
 
 

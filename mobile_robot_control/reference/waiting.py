@@ -26,8 +26,8 @@ class WaitParameters(NamedTuple):
     """The conditions under which the cart waits for the robot."""
 
     wait: Annotated[
-        bool, Field('', 'wall clock: the cart waits, its lap standing still, while the robot stands, is silent or is '
-                    'farther away than wait_distance')
+        bool, Field('', 'wall clock: the cart waits while the robot stands, is silent or is farther away than '
+                        'wait_distance; time along the lap then stands still')
     ] = False
     wait_distance: Annotated[
         float, Field('m', f'wall clock: distance of the robot beyond which the cart waits until it is within {NEAR} m: '

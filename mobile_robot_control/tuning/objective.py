@@ -30,7 +30,7 @@ COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistic
 
 class Goal(NamedTuple):
     """
-    What a search optimises.
+    The target of a search.
 
     Attributes
     ----------
