@@ -158,8 +158,8 @@ class SearchRun:
     def _lost(self, error: OSError, standing: float) -> int:
         """Save the results so far when the journal or the cluster is lost."""
         found: Found | None = getattr(error, 'found', None)
-        print(f'tune: {printable(str(error.filename or self._journal_file))}: {error.strerror or error}; what was '
-              'scored before is kept: mend that and go on with --resume', file=sys.stderr)
+        print(f'tune: {printable(str(error.filename or self._journal_file))}: {error.strerror or error}; earlier '
+              'scores are kept: fix this and continue with --resume', file=sys.stderr)
         if found is not None and found.point is not None:
             gains = search_gains.parameters(self._goal.genes, self._objective.gains(found.point.tolist()))
             print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: {gains}',

@@ -101,7 +101,7 @@ class Tuned(NamedTuple):
 
 def refuse_files(options: Collection[str]) -> None:
     """Raise ParameterError if options of a command name files."""
-    unused = [f'{name}: nothing is written to files from Python; leave it out, and call report() of what is returned'
+    unused = [f'{name}: nothing is written to files from Python; leave it out, and call report() of the result'
               for name in ('output', 'overwrite', 'resume') if name in options]
     if unused:
         raise ParameterError(unused)

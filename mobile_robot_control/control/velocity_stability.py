@@ -160,4 +160,4 @@ def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool)
             f'{" with " + unusual if unusual else ""}: spectral radius {radius:.4f} {clock}; '
             + (f'the slowest stable rate is {slowest:.1f} Hz: raise velocity_rate above it, or lower the gains'
                if slowest <= FASTEST else
-               'no rate that is allowed is stable; set robot.* to what a robot has, or change the gains'))
+               'no rate that is allowed is stable; set robot.* to the values of a real robot, or change the gains'))

@@ -116,7 +116,7 @@ class Actions:
                 await self.teaching.begin(str(request.get('name')), whose)
                 return Answer(True, '')
             if not isinstance(asked, str) or asked not in self._handlers:
-                raise RefusedRequestError('the page asked for something that is not there; load it again')
+                raise RefusedRequestError('unknown request of the page; load it again')
             return await self._handlers[asked](request)
         except (NoAnswerError, RefusedRequestError, LessonError, BusyError) as error:
             return Answer(False, shortened(str(error)))
@@ -200,9 +200,9 @@ class Actions:
         await self._ask(lambda: self._link.paths.send(points, values['odom_frame_id']))
         after = await self._changed_course(before)
         if after is None:
-            return Answer(True, 'sent; the cart takes it over when time goes on')
+            return Answer(True, 'sent; the cart starts it when time resumes')
         refused = [reason for reason in after if reason.startswith('path: ') and after[reason] > before.get(reason, 0)]
-        return Answer(not refused, f'refused {refused[0]}; the log of the cart tells why' if refused else '')
+        return Answer(not refused, f'refused {refused[0]}; the log of the cart has the reason' if refused else '')
 
     async def _course_changes(self) -> Counter[str]:
         """Return the number of course changes and refused paths of the cart, by event or reason."""

@@ -39,7 +39,7 @@ def lacks(recordings: Sequence[Recorded], takes_velocity: bool) -> list[Lack]:
     """Return the missing data of recordings, vital ones first."""
     found = [*(_lacks_of_velocity if takes_velocity else _lacks_of_torque)(recordings), *_cuts(recordings)]
     if not any(one.truth for one in recordings):
-        found.append(Lack('no pose from outside: wheel radius and separation are those that the firmware uses',
+        found.append(Lack('no pose from outside: wheel radius and separation are those of the firmware',
                           'record one as nav_msgs/msg/Odometry, and name it with --topic ground_truth:=/NAME'))
     return sorted(found, key=lambda lack: not lack.is_vital)
 
@@ -76,9 +76,10 @@ def _lacks_of_velocity(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     if not (linear or angular):
         yield Lack('the commands never change while odometry is recorded', _EXCITE, True)
     elif not angular:
-        yield Lack('the robot drives straight ahead only: nothing tells how it turns', f'{_EXCITE}, turns included')
+        yield Lack('the robot drives straight ahead only: its turning does not show', f'{_EXCITE}, turns included')
     elif not linear:
-        yield Lack('the robot turns on the spot only: nothing tells how it drives', f'{_EXCITE}, ways included')
+        yield Lack('the robot turns on the spot only: its driving does not show',
+                   f'{_EXCITE}, straight drives included')
     for n, name, unit in ((0, 'v', 'm/s'), (1, 'ω', 'rad/s')):
         if (linear, angular)[n]:
             yield from _lacks_of_a_velocity(usable, n, name, unit)
@@ -92,7 +93,7 @@ def _lacks_of_a_velocity(recordings: Sequence[Recorded], n: int, name: str, unit
         yield Lack(f'no command of {name} lies between 0 and {small.min(initial=largest):.2g} {unit}: a dead zone '
                    'would not show', 'record slow commands, too')
     if (commands < 0.0).all() or (commands > 0.0).all() or not (commands == 0.0).any():
-        yield Lack(f'{name} is never told to be zero: how the robot brakes is not seen', 'record starts and stops')
+        yield Lack(f'{name} is never commanded to be zero: the braking does not show', 'record starts and stops')
 
 
 def _lacks_of_torque(recordings: Sequence[Recorded]) -> Iterator[Lack]:
@@ -115,7 +116,7 @@ def _lacks_of_torque(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     both = np.concatenate([one.wheels.speeds[one.wheels.usable] for one in known if one.wheels])
     spread = np.ptp(both, axis=0)
     if float(np.ptp(both[:, 0] - both[:, 1])) < 0.05 * float(spread.max()):
-        yield Lack('the robot drives straight ahead only: nothing tells its inertia', f'{_EXCITE}, turns included')
+        yield Lack('the robot drives straight ahead only: its inertia does not show', f'{_EXCITE}, turns included')
 
 
 def not_seen(fit: BaseFit, recordings: Sequence[Recorded]) -> list[str]:
@@ -171,8 +172,8 @@ def missing_in_model(
                     lag = int(np.abs(beside).argmax())
                     words.append(f'residuals of {output} follow {name} of {given}, most after {lag} samples '
                                  f'(correlation {beside[lag]:+.2f}): the response has a part that the model '
-                                 'lacks, such as a second lag, a filter, a ramp, or commands that the base takes at a '
-                                 'rate of its own')
+                                 'lacks, such as a second lag, a filter, a ramp, or a base that takes commands at its '
+                                 'own rate')
     return words
 
 

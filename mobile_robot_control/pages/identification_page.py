@@ -41,8 +41,8 @@ def _thin(times: Floats, values: Floats) -> Line:
 def _figures(one: Prediction, residuals: Floats) -> list[Figure]:
     part = (one.times > one.held_out) & (one.times < one.held_out + _SHOWN)
     velocities = Figure(
-        'velocities', 'Held-out part: velocities', 'As measured, and as the model foretells from commands or '
-        'torques alone, of the part that it was not fitted to.', ('measured', 'modelled'), tuple(
+        'velocities', 'Held-out part: velocities', 'Measured, and predicted by the model from commands or torques '
+        'alone, for the part held out of the fit.', ('measured', 'modelled'), tuple(
             Panel(name, name, unit, (
                 Curve(VALUE, 0, '', _thin(one.times[part], one.measured[part, n])),
                 Curve(VALUE, 1, '', _thin(one.times[part], one.modelled[part, n]))))

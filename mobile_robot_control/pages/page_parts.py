@@ -99,9 +99,9 @@ def promise_parts(found: Promise) -> Iterator[str]:
              quantity(loop['delay'] and loop['delay_time'], 's')]
             for name, loop in values['margins'].items() if isinstance(loop, dict)]
     yield page.html_table(_HEAD, rows)
-    yield ('<p class="soft">A gain margin is the factor on the output of a controller from which on its loop is not '
-           'stable, a delay margin the further delay; a dash where none is known or none was found. Times are those '
-           'on the lap where the margins are smallest.</p>')
+    yield ('<p class="soft">A gain margin is the factor on the output of a controller that destabilises its loop, a '
+           'delay margin the additional delay; a dash means that none is known or none was found. Times on the lap '
+           'are those of the smallest margins.</p>')
     modelled = [f'{effect}: {value}' for effect, value in values['modelled'].items()]
     left_out = values['margins']['not_in_margins']
     for title, texts in (('Modelled', modelled), ('Not modelled: the error of a robot that has any of it is unknown',

@@ -37,7 +37,7 @@ from mobile_robot_control.system.texts import shortened
 def run_description(run: Run) -> str:
     """Return the controller, curve and rates of a run in a sentence without its full stop."""
     if run.parameters is None:
-        return f'{run.name}: not known what it ran with'
+        return f'{run.name}: configuration not known'
     control, cart = run.parameters.position_controller.control, run.parameters.reference_cart
     shared, placement = run.parameters.plant.shared, cart.curve.placement
     if awaits_path(cart):

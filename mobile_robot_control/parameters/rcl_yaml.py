@@ -70,7 +70,7 @@ class _Loader(yaml.SafeLoader):
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node)
         if within_array:
-            raise _Refused(node.start_mark, 'an array contains an array or a mapping; write numbers or texts alone')
+            raise _Refused(node.start_mark, 'an array contains an array or a mapping; write only numbers or texts')
         if isinstance(node, yaml.SequenceNode):
             return [self.value(element, within_array=True) for element in node.value]
         values: dict[str, Any] = {}

@@ -51,7 +51,7 @@ RUN_METRICS = (
     Metric('duration', 's', 'S, the simulated time that was measured; shorter than asked for where the outcome is not '
            '`completed`'),
     Metric('final_pose', 'm, m, rad', '[x, y, yaw] at the last position tick, of the pose that `error` names'),
-    Metric('error', '', 'which pose the errors are of: `true` or `measured`, as [below](#true-and-measured-errors)'),
+    Metric('error', '', 'the pose behind the errors: `true` or `measured`, as [below](#true-and-measured-errors)'),
     Metric('rms_position_error', 'm', '√(Σ (e1² + e2²) / N)', 'position error, RMS', 'smaller', needs=_ERROR),
     Metric('max_position_error', 'm', 'max √(e1² + e2²)', 'position error, largest', 'smaller', needs=_ERROR),
     Metric('rms_heading_error', 'rad', '√(Σ e3² / N), e3 wrapped into (-π, π]', 'heading error, RMS', 'smaller',
@@ -62,7 +62,7 @@ RUN_METRICS = (
            'first torque', of_wheels=True),
     Metric('peak_wheel_torque', 'N m', r'{right, left}: max \|τ\|', 'peak torque', 'smaller', of_wheels=True),
     Metric('peak_wheel_power', 'W', r'{right, left}: max \|τ ω\|', 'peak power', 'smaller', of_wheels=True),
-    Metric('energy', 'J', 'Σ (max(0, τ_R ω_R) + max(0, τ_L ω_L)) T_v: what the motors gave; braking returns nothing',
+    Metric('energy', 'J', 'Σ (max(0, τ_R ω_R) + max(0, τ_L ω_L)) T_v: energy from the motors; braking returns none',
            'energy', 'smaller'),
     Metric('objective', '', r'Eq. (29): Σ (ln(1 + \|e1\|) + 5 ln(1 + \|e2\|) + ln(1 + \|e3\|)) T_p + max \|τ_R\| + max '
            r'\|τ_L\|. The chapter takes max τ ([deviation 7](equations.md#deviations-from-the-chapter))',
@@ -78,8 +78,8 @@ INDEX_METRICS = (
     Metric('rms_cross_track_error', 'm', '√(Σ c² / N) of the [cross-track error](#cross-track-error) c',
            'cross-track error, RMS', 'smaller', needs=_ERROR),
     Metric('max_cross_track_error', 'm', 'max c', 'cross-track error, largest', 'smaller', needs=_ERROR),
-    Metric('settling_time', 's', 'first tick from which on d ≤ 0.02 m at all ticks up to S: 0 where d was never '
-           'larger, null where it is larger at the last tick', 'settling time, to {band} m', 'smaller', needs=_ERROR),
+    Metric('settling_time', 's', 'first tick from which d ≤ 0.02 m at all ticks up to S: 0 if d was never larger, '
+           'null if it is larger at the last tick', 'settling time, to {band} m', 'smaller', needs=_ERROR),
     Metric('share_within_band', '', 'share of the ticks at which d ≤ 0.02 m', 'share of time within {band} m',
            'larger', needs=_ERROR),
     Metric('torque_variation', 'N m', r'Σ \|Δτ_R\| + \|Δτ_L\| over the velocity steps, from rest',

@@ -87,8 +87,8 @@ class InputMonitor:
                                 'or its publisher stamps ahead; let chrony or NTP set both clocks')
             elif least > latency + _LATE:
                 found[topic] = (f'{topic} is {least:.2f} s old or more when it comes, and {latency:g} s are '
-                                'configured: the clocks of two computers differ, or it is on its way for so long; let '
-                                'chrony or NTP set both clocks, or see what delays it')
+                                'configured: the clocks of two computers differ, or its transport takes so long; let '
+                                'chrony or NTP set both clocks, or find the cause of the delay')
         for topic, text in found.items():
             if topic not in self._ill_timed:
                 self._node.get_logger().warning(text)

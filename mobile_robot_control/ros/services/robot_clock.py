@@ -11,7 +11,7 @@ from mobile_robot_control.ros.services.timers import create_steady_timer
 
 _PATIENCE = 2.0
 """[s] of wall time without a message on /clock."""
-_STANDS = '/clock stands still or is not published: with use_sim_time nothing moves until it goes on'
+_STANDS = '/clock stands still or is not published: with use_sim_time nothing moves until it advances'
 
 
 class SteadyClock:

@@ -34,7 +34,7 @@ def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> str:
     """
     odd = [argument for argument in arguments if any('\ud800' <= letter <= '\udfff' for letter in argument)]
     if odd:
-        raise ParameterError(f"'{printable(argument)}' is not UTF-8, which ROS takes alone; write it otherwise"
+        raise ParameterError(f"'{printable(argument)}' is not UTF-8, the only encoding of ROS; write it otherwise"
                              for argument in odd)
     options = _options(arguments)
     full = _full_names(names, options)
