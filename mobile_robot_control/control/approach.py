@@ -44,7 +44,7 @@ def approach_step(state: Approach, error: TrackingError, speed: float) -> tuple[
     Parameters
     ----------
     state : Approach
-        Of the step before.
+        Of the previous step.
     error : TrackingError
         e1, e2 [m], e3 [rad].
     speed : float

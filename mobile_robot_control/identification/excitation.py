@@ -13,7 +13,7 @@ STOPPING = 1.0
 _HOMING = BodyVelocity(0.5, 0.5)
 """Shares of the largest velocities on the way back to the middle."""
 _AIMED = 0.3
-"""[rad]: heading error below which the robot drives forward on that way."""
+"""[rad]: heading error below which the robot drives on that way."""
 _NEAR = 0.1
 """Share of a side within which the robot counts as in the middle."""
 

@@ -18,7 +18,7 @@ _TURN = 0.04
 _SHARPEST = 0.3
 """Largest product of curvature and length of an interval."""
 _CHANGE, _WEAK = 0.1, 2.0
-"""Largest change of the curvature in an interval, as a share of its size, and the least such size [1/m]."""
+"""Largest change of the curvature in an interval, as a share of the sum of its size and this one [1/m]."""
 _SAMPLES = 16
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
