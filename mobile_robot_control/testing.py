@@ -31,7 +31,7 @@ def check_law(law: 'Law', over_dds: bool = True) -> 'Conformance':
     Returns
     -------
     Conformance
-        The checks that passed, and those left out, with the reason. Its text has a line for each.
+        The passed checks, and those left out, with the reason. Its text has a line for each.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def check_curve(curve: 'Curve', over_dds: bool = True) -> 'Conformance':
     Returns
     -------
     Conformance
-        The checks that passed, and those left out, with the reason.
+        The passed checks, and those left out, with the reason.
 
     Raises
     ------

@@ -62,7 +62,7 @@ OPTIONAL_TOPICS = {topic.name: topic for topic in (
           'position_rate', ('linear', 'angular')),
     Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate', ()),
 )}
-"""Topics of the loop that parameters add, each before the topic it belongs to; see `extended`."""
+"""Topics of the loop added by parameters, each before the topic it belongs to; see `extended`."""
 _BEFORE = {'odom': 'odom_time', 'reference': 'reference_horizon', 'cmd_vel': 'cmd_accel'}
 ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """All topics of the loop by name, optional ones included."""
@@ -88,7 +88,7 @@ OTHER_TOPICS = {
     '/parameter_events': _EVERY_NODE,
     '/rosout': _EVERY_NODE,
 }
-"""Other topics that the four nodes publish, each with its publishers."""
+"""Other topics of the four nodes, each with its publishers."""
 OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), STOPPED: ('reference_cart',),
                 STOP_MEMORY: ('position_controller',)}
 """Optional inputs, each with the nodes that read it; `disturbance` and `path` come from a node of the user's."""
@@ -131,7 +131,7 @@ class LoopGraph(NamedTuple):
         return self.answers[-1][1]
 
     def inputs_of(self, node: str) -> dict[str, str]:
-        """Return the topics that a node needs, each with its publisher."""
+        """Return the inputs of a node, each with its publisher."""
         return {topic.name: topic.publisher for topic in self.topics.values() if node in topic.subscribers}
 
     def listeners_of(self, node: str) -> dict[str, dict[str, list[str]]]:

@@ -279,7 +279,7 @@ class Actions:
             raise RefusedRequestError(begun.text)
 
     async def _restart(self, request: Mapping[str, Any]) -> Answer:
-        """Restart a node that has ended."""
+        """Restart an ended node."""
         node = request.get('node')
         if not isinstance(node, str):
             raise RefusedRequestError('a node has a name')

@@ -74,7 +74,7 @@ class Lesson(NamedTuple):
     controls: tuple[Control, ...]
 
     def touched(self) -> dict[str, set[str]]:
-        """Return the parameters that the lesson changes, by node."""
+        """Return the changed parameters of the lesson by node."""
         found: dict[str, set[str]] = {node: set(values) for node, values in self.parameters.items()}
         for control in self.controls:
             for node, name in map(parameter_of, control.sets):

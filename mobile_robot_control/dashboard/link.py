@@ -77,7 +77,7 @@ PERIOD = 0.05
 """[s] of wall time between two samples."""
 _DISCOVERY = 1.0
 _KEPT = 1200
-"""Rows stored for a page that is opened later: a minute."""
+"""Rows stored for a page opened later: a minute."""
 _PROVED = ('backstepping', 'hybrid_backstepping')
 """Laws with a feedback for which the Lyapunov function (26) holds."""
 _GAINS = backstepping.BacksteppingGains._fields

@@ -14,7 +14,7 @@ _GOOD = ('running', 'standing', 'arrived', 'paused')
 _SILENT = 3.0
 """[s] of wall time without a report before a node counts as silent."""
 _MOST = 60
-"""Most nodes that are stored."""
+"""Most stored nodes."""
 
 
 class _Report(NamedTuple):

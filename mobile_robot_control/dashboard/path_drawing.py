@@ -24,7 +24,7 @@ from mobile_robot_control.topics import PATH_TOPIC
 
 Point = tuple[float, float]
 MOST = 2000
-"""Most points that a page may draw."""
+"""Most points of a drawn path."""
 _SHOWN = 400
 _STRAIGHT = 0.1
 """[1/m]: a smaller curvature counts as none."""

@@ -19,9 +19,9 @@ from mobile_robot_control.system.texts import shortened
 STATE = ('paused', 'hold_at')
 """The state of a run, rather than parameters of the next one."""
 _SHOWN = 5
-"""Most recordings that the page shows."""
+"""Most recordings on the page."""
 _LINES = 20
-"""Lines of a recording's output that are stored."""
+"""Stored lines of a recording's output."""
 
 
 class BusyError(RuntimeError):

@@ -42,7 +42,7 @@ _PLAIN = 'geometry_msgs/msg/Twist'
 _HELD = -1
 """Replaces the stamp of a message without one, which counts for every stamp."""
 _DRAINED = 64
-"""Most messages of a topic that are stored."""
+"""Most stored messages of a topic."""
 _STALE = 1.0
 """[s] of wall time without a message before a topic's numbers are no longer shown."""
 

@@ -24,7 +24,7 @@ class Evaluated(NamedTuple):
     metrics : dict of str to object
         As `metrics.json`, without its provenance.
     unwritten : tuple of str
-        Files that could not be written, with the reason.
+        Unwritten files, with the reason.
 
     """
 
@@ -56,7 +56,7 @@ def evaluate(
     Returns
     -------
     Evaluated
-        The metrics, and the files that could not be written.
+        The metrics, and the unwritten files.
 
     """
     metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}

@@ -29,7 +29,7 @@ _FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
 _PUBLISHED = (DISTURBANCE, PATH_TOPIC)
 """Changes that are messages."""
 _TOLD = 20
-"""Most faults of a bag that are reported."""
+"""Most reported faults of a bag."""
 
 
 class PlannedRun(NamedTuple):
@@ -277,7 +277,7 @@ def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Cha
 
 
 def changed_parameters(change: Change) -> dict[str, Any]:
-    """Return the parameters that a change sets."""
+    """Return the parameters set by a change."""
     return {key: value for key, value in change.values.items() if key not in _PUBLISHED}
 
 

@@ -21,7 +21,7 @@ LINES: tuple[tuple[str, Any], ...] = (
 )
 """Colour and dashes of the first, the second, ... run."""
 _THIN, _WIDER, _MOST = 1.5, 1.1, 3.3
-"""[points]: width of the last line, the increase of each line beneath it, and the largest increase of the first line."""
+"""[points]: width of the last line, the increase of each line beneath it, and the first line's at most."""
 _RULES: Any = {
     'font.size': 10.0, 'axes.titlesize': 10.5, 'legend.fontsize': 9.0, 'svg.fonttype': 'path', 'svg.hashsalt': 'run',
     'text.color': INK, 'axes.labelcolor': INK, 'axes.edgecolor': GREY, 'xtick.color': INK, 'ytick.color': INK,

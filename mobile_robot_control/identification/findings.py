@@ -15,7 +15,7 @@ _SHORTEST = 10.0
 """[s]: least motion for an identification."""
 _LARGEST_LAG = 60
 _NOTABLE = 0.1
-"""Correlation of residuals that is reported ..."""
+"""Least reported correlation of residuals ..."""
 _SURE = 5.0
 """... if it is so many times its random value."""
 _SLIGHT = 0.01

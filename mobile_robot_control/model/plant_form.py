@@ -179,7 +179,7 @@ _REAL = Sensing(seen_wheels, seen_angles, seen_odometry, advance_sensors, odomet
 
 
 def sensing(form: PlantForm) -> Sensing:
-    """Return the functions that measure the plant."""
+    """Return the functions for measuring the plant."""
     return _REAL if form.has_sensors else _EXACT
 
 

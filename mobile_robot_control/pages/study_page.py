@@ -152,7 +152,7 @@ def _labels(judgement: Judgement) -> dict[str, tuple[str, str]]:
 
 
 def _shown(runs: StudiedRuns, labels: Iterable[str]) -> list[str]:
-    """Return the names of the metrics that runs have."""
+    """Return the names of the metrics of runs."""
     return [metric for metric in labels if metric in runs.judged[0].metrics]
 
 

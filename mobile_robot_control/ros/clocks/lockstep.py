@@ -19,7 +19,7 @@ class Stepped(Protocol):
     """The interface of a node to its driver."""
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
-        """Begin a run with the inputs of its first step, or join one that is under way."""
+        """Begin a run with the inputs of its first step, or join one under way."""
 
     def take_changes(self) -> None:
         """Apply live changes of parameters from the next step on."""

@@ -99,7 +99,7 @@ class InputMonitor:
         return [*self._clock.problems(), *self._ill_timed.values()]
 
     def forget(self) -> None:
-        """Forget the inputs of a run that has ended."""
+        """Forget the inputs of the previous run."""
         self._taken_at = dict.fromkeys(self.sources, -math.inf)
 
     def missing(self) -> list[str]:

@@ -16,7 +16,7 @@ from mobile_robot_control.ros.services.publisher_watch import publisher_names
 _WARN_EVERY = 2.0
 """[s]"""
 _KEPT = 8
-"""Messages of each topic that are stored for comparison with later ones of the same stamp."""
+"""Messages of each topic, stored for comparison with later ones of the same stamp."""
 
 
 class ValidInput(NamedTuple):

@@ -44,7 +44,7 @@ class LawRunner:
         self.failure = ''
 
     def begin(self, control: PositionControl, under_way: bool) -> None:
-        """Begin a run, or join one that is under way; a failed law stays stopped."""
+        """Begin a run, or join one under way; a failed law stays stopped."""
         self._running = bumpless_transfer.begin(control, self._dt, under_way)
 
     def change(self, control: PositionControl) -> None:

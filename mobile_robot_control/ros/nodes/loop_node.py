@@ -49,7 +49,7 @@ from mobile_robot_control.topics import (
 class _NodeParameters(Protocol):
     @property
     def shared(self) -> Shared:
-        """Parameters that all four nodes agree on."""
+        """Parameters shared by all four nodes."""
 
 
 NodeGroup = TypeVar('NodeGroup', bound=_NodeParameters)
@@ -188,7 +188,7 @@ class LoopNode(Node, Generic[NodeGroup]):
             self._validator.note_other_numbers(topic, 0)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
-        """Begin a run with the inputs of its first step, or join one that is under way."""
+        """Begin a run with the inputs of its first step, or join one under way."""
 
     def take_changes(self) -> None:
         """Apply live changes of parameters from the next step on."""
