@@ -1,8 +1,8 @@
 """
 Nonlinear motion control of a differential-drive robot with a wheel-torque plant, on ROS 2.
 
-The names below are what notebooks and scripts, laws and curves of one's own need; each is imported when it is first
-used, so that a node does not pay for what it does not use.
+The names below serve notebooks, scripts, and laws and curves of one's own. Each is imported at its first use, so that
+a node pays only for the names it uses.
 """
 
 from importlib import import_module
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 __version__ = '0.1.0'
 
 _HOMES = {
-    # what the commands do, as arrays
+    # the commands as functions that return arrays
     'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
     'plan': 'api.planning', 'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
     'Plan': 'analysis.planning', 'identify': 'api.identifying', 'Identification': 'identification.result',
@@ -61,7 +61,7 @@ _HOMES = {
     'register': 'plugins', 'Field': 'parameters.declaration', 'rule': 'parameters.checking', 'jitable': 'jit',
     'Observation': 'quantities', 'TrackingError': 'quantities', 'Reference': 'quantities', 'Pose': 'quantities',
     'BodyVelocity': 'quantities',
-    # those that are there, by name
+    # the registered laws and curves, by name
     'LAWS': 'control.laws', 'CURVES': 'reference.curves',
 }
 __all__ = ['__version__', *_HOMES]  # noqa: PLE0604 (texts)

@@ -39,7 +39,7 @@ def direction(angle: float) -> tuple[float, float]:
     """
     Return cosine and sine of an angle [rad].
 
-    Both are nan where the angle is not finite, as in compiled code; plain Python would raise there.
+    Both are nan if the angle is not finite, as in compiled code; plain Python would raise.
 
     Examples
     --------

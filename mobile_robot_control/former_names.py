@@ -1,4 +1,4 @@
-"""Modules that were moved, by the names under which docs/api had them: scripts that import these go on."""
+"""Former names of moved modules in docs/api: scripts that import them keep working."""
 
 import sys
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ MOVED = {f'{_PACKAGE}.{former}': f'{_PACKAGE}.{present}' for former, present in 
 
 class FormerNames:
     """
-    An importer of former names alone; the module of a former name is the present one itself.
+    An importer of former names only; the module of a former name is the present module itself.
 
-    Without the base classes of `importlib.abc`, whose import takes as long as the laws.
+    It does without the base classes of `importlib.abc`: their import takes as long as the laws.
     """
 
     def find_spec(self, name: str, _path: Sequence[str] | None, _target: ModuleType | None = None) -> ModuleSpec | None:
@@ -32,7 +32,7 @@ class FormerNames:
         return ModuleSpec(name, self) if name in MOVED else None  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
-        """Return the present module; keep its own specification, which the import replaces."""
+        """Return the present module; keep its own specification, because the import replaces it."""
         module = import_module(MOVED[spec.name])
         spec.loader_state = module.__spec__
         return module
@@ -51,5 +51,5 @@ class FormerNames:
 def install() -> None:
     """Let former names be imported."""
     if not any(isinstance(finder, FormerNames) for finder in sys.meta_path):
-        # first: a package that was renamed has its modules under their former names, too
+        # first: the modules of a renamed package also lie under their former names
         sys.meta_path.insert(0, FormerNames())

@@ -9,12 +9,12 @@ JITABLE: list[Callable[..., Any]] = []
 """Every marked function, in the order of definition: callees before their callers."""
 
 APART: set[Callable[..., Any]] = set()
-"""Those of them that are compiled by themselves, and not into their callers."""
+"""The marked functions that are compiled separately instead of into their callers."""
 
 
 def jitable(function: Function) -> Function:
     """
-    Remember a function for later compilation and return it as it is.
+    Register a function for later compilation and return it unchanged.
 
     The nodes call the plain function; ``simulation.batch`` hands the whole list to numba.
 
@@ -35,7 +35,7 @@ def jitable(function: Function) -> Function:
 
 def jitable_apart(function: Function) -> Function:
     """
-    Remember a large function that is rarely called, as `jitable` does: its callers stay short and compile soon.
+    Register a large, rarely called function as `jitable` does: its callers stay short and compile soon.
 
     Parameters
     ----------

@@ -7,9 +7,9 @@ All are in SI units. The chapter's symbols stand behind each field.
 from typing import NamedTuple
 
 LARGEST = 1e12
-"""In SI units: no robot reaches it. Parameters and messages beyond it are refused, and nothing beyond it is sent."""
+"""In SI units, beyond any robot. Larger parameters and messages are refused, and nothing larger is sent."""
 SMALLEST = 1.0 / LARGEST
-"""In SI units: what must be positive is not less, since it divides."""
+"""In SI units: the least positive value, since it divides."""
 
 
 class Pose(NamedTuple):
@@ -65,7 +65,7 @@ class BodyAcceleration(NamedTuple):
 
 
 NO_ACCELERATION = BodyAcceleration(0.0, 0.0)
-"""Of a reference whose velocity is constant, or whose acceleration nobody asks for."""
+"""Of a reference with constant velocity, or without a user of its acceleration."""
 
 
 class WheelVelocity(NamedTuple):
@@ -156,7 +156,7 @@ class TrackingError(NamedTuple):
 
 class Truth(NamedTuple):
     """
-    Where a robot really is, beside what odometry shows.
+    The true motion of a robot, beside the motion that odometry shows.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class Truth(NamedTuple):
     velocity : BodyVelocity
         [m/s], [rad/s].
     error : TrackingError
-        Of that pose, e1, e2 [m], e3 [rad].
+        Tracking error of the true pose, e1, e2 [m], e3 [rad].
 
     """
 
@@ -176,7 +176,7 @@ class Truth(NamedTuple):
 
 class Observation(NamedTuple):
     """
-    What a position law sees: no absolute pose, so that every law is invariant under motions of the plane.
+    The input of a position law: no absolute pose, so every law is invariant under motions of the plane.
 
     Attributes
     ----------
@@ -187,7 +187,7 @@ class Observation(NamedTuple):
     velocity : BodyVelocity
         Twist of odometry, v [m/s] and ω [rad/s].
     horizon : tuple of Reference
-        Of the cart at the next position ticks, as many as `reference_horizon` says.
+        Of the cart at the next `reference_horizon` position ticks.
 
     """
 

@@ -1,9 +1,9 @@
 """The grid of stamps: whole nanoseconds."""
 
 FASTEST = 1e5
-"""Highest rate of a loop [Hz]: beyond, the check of the velocity loop's stability drowns in rounding."""
+"""Highest rate of a loop [Hz]; above it rounding spoils the stability check of the velocity loop."""
 NANOSECONDS = 1_000_000_000
-"""In one second."""
+"""Nanoseconds in one second."""
 
 
 def period_nanoseconds(rate: float) -> int:

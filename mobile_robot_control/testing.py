@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 def check_law(law: 'Law', over_dds: bool = True) -> 'Conformance':
     """
-    Check what a position law must satisfy; all checks are made before the error is raised.
+    Check the requirements of a position law; all checks run before the error is raised.
 
     Parameters
     ----------
     law : Law
-        The record; it need not be registered, and is not afterwards.
+        The record; it is not registered by the check, and need not be.
     over_dds : bool
-        Whether to run the law over DDS, too, where rclpy is installed: one simulated second, which takes some seconds.
+        Whether to run the law over DDS, too, if rclpy is installed: one simulated second, which takes some seconds.
 
     Returns
     -------
     Conformance
-        The checks that were passed, and those that were left out, with the reason. Printed, it has a line for each.
+        The passed checks, and those left out, with the reason. Its text has a line for each.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def check_law(law: 'Law', over_dds: bool = True) -> 'Conformance':
     ('record', 'pure', 'inputs unchanged', 'finite')
 
     """
-    # imported late, and so below: a test that imports this module need not run
+    # imported late, here and below: not every test that imports this module runs a check
     from mobile_robot_control.conformance.laws import checked_law  # noqa: PLC0415
 
     return checked_law(law, over_dds)
@@ -58,19 +58,19 @@ def check_law(law: 'Law', over_dds: bool = True) -> 'Conformance':
 
 def check_curve(curve: 'Curve', over_dds: bool = True) -> 'Conformance':
     """
-    Check what a curve must satisfy; all checks are made before the error is raised.
+    Check the requirements of a curve; all checks run before the error is raised.
 
     Parameters
     ----------
     curve : Curve
-        The record; it need not be registered, and is not afterwards.
+        The record; it is not registered by the check, and need not be.
     over_dds : bool
-        Whether to drive the curve over DDS, too, where rclpy is installed.
+        Whether to drive the curve over DDS, too, if rclpy is installed.
 
     Returns
     -------
     Conformance
-        The checks that were passed, and those that were left out, with the reason.
+        The passed checks, and those left out, with the reason.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Check what a file has; return 1 if any check fails."""
+    """Check the records of a file; return 1 if any check fails."""
     from mobile_robot_control.conformance.checks import records_of  # noqa: PLC0415
 
     law, curve = records_of(options.file)
@@ -119,7 +119,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _printed(check: 'Callable[[], Conformance]') -> bool:
-    """Make a check and print what it finds; return whether it is passed."""
+    """Run a check and print its findings; return whether it passed."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter('always')
         try:
@@ -134,7 +134,7 @@ def _printed(check: 'Callable[[], Conformance]') -> bool:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Check a file; return the exit code: 0 passed, 1 failed, 2 for a file that cannot be checked."""
+    """Check a file; return the exit code: 0 passed, 1 failed, 2 if the file cannot be checked."""
     from mobile_robot_control.cli.main import make_main  # noqa: PLC0415
 
     return int(make_main(_parser, _run)(arguments))

@@ -1,8 +1,8 @@
 """
-The topics of the control loop in one table, and what follows from it.
+The topics of the control loop in one table, and everything derived from it.
 
-Everything that lists these topics reads them here: nodes, recorder, stall detector, experiment runner, bag reader,
-report. Nothing of ROS is imported.
+Every list of these topics comes from here: nodes, recorder, stall detector, experiment runner, bag reader, report.
+Nothing of ROS is imported.
 """
 
 from collections.abc import Mapping
@@ -24,9 +24,9 @@ class Topic(NamedTuple):
     subscribers : tuple of str
         Nodes that need it.
     rate : str
-        Parameter that sets how often it comes, 'velocity_rate' or 'position_rate'.
+        Parameter that sets its rate, 'velocity_rate' or 'position_rate'.
     columns : tuple of str
-        Numbers that one message holds, in this order wherever a topic becomes an array (SI units).
+        The numbers in one message, in their order in every array of this topic (SI units).
 
     """
 
@@ -62,18 +62,18 @@ OPTIONAL_TOPICS = {topic.name: topic for topic in (
           'position_rate', ('linear', 'angular')),
     Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate', ()),
 )}
-"""Further topics of the loop where parameters ask for them, each before the one that it belongs to; see `extended`."""
+"""Topics of the loop added by parameters, each before the topic it belongs to; see `extended`."""
 _BEFORE = {'odom': 'odom_time', 'reference': 'reference_horizon', 'cmd_vel': 'cmd_accel'}
 ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
-"""Both."""
+"""All topics of the loop by name, optional ones included."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 EVENTS, DISTURBANCE, PATH_TOPIC = 'events', 'disturbance', 'path'
 STOPPED, STOP_MEMORY = 'stopped', 'stop_memory'
-"""On the wall clock: why the robot is stopped, from the position controller, and again from the cart."""
+"""On the wall clock: the reason of a stop, from the position controller, and repeated by the cart."""
 MOST_EVENTS = 1000
 """Messages on `events` that a node keeps for later subscribers."""
 RUN_KEY = 'run'
-"""Key of a status on `events`: which run of the node that publishes it, from 0."""
+"""Key of a status on `events`: the run of the publishing node, counted from 0."""
 LAW_FILE = 'law_file'
 """Key of a status on `events`: laws whose file was read again, each with the checksum of its text."""
 OTHER_TOPICS = {
@@ -88,16 +88,16 @@ OTHER_TOPICS = {
     '/parameter_events': _EVERY_NODE,
     '/rosout': _EVERY_NODE,
 }
-"""What the four nodes publish besides, each topic with the nodes that publish it."""
+"""Other topics of the four nodes, each with its publishers."""
 OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), STOPPED: ('reference_cart',),
                 STOP_MEMORY: ('position_controller',)}
-"""Further inputs, each topic with the nodes that take it; `disturbance` and `path` from a node of the user's."""
+"""Optional inputs, each with the nodes that read it; `disturbance` and `path` come from a node of the user's."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
-"""What all namespaces have in common, and every recorder records."""
+"""The topics that all namespaces share; every recorder records them."""
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')
-"""Names of those that come at the position rate."""
+"""Names of the topics at the position rate."""
 MEASURED_TOPICS = ('odom', 'joint_states')
-"""What a robot measures, and its drivers publish."""
+"""The measurements that a robot's drivers publish."""
 
 
 class LoopGraph(NamedTuple):
@@ -107,12 +107,12 @@ class LoopGraph(NamedTuple):
     Attributes
     ----------
     topics : dict of str to Topic
-        By name; with the subscribers that they have in this loop.
+        By name, with their subscribers in this loop.
     answers : tuple of pairs of str
-        Question and answer, in the order in which a lockstep run needs them: a message of the first topic is answered
-        by one of the second with the same stamp.
+        Question and answer, in the order of a lockstep run: each message of the first topic is answered by one of the
+        second with the same stamp.
     nodes : tuple of str
-        That take part.
+        The nodes of this loop.
 
     """
 
@@ -122,50 +122,50 @@ class LoopGraph(NamedTuple):
 
     @property
     def velocity_topics(self) -> tuple[str, ...]:
-        """Names of those that come at the velocity rate."""
+        """Names of the topics at the velocity rate."""
         return tuple(name for name, topic in self.topics.items() if topic.rate == 'velocity_rate')
 
     @property
     def command(self) -> str:
-        """The topic that moves the plant, which is the last answer."""
+        """The topic that moves the plant: the last answer."""
         return self.answers[-1][1]
 
     def inputs_of(self, node: str) -> dict[str, str]:
-        """Return the topics that a node needs, each with the node that publishes it."""
+        """Return the inputs of a node, each with its publisher."""
         return {topic.name: topic.publisher for topic in self.topics.values() if node in topic.subscribers}
 
     def listeners_of(self, node: str) -> dict[str, dict[str, list[str]]]:
-        """Return, of each topic that a node publishes, the nodes that need it, each with the topics it publishes."""
+        """Return for each topic of a node the nodes that need it, each with the topics it publishes."""
         return {topic.name: {other: [one.name for one in self.topics.values() if one.publisher == other]
                              for other in topic.subscribers}
                 for topic in self.topics.values() if topic.publisher == node and topic.subscribers}
 
     def topics_of(self, node: str) -> list[str]:
-        """List the topics that a node needs or publishes."""
+        """List the topics that a node reads or publishes."""
         return [topic.name for topic in self.topics.values() if node == topic.publisher or node in topic.subscribers]
 
 
 _TORQUE_LOOP = LoopGraph(
     LOOP_TOPICS, (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques')), _EVERY_NODE)
-# a base does what velocity controller and motors do for a plant that takes torques
+# a base replaces the velocity controller and the motors
 _VELOCITY_LOOP = LoopGraph(
     {topic.name: topic for topic in (
         LOOP_TOPICS['joint_states']._replace(subscribers=()), LOOP_TOPICS['odom'], LOOP_TOPICS['reference'],
         LOOP_TOPICS['cmd_vel']._replace(subscribers=('plant',)), LOOP_TOPICS['tracking_error'])},
     (('odom', 'reference'), ('odom', 'cmd_vel')), ('plant', 'position_controller', 'reference_cart'))
 LOOPS = {'torque': _TORQUE_LOOP, 'velocity': _VELOCITY_LOOP}
-"""The loops by what the plant takes, its parameter `drive`."""
+"""The loops by the plant's parameter `drive`."""
 
 
 def with_truth(loop: LoopGraph) -> LoopGraph:
-    """Return the loop of a plant whose odometry is not exact: it publishes `ground_truth` beside it."""
+    """Return the loop of a plant with inexact odometry: it publishes `ground_truth`, too."""
     return loop._replace(topics={**loop.topics, 'ground_truth': LOOP_TOPICS['odom']._replace(
         name='ground_truth', subscribers=())})
 
 
 def extended(loop: LoopGraph, horizon: bool, feeds: bool, timed: bool) -> LoopGraph:
     """
-    Return a loop with the topics that parameters ask for.
+    Return a loop with its optional topics.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def extended(loop: LoopGraph, horizon: bool, feeds: bool, timed: bool) -> LoopGr
     horizon : bool
         Whether the cart publishes `reference_horizon`.
     feeds : bool
-        Whether the velocity controller, where there is one, takes `cmd_accel`.
+        Whether the velocity controller, if there is one, takes `cmd_accel`.
     timed : bool
         Whether the plant publishes `odom_time`.
 
@@ -196,16 +196,16 @@ def extended(loop: LoopGraph, horizon: bool, feeds: bool, timed: bool) -> LoopGr
 
 def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int, loop: LoopGraph) -> str:
     """
-    Name the first node that owes an answer; on the wall clock, the one that fell silent first.
+    Name the first node that owes an answer; on the wall clock, the node that fell silent first.
 
     Parameters
     ----------
     newest : mapping of str to int
-        Newest stamp on each topic [ns], where there is one.
+        Newest stamp on each topic [ns]; topics without a message are absent.
     lockstep : bool
         Whether simulated time waits for every node.
     position_period : int
-        Of the position loop [ns].
+        Period of the position loop [ns].
     loop : LoopGraph
         Of LOOPS.
 
@@ -221,12 +221,12 @@ def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int,
 
 def first_silent(newest: Mapping[str, int], stamp: int, tick: int, loop: LoopGraph) -> str | None:
     """
-    Return the first node in the order of answers that has not answered; None if all have.
+    Return the first node, in the order of answers, that has not answered; None if all have.
 
     Parameters
     ----------
     newest : mapping of str to int
-        Newest stamp on each topic [ns], where there is one.
+        Newest stamp on each topic [ns]; topics without a message are absent.
     stamp, tick : int
         Of the present velocity tick and position tick [ns].
     loop : LoopGraph

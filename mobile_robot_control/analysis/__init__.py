@@ -1,1 +1,1 @@
-"""What the numbers of a loop hold for: both loops linearised along the curve, their margins, and promises."""
+"""The validity of numbers: both loops linearised along the curve, their margins, and promises."""

@@ -1,4 +1,4 @@
-"""One lap of the loop without what is not smooth: where the loop is linearised."""
+"""One lap of the loop without its non-smooth parts: the motion at which the loop is linearised."""
 
 import itertools
 import math
@@ -19,9 +19,9 @@ from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.texts import located_error
 
 _SETTLING = 8.0
-"""[s] at least, and whole laps, before the lap that is looked at: transients from rest are over."""
+"""[s] at least, and whole laps, before the analysed lap: transients from rest are over."""
 _MOST_STEPS = 400_000
-"""Of the velocity loop, some ten seconds."""
+"""Steps of the velocity loop, some ten seconds."""
 
 
 class NotFollowedError(RuntimeError):
@@ -30,7 +30,7 @@ class NotFollowedError(RuntimeError):
 
 class LapLoop(NamedTuple):
     """
-    What the loop of a configuration consists of.
+    The parts of a configuration's loop.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class LapLoop(NamedTuple):
 
 class FollowedTick(NamedTuple):
     """
-    A position tick at which the loop follows the reference.
+    A position tick on a lap that follows the reference.
 
     Attributes
     ----------
@@ -62,9 +62,9 @@ class FollowedTick(NamedTuple):
     state : LoopState
         Before the position tick.
     command : BodyVelocity
-        That it gives.
+        Its command.
     references : tuple of Reference
-        At this tick and at those of the horizon.
+        At this tick and in the horizon.
     next_reference : Reference
         At the next tick.
 
@@ -84,7 +84,7 @@ class FollowedTick(NamedTuple):
 
 
 def lap_loop(configuration: Configuration) -> LapLoop:
-    """Return the loop of a checked configuration; its position tick raises NotFollowedError where the law fails."""
+    """Return the loop of a checked configuration; its position tick raises NotFollowedError if the law fails."""
     control, loop = configuration.position_controller.control, start(configuration)[0]
     form = form_of(configuration)
     position_tick = make_position_tick(LAWS[control.controller_type].step, form)

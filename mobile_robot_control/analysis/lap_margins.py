@@ -13,12 +13,12 @@ from mobile_robot_control.analysis.modelled import drive_of, pattern_of, smooth_
 from mobile_robot_control.configuration.nodes import Configuration, course_of
 
 _POINTS = 24
-"""Of the lap, at which the position loop is looked at; fewer where a pattern of several periods costs more."""
+"""Points of the lap at which the position loop is analysed; fewer if a pattern of several periods costs more."""
 _LEAST_POINTS = 12
 CERTAIN = 1.25
-"""Gain margin at every point of a lap, 2 dB, with which the whole lap is stable without a further look."""
+"""Gain margin, 2 dB: with it at every point of a lap, the whole lap is stable without further analysis."""
 _VELOCITY_EVERY = 6
-"""The velocity loop hardly changes along the curve: every sixth of them is enough."""
+"""The velocity loop hardly changes along the curve: every sixth point is enough."""
 
 
 class LapMargins(NamedTuple):
@@ -30,7 +30,7 @@ class LapMargins(NamedTuple):
     margins : Margins
         The smallest ones, and the largest `lowest_gain`.
     gain_time, delay_time : float
-        Where the gain and the delay margin are smallest: time after the beginning of the lap [s].
+        Time of the smallest gain and delay margin, after the beginning of the lap [s].
 
     """
 
@@ -46,14 +46,14 @@ class LoopMargins(NamedTuple):
     Attributes
     ----------
     velocity : LapMargins or None
-        Delays in velocity periods; None where the base has a velocity loop of its own.
+        Delays in velocity periods; None for a base with its own velocity loop.
     position : LapMargins
         Delays in position periods.
     reason : str
-        Why margins are not known; '' where they are.
+        Why margins are unknown; '' if they are known.
     multiplier : float
-        Factor by which an error of the position loop changes over a lap; nan where the points of the lap leave no doubt
-        that it is below 1, with a gain margin of at least `CERTAIN`, or where it is not known.
+        Factor by which an error of the position loop changes over a lap; nan if it is unknown, or certainly below 1,
+        because every point of the lap has a gain margin of at least `CERTAIN`.
 
     """
 
@@ -64,7 +64,7 @@ class LoopMargins(NamedTuple):
 
 
 def _worst(found: Sequence[tuple[float, Margins]]) -> LapMargins:
-    """Return the worst of margins by time; unknown where one of them is."""
+    """Return the worst of margins by time; unknown if one of them is."""
     if any(math.isnan(margins.gain) for _, margins in found):
         return LapMargins(UNKNOWN, math.nan, math.nan)
     gain_time, gain = min(((time, margins.gain) for time, margins in found), key=lambda pair: pair[1])
@@ -80,18 +80,18 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
     Parameters
     ----------
     configuration : Configuration
-        Checked. Noise, limits, quantisation, dead zones and friction that sticks are left out (`smooth_part`).
+        Checked. Noise, limits, quantisation, dead zones and stiction are left out (`smooth_part`).
 
     Returns
     -------
     LoopMargins
-        With a reason in words where the loop does not follow the reference, or has no linearisation.
+        With a reason if the loop does not follow the reference, or has no linearisation.
 
     Notes
     -----
-    The loop follows a curve, on which it is not constant. Each point is looked at as if the robot went on as it does
-    there, in coordinates that go along with the reference: what varies slower than the loop settles is covered. A
-    stretch of instability too short to matter counts fully in the margins; the multiplier of the lap decides whether
+    The loop varies along the curve. Each point is analysed as if the robot continued its motion there for ever, in
+    coordinates that move with the reference. This covers changes that are slow compared with the settling of the loop.
+    A stretch of instability too short to matter counts fully in the margins; the multiplier of the lap decides whether
     the loop is stable.
 
     """

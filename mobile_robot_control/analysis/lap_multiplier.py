@@ -1,8 +1,8 @@
 """
-The multiplier of a lap: how much of a small error is left after a lap of a loop that repeats itself from lap to lap.
+The multiplier of a lap: the share of a small error that remains after a lap of a periodic loop.
 
-It decides whether the loop is stable (Floquet). Points of the lap looked at by themselves do not: errors may grow on a
-stretch of the curve and shrink on the rest of it.
+It decides whether the loop is stable (Floquet). The single points of the lap do not: errors may grow on one stretch of
+the curve and shrink on the rest.
 """
 
 import math
@@ -25,22 +25,22 @@ from mobile_robot_control.analysis.linearisation import (
 )
 
 _STRETCHES = 24
-"""Of a lap, linearised one after the other: an error that grows on one of them stays small."""
+"""Stretches of a lap, linearised one after the other: an error that grows on one of them stays small."""
 _MOST_ROUNDS = 6
 _CLOSED = 1e-6
-"""[m], [rad], [m/s]: two laps that are not farther apart are the same."""
+"""[m], [rad], [m/s]: closer laps count as the same."""
 _MOST_STEPS = 2_000_000
-"""Of the velocity loop in a round, some ten seconds."""
+"""Steps of the velocity loop in a round, some ten seconds."""
 
 
 def lap_multiplier(lap: LapLoop, ticks: Sequence[FollowedTick], pattern: int) -> float:
     """
-    Return the factor by which an error changes over a lap; from 1 on the loop is not stable.
+    Return the factor by which an error changes over a lap; from 1 on the loop is unstable.
 
     Parameters
     ----------
     lap : LapLoop
-        Of a configuration without what is not smooth.
+        Of a configuration without non-smooth parts.
     ticks : sequence of FollowedTick
         Of one lap, a whole number of patterns.
     pattern : int
@@ -49,13 +49,13 @@ def lap_multiplier(lap: LapLoop, ticks: Sequence[FollowedTick], pattern: int) ->
     Returns
     -------
     float
-        The largest modulus of the eigenvalues of the lap's transition matrix (monodromy); nan where the motion does not
-        repeat from lap to lap, has no derivative, or takes too long to compute.
+        The largest modulus of the eigenvalues of the lap's transition matrix (monodromy); nan if the motion is not
+        periodic, has no derivative, or takes too long to compute.
 
     Notes
     -----
-    The lap that follows the settling has not settled to the last bit, and its matrix is not that of the lap on which
-    errors shrink: Newton's method finds the state that a lap leaves as it is, with the same matrix.
+    After the settling the lap is not yet periodic to the last bit, and its matrix is not that of the periodic lap.
+    Newton's method finds the state that a lap reproduces, with the same matrix.
 
     """
     try:
@@ -78,7 +78,7 @@ def _multiplier(lap: LapLoop, ticks: Sequence[FollowedTick], pattern: int) -> fl
         return np.array(numbers_of(state, poses[n]))
 
     def stretch(state: Any, first: int, last: int, chosen: Flags) -> Opened:
-        """Return the chosen numbers at the end of a stretch as a function of those at its beginning."""
+        """Return the chosen numbers at the end of a stretch as a function of those at its start."""
         whole = numbers(state, first)
 
         def end(some: Array) -> Array:
@@ -93,7 +93,7 @@ def _multiplier(lap: LapLoop, ticks: Sequence[FollowedTick], pattern: int) -> fl
     opened = stretch(start, 0, pattern, everything)
     links = slopes_of(opened.period, opened.at) != 0.0
     pose = np.arange(len(links)) < 3
-    # what the pose does not reach or does not depend on, such as the angles of the wheels, keeps its error for ever
+    # numbers that the pose does not reach or depend on, such as the wheels' angles, keep their error for ever
     kept = reached(links, pose) & reached(links.T, pose)
     if 2 * kept.sum() * len(ticks) * lap.ratio > _MOST_STEPS:
         return math.nan

@@ -1,7 +1,7 @@
 """
-Both loops, opened and linearised around following the reference, by differences through their own functions.
+Both loops, opened and linearised about the motion along the reference, by differences through their own functions.
 
-A loop is opened where its controller's output acts: the position loop at the command, the velocity loop at the torque.
+A loop is opened at its controller's output: the position loop at the command, the velocity loop at the torque.
 """
 
 import math
@@ -21,23 +21,23 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _STEP = 1e-6
-"""Of the differences, relative to numbers above 1."""
+"""Step of the differences, relative for numbers above 1."""
 _AGREEMENT = 1e-3
-"""Relative difference between two derivatives of a function that has one."""
+"""Largest relative difference between two slopes of a differentiable function."""
 
 
 class LinearLoop(NamedTuple):
     """
-    A sampled loop, opened and linearised over one period: x' = A x + Σ_j B_j u_j, and asked y = C x.
+    A sampled loop, opened and linearised over one period: x' = A x + Σ_j B_j u_j, with the output y = C x.
 
     Attributes
     ----------
     state : array, shape (states, states)
         A.
     inputs : array, shape (parts, states, 2)
-        B_j, of the input that acts in the j-th of the equal parts of the period.
+        B_j, of the input during the j-th of the equal parts of the period.
     asked : array, shape (2, states)
-        C: what the controller asks for at the period's start.
+        C: the controller's output at the period's start.
 
     """
 
@@ -50,7 +50,7 @@ _NO_DERIVATIVE = LinearLoop(*(np.full(shape, np.nan) for shape in ((1, 1), (1, 1
 
 
 def numbers_of(value: Any, frame: Pose) -> list[float]:
-    """Return the floats of nested tuples; those of a pose relative to a frame that goes along with the reference."""
+    """Return the floats of nested tuples; those of a pose relative to a frame that moves with the reference."""
     if isinstance(value, Pose):
         return list(tracking_error(value, frame))
     if isinstance(value, float):
@@ -59,7 +59,7 @@ def numbers_of(value: Any, frame: Pose) -> list[float]:
 
 
 def with_numbers(value: Any, numbers: Iterator[float], frame: Pose) -> Any:
-    """Return nested tuples with other floats, in the order of `numbers_of`; what is no float stays."""
+    """Return nested tuples with other floats, in the order of `numbers_of`; other values stay."""
     if isinstance(value, Pose):
         ahead, aside, turn = next(numbers), next(numbers), next(numbers)
         cos, sin = math.cos(frame.heading), math.sin(frame.heading)
@@ -83,7 +83,7 @@ def slopes_of(function: Callable[[Array], Array], at: Array) -> Array:
 
 
 def reached(links: Flags, first: Any) -> Any:
-    """Return which states are reached from the first ones over links, where links[i, j] leads from j to i."""
+    """Return the states reached from the first ones over links, where links[i, j] leads from j to i."""
     found = first
     for _ in range(len(links)):
         found = found | np.any(links[:, found], axis=1)
@@ -91,7 +91,7 @@ def reached(links: Flags, first: Any) -> Any:
 
 
 class Opened(NamedTuple):
-    """A function (x, u) -> (x', y), where it is linearised, and the number of states in x."""
+    """A function (x, u) -> (x', y), the point of its linearisation, and the number of states in x."""
 
     period: Callable[[Array], Array]
     at: Array
@@ -99,12 +99,9 @@ class Opened(NamedTuple):
 
 
 def _linear(opened: Sequence[Opened]) -> tuple[LinearLoop, ...]:
-    """
-    Linearise consecutive periods, and keep the states that lie between input and output.
-
-    What the input does not reach, or never shows in the output, such as the angles of the wheels, would only put poles
-    on the unit circle. All numbers are nan where a function has no derivative, as at a law's switch.
-    """
+    """Linearise consecutive periods, and keep the states between input and output; all nan without a derivative."""
+    # other states, such as the angles of the wheels, would only add poles on the unit circle; a law's switch has no
+    # derivative
     slopes = [slopes_of(one.period, one.at) for one in opened]
     n = opened[0].states
     linked: Flags = np.any([part != 0.0 for part in slopes], axis=0)
@@ -122,9 +119,9 @@ def _linear(opened: Sequence[Opened]) -> tuple[LinearLoop, ...]:
 
 def is_smooth(opened: Opened, slopes: Array, kept: Flags) -> bool:
     """
-    Return whether differences in a direction of its own, and half as long, give the same slope: no jump does.
+    Return whether differences in another direction, and half as long, give the same slope: no jump does.
 
-    It runs at every position tick of the lap that margins are asked for: a law may switch there, a wheel may stop.
+    It runs at every position tick of the analysed lap: a law may switch there, a wheel may stop.
     """
     direction = np.cos(np.arange(1.0, len(opened.at) + 1.0)) * (0.5 * _STEP) * np.maximum(1.0, abs(opened.at))
     direction[:opened.states][~kept] = 0.0
@@ -135,7 +132,7 @@ def is_smooth(opened: Opened, slopes: Array, kept: Flags) -> bool:
 
 
 def _position_period(lap: LapLoop, tick: FollowedTick) -> Opened:
-    """Return the period that begins with a position tick, opened at the command of each of its velocity ticks."""
+    """Return the period after a position tick, opened at the command of each of its velocity ticks."""
     start, end = tick.reference.pose, tick.next_reference.pose
     at = np.array([*numbers_of(tick.state, start), *(lap.ratio * [*tick.command])])
     states = len(at) - 2 * lap.ratio
@@ -155,12 +152,12 @@ def _position_period(lap: LapLoop, tick: FollowedTick) -> Opened:
 
 def linear_position_loop(lap: LapLoop, ticks: Sequence[FollowedTick]) -> tuple[LinearLoop, ...]:
     """
-    Linearise the position loop over the periods that begin with consecutive ticks, opened at the command.
+    Linearise the position loop over the periods after consecutive ticks, opened at the command.
 
     Returns
     -------
     tuple of LinearLoop
-        u_j: command [m/s], [rad/s] at the j-th velocity tick of the period; y: the command that the law asks for.
+        u_j: command [m/s], [rad/s] at the j-th velocity tick of the period; y: the law's command.
 
     """
     return _linear([_position_period(lap, tick) for tick in ticks])
@@ -168,12 +165,12 @@ def linear_position_loop(lap: LapLoop, ticks: Sequence[FollowedTick]) -> tuple[L
 
 def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, ...]:
     """
-    Linearise the velocity loop over the velocity period that begins with a tick, opened at the torque.
+    Linearise the velocity loop over the velocity period after a tick, opened at the torque.
 
     Returns
     -------
     tuple of LinearLoop
-        One; u_0: torque [N m] of the right and the left wheel; y: the torque that the velocity law asks for.
+        One; u_0: torque [N m] of the right and the left wheel; y: the torque of the velocity law.
 
     """
     frame = tick.reference.pose
@@ -184,7 +181,7 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
     gains = lap.loop.velocity_gains
     opened = lap.loop._replace(velocity_gains=gains._replace(k1=0.0, k2=0.0))
     if opened.nominal:
-        # a feedforward is not in the loop
+        # a feedforward is not part of the loop
         opened = opened._replace(nominal=opened.nominal._replace(
             mass=0.0, inertia=0.0, wheel_inertia=0.0, viscous_friction=0.0))
 
@@ -192,7 +189,7 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
         values = numbers.tolist()
         state: LoopState = with_numbers(after, iter(values[:states]), frame)
         closed, asked, _ = lap.velocity_tick(state, tick.k, lap.loop)
-        # without gains the torque is that of the integral terms alone
+        # without gains the torque comes from the integral terms alone
         right, left = values[states:]
         driven = lap.velocity_tick(
             state._replace(pi=VelocityPiState(0.5 * (right + left), 0.5 * (right - left))), tick.k, opened)[0]

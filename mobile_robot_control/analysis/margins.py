@@ -11,7 +11,7 @@ from mobile_robot_control.analysis.linearisation import LinearLoop
 LARGEST_GAIN = 20.0
 """Margins are searched up to this factor, and down to its inverse."""
 MOST_PERIODS = 20
-"""Delay margins are searched up to so many periods of the loop."""
+"""Delay margins are searched up to this number of periods of the loop."""
 
 _MOST_TIME = 0.1
 """[s]: delay margins of the position loop are searched up to this at least."""
@@ -21,7 +21,7 @@ _RESOLUTION = 1e-3
 
 
 def longest_delay(period: float) -> int:
-    """Return up to which the delay margin of a position loop with a period [s] is searched [periods]."""
+    """Return the upper end of the search for the delay margin of a position loop with a period [s] [periods]."""
     return max(MOST_PERIODS, math.ceil(_MOST_TIME / period - 1e-9))
 
 
@@ -32,13 +32,13 @@ class Margins(NamedTuple):
     Attributes
     ----------
     gain : float
-        Least factor above 1 on the controller's output with which the loop is no longer stable; infinite if none up to
-        LARGEST_GAIN is known.
+        Least factor above 1 on the controller's output that destabilises the loop; infinite if none is known up to
+        LARGEST_GAIN.
     lowest_gain : float
-        Largest factor below 1 with which it is not stable; 0 if none down to 1 / LARGEST_GAIN is known.
+        Largest factor below 1 that destabilises it; 0 if none is known down to 1 / LARGEST_GAIN.
     delay : float
-        Least further delay of the output with which it is no longer stable [periods]; infinite if none up to
-        `longest_delay` is known.
+        Least additional delay of the output that destabilises it [periods]; infinite if none is known up to
+        `longest_delay`.
 
     """
 
@@ -48,9 +48,9 @@ class Margins(NamedTuple):
 
 
 UNSTABLE = Margins(1.0, 1.0, 0.0)
-"""Of a loop that is not stable as it is."""
+"""Of a loop that is already unstable."""
 UNKNOWN = Margins(math.nan, math.nan, math.nan)
-"""Of a loop that has no linearisation."""
+"""Of a loop without a linearisation."""
 
 
 def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: float = 0.0) -> float:
@@ -64,8 +64,8 @@ def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: flo
     gain : float
         Factor on the controller's output.
     delay : float
-        Further delay of the output [periods]. Between two velocity ticks the two inputs are averaged: what a period's
-        end sees of it is exact to first order in the velocity period.
+        Additional delay of the output [periods]. Between two velocity ticks the two inputs are averaged: their effect
+        at the end of a period is exact to first order in the velocity period.
 
     """
     whole, parts = math.floor(delay), len(loop[0].inputs)
@@ -93,7 +93,7 @@ def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: flo
 
 
 def _first_unstable(radius: Callable[[float], float], grid: Sequence[float]) -> float:
-    """Return where a loop that is stable at the first value of a grid first is not; infinite if it is on all."""
+    """Return the first unstable value of a loop that is stable at the start of a grid; infinite if there is none."""
     first = next((n for n, value in enumerate(grid) if radius(value) >= 1.0), 0)
     if not first:
         return math.inf
@@ -105,7 +105,7 @@ def _first_unstable(radius: Callable[[float], float], grid: Sequence[float]) -> 
 
 
 def _delays(longest: int) -> list[float]:
-    """Return the delays that are tried, closer together where they are short."""
+    """Return the delays to try, in smaller steps for short ones."""
     found = [0]
     while found[-1] < longest:
         found.append(min(longest, found[-1] + max(1, found[-1] // 8)))

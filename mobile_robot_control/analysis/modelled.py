@@ -1,4 +1,4 @@
-"""What a configuration models of a robot and what it does not, in words."""
+"""The effects of a robot that a configuration models, and those it does not."""
 
 from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
@@ -15,24 +15,24 @@ BOTH, TORQUE, VELOCITY = ('torque', 'velocity'), ('torque',), ('velocity',)
 
 class Effect(NamedTuple):
     """
-    A property of real robots that parameters model.
+    A property of real robots that parameters can model.
 
     Attributes
     ----------
     phrase : str
         Its name.
     parameters : tuple of str
-        Patterns of the dotted names, with their node, of what models it; it is off where all of these are 0.
+        Patterns of the dotted names, with their node, of its parameters; the effect is off if all of them are 0.
     drives : tuple of str
         Values of `plant.drive` with which these parameters act.
     smooth : bool
-        Whether it has a linearisation, and so is in the margins.
+        Whether it has a linearisation, and so is included in the margins.
     unit : str
-        Of its values, where the parameters have none.
+        Of its values, if the parameters have none.
     find : str
-        How to find out whether a robot has it; '' where a promise may hold without it.
+        A test for it on a robot; '' if a promise may hold without it.
     off : float
-        Value of parameters that model nothing.
+        Value of its parameters that switches it off.
 
     """
 
@@ -81,14 +81,14 @@ EFFECTS = (
     Effect('noise', ('plant.noise.pose', 'plant.noise.velocity')),
     Effect('disturbance', ('plant.disturbance.impulse', 'plant.disturbance.step'), TORQUE),
 )
-"""The first effect that has a parameter's name counts."""
+"""The first effect with a parameter's name counts."""
 _BASE = 'plant.base.'
 WALL_CLOCK = 'timing of the wall clock'
 
 
 class Described(NamedTuple):
     """
-    What is modelled and what is not.
+    The modelled effects, and those not modelled.
 
     Attributes
     ----------
@@ -97,11 +97,11 @@ class Described(NamedTuple):
     not_modelled : tuple of str
         Effects.
     not_in_margins : tuple of str
-        Those modelled that margins leave out.
+        Modelled effects that margins leave out.
     ruled_out : tuple of str
         Effects that the robot does not have.
     unknown : dict of str to str
-        Effects that are neither modelled nor ruled out and matter, each with how to find it out.
+        Relevant effects that are neither modelled nor ruled out, each with a test for it.
 
     """
 
@@ -113,7 +113,7 @@ class Described(NamedTuple):
 
 
 def drive_of(configuration: Configuration) -> str:
-    """Return how the plant is driven: 'torque' or 'velocity'."""
+    """Return the kind of command that the plant takes: 'torque' or 'velocity'."""
     return str(flatten(configuration.plant)['drive'])
 
 
@@ -124,7 +124,7 @@ def _declared(configuration: Configuration) -> dict[str, Declaration]:
 
 
 def effect_of(name: str) -> Effect | None:
-    """Return the effect that a parameter models; None where it models none."""
+    """Return the effect that a parameter models; None if it models none."""
     return next((effect for effect in EFFECTS if any(fnmatchcase(name, one) for one in effect.parameters)), None)
 
 
@@ -133,7 +133,7 @@ def _is_off(value: Any, off: float) -> bool:
 
 
 def _text(value: Any, units: str) -> str:
-    """Return a value with its unit; an array's numbers with one each, or with one for all."""
+    """Return a value with its unit; for an array, each number with its own unit or all with one."""
     numbers = value if isinstance(value, tuple) else (value,)
     each = units.split(', ')
     if len(set(each)) == 1:
@@ -142,7 +142,7 @@ def _text(value: Any, units: str) -> str:
 
 
 def _acting(configuration: Configuration) -> Iterator[tuple[str, Declaration, Effect]]:
-    """Yield the parameters that model an effect with the configured drive."""
+    """Yield the parameters that model an effect with the configured kind of plant."""
     drive = drive_of(configuration)
     for name, one in _declared(configuration).items():
         effect = effect_of(name)
@@ -152,14 +152,14 @@ def _acting(configuration: Configuration) -> Iterator[tuple[str, Declaration, Ef
 
 def describe_model(configuration: Configuration, instead: Mapping[str, str] | None = None) -> Described:
     """
-    Return what a configuration models and what it does not.
+    Return the effects that a configuration models, and those it does not.
 
     Parameters
     ----------
     configuration : Configuration
         Checked.
     instead : mapping of str to str
-        Texts by phrase of an effect that scenarios set otherwise; '' where they leave it out.
+        Texts by phrase of the effects that scenarios set; '' if they leave one out.
 
     """
     found: dict[str, list[str]] = {}
@@ -171,7 +171,7 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
     modelled = {effect.phrase: texts[effect.phrase] for effect in EFFECTS if texts.get(effect.phrase)}
     names = split_names(configuration.plant.model.ruled_out)
     absent = [effect for effect in map(effect_of, (f'plant.{name}' for name in names)) if effect is not None]
-    # motors and their friction are part of a base that is driven by velocity
+    # a base that takes velocities contains its motors and their friction
     missing = [effect for effect in EFFECTS if effect.phrase not in modelled and effect not in absent
                and (drive != 'velocity' or effect.drives != TORQUE)]
     wall_clock = () if configuration.plant.shared.lockstep else (WALL_CLOCK,)
@@ -182,7 +182,7 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
 
 
 def _off(one: Declaration) -> Any:
-    """Return the value with which a parameter models nothing."""
+    """Return the value that switches a parameter's effect off."""
     if one.kind is tuple:
         return (0.0,) * len(one.default)
     return False if one.kind is bool else 0
@@ -202,7 +202,7 @@ def smooth_part(configuration: Configuration) -> Configuration:
 
 
 def pattern_of(configuration: Configuration) -> int:
-    """Return after how many position periods the events of commands and odometry at rates of their own repeat."""
+    """Return the position periods after which the events of commands and odometry, at their own rates, repeat."""
     rates = [one.default for name, one, _ in _acting(configuration)
              if name in ('plant.base.command_rate', 'plant.odometry.rate') and one.default]
     position_rate = configuration.plant.shared.position_rate

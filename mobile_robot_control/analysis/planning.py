@@ -1,4 +1,4 @@
-"""The plan of a path: its fastest motion at every point, with what the wheels do and which limit is active."""
+"""The plan of a path: its fastest motion at every point, with the wheels' motion and the active limit."""
 
 from os import fspath
 from typing import Annotated, Any, NamedTuple
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 class PlanRequest(NamedTuple):
-    """What is to be planned."""
+    """The request to plan a path."""
 
     sources: ParameterSources
     file: Annotated[str, Field('', 'CSV or YAML file of waypoints: x, y [m] and, if you like, speed [m/s]'),
@@ -35,7 +35,7 @@ class PlanRequest(NamedTuple):
 
 class Plan(NamedTuple):
     """
-    The fastest motion along a path, at n points of it.
+    The fastest motion along a path, at n of its points.
 
     Attributes
     ----------
@@ -44,11 +44,11 @@ class Plan(NamedTuple):
     pose : array of float, shape (n, 3)
         x, y [m] and heading [rad].
     velocity, acceleration : array of float, shape (n, 2)
-        v and ω [m/s], [rad/s]; their changes from there on [m/s²], [rad/s²].
+        v and ω [m/s], [rad/s]; their rates of change from there on [m/s²], [rad/s²].
     wheel_velocity, wheel_torque : array of float, shape (n, 2)
         Of the right and the left wheel [rad/s], [N m]; torques by Eq. (13)-(14), with dry friction.
     limit : list of str, n of them
-        The limit that is active from there to the next point; '' where none is.
+        The active limit from there to the next point; '' for none.
     duration, length : float
         [s], [m].
     limits : dict of str to float
@@ -56,7 +56,7 @@ class Plan(NamedTuple):
     active : dict of str to float
         Share of the duration in which a limit is active, by its name; the largest first.
     provenance : dict of str to object
-        Call, versions and parameters that it was made with.
+        The call, versions and parameters that produced it.
 
     """
 
@@ -79,16 +79,16 @@ class Plan(NamedTuple):
 
 
 def make_plan(request: PlanRequest, command_line: str) -> Plan:
-    """Plan the path of a request; raise ParameterError where it cannot be driven."""
+    """Plan the path of a request; raise ParameterError if it is infeasible."""
     return plan_of(request.configuration(), command_line)
 
 
 def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
-    """Plan the path of a configuration whose cart drives one."""
+    """Plan the path in a configuration with a cart on a path."""
     cart, path = configuration.reference_cart, course_of(configuration.reference_cart)
     assert isinstance(path, PlannedPath)  # noqa: S101 (for mypy: it drives a path)
     limit = [*path.limit, '']
-    # the last point, at which the path stands, belongs to the motion that ends there
+    # the last point, at rest, belongs to the motion that ends there
     times = path.times.copy()
     times[-1] = np.nextafter(times[-1], 0.0)
     references = [path.accelerated(time) for time in times.tolist()]

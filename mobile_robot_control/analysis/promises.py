@@ -1,4 +1,4 @@
-"""What the numbers of a search or study hold for: what was modelled, and how much more the loops withstand."""
+"""The validity of the numbers of a search or study: the modelled effects, and the margins of the loops."""
 
 import math
 import statistics
@@ -25,22 +25,22 @@ _UNKNOWN = 'the error of a robot that has any of it is unknown'
 
 class Promise(NamedTuple):
     """
-    What holds of the numbers that a command gives for a controller.
+    The validity of the numbers that a command gives for a controller.
 
     Attributes
     ----------
     described : Described
-        What was modelled.
+        The modelled effects.
     margins : LoopMargins
         Of both loops.
     velocity_period, position_period : float
         [s]
     lockstep : bool
-        Whether no sample of delay comes from the nodes.
+        Whether the nodes add no sample of delay.
     cautions : tuple of str
         Sentences about the configuration itself.
     spread : tuple of float
-        RMS errors of the configured run over some seeds [m], from the smallest on; () where nothing is random.
+        RMS errors of the configured run over some seeds [m], in ascending order; () if nothing is random.
 
     """
 
@@ -54,7 +54,7 @@ class Promise(NamedTuple):
 
 
 def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Promise:
-    """Return what holds of numbers that were found with a checked configuration in some scenarios."""
+    """Return the validity of numbers from a checked configuration in some scenarios."""
     shared = configuration.plant.shared
     return Promise(describe_scenarios(configuration, scenarios), loop_margins(configuration),
                    1.0 / shared.velocity_rate, 1.0 / shared.position_rate, shared.lockstep,
@@ -62,7 +62,7 @@ def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Prom
 
 
 def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenario]) -> Described:
-    """Return what is modelled in some scenarios, which set delay and noise themselves, of a checked configuration."""
+    """Return the modelled effects of a checked configuration in scenarios, which set delay and noise themselves."""
     delays = sorted({one.delay for one in scenarios})
     span = f'{delays[0]} to {delays[-1]}' if len(delays) > 1 else f'{delays[0]}'
     times = [f'{span} velocity periods'] if delays[-1] else []
@@ -87,7 +87,7 @@ def _shrink(multiplier: float) -> str:
 def _shortfalls(
     name: str, found: LapMargins, period: float, least: float, multiplier: float = math.nan
 ) -> Iterator[str]:
-    """Yield what is thin of a loop's margins; the delay margin must be at least so long [s]."""
+    """Yield the thin margins of a loop; the delay margin must be at least `least` [s]."""
     gain, lowest, delay = found.margins
     if multiplier >= 1.0:
         yield f'the {name} loop is not stable: an error grows to {multiplier:.3g} of itself in a lap; lower the gains'
@@ -108,11 +108,11 @@ def _shortfalls(
 
 
 def warnings_of(found: Promise) -> list[str]:
-    """Return what must not be expected of a robot, each in a sentence."""
+    """Return warnings about numbers that a robot may not reproduce, each in a sentence."""
     margins = found.margins
     made: list[str] = [*found.cautions, *([f'the margins are unknown: {margins.reason}'] if margins.reason else [])]
     if margins.velocity is not None:
-        # on the wall clock the nodes take one or two samples of it
+        # on the wall clock the nodes use up one or two samples of it
         periods = THIN_PERIODS if found.lockstep else 2.0 * THIN_PERIODS
         made += _shortfalls('velocity', margins.velocity, found.velocity_period, periods * found.velocity_period)
     made += _shortfalls('position', margins.position, found.position_period,
@@ -125,7 +125,7 @@ def warnings_of(found: Promise) -> list[str]:
 
 
 def _room(found: Promise) -> str:
-    """Return for how much delay there is room, in words."""
+    """Describe the room for further delay."""
     gain, _, delay = found.margins.position.margins
     if not math.isfinite(delay) or gain <= 1.0 or found.margins.multiplier >= 1.0:
         return ''
@@ -137,7 +137,6 @@ def _place(time: float) -> str:
 
 
 def _gain_text(found: LapMargins) -> str:
-    """Return a gain margin in words."""
     gain, lowest, _ = found.margins
     lower = f', lower gain margin {lowest:.2f}' if lowest else ''
     if math.isinf(gain):
@@ -146,7 +145,7 @@ def _gain_text(found: LapMargins) -> str:
 
 
 def _loop_text(name: str, found: LapMargins, period: float, longest: int, multiplier: float = math.nan) -> str:
-    """Return the margins of a loop in words; the delay margin was searched up to the longest [periods]."""
+    """Describe the margins of a loop; the delay margin was searched up to the longest [periods]."""
     if multiplier >= 1.0:
         return f'{name} loop: not stable, an error grows to {multiplier:.3g} of itself in a lap'
     lap = '' if math.isnan(multiplier) else f'; errors {_shrink(multiplier)}'
@@ -163,7 +162,7 @@ def _loop_text(name: str, found: LapMargins, period: float, longest: int, multip
 
 
 def promise_lines(found: Promise) -> list[str]:
-    """Return what holds, as lines of text of at most 100 characters."""
+    """Return the promise as lines of text of at most 100 characters."""
     described, margins = found.described, found.margins
     modelled = '; '.join(f'{phrase} ({text})' for phrase, text in described.modelled.items())
     texts = [f'modelled: {modelled or "none of what follows"}',
@@ -183,14 +182,14 @@ def promise_lines(found: Promise) -> list[str]:
 
 
 def spread_text(spread: Sequence[float]) -> str:
-    """Return in words how much the error of a run depends on what is random."""
+    """Describe the spread of a run's error due to random effects."""
     smallest, median, largest = (100.0 * error for error in (spread[0], statistics.median(spread), spread[-1]))
     return (f'RMS error of the configured run over {len(spread)} seeds: {median:.2f} cm, from {smallest:.2f} to '
             f'{largest:.2f} cm')
 
 
 def promise_values(found: Promise) -> dict[str, Any]:
-    """Return what holds, as in `study.json`; numbers that are beyond what was searched are None."""
+    """Return the promise as in `study.json`; numbers beyond the range of the search are None."""
     def of(loop: LapMargins | None, period: float) -> dict[str, float | None] | None:
         if loop is None:
             return None

@@ -24,29 +24,29 @@ def identify(
     bags : path, or sequence of path
         Recordings of one robot.
     *files : path
-        ROS 2 parameter files, later ones win: what is known of the robot, such as its wheels.
+        ROS 2 parameter files, later ones win: known parameters of the robot, such as its wheels.
     robot : str or path or None
-        One of the robots of this package, or the parameter file of one.
+        A robot of this package, or the parameter file of one.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files.
     namespace : str
-        In which the nodes ran.
+        Of the nodes.
     topics : mapping of str to str or None
-        Topics of the loop, or ``ground_truth``, that have another name in the bags.
+        Other names of topics of the loop, or of ``ground_truth``, in the bags.
     same_clock : bool
-        Whether one clock stamped commands and odometry, and recorded both.
+        Whether a single clock stamped commands and odometry, and recorded both.
 
     Returns
     -------
     Identification
-        Parameters with 95 % intervals and their covariance, and what the recordings do not tell.
+        Parameters with 95 % intervals and their covariance, and open questions.
 
     Raises
     ------
     ParameterError
         If a bag cannot be read, or SciPy is missing.
     UnidentifiableError
-        If the recordings tell nothing; it has the reasons.
+        If the recordings contain no usable information; it has the reasons.
     """
     several = [bags] if isinstance(bags, str | PathLike) else list(bags)
     request = make_request(IdentificationRequest, {

@@ -23,21 +23,21 @@ def load(
     name : str or None
         For legends; if None, that of the file or of the folder.
     namespace : str
-        In which the nodes of a bag ran.
+        Of the nodes of a bag.
     topics : mapping of str to str or None
-        Names that topics of the loop have in a bag, such as ``{'odom': '/base/odom'}``.
+        Names of topics of the loop in a bag, such as ``{'odom': '/base/odom'}``.
     progress : bool
         Whether to show a progress bar.
 
     Returns
     -------
     Run
-        As of `simulate`; what could not be read is named in ``problems``.
+        As from `simulate`; ``problems`` names everything that could not be read.
 
     Raises
     ------
     ParameterError
-        If there is no run at this place, with what to name instead.
+        If there is no run at this path; it says what to name instead.
     """
     named, place = name_of(str(path))
     try:

@@ -21,7 +21,7 @@ def plan(
     *files : path
         ROS 2 parameter files, later ones win.
     robot : str or path or None
-        One of the robots of this package, or the parameter file of one.
+        A robot of this package, or the parameter file of one.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files: ``reference_cart.timing.*`` and
         ``reference_cart.path.*``.
@@ -29,12 +29,12 @@ def plan(
     Returns
     -------
     Plan
-        The motion, with the limit that is active where.
+        The motion, with the active limit at each point.
 
     Raises
     ------
     ParameterError
-        Naming every violation, those of the file by its line.
+        With every violation; those of the file have their line.
 
     Examples
     --------

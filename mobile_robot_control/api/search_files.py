@@ -1,4 +1,4 @@
-"""A search with its files: compared with the one that is there, interrupted, resumed, written."""
+"""A search with its files: compared with an existing result, interrupted, resumed, written."""
 
 import math
 import shlex
@@ -39,7 +39,7 @@ from mobile_robot_control.tuning.workers import TrialRunner, runner
 
 
 class SearchFiles(NamedTuple):
-    """Where the result of a search goes."""
+    """The files of a search."""
 
     output: Annotated[str, Field('', 'parameter file to write; beside it go the history (.csv), a picture (.png), a '
                                  'page (.html) and, until the search is done, its journal (.yaml.journal)')]
@@ -48,7 +48,7 @@ class SearchFiles(NamedTuple):
 
 
 def search_into_files(request: SearchRequest, files: SearchFiles, command_line: str) -> int:
-    """Search and write; return 0, or 1 where there is no result, an interrupt, or a better file that stays."""
+    """Search and write; return 0, or 1 without a result, after an interrupt, or if a better file stays."""
     search = Search(request)
     with runner(request.where) as run:
         return SearchRun(request, search, files, command_line, run).run()
@@ -59,13 +59,13 @@ def search_purpose(parameters: Configuration, goal: Goal, settings: SearchSettin
     kept = {name: value for name, value in settings._asdict().items() if name not in ('generations', 'seconds')}
     loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
             for name, value in flatten(group).items()}
-    # a search without it depends on nothing of it, and goes on from journals that lack it
+    # a search without `smooth` does not depend on it, and resumes journals that lack it
     wanted = {name: value for name, value in goal._asdict().items() if name != 'smooth' or value}
     return {'version': __version__, **kept, **wanted, **loop, **_checksums(parameters, goal)}
 
 
 def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
-    """Return checksums of the source of the law, and of the curves or the path that are searched with."""
+    """Return checksums of the source of the law, and of the curves or the path in the search."""
     law, path = parameters.position_controller.control.controller_type, path_of(parameters.reference_cart)
     curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve)
               for one in goal.scenarios if one.curve != PATH}
@@ -74,7 +74,7 @@ def _checksums(parameters: Configuration, goal: Goal) -> dict[str, str]:
 
 
 def without_place(command_line: str) -> str:
-    """Return a command without the options that change no result: where it ran, and after which interruptions."""
+    """Return a command without the options that change no result: its place, and its interruptions."""
     words = shlex.split(command_line)
     return shlex.join(
         text for text, before in zip(words, ('', *words), strict=False)
@@ -86,7 +86,7 @@ def search_notes(
     request: SearchRequest, command_line: str, goal: Goal, settings: SearchSettings, found: Found,
     metrics: Mapping[str, Any],
 ) -> list[str]:
-    """Return where gains come from, as comments at the head of their parameter file; metrics of the configured run."""
+    """Return the origin of gains as comments for their parameter file; metrics are those of the configured run."""
     torque = metrics['peak_wheel_torque']
     robot = '' if request.sources.robot is None else f' for the robot {request.sources.robot}'
     return [
@@ -104,7 +104,7 @@ def search_notes(
 
 
 def _standing(file: Path, objective: Objective, controller: str) -> float:
-    """Return the score of the parameter file that is there already; infinite where there is none."""
+    """Return the score of the existing parameter file; infinite if there is none."""
     if not file.exists():
         return math.inf
     try:
@@ -119,7 +119,7 @@ def _standing(file: Path, objective: Objective, controller: str) -> float:
 
 
 class SearchRun:
-    """A search from its request to the files that it writes."""
+    """A search, from its request to its written files."""
 
     def __init__(
         self, request: SearchRequest, search: Search, files: SearchFiles, command_line: str, run: TrialRunner
@@ -156,10 +156,10 @@ class SearchRun:
         return self._done(found, standing, interrupt.requested)
 
     def _lost(self, error: OSError, standing: float) -> int:
-        """Keep what can be kept when the journal or the cluster is gone."""
+        """Save the results so far when the journal or the cluster is lost."""
         found: Found | None = getattr(error, 'found', None)
-        print(f'tune: {printable(str(error.filename or self._journal_file))}: {error.strerror or error}; what was '
-              'scored before is kept: mend that and go on with --resume', file=sys.stderr)
+        print(f'tune: {printable(str(error.filename or self._journal_file))}: {error.strerror or error}; earlier '
+              'scores are kept: fix this and continue with --resume', file=sys.stderr)
         if found is not None and found.point is not None:
             gains = search_gains.parameters(self._goal.genes, self._objective.gains(found.point.tolist()))
             print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: {gains}',
@@ -184,13 +184,13 @@ class SearchRun:
         return 0 if better else 1
 
     def _write(self, found: Found, standing: float) -> bool:
-        """Write all files, unless a better one is there already."""
+        """Write all files, unless a better one exists."""
         assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
         gains = search_gains.rounded(self._objective.gains(found.point.tolist()))
         return self.write(gains, found._replace(score=self._objective.score(gains)), standing)
 
     def write(self, gains: Gains, found: Found, standing: float) -> bool:
-        """Write all files for gains with their score, unless a better one is there already."""
+        """Write all files for gains with their score, unless a better one exists."""
         if standing <= found.score:
             print(f'tune: {self._shown} has the objective {standing:.6g} and stays, {found.score:.6g} was '
                   'found; --overwrite replaces it', file=sys.stderr)

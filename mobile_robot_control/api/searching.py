@@ -30,7 +30,7 @@ class Tuned(NamedTuple):
     Attributes
     ----------
     controller : str
-        What was searched.
+        Target of the search.
     objective : float
         Of the gains found, over the scenarios of the search; smaller is better.
     parameters : dict of str to object
@@ -40,9 +40,9 @@ class Tuned(NamedTuple):
     configuration : Configuration
         The configured loop with the gains found.
     provenance : dict of str to object
-        Call, versions and parameters that it was made with.
+        The call, versions and parameters that produced it.
     search : Search
-        What was asked for.
+        The request.
     """
 
     controller: str
@@ -60,7 +60,7 @@ class Tuned(NamedTuple):
                 f'{gains}>')
 
     def save(self, file: File) -> None:
-        """Write a parameter file that every node and command takes; it replaces one that is there."""
+        """Write a parameter file for every node and command; an existing file is replaced."""
         kept: dict[str, list[str]] = {}
         for name in self.parameters:
             node, _, parameter = name.partition('.')
@@ -76,12 +76,12 @@ class Tuned(NamedTuple):
         Returns
         -------
         InlinePage
-            The page, which notebooks show.
+            The page, for display in notebooks.
 
         Raises
         ------
         OSError
-            If one cannot be written.
+            If a file cannot be written.
 
         """
         # imported late: Matplotlib takes a second
@@ -100,8 +100,8 @@ class Tuned(NamedTuple):
 
 
 def refuse_files(options: Collection[str]) -> None:
-    """Raise ParameterError where options of a command are among these that name files."""
-    unused = [f'{name}: nothing is written to files from Python; leave it out, and call report() of what is returned'
+    """Raise ParameterError if options of a command name files."""
+    unused = [f'{name}: nothing is written to files from Python; leave it out, and call report() of the result'
               for name in ('output', 'overwrite', 'resume') if name in options]
     if unused:
         raise ParameterError(unused)
@@ -123,19 +123,19 @@ def tune(
     *files : path
         ROS 2 parameter files of the loop, later ones win; without any, the defaults.
     seed : int
-        Of all chance.
+        Of all random numbers.
     robot : str or path or None
-        One of the robots of this package, or the parameter file of one.
+        A robot of this package, or the parameter file of one.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files.
     generations, population : int or None
-        150, and the chapter's 51 or 101, if None.
+        If None, 150, and the chapter's 51 or 101.
     algorithm : str or None
         'genetic' or 'differential_evolution'; if None, the first.
     bounds : mapping of str to (float, float) or None
-        Low and high by gene, such as ``{'k1': (0, 5)}``; what is not named keeps its bounds.
+        Low and high by gene, such as ``{'k1': (0, 5)}``; other genes keep their bounds.
     keep : collection of str
-        Gains that the search leaves alone.
+        Gains excluded from the search.
     workers : int or None
         Cores of this machine; all if None.
     progress : bool
@@ -152,9 +152,9 @@ def tune(
     Raises
     ------
     ParameterError
-        Naming every violation, with the remedy.
+        With every violation and its remedy.
     RuntimeError
-        If no individual could be scored.
+        If no individual has a score.
     """
     refuse_files(options)
     sources = parameter_sources(files, robot, parameters)

@@ -19,8 +19,8 @@ def simulate(
     """
     Run the closed loop of the four nodes in this process, as the command `simulate` does, to the same numbers.
 
-    Laws and curves of `register` have their names here too. The robot starts at the cart's start, unless
-    `plant.initial_pose` is given.
+    Laws and curves of `register` have their names here, too. By default the robot starts at the cart's start;
+    `plant.initial_pose` overrides it.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def simulate(
     duration : float
         Simulated time [s].
     robot : str or path or None
-        One of the robots of this package, or the parameter file of one; read before the files.
+        A robot of this package, or the parameter file of one; read before the files.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files; ``'/**.position_rate'`` sets a shared one.
     name : str or None
@@ -41,12 +41,12 @@ def simulate(
     -------
     Run
         Up to its end, or until the motion diverged or the law failed; then there is a `RuntimeWarning`, and
-        ``metrics['outcome']`` and ``problems`` tell why.
+        ``metrics['outcome']`` and ``problems`` give the reason.
 
     Raises
     ------
     ParameterError
-        Naming every violation, with the remedy.
+        With every violation and its remedy.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A simulation with its files: a table written while it runs, its parameters before it, its metrics after it."""
+"""A simulation with its files: parameters before the run, a table during it, metrics after it."""
 
 import json
 from collections.abc import Iterable
@@ -19,7 +19,7 @@ from mobile_robot_control.system.progress import tqdm
 
 
 class SimulationFiles(NamedTuple):
-    """Where the result of a simulation goes."""
+    """The files of a simulation."""
 
     output: Annotated[str | None, Field('', 'FILE.csv to write, one row a velocity step; FILE.parameters.yaml and '
                                         'FILE.metrics.json go with it')] = None
@@ -28,7 +28,7 @@ class SimulationFiles(NamedTuple):
 def simulate_into_files(
     request: SimulationRequest, files: SimulationFiles, command_line: str
 ) -> tuple[Simulated, Configuration]:
-    """Simulate until the end or an interrupt, and write; return how it ended, and what it ran with."""
+    """Simulate until the end or an interrupt, and write; return the result, and the configuration."""
     simulation = Simulation(request)
     parameters = simulation.parameters
     with ExitStack() as stack:

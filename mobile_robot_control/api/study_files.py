@@ -1,4 +1,4 @@
-"""A study with its files: run until it is done or interrupted, and written."""
+"""A study with its files: run until it is complete or interrupted, and written."""
 
 import csv
 import io
@@ -43,7 +43,7 @@ from mobile_robot_control.tuning.workers import runner
 
 
 class StudyFiles(NamedTuple):
-    """Where the result of a study goes."""
+    """The files of a study."""
 
     output: Annotated[str, Field('', 'folder for study.json, runs.csv, starts.png and study.html')]
     overwrite: Annotated[bool, Field('', 'replace a study that the folder already holds')] = False
@@ -60,7 +60,7 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     if (folder / 'study.json').exists() and not files.overwrite:
         raise ParameterError([f'{folder}: holds a study already; name another folder, or add --overwrite'])
     folder.mkdir(parents=True, exist_ok=True)
-    # nothing long begins before the place is known to be writable
+    # check that the folder is writable before anything long begins
     writable_file(str(folder / 'runs.csv'))
     total = request.runs * len(controllers)
     with runner(request.where) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
@@ -98,7 +98,7 @@ def write_study(
 def _replay_into_files(
     request: StudyRequest, controllers: Mapping[str, Configuration], number: int, folder: Path, command_line: str
 ) -> int:
-    """Run one of the runs again, with each controller, and write a report of them."""
+    """Repeat one of the runs with each controller, and write a report of them."""
     if number > request.runs:
         raise ParameterError([f'--only {number}: the study has {request.runs} runs; name one from 1 to {request.runs}'])
     runs = []
@@ -133,7 +133,7 @@ def replayed_runs(studied: StudiedController, laps: float, chosen: Sequence[int]
 
 
 def _until_failure(samples: Iterator[Sample]) -> Iterator[Sample]:
-    """Yield samples up to the one at which a law fails, if any does."""
+    """Yield samples up to a failure of the law, if there is one."""
     try:
         yield from samples
     except LawFailedError:

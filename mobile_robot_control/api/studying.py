@@ -38,14 +38,14 @@ class Study(NamedTuple):
     Attributes
     ----------
     values : dict of str to object
-        As `study.json`, without its provenance.
+        As in `study.json`, without its provenance.
     runs : dict of str to array, each of shape (n,)
-        The columns of `runs.csv`, a row for each run of each controller; `success` is an array of bool, and what is not
-        known is nan.
+        The columns of `runs.csv`, a row for each run of each controller; `success` is an array of bool, and unknown
+        values are nan.
     provenance : dict of str to object
-        Call, versions and parameters that it was made with.
+        The call, versions and parameters that produced it.
     request : StudyRequest
-        What was asked for.
+        The request.
     studied : dict of str to StudiedController
         All runs with their scenarios, by controller.
     """
@@ -62,7 +62,7 @@ class Study(NamedTuple):
 
     @property
     def controllers(self) -> dict[str, dict[str, Any]]:
-        """Success rate, its interval, the metrics and where it fails (`failures`), by controller."""
+        """Success rate, its interval, the metrics and the failures (`failures`), by controller."""
         found: dict[str, dict[str, Any]] = self.values['controllers']
         return found
 
@@ -74,12 +74,12 @@ class Study(NamedTuple):
 
     def report(self, folder: File) -> 'InlinePage':
         """
-        Write the files of the command `study` into a folder, and return its page, which notebooks show.
+        Write the files of the command `study` into a folder, and return its page for display in notebooks.
 
         Raises
         ------
         OSError
-            If they cannot be written.
+            If the files cannot be written.
         """
         # imported late: Matplotlib takes a second
         from mobile_robot_control.api.study_files import write_study  # noqa: PLC0415
@@ -89,12 +89,12 @@ class Study(NamedTuple):
         return inline(write_study(Path(folder), self.request, self.studied, self.provenance))
 
     def to_dataframe(self) -> Any:
-        """Return `runs` as a table of pandas; raise ModuleNotFoundError where that is not installed."""
+        """Return `runs` as a table of pandas; raise ModuleNotFoundError if that is not installed."""
         return as_dataframe(dict(self.runs))
 
 
 def _in_words(found: Mapping[str, Any]) -> str:
-    """Return what a controller achieved, in a line."""
+    """Describe the success of a controller in a line."""
     low, high = (f'{100.0 * end:.4g}' for end in found['success_interval'])
     median = found['metrics']['rms_position_error']['median']
     error = '' if median is None else f', median RMS position error {median:.4g} m'
@@ -116,20 +116,20 @@ def study(
     runs : int
         Of each controller.
     seed : int
-        Of all chance.
+        Of all random numbers.
     compare : mapping of str to (path or mapping), or sequence of path
-        The controllers, each on top of files and parameters: by name a parameter file, or values by
-        ``NODE.PARAMETER``; or files, with the names that the command gives them. If empty, the configured one alone.
+        The controllers, each in addition to files and parameters: by name a parameter file, or values by
+        ``NODE.PARAMETER``; or files, named as by the command. If empty, only the configured controller.
     robot : str or path or None
-        One of the robots of this package, or the parameter file of one.
+        A robot of this package, or the parameter file of one.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files.
     laps : float or None
         Length of each run; 2 if None.
     curves : collection of str
-        Drawn from; trifolium and lemniscate if empty.
+        To draw from; trifolium and lemniscate if empty.
     scales : collection of float
-        Drawn from [m]; 0.5 and 1 if empty.
+        To draw from [m]; 0.5 and 1 if empty.
     workers : int or None
         Cores of this machine; all if None.
     progress : bool
@@ -145,7 +145,7 @@ def study(
     Raises
     ------
     ParameterError
-        Naming every violation, with the remedy.
+        With every violation and its remedy.
     """
     refuse_files(options)
     sources = parameter_sources(files, robot, parameters)

@@ -1,4 +1,4 @@
-"""Which of the four nodes a section of a parameter file reaches, by their full names."""
+"""The addressing of the four nodes by sections of a parameter file, through their full names."""
 
 import re
 from collections.abc import Mapping
@@ -10,22 +10,22 @@ _LONGEST_NAMESPACE = 200  # so that a node's longest service name stays within t
 
 
 def full_names(namespace: str = '/', renamed: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return the full name of each of the four nodes in a namespace, where some have another name than their own."""
+    """Return the full name of each of the four nodes in a namespace, some of them renamed."""
     return {node: f'{namespace.rstrip("/")}/{(renamed or {}).get(node, node)}' for node in NODES}
 
 
 def is_section(text: str) -> bool:
-    """Return whether rcl takes a text for the name of a section: tokens, '*' and '**' between single slashes."""
+    """Return whether rcl accepts a text as the name of a section: tokens, '*' and '**' between single slashes."""
     return _SECTION.fullmatch(text) is not None
 
 
 def addressed_nodes(section: str, names: Mapping[str, str]) -> list[str]:
-    """Return the nodes of ours that a section reaches, by rcl's wildcards: '*' is one token, '**' any number."""
+    """Return those of the four nodes that a section reaches, by rcl's wildcards: '*' is one token, '**' any number."""
     return [node for node, name in names.items() if _reaches(section, name)]
 
 
 def _reaches(section: str, name: str) -> bool:
-    """Return whether a section is for the node of a full name."""
+    """Return whether a section reaches the node of a full name."""
     pattern = re.escape('/' + section.strip('/')).replace(r'/\*\*', '(/[^/]+)*').replace(r'\*', '[^/]+')
     return re.fullmatch(pattern, name) is not None
 
@@ -36,7 +36,7 @@ def namespace_of(name: str) -> str:
 
 
 def unreached(section: str, names: Mapping[str, str]) -> str:
-    """Return why a section that reaches no node was nevertheless meant for one of ours, and the remedy; '' if not."""
+    """Explain why a section meant for one of the four nodes reaches none, with the remedy; '' if it was not."""
     for node, name in names.items():
         namespace, _, present = name.rpartition('/')
         if section.strip('/') != node and not _reaches(section, f'{namespace}/{node}'):
@@ -49,7 +49,7 @@ def unreached(section: str, names: Mapping[str, str]) -> str:
 
 
 def elsewhere(section: str, names: Mapping[str, str]) -> str:
-    """Return why a section is for one of our nodes in another namespace, and the remedy; '' if it is not."""
+    """Explain why a section is for one of the four nodes in another namespace, with the remedy; '' if it is not."""
     node = section.rpartition('/')[2]
     if node not in names:
         return ''
@@ -58,7 +58,7 @@ def elsewhere(section: str, names: Mapping[str, str]) -> str:
 
 
 def namespace_fault(text: str) -> str:
-    """Return what is wrong with a namespace, with the remedy; '' where ROS takes it."""
+    """Describe the fault in a namespace, with the remedy; '' if ROS accepts it."""
     if _is_namespace(text):
         return ''
     near = '/' + '/'.join(filter(None, text.split('/')))
@@ -73,7 +73,7 @@ def _is_namespace(text: str) -> bool:
 
 
 def read_namespace(value: str) -> str:
-    """Return a namespace that ROS takes; raise ValueError where it does not."""
+    """Return a namespace; raise ValueError if ROS does not accept it."""
     fault = namespace_fault(value)
     if fault:
         raise ValueError(fault)

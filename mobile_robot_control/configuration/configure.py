@@ -18,7 +18,7 @@ from mobile_robot_control.reference.curve import PATH
 
 
 def _disagreements(configuration: Configuration) -> Iterator[str]:
-    """Yield the shared parameters that differ between the nodes."""
+    """Yield the shared parameters with different values in the nodes."""
     ours = {node: declarations(type(part.shared), defaults=part.shared) for node, part
             in configuration._asdict().items()}
     for name in declarations(Shared):
@@ -35,7 +35,7 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
     Parameters
     ----------
     values : mapping of str to mapping
-        By node name, values by dotted parameter name; a node not named keeps its defaults.
+        By node name, values by dotted parameter name; omitted nodes keep their defaults.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
     Raises
     ------
     ParameterError
-        Naming every violation, each once, with the nodes concerned before it.
+        With every violation once, after the nodes concerned.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
 
 
 def _unlike_drives(configuration: Configuration) -> Iterator[str]:
-    """Yield what the cart, which plans a path by the motors, has otherwise than the plant."""
+    """Yield the motor parameters of the cart, which plans a path with them, that differ from the plant's."""
     cart, model = configuration.reference_cart, configuration.plant.model
     if cart.curve.curve != PATH or model.drive == VELOCITY:
         return
@@ -85,9 +85,9 @@ def _unlike_drives(configuration: Configuration) -> Iterator[str]:
 
 def at_cart_start(configuration: Configuration) -> Configuration:
     """
-    Return a configuration whose robot starts where the reference cart does, with the same heading.
+    Return a configuration with the robot at the start of the reference cart, with the same heading.
 
-    A cart that awaits its path stands where the robot starts.
+    A cart that awaits its path stands at the robot's start.
     """
     if awaits_path(configuration.reference_cart):
         return configuration

@@ -20,7 +20,7 @@ from mobile_robot_control.system.texts import printable, shortened
 Values = dict[str, dict[str, Any]]
 PATH_FILE = 'path.file'
 Override = str | tuple[str, Any]
-"""One parameter: ``NODE.PARAMETER:=VALUE`` with its value in YAML, or name and value."""
+"""One parameter: ``NODE.PARAMETER:=VALUE`` with a value in YAML, or name and value."""
 
 
 def _flat(tree: Mapping[Any, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
@@ -55,17 +55,17 @@ def _sections(tree: Mapping[Any, Any], path: str, source: str) -> Iterator[tuple
 
 
 def is_declared(name: str) -> bool:
-    """Return whether any of the four nodes declares a parameter of this dotted name."""
+    """Return whether any of the four nodes declares a parameter with this dotted name."""
     return any(name in declared for declared in parameter_names().values())
 
 
 def is_ros_parameter(name: str) -> bool:
-    """Return whether a parameter is one that every ROS node has, such as `use_sim_time` or `qos_overrides.*`."""
+    """Return whether every ROS node has a parameter, such as `use_sim_time` or `qos_overrides.*`."""
     return name in ('use_sim_time', 'start_type_description_service') or name.startswith('qos_overrides.')
 
 
 def _law_hint(name: str, known: Iterable[str]) -> str:
-    """Return what to do about a parameter of a group that no node has."""
+    """Return the remedy for a parameter of an unknown group."""
     group = name.partition('.')[0]
     if group == name or any(one.startswith(f'{group}.') for one in known):
         return ''
@@ -73,7 +73,7 @@ def _law_hint(name: str, known: Iterable[str]) -> str:
 
 
 def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], source: str) -> Iterator[str]:
-    """Yield what is wrong with the names of a section that is for some of our nodes."""
+    """Yield the faults in the names of a section for some of the four nodes."""
     known = set().union(*(parameter_names()[node] for node in nodes))
     for name, value in values.items():
         if name in known or is_ros_parameter(name):
@@ -112,7 +112,7 @@ def read_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a Python value as YAML would give it: no types of NumPy, and no array of whole and other numbers."""
+    """Convert a Python value to the types of YAML: without NumPy, and with one kind of number in an array."""
     value = value.tolist() if hasattr(value, 'tolist') else value
     if not isinstance(value, list | tuple):
         return value
@@ -123,10 +123,10 @@ def _plain(value: Any) -> Any:
 
 def read_override(override: Override) -> tuple[str, str, dict[str, Any]]:
     """
-    Read one parameter whose NODE may be ``/**``.
+    Read one parameter; its NODE may be ``/**``.
 
-    Returns its source for messages, the section's name, and the one value by its dotted name. Raises ParameterError if
-    it has another form.
+    Returns its source for messages, the section's name, and the one value by its dotted name. Raises ParameterError for
+    any other form.
 
     Examples
     --------
@@ -154,11 +154,11 @@ def merge_sections(
     sources: Iterable[tuple[str, str, Mapping[str, Any]]], names: Mapping[str, str] | None = None
 ) -> Values:
     """
-    Merge sections (source for messages, section name, values) into values by node name; a later one wins.
+    Merge sections (source for messages, section name, values) into values by node name; later ones win.
 
-    The nodes have their full names in the namespace '/', unless others are given. Raises ParameterError naming every
-    parameter that no node declares or that stands in a wrong section, every section that misses a node of ours, and
-    every source that reaches none; sections for nodes of other packages pass.
+    By default the nodes have their full names in the namespace '/'. Raises ParameterError with every parameter that no
+    node declares or that stands in a wrong section, every section that misses one of the four nodes, and every source
+    that reaches none; sections for nodes of other packages pass.
     """
     names = full_names() if names is None else names
     values: Values = {node: {} for node in NODES}
@@ -184,7 +184,7 @@ def merge_sections(
 
 
 def located(values: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return values in which a file of waypoints has its absolute path, from the folder of the file that names it."""
+    """Return values with an absolute path of the waypoints, relative to the folder of the file that names them."""
     file = values.get(PATH_FILE)
     if not isinstance(file, str) or file in ('', NO_FILE):
         return values
@@ -202,7 +202,7 @@ def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namesp
     overrides : sequence of (str or (str, object))
         ``NODE.PARAMETER:=VALUE``, or name and value; they win over files.
     namespace : str
-        In which the nodes run.
+        Of the nodes.
 
     Returns
     -------
@@ -212,7 +212,7 @@ def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namesp
     Raises
     ------
     ParameterError
-        If a file or an override cannot be read, or names what no node declares.
+        If a file or an override cannot be read, or names a parameter that no node declares.
 
     """
     sources = [(str(path), section, located(values, Path(path).parent))
@@ -220,7 +220,7 @@ def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namesp
     for override in overrides:
         source, section, values = read_override(override)
         values = located(values, Path())
-        # a node is named without its namespace there
+        # an override names a node without its namespace
         sources.append((source, section if section == '/**' else f'/**/{section.strip("/")}', values))
     return merge_sections(sources, full_names(namespace))
 
@@ -229,7 +229,7 @@ def parameter_file_text(values: Mapping[str, Mapping[str, Any]]) -> str:
     """
     Return values by node and dotted name as the text of a ROS 2 parameter file.
 
-    One section a node; reading it back gives the same numbers to the last bit.
+    One section a node; its numbers read back the same to the last bit.
     """
     tree = {
         f'/**/{node}': {'ros__parameters': {
@@ -240,13 +240,13 @@ def parameter_file_text(values: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def configuration_text(parameters: Configuration, robot: str | None = None) -> str:
-    """Return a configuration as a parameter file that gives the same numbers to the last bit, headed by its robot."""
+    """Return a configuration as a parameter file with the same numbers to the last bit, headed by its robot."""
     text = parameter_file_text({node: flatten(part) for node, part in parameters._asdict().items()})
     return text if robot is None else f'# robot: {printable(robot)}\n{text}'
 
 
 def save_configuration(file: Path, parameters: Configuration, robot: str | None = None) -> None:
-    """Write a configuration as a parameter file, and beside it a copy of its waypoints, which it names."""
+    """Write a configuration as a parameter file, and a copy of the waypoints that it names beside it."""
     cart = parameters.reference_cart
     if cart.curve.curve == PATH and cart.path.file != NO_FILE:
         given = Path(cart.path.file)

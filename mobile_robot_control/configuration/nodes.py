@@ -1,4 +1,4 @@
-"""The parameters of the four nodes, and the rules that hold between those of one node."""
+"""The parameters of the four nodes, and the rules between the parameters of one node."""
 
 import math
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.topics import LOOPS, PATH_TOPIC, LoopGraph, extended, with_truth
 
 _LONGEST_STEP = 3600.0
-"""Wall time that a step may take where simulated time is slowed down [s]."""
+"""Longest wall time of a step when simulated time is slowed down [s]."""
 
 
 class PlantParameters(NamedTuple):
@@ -44,8 +44,8 @@ class PlantParameters(NamedTuple):
     shared: Annotated[Shared, INLINE] = Shared()
     initial_pose: Annotated[
         tuple[float, ...],
-        Field('m, m, rad', "where the robot starts: x, y, yaw; the commands start it at the cart's start if not given; "
-              'a change acts at the next reset', length=3, live=True)
+        Field('m, m, rad', "start of the robot: x, y, yaw; if not given, the commands start it at the cart's start; a "
+                           'change acts at the next reset', length=3, live=True)
     ] = (1.0, 0.0, 0.5 * math.pi)
     duration: Annotated[
         float, Field('s', 'length of the run; 0 for no end', minimum=0.0)
@@ -55,15 +55,15 @@ class PlantParameters(NamedTuple):
                      minimum=0.0, live=True)
     ] = 1.0
     paused: Annotated[
-        bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock joint_states alone',
+        bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock, only joint_states',
                     live=True)
     ] = False
     hold_at: Annotated[
-        float, Field('s', 'time from the start at which the run holds as if paused, until this is raised; 0 means none',
+        float, Field('s', 'time from the start at which the run holds, like paused, until this is raised; 0 for none',
                      minimum=0.0, live=True)
     ] = 0.0
     publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
-    publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf where tf2_ros is installed')] = True
+    publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf if tf2_ros is installed')] = True
     torque_timeout: Annotated[
         float, Field('s', 'wall clock: time without wheel_torques after which the torque falls to zero: larger '
                      'drives on longer', above=0.0)
@@ -103,19 +103,19 @@ class PositionControllerParameters(NamedTuple):
                      'drives on longer', above=0.0)
     ] = 0.5
     compensate_latency: Annotated[
-        bool, Field('', 'carry odometry forward along its arc by its age: odom_latency, on the wall clock plus the '
-                    'age of its stamp, in lockstep plus the steps for which it repeats a sample; on the wall clock '
-                    'the reference, too', live=True)
+        bool, Field('', 'extrapolate odometry along its arc over its age: odom_latency, plus the age of its stamp on '
+                        'the wall clock, plus the steps of a repeated sample in lockstep; on the wall clock, also the '
+                        'reference', live=True)
     ] = False
     odom_latency: Annotated[
-        float, Field('s', "age of odometry that its stamp does not show, and the base's dead time if you like: larger "
-                     'carries it farther forward', minimum=0.0, live=True)
+        float, Field('s', "age of odometry that its stamp does not show, optionally plus the base's dead time: larger "
+                          'extrapolates farther', minimum=0.0, live=True)
     ] = 0.0
     stop_on_odom_conflict: Annotated[
-        bool, Field('', 'wall clock: stop the robot while odom has several publishers that contradict each other',
+        bool, Field('', 'wall clock: stop the robot while several publishers of odom contradict each other',
                     live=True)
     ] = True
-    # beside those of the command in `control`, which rollouts take
+    # in addition to those of the command in `control`, which rollouts take
     limits: TrackingLimit = TrackingLimit()
     approach: ApproachParameters = ApproachParameters()
 
@@ -128,7 +128,7 @@ class ReferenceCartParameters(NamedTuple):
     waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
     path: PathParameters = PathParameters()
     timing: Timing = Timing()
-    # as of the plant, for the torques of a path
+    # as for the plant, for the torques of a path
     motor: Motor = Motor()
     friction: Friction = Friction()
 
@@ -143,26 +143,26 @@ class Configuration(NamedTuple):
 
 
 PACE = ('paused', 'hold_at', 'real_time_factor')
-"""Parameters of the plant that change no number of a run, and are no events."""
+"""Parameters of the plant that change no number of a run and cause no events."""
 NODES: dict[str, Any] = dict(Configuration.__annotations__)
-"""The parameters' class of each node, by node name."""
+"""The parameter class of each node, by node name."""
 
 
 def counted_twice(parameters: PositionControllerParameters) -> Iterator[str]:
-    """Yield, in words, an age of odometry that is compensated twice."""
+    """Report an age of odometry that is compensated twice."""
     if parameters.compensate_latency and parameters.odom_latency and parameters.shared.stamps_samples:
         yield (f'odom_latency = {parameters.odom_latency:g} s is added to the age that the stamps of odom show '
                '(odometry_stamped: sampled): leave it out, unless odometry is older than its stamps')
 
 
 def has_exact_odometry(plant: PlantParameters) -> bool:
-    """Return whether `odom` is the true motion, so that the plant publishes no `ground_truth` beside it."""
+    """Return whether `odom` is the true motion, so that the plant needs no `ground_truth`."""
     noise = plant.model.imperfections.noise
     return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
 
 
 def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
-    """Return the path that the cart drives; () where it drives a curve."""
+    """Return the path of the cart; () for a curve."""
     if cart.curve.curve != PATH:
         return ()
     if cart.path.file == NO_FILE:
@@ -179,33 +179,33 @@ def path_request(cart: ReferenceCartParameters, waypoints: Waypoints) -> PathReq
 
 
 def awaits_path(cart: ReferenceCartParameters) -> bool:
-    """Return whether the cart stands until a path comes on the topic `path`."""
+    """Return whether the cart stands until a path arrives on the topic `path`."""
     return cart.curve.curve == PATH and cart.path.file == NO_FILE
 
 
 def course_of(cart: ReferenceCartParameters) -> Course:
-    """Return what the cart drives."""
+    """Return the course of the cart."""
     return make_course(cart.curve.curve, cart.curve.placement, path_of(cart))
 
 
 def known_course(cart: ReferenceCartParameters) -> Course | None:
-    """Return what the cart drives; None where it awaits a path."""
+    """Return the course of the cart; None if it awaits a path."""
     return None if awaits_path(cart) else course_of(cart)
 
 
 def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
-    """Return a loop with the topics that the parameters of all nodes ask for."""
+    """Return a loop with the topics that the shared parameters require."""
     return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled, shared.has_odom_time)
 
 
 def loop_of(plant: PlantParameters) -> LoopGraph:
-    """Return the loop that a plant is part of."""
+    """Return the loop of a plant."""
     loop = with_options(LOOPS[plant.model.drive], plant.shared)
     return loop if has_exact_odometry(plant) else with_truth(loop)
 
 
 def parameter_names() -> dict[str, set[str]]:
-    """Return the dotted names of the parameters of each node, with the laws that are registered now."""
+    """Return the dotted names of the parameters of each node, with those of the laws registered now."""
     return _parameter_names(LAWS.version)
 
 
@@ -233,7 +233,7 @@ def _horizon_is_long(parameters: PositionControllerParameters) -> Iterator[str]:
 
 @rule
 def _path_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
-    """Refuse a path without what it needs, one that nothing can drive, and what would have no effect."""
+    """Refuse an incomplete path, an infeasible one, and parameters without effect."""
     if cart.curve.curve != PATH:
         for name, value in cart.path._asdict().items():
             if value != getattr(PathParameters(), name):
@@ -250,7 +250,7 @@ def _path_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
 
 
 def _unplaced(cart: ReferenceCartParameters) -> Iterator[str]:
-    """Yield what places a curve and has no meaning for a path."""
+    """Yield the parameters that place a curve, which are meaningless for a path."""
     for name, value in cart.curve.placement._asdict().items():
         if value != getattr(Placement(), name):
             yield (f"{name} = {list(value) if isinstance(value, tuple) else value} places a curve, and curve is "
@@ -266,7 +266,7 @@ def _horizon_can_be_sent(parameters: ReferenceCartParameters) -> Iterator[str]:
 @rule
 def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
     rate = plant.shared.velocity_rate
-    # without a step the run would have no end
+    # a run without a step would have no end
     if plant.duration > 0.0 and round(plant.duration * rate) < 1:
         yield (f'duration = {plant.duration} s is too short for a step at velocity_rate = {rate} Hz; '
                f'take at least {1.0 / rate:g} s, or 0 for no end')
@@ -275,7 +275,7 @@ def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
 @rule
 def _a_step_ends(plant: PlantParameters) -> Iterator[str]:
     factor, period = plant.real_time_factor, 1.0 / plant.shared.velocity_rate
-    # below some 1e-13 a step would last longer than a timer can wait
+    # below some 1e-13 a step would last longer than the longest timer
     if factor > 0.0 and factor * _LONGEST_STEP < period:
         yield (f'real_time_factor = {factor} is too small: a step would take {period / factor:.3g} s of wall time; '
                f'write at least {period / _LONGEST_STEP:g}, or 0 for as fast as possible')

@@ -1,4 +1,4 @@
-"""Where a result comes from: the command, the parameters and the versions that it was made with."""
+"""The origin of a result: its command, parameters and versions."""
 
 import os
 import platform
@@ -15,21 +15,21 @@ from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.system.texts import printable
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-"""The folder of the package's folder: that of its repository, unless it is installed."""
+"""The folder that contains the package: its repository, unless the package is installed."""
 
 
 def provenance(
     command_line: str, parameters: Configuration | Mapping[str, Configuration] | None
 ) -> dict[str, Any]:
     """
-    Return where a result comes from, ready for JSON.
+    Return the origin of a result, ready for JSON.
 
     Parameters
     ----------
     command_line : str
         The command, or the call in Python.
     parameters : Configuration, or mapping of str to Configuration, or None
-        Of the loop, gains and seeds among them; of each controller by name; None where they are not known.
+        Of the loop, including gains and seeds; of each controller by name; None if unknown.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def _flat(parameters: Configuration) -> dict[str, dict[str, Any]]:
 
 def call_text(function: str, *positional: object, **keywords: object) -> str:
     """
-    Return a call of the Python API as text, without the keywords that are left out.
+    Return a call of the Python API as text; keywords that are None are left out.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def call_text(function: str, *positional: object, **keywords: object) -> str:
 
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str | None]:
-    """Return the versions of this package and of those that its numbers depend on; None where one is not there."""
+    """Return the versions of this package and of those that its numbers depend on; None for missing ones."""
     return {
         'mobile_robot_control': __version__, 'commit': _commit(), 'python': platform.python_version(),
         'numpy': _installed('numpy'), 'numba': _installed('numba'),
@@ -74,7 +74,7 @@ def versions() -> dict[str, str | None]:
 
 
 def _installed(name: str) -> str | None:
-    # imported late: most that read parameters ask for no version
+    # imported late: few users of parameters need a version
     from importlib import metadata  # noqa: PLC0415
 
     try:
@@ -84,7 +84,7 @@ def _installed(name: str) -> str | None:
 
 
 def _commit() -> str | None:
-    """Return the commit of the checkout that this package is run from, with '-dirty' where it was changed since."""
+    """Return the commit of the checkout of this package, with '-dirty' after uncommitted changes."""
     git = shutil.which('git')
     if git is None or not (CHECKOUT / '.git').exists():
         return None

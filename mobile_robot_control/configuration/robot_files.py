@@ -12,7 +12,7 @@ _ENDINGS = ('.yaml', '.yml')
 
 
 def shipped_folder(name: str, package: Path = _PACKAGE) -> Path | None:
-    """Return a folder of config/: in the repository, or below a prefix that the package is installed to; or None."""
+    """Return a folder of config/, in the repository or below the prefix of an installation; None if there is none."""
     places = [package.parent, *(prefix / 'share' / package.name for prefix in package.parents)]
     return next((folder for place in places if (folder := place / 'config' / name).is_dir()), None)
 
@@ -30,7 +30,7 @@ def shipped_robots(package: Path = _PACKAGE) -> dict[str, Path]:
     Returns
     -------
     dict of str to Path
-        By name, the parameter file; empty where the package is installed without its parameter files.
+        The parameter file by name; empty if the package is installed without its parameter files.
 
     """
     folder = shipped_folder('robots', package)
@@ -54,13 +54,13 @@ def robot_file(robot: str) -> Path:
     Raises
     ------
     ParameterError
-        If it is neither; naming the names that there are and the nearest.
+        If it is neither; with the known names and the nearest.
 
     """
     shipped = shipped_robots()
     if robot in shipped:
         return shipped[robot]
-    # os.path refuses no text
+    # os.path accepts any text
     if os.path.lexists(robot) or '/' in robot or robot.endswith(_ENDINGS):
         return Path(robot)
     if not shipped:

@@ -1,4 +1,4 @@
-"""The parameters that all four nodes must agree on, and the rules between them."""
+"""The parameters shared by all four nodes, and the rules between them."""
 
 import math
 from collections.abc import Iterator
@@ -13,17 +13,17 @@ SENT, SAMPLED = 'sent', 'sampled'
 
 
 class FeedforwardSwitch(NamedTuple):
-    """Whether the controllers use the reference's acceleration."""
+    """The switch for feedforward of the reference's acceleration."""
 
     enabled: Annotated[
-        bool, Field('', "add what the reference's acceleration needs: the command leads by feedforward.lag and "
-                    'feedforward.dead_time, and wheel torques have the inverse dynamics of robot; needs '
-                    'reference_horizon >= 1')
+        bool, Field('', "feed the reference's acceleration forward: the command leads by feedforward.lag and "
+                        'feedforward.dead_time, and wheel torques contain the inverse dynamics of robot; needs '
+                        'reference_horizon >= 1')
     ] = False
 
 
 class Shared(NamedTuple):
-    """Parameters that all four nodes must agree on."""
+    """Parameters shared by all four nodes."""
 
     robot: Robot = Robot()
     velocity_rate: Annotated[
@@ -41,18 +41,18 @@ class Shared(NamedTuple):
         float, Field('s', 'wall time after which a node reports that an input is missing', above=0.0)
     ] = 2.0
     stamp_tolerance: Annotated[
-        float, Field('s', 'wall clock: how far the stamp of a message may lie from now before it is refused', above=0.0)
+        float, Field('s', 'wall clock: largest difference of a stamp from now; other messages are refused', above=0.0)
     ] = 0.5
     stamped_cmd_vel: Annotated[
         bool, Field('', 'false: cmd_vel is a plain Twist, for bases that take no other (on the wall clock alone)')
     ] = True
     odometry_stamped: Annotated[
-        str, Field('', 'what the stamp of odom tells: sent, when the base sends it, or sampled, when it measured; a '
-                   'controller that compensates latency then knows its age', choices=(SENT, SAMPLED))
+        str, Field('', 'time of the stamp of odom: sent, when the base sends it, or sampled, when it measures; with '
+                       'sampled, a controller that compensates latency knows its age', choices=(SENT, SAMPLED))
     ] = SENT
     reference_horizon: Annotated[
-        int, Field('', 'position ticks ahead for which the cart publishes its pose, velocity and acceleration on '
-                   'reference_horizon, 0 for none: larger lets a law look farther ahead', minimum=0, maximum=1000)
+        int, Field('', "position ticks ahead with the cart's pose, velocity and acceleration on reference_horizon, 0 "
+                       'for none: larger lets a law look farther ahead', minimum=0, maximum=1000)
     ] = 0
     feedforward: FeedforwardSwitch = FeedforwardSwitch()
     odom_frame_id: Annotated[str, Field('', 'frame of odometry, reference and path')] = 'odom'
@@ -61,12 +61,12 @@ class Shared(NamedTuple):
 
     @property
     def stamps_samples(self) -> bool:
-        """Whether stamps tell when odometry was sampled."""
+        """Whether odom carries the time of its sampling as its stamp."""
         return self.odometry_stamped == SAMPLED
 
     @property
     def has_odom_time(self) -> bool:
-        """Whether a message of its own tells it: in lockstep the stamp of odom is that of the question."""
+        """Whether a separate message carries it: in lockstep the stamp of odom is that of the question."""
         return self.lockstep and self.stamps_samples
 
 

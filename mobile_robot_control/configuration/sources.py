@@ -1,4 +1,4 @@
-"""Where the parameters of a loop come from: a robot, files, and single values; later ones win."""
+"""The sources of a loop's parameters: a robot, files, and single values; later ones win."""
 
 import contextlib
 import sys
@@ -20,12 +20,12 @@ File = str | PathLike[str]
 
 class ParameterSources(NamedTuple):
     """
-    Where the parameters of a loop come from.
+    The sources of a loop's parameters.
 
     Attributes
     ----------
     robot : str or None
-        One of the robots of this package, or the parameter file of one; read before the files.
+        A robot of this package, or the parameter file of one; read before the files.
     files : tuple of str
         ROS 2 parameter files; later ones win.
     overrides : tuple of (str or (str, object))
@@ -38,23 +38,23 @@ class ParameterSources(NamedTuple):
     overrides: tuple[Override, ...] = ()
 
     def with_files(self, *files: File) -> 'ParameterSources':
-        """Return these with further files, which win over those before."""
+        """Return the sources with further files, which win over earlier ones."""
         return self._replace(files=(*self.files, *(fspath(file) for file in files)))
 
     def with_values(self, values: Mapping[str, object]) -> 'ParameterSources':
-        """Return these with further values by ``NODE.PARAMETER``, which win."""
+        """Return the sources with further values by ``NODE.PARAMETER``, which win."""
         return self._replace(overrides=(*self.overrides, *values.items()))
 
     @property
     def are_given(self) -> bool:
-        """Whether there is any."""
+        """Whether there is any source."""
         return self != ParameterSources()
 
     def values(self, namespace: str = '/') -> Values:
         """
-        Read the values by node; raise ParameterError where a source cannot be read.
+        Read the values by node; raise ParameterError if a source cannot be read.
 
-        Where the cart drives a path, the curve of the robot's file is not placed.
+        For a cart on a path, the placement of the curve in the robot's file is left out.
         """
         given = load(self.files, self.overrides, namespace)
         if self.robot is None:
@@ -69,12 +69,12 @@ class ParameterSources(NamedTuple):
 
     def configuration(self, namespace: str = '/') -> Configuration:
         """
-        Make the configuration; where `plant.initial_pose` is not given, the robot starts at the cart's start.
+        Make the configuration; without `plant.initial_pose` the robot starts at the cart's start.
 
         Parameters
         ----------
         namespace : str
-            In which the nodes run.
+            Of the nodes.
 
         Returns
         -------
@@ -84,11 +84,11 @@ class ParameterSources(NamedTuple):
         Raises
         ------
         ParameterError
-            Naming every violation.
+            With every violation.
 
         """
         values = self.values(namespace)
-        # what a law prints while it prepares its gains must not be among the results
+        # output that a law prints while it prepares its gains must not mix with the results
         with contextlib.redirect_stdout(sys.stderr):
             made = configure(values)
             return made if 'initial_pose' in values['plant'] else at_cart_start(made)
@@ -97,7 +97,7 @@ class ParameterSources(NamedTuple):
 def parameter_sources(
     files: Sequence[File] = (), robot: File | None = None, parameters: Mapping[str, object] | None = None
 ) -> ParameterSources:
-    """Return the sources that a function of the Python API is given; raise ParameterError where values lack names."""
+    """Return the sources from the arguments of the Python API; raise ParameterError if values lack names."""
     if parameters is not None and not isinstance(parameters, Mapping):
         raise ParameterError([f'parameters = {printable(repr(parameters))}: write them by NODE.PARAMETER, such as '
                               "{'plant.max_wheel_torque': 3.0}; parameter files come before them, by position"])

@@ -1,4 +1,4 @@
-"""The SROS2 policy of the nodes: what each may publish, subscribe to, serve and call, from the table of topics."""
+"""The SROS2 policy: topics and services that each node may use, from the table of topics."""
 
 import sys
 from collections.abc import Iterable, Iterator
@@ -23,9 +23,9 @@ _ENCLAVES = '/mobile_robot_control'
 _RECORDER, _REPLAYER = 'recorder', 'replayer'
 _SERVICES = ('describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description',
              'list_parameters', 'set_parameters', 'set_parameters_atomically')
-"""What every node of ROS 2 serves; get_type_description from jazzy on."""
+"""Services of every ROS 2 node; get_type_description exists from jazzy on."""
 _OWN_SERVICES = {'plant': ('reset', 'step'), 'position_controller': ('stop', 'release')}
-"""What a node serves besides."""
+"""Further services of a node."""
 _HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <!-- Generated from the table of topics: python -m mobile_robot_control.configuration.sros2_policy FILE [NAMESPACE] -->
 <!-- How it is used: docs/security.md -->
@@ -43,7 +43,7 @@ def policy(namespace: str = '/') -> str:
     """
     Return the policy of a robot's nodes and of those of `experiment` as XML.
 
-    Each node has an enclave of its own. The enclave `experiment` holds them all, for processes that share one.
+    Each node has its own enclave. The enclave `experiment` contains them all, for processes that share one.
 
     Parameters
     ----------
@@ -64,33 +64,32 @@ def policy(namespace: str = '/') -> str:
 
 
 def _of_node(node: str) -> _Permissions:
-    """Return what one of the four nodes may do."""
     loop = [topic.name for topic in ALL_LOOP_TOPICS.values() if topic.publisher == node]
     others = [topic for topic, publishers in OTHER_TOPICS.items() if node in publishers]
     graphs = [extended(graph, horizon=True, feeds=True, timed=True) for graph in LOOPS.values()]
     inputs = dict.fromkeys(topic for graph in graphs for topic in graph.inputs_of(node))
-    if node == 'plant':  # where a run stalls, it looks for the link that is silent
+    if node == 'plant':  # in a stall, it looks for the silent link
         inputs |= dict.fromkeys(answer for graph in graphs for _, answer in graph.answers)
-    # /clock by rclpy itself, where use_sim_time is true
+    # rclpy itself subscribes to /clock if use_sim_time is true
     inputs |= dict.fromkeys(topic for topic, nodes in OTHER_INPUTS.items() if node in nodes)
     return _Permissions([*loop, *others], [*inputs, '/clock'],
                         reply=[*_SERVICES, *_OWN_SERVICES.get(node, ())])
 
 
 def _of_recorder() -> _Permissions:
-    """Return what the recorder may do: it records all topics, and holds and resumes the plant."""
+    """Return the permissions of the recorder: it records all topics, and holds and resumes the plant."""
     recorded = dict.fromkeys([*ALL_LOOP_TOPICS, *OTHER_TOPICS, *OTHER_INPUTS, *SHARED_TOPICS])
     return _Permissions(['/parameter_events'], recorded, ['plant/set_parameters'])
 
 
 def _of_replayer() -> _Permissions:
-    """Return what the node of `experiment --replay` may do: it does again what changed a run."""
+    """Return the permissions of the node of `experiment --replay`: it repeats the changes of a run."""
     return _Permissions(['/parameter_events', DISTURBANCE, PATH_TOPIC], [], [
         *(f'{node}/set_parameters_atomically' for node in NODES), 'plant/reset'])
 
 
 def _enclave(path: str, namespace: str, nodes: dict[str, _Permissions]) -> Iterator[str]:
-    """Yield the lines of an enclave, whose profiles are those of nodes."""
+    """Yield the lines of an enclave with the profiles of some nodes."""
     yield from (f'    <enclave path="{path}">', '      <profiles>')
     for node, allowed in nodes.items():
         yield f'        <profile ns="{namespace}" node="{node}">'
@@ -103,14 +102,14 @@ def _enclave(path: str, namespace: str, nodes: dict[str, _Permissions]) -> Itera
 
 
 def _allowance(kind: str, verb: str, names: Iterable[str]) -> Iterator[str]:
-    """Yield the lines that allow one thing; none without names, since the schema takes no empty list."""
+    """Yield the lines that allow one thing; none without names, since the schema does not allow an empty list."""
     lines = [f'            <{kind}>{name}</{kind}>' for name in names]
     if lines:
         yield from (f'          <{kind}s {verb}="ALLOW">', *lines, f'          </{kind}s>')
 
 
 def write_policy(arguments: list[str]) -> int:
-    """Write the policy to the file that is named first, for the namespace that is named second; return an exit code."""
+    """Write the policy to the file in the first argument, for the namespace in the second; return an exit code."""
     file, namespace = (*arguments, '/')[:2] if len(arguments) in (1, 2) else ('', '/')
     fault = namespace_fault(namespace) if file else 'give a file and, where the robot has one, a namespace'
     if not fault:

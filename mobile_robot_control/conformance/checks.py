@@ -1,4 +1,4 @@
-"""How laws and curves are checked: all checks first, then one error that names each that failed; over DDS, too."""
+"""The execution of checks of laws and curves: all checks first, then one error for all failures; also over DDS."""
 
 import importlib.util
 import os
@@ -23,7 +23,7 @@ from mobile_robot_control.simulation.closed_loop import Sample
 from mobile_robot_control.simulation.rollout import rollout
 
 Check = Callable[[], Iterable[str]]
-"""Yields what is wrong, each with the input that shows it; the first one counts."""
+"""Yields faults, each with an input that shows it; the first one counts."""
 
 
 class ConformanceError(AssertionError):
@@ -33,9 +33,9 @@ class ConformanceError(AssertionError):
     Parameters
     ----------
     subject : str
-        What was checked, such as "the law 'kanayama'".
+        Subject of the checks, such as "the law 'kanayama'".
     failures : mapping of str to str
-        By check, what is wrong and the input that shows it.
+        The fault by check, with an input that shows it.
 
     """
 
@@ -51,21 +51,21 @@ class ConformanceWarning(UserWarning):
 
 
 class LeftOutError(Exception):
-    """Raised by a check that cannot be made here; the message is the reason."""
+    """Raised by a check that is impossible here; the message is the reason."""
 
 
 class Conformance(NamedTuple):
     """
-    The checks that a law or a curve has passed, and those that were not made.
+    The passed checks of a law or a curve, and those left out.
 
     Attributes
     ----------
     subject : str
-        What was checked.
+        Subject of the checks.
     passed : tuple of str
         Names of checks.
     left_out : dict of str to str
-        By check, why it was not made.
+        The reason by check.
 
     """
 
@@ -80,7 +80,7 @@ class Conformance(NamedTuple):
 
 
 def _found(check: Check) -> str | None:
-    """Return the first thing that is wrong; None where nothing is."""
+    """Return the first fault; None if there is none."""
     try:
         return next(iter(check()), None)
     except LeftOutError:
@@ -90,7 +90,7 @@ def _found(check: Check) -> str | None:
 
 
 def run_checks(subject: str, checks: Mapping[str, Check]) -> Conformance:
-    """Run checks by name, after that of the record; raise ConformanceError where any fails."""
+    """Run checks by name, after that of the record; raise ConformanceError if any fails."""
     passed, failures, left_out = ['record'], {}, {}
     for name, check in checks.items():
         try:
@@ -108,7 +108,7 @@ def run_checks(subject: str, checks: Mapping[str, Check]) -> Conformance:
 
 
 def with_dds(checks: Mapping[str, Check], over_dds: Check, asked: bool) -> dict[str, Check]:
-    """Return checks and the one over DDS, which is left out unless it is asked for."""
+    """Add the check over DDS; it is left out unless requested."""
     def not_asked() -> Iterable[str]:
         raise LeftOutError('over_dds=False')
 
@@ -116,13 +116,13 @@ def with_dds(checks: Mapping[str, Check], over_dds: Check, asked: bool) -> dict[
 
 
 def refused(subject: str, violations: Iterable[str]) -> NoReturn:
-    """Raise ConformanceError for a record that cannot be registered, or does not fit; no other check is made."""
+    """Raise ConformanceError for a record that cannot be registered, or does not fit; all other checks are skipped."""
     raise ConformanceError(subject, {'record': '; '.join(violations)})
 
 
 @contextmanager
 def holding(registry: Registry[Any], record: Any) -> Iterator[None]:
-    """Hold a record while a block runs, then forget it again; raise PluginError if it is refused."""
+    """Register a record while a block runs, then remove it; raise PluginError if it is refused."""
     before = registry.get(getattr(record, 'name', ''))
     if before is record:
         yield
@@ -138,7 +138,7 @@ def holding(registry: Registry[Any], record: Any) -> Iterator[None]:
 
 
 def records_of(file: str) -> tuple[Law | None, Curve | None]:
-    """Return LAW and CURVE of a file, None for the one that it lacks; raise PluginError where it has neither."""
+    """Return LAW and CURVE of a file, None for a missing one; raise PluginError if both are missing."""
     law = curve = None
     refusals: list[str] = []
     try:
@@ -155,7 +155,7 @@ def records_of(file: str) -> tuple[Law | None, Curve | None]:
                 raise PluginError([f'{file}: has neither LAW nor CURVE; see docs/extending.md']) from None
             raise
     if law is not None and curve is not None:
-        # the file was imported again, and its newest records belong together
+        # after another import of the file, its newest records belong together
         law = vars(sys.modules[curve.point.__module__])['LAW']
         LAWS.register(law)
     return law, curve
@@ -164,25 +164,25 @@ def records_of(file: str) -> tuple[Law | None, Curve | None]:
 _DURATION = 1.0
 """[s] of simulated time."""
 _TOLERANCE = 1e-9
-"""Of the larger of a number and 1, in SI units."""
+"""Relative, for numbers above 1, otherwise absolute, in SI units."""
 _PATIENCE = 180.0
 """[s] of wall time for the nodes to start and run."""
 _COMPARED = ('command', 'torque', 'applied', 'wheels')
 _PLUGIN = 'mobile_robot_control_plugin_'
-"""Begins the names of modules that a registry has loaded from files."""
+"""Prefix of modules that a registry has loaded from files."""
 _MODULES = ('rclpy', 'rosbags', 'mcap')
 
 
 def file_option(registry: Registry[Any], record: Any, function: Any, option: str) -> list[str]:
     """
-    Return the option by which another process loads a record; none where it finds it by itself.
+    Return the option that makes another process load a record; none if that finds the record by itself.
 
     Parameters
     ----------
     registry : Registry
-        That holds the record.
+        Contains the record.
     record : Law or Curve
-        To be found.
+        To be loaded.
     function : callable
         Its step or its point.
     option : str
@@ -191,7 +191,7 @@ def file_option(registry: Registry[Any], record: Any, function: Any, option: str
     Raises
     ------
     LeftOutError
-        If the record is not the one of a file.
+        If the record is not that of a file.
 
     """
     attribute = option[2:].upper()
@@ -206,7 +206,7 @@ def file_option(registry: Registry[Any], record: Any, function: Any, option: str
 
 
 def _is_installed(record: Any, group: str) -> bool:
-    """Return whether a record is that of an entry point of an installed package."""
+    """Return whether a record belongs to an entry point of an installed package."""
     return any(record is getattr(sys.modules.get(point.module), point.attr, None)
                for point in metadata.entry_points(group=group))
 
@@ -214,13 +214,13 @@ def _is_installed(record: Any, group: str) -> bool:
 def _overrides(law: str, curve: str) -> list[str]:
     horizon = LAWS[law].horizon
     ahead = [f'/**.reference_horizon:={horizon}'] if horizon else []
-    # off the cart, so that every error counts
+    # away from the cart, so that every error counts
     return [f'position_controller.controller_type:={law}', f'reference_cart.curve:={curve}',
             'plant.initial_pose:=[0.9, 0.1, 1.0]', 'plant.real_time_factor:=0.0', *ahead]
 
 
 def equal_over_dds(options: list[str], law: str, curve: str) -> Iterator[str]:
-    """Yield where a run of the four nodes differs from `simulate`; `options` load the law or the curve."""
+    """Yield differences between a run of the four nodes and `simulate`; `options` load the law or the curve."""
     missing = [name for name in _MODULES if importlib.util.find_spec(name) is None]
     if missing:
         raise LeftOutError(f'the Python module {missing[0]} is missing')
@@ -237,10 +237,10 @@ def equal_over_dds(options: list[str], law: str, curve: str) -> Iterator[str]:
 
 
 def _experiment(output: Path, options: list[str]) -> list[Sample] | str:
-    """Run an experiment in a process of its own; return its samples, or what went wrong."""
+    """Run an experiment in its own process; return its samples, or the error."""
     from mobile_robot_control.runs.bag import read_bag  # noqa: PLC0415 (imports what reads bags)
 
-    # a namespace of its own: no robot on this network listens to what is tried here
+    # its own namespace: no robot on this network receives the test
     namespace = f'/conformance_{os.getpid()}'
     paths = os.pathsep.join(filter(None, sys.path))
     environment = os.environ | plugin_environment() | {

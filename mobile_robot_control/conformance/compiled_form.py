@@ -1,4 +1,4 @@
-"""The check of a law that its compiled form gives the same numbers, and which functions may differ."""
+"""The check that the compiled form of a law gives the same numbers, and a list of functions that may differ."""
 
 import ast
 import inspect
@@ -34,29 +34,29 @@ from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.batch import reason_of
 
 DIFFERENT = {'hypot': 'math.sqrt(x * x + y * y)', 'pow': 'products', 'gamma': 'a table', 'lgamma': 'a table'}
-"""Functions whose compiled form rounds otherwise, and what to write instead."""
+"""Functions with other rounding when compiled, and their replacements."""
 UNCOMPILED = {
     'fmod': 'x % y', 'remainder': 'wrap_angle of mobile_robot_control.angles', 'dist': 'math.sqrt',
     'cbrt': 'math.exp(math.log(x) / 3.0)', 'fsum': 'sum', 'modf': 'math.floor', 'prod': 'products', 'comb': 'products',
     'isclose': 'abs(x - y) <= tolerance', 'is_integer': 'x == math.floor(x)', 'any': 'or', 'all': 'and',
 }
-"""Functions that do not compile, and what to write instead."""
+"""Functions that do not compile, and their replacements."""
 
 
 class Suspect(NamedTuple):
     """
-    An expression that may be the reason of a difference.
+    An expression that may cause a difference.
 
     Attributes
     ----------
     file : str
-        Where it is.
+        File of the expression.
     line : int
-        From 1 on.
+        From 1.
     text : str
         The line.
     remedy : str
-        What to write instead.
+        Replacement.
 
     """
 
@@ -71,12 +71,12 @@ class Suspect(NamedTuple):
 
 
 def _called(node: ast.Call) -> str:
-    """Return the last name of what is called."""
+    """Return the last name in a call's function."""
     return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, 'id', '')
 
 
 def _remedy(node: ast.AST) -> str:
-    """Return what to write instead of an expression; '' if it is safe."""
+    """Return the replacement of an expression; '' if it is safe."""
     if isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.Pow):
         return 'products, or math.sqrt,'
     if isinstance(node, ast.Call):
@@ -88,7 +88,7 @@ def _remedy(node: ast.AST) -> str:
 
 
 def _tree(function: FunctionType) -> ast.AST | None:
-    """Return the syntax of a function, with the lines of its file; None where there is no source."""
+    """Return the syntax tree of a function, with the lines of its file; None without a source."""
     try:
         linecache.checkcache(function.__code__.co_filename)
         lines, first = inspect.getsourcelines(function)
@@ -99,7 +99,7 @@ def _tree(function: FunctionType) -> ast.AST | None:
 
 
 def _callees(function: FunctionType, tree: ast.AST) -> Iterator[FunctionType]:
-    """Yield the Python functions that a function names."""
+    """Yield the Python functions named in a function."""
     found = inspect.getclosurevars(function)
     names = {**found.globals, **found.nonlocals}
     for node in ast.walk(tree):
@@ -114,7 +114,7 @@ def _callees(function: FunctionType, tree: ast.AST) -> Iterator[FunctionType]:
 
 def suspects(step: Callable[..., Any]) -> list[Suspect]:
     """
-    Return the suspicious expressions of a law's step and of all that it calls, in the order in which they are reached.
+    Return the suspicious expressions of a law's step and its callees, in the order of the calls.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def suspects(step: Callable[..., Any]) -> list[Suspect]:
     Returns
     -------
     list of Suspect
-        Powers, and calls of functions that round otherwise or do not compile; empty where there is no source.
+        Powers, and calls of functions that round differently or do not compile; empty without a source.
 
     """
     found: dict[tuple[str, int], Suspect] = {}
@@ -147,13 +147,13 @@ def suspects(step: Callable[..., Any]) -> list[Suspect]:
 
 
 TOLERANCE = 1e-12
-"""Of a law of one's own: of the larger of a number and 1, in SI units. Built-in laws are equal to the last bit."""
+"""For users' laws: relative for numbers above 1, otherwise absolute, in SI units. Built-in laws have no deviation."""
 _SEED = 40
 _NEAR = 5000
 
 
 def _cases(law: Law) -> list[Case]:
-    """Return inputs with default gains and with those that a search may draw."""
+    """Return inputs with default gains and with gains in the range of a search."""
     draws = Random(_SEED)  # noqa: S311 (no secret)
     cases = default_cases(law)
     for control in islice(searched_controls(law, draws), 24):
@@ -165,14 +165,14 @@ def _cases(law: Law) -> list[Case]:
 
 
 def _compiled(law: Law, case: Case) -> Any:
-    """Return the compiled step, compiled for a case; raise LeftOutError where that cannot be done."""
+    """Return the compiled step, compiled for a case; raise LeftOutError if it does not compile."""
     if not batch.COMPILES:
         raise LeftOutError('numba is not installed')
     plain: Callable[..., Any] = law.step
     try:
         step = batch.compiled_step(plain)
         step(case.state, case.observation, taken_gains(case.control, case.dt), case.dt, 0)
-    except Exception as error:  # an object that is no function raises other errors than those of numba
+    except Exception as error:  # an object that is no function raises other errors than numba's
         reason = reason_of(error)
         text = f"the law '{law.name}' runs plain, some hundred times slower: numba cannot compile it ({reason})"
         _warn(law, text)
@@ -181,7 +181,7 @@ def _compiled(law: Law, case: Case) -> Any:
 
 
 def _warn(law: Law, text: str) -> None:
-    """Warn of what lies in the source of a law: at the first suspicious expression, or at the law's step."""
+    """Warn at a place in the source of a law: at the first suspicious expression, or at the law's step."""
     found = suspects(law.step)
     code = getattr(law.step, '__code__', None)
     file, line = (found[0].file, found[0].line) if found else (
@@ -190,7 +190,7 @@ def _warn(law: Law, text: str) -> None:
 
 
 def _lines(law: Law) -> str:
-    """Return the expressions that are known to round otherwise when compiled, with file and line."""
+    """Return the expressions known to round differently when compiled, with file and line."""
     found = '; '.join(map(str, suspects(law.step)))
     return f'see {found}' if found else 'no expression is known to round otherwise; a division by zero does not raise'
 
@@ -204,14 +204,14 @@ def _share(plain: Any, compiled: Any) -> float:
     for one, other in zip(ours, theirs, strict=True):
         difference = abs(one - other)
         if bits_of(one) != bits_of(other):
-            # not a number, or infinite, on one side alone
+            # nan, or infinite, on one side alone
             largest = max(largest, difference / (TOLERANCE * max(1.0, abs(one)))
                           if difference < float('inf') else float('inf'))
     return largest
 
 
 def compiled_equals_plain(law: Law) -> Iterator[str]:
-    """Yield inputs on which a law's compiled form differs; warn of differences in last bits."""
+    """Yield inputs for which a law's compiled form differs; warn of differences in last bits."""
     cases = [case for case in _cases(law) if not failure_of(law, case)]
     if not cases:
         raise LeftOutError('the law fails on every input')

@@ -1,4 +1,4 @@
-"""Checks of a curve: pure, finite, with true derivatives, closed, never standing."""
+"""Checks of a curve: pure, finite, with true derivatives, closed, without standstill."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -29,12 +29,12 @@ _LAP = 2.0 * math.pi
 _H = 1e-3
 """[rad]: step of the differences."""
 _TOLERANCE = 1e-5
-"""Of a derivative, in units of the largest one of a lap: differences of the fourth order are better by far."""
+"""Of a derivative, relative to the largest one of a lap: differences of fourth order are far more accurate."""
 _CLOSURE = 1e-9
-"""By how much a lap may fail to close, in the same units."""
+"""Gap allowed in a closed lap, in the same units."""
 _DERIVATIVES = (('x', 'dx', 1), ('x', 'ddx', 2), ('ddx', 'dddx', 1),
                 ('y', 'dy', 1), ('y', 'ddy', 2), ('ddy', 'dddy', 1))
-"""A field of a point, one of its derivatives, and the order of that."""
+"""A field of a point, one of its derivatives, and the order of the derivative."""
 _BOTH = (-2, -1, 0, 1, 2)
 _AHEAD = (0, 1, 2, 3, 4)
 # weights of the differences of fourth and third order, at the points above, times 12
@@ -57,7 +57,7 @@ def _scale(curve: Curve) -> float:
 
 
 def curve_is_pure(curve: Curve) -> Iterator[str]:
-    """Yield where a curve gives another point later, or after others."""
+    """Report points of a curve that differ at a later call, or after other calls."""
     first = {s: curve(s) for s in _parameters()}
     for s in [*first, *reversed(first)]:
         again = curve(s)
@@ -66,7 +66,7 @@ def curve_is_pure(curve: Curve) -> Iterator[str]:
 
 
 def curve_is_finite(curve: Curve) -> Iterator[str]:
-    """Yield where a curve has a point that is not finite; a cart drives on for many laps."""
+    """Report points of a curve that are not finite; a cart drives many laps."""
     for s in [*_parameters(), 1e-300, -1e-9, 0.5 * math.pi, math.pi, 1e3 * _LAP, 1e6]:
         try:
             point = curve(s)
@@ -78,7 +78,7 @@ def curve_is_finite(curve: Curve) -> Iterator[str]:
 
 
 def derivatives_are_true(curve: Curve) -> Iterator[str]:
-    """Yield where derivatives disagree with differences of the positions."""
+    """Report derivatives that contradict differences of the positions."""
     scale = _scale(curve)
     for s in _parameters():
         at = {n: curve(s + n * _H) for n in range(-4, 5)}
@@ -86,14 +86,14 @@ def derivatives_are_true(curve: Curve) -> Iterator[str]:
             if name not in CurvePoint._fields[:len(_given(at[0]))]:
                 continue
             places, told = {n: float(getattr(point, axis)) for n, point in at.items()}, getattr(at[0], name)
-            # a derivative may jump where pieces join: there one side agrees
+            # a derivative may jump where pieces join: there the difference from one side agrees
             differences = [_difference(places, stencil[0], stencil[order], order) for stencil in _STENCILS]
             if all(abs(told - difference) > _TOLERANCE * scale for difference in differences):
                 yield f'{name} = {told!r} at s = {s!r} rad, where differences of {axis} give {differences[0]:.9g}'
 
 
 def _given(point: CurvePoint) -> tuple[float, ...]:
-    """Return the numbers of a point, without third derivatives where a curve gives none."""
+    """Return the numbers of a point, without third derivatives if the curve has none."""
     return tuple(point)[:-2] if math.isnan(point.dddx) and math.isnan(point.dddy) else tuple(point)
 
 
@@ -102,7 +102,7 @@ def _difference(places: dict[int, float], points: Sequence[int], weights: Sequen
 
 
 def lap_closes(curve: Curve) -> Iterator[str]:
-    """Yield where a lap of a closed curve does not end as it began, in position or derivatives."""
+    """Report differences between the ends of a lap of a closed curve, in position or derivatives."""
     if not curve.closed:
         raise LeftOutError('the curve is open')
     scale = _scale(curve)
@@ -115,7 +115,7 @@ def lap_closes(curve: Curve) -> Iterator[str]:
 
 
 def speed_never_vanishes(curve: Curve) -> Iterator[str]:
-    """Yield where the cart stands, or cannot follow a lap, as the reference cart would refuse it."""
+    """Report a standstill of the cart, or a lap that the reference cart would refuse."""
     yield from rule_violations(CurveParameters(curve.name))
 
 

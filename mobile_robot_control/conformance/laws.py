@@ -1,4 +1,4 @@
-"""The checks of a law by name: of single steps, and of runs."""
+"""The checks of a law: of single steps, and of runs."""
 
 import copy
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -56,11 +56,11 @@ from mobile_robot_control.simulation.trial import Trial, make_rollout, make_tria
 
 _SEED = 20
 _PURE = 250
-"""Inputs on which a law is asked again and again."""
+"""Number of inputs on which a law is called repeatedly."""
 
 
 def _copied(value: Any) -> Any:
-    """Return a copy of an input; the input itself where it cannot be copied, such as a solver that `prepare` keeps."""
+    """Copy an input; return the input itself if that fails, as for a solver that `prepare` keeps."""
     try:
         return copy.deepcopy(value)
     except Exception:  # a class can raise anything
@@ -77,7 +77,7 @@ def _some_cases(law: Law) -> list[Case]:
 
 
 def pure(law: Law) -> Iterator[str]:
-    """Yield inputs with which a law gives another result later, or after others."""
+    """Yield inputs for which a law gives another result at a later call, or after other calls."""
     cases = _some_cases(law)
     given = [(case, _copied(taken_gains(case.control, case.dt))) for case in cases]
     order = list(range(len(given)))
@@ -86,7 +86,7 @@ def pure(law: Law) -> Iterator[str]:
         found = {}
         for n in those:
             case, gains = given[n]
-            # copies: whether inputs are left unchanged is a check of its own
+            # copies: unchanged inputs are a separate check
             found[n] = law.step(_copied(case.state), _copied(case.observation), _copied(gains), case.dt)
         return found
 
@@ -100,7 +100,7 @@ def pure(law: Law) -> Iterator[str]:
 
 
 def inputs_unchanged(law: Law) -> Iterator[str]:
-    """Yield inputs that a law changes: state, observation, gains, or what its `prepare` has returned."""
+    """Yield inputs that a law changes: state, observation, gains, or the result of its `prepare`."""
     for case in _some_cases(law):
         inputs = {'state': case.state, 'observation': case.observation,
                   'gains' if law.prepare is None else 'prepared gains': taken_gains(case.control, case.dt)}
@@ -114,13 +114,13 @@ def inputs_unchanged(law: Law) -> Iterator[str]:
 
 
 def finite(law: Law) -> Iterator[str]:
-    """Yield finite inputs on which a law raises, or returns what is no state and finite command."""
+    """Yield finite inputs for which a law raises, or returns anything but a state and a finite command."""
     for case in default_cases(law):
         yield from filter(None, [failure_of(law, case)])
 
 
 def _failures(law: Law, control: PositionControl) -> Iterator[str]:
-    """Yield inputs on which a law fails with gains."""
+    """Yield inputs on which a law fails with given gains."""
     try:
         taken_gains(control, DT)
     except ParameterError as error:
@@ -132,7 +132,7 @@ def _failures(law: Law, control: PositionControl) -> Iterator[str]:
 
 
 def gains_are_safe(law: Law) -> Iterator[str]:
-    """Yield gains within their bounds with which a law fails; where a gain has no bound, 1e12 is one."""
+    """Yield gains within their bounds with which a law fails; the bound of an unbounded gain is 1e12."""
     draws = Random(_SEED)  # noqa: S311 (no secret)
     for control in bounded_controls(law, draws):
         yield from (f'{text}; bound the gain by its Field or a rule' for text in _failures(law, control))
@@ -141,7 +141,7 @@ def gains_are_safe(law: Law) -> Iterator[str]:
 
 
 def repair_is_sound(law: Law) -> Iterator[str]:
-    """Yield drawn gains of which a law's `repair` makes such as a node refuses."""
+    """Yield drawn gains for which a law's `repair` returns gains that a node refuses."""
     if law.repair is None:
         raise LeftOutError('the law has no repair')
     points = searched_points(law, Random(_SEED))  # noqa: S311 (no secret)
@@ -166,7 +166,7 @@ _SEARCHED = 8
 
 
 class _Watched:
-    """A law's step that keeps its newest observation."""
+    """A law's step that stores its newest observation."""
 
     def __init__(self, law: Law) -> None:
         self._step = law.step
@@ -189,7 +189,7 @@ def _trial(law: Law, start: Sequence[float]) -> Trial:
 
 
 def _failed_run(law: Law, trial: Trial, given: tuple[Reference, ...], what: str) -> Iterator[str]:
-    """Yield why a law fails in a simulated run."""
+    """Yield the reason of a law's failure in a simulated run."""
     watched = _Watched(law)
     try:
         ticks = law.horizon + 1
@@ -199,7 +199,7 @@ def _failed_run(law: Law, trial: Trial, given: tuple[Reference, ...], what: str)
     except Exception as error:  # a law can raise anything
         reason = f'{type(error).__name__}: {error}'
     seen = watched.newest
-    # a run that diverges is no failure of the law
+    # a diverging run is no failure of the law
     if reason and (seen is None or distance(seen.error) <= FARTHEST):
         yield f'{reason}, in a simulated run {what} from {trial.state.plant.pose}, at {seen}'
 
@@ -211,7 +211,7 @@ def _standing(given: tuple[Reference, ...], first: int) -> tuple[Reference, ...]
 
 
 def survives_a_standing_cart(law: Law) -> Iterator[str]:
-    """Yield how a law fails behind a cart that stands from the beginning, or stops."""
+    """Yield failures of a law behind a cart that stands from the beginning, or stops."""
     for observation in extreme_observations(law.horizon):
         still = observation._replace(reference=observation.reference._replace(velocity=BodyVelocity(0.0, 0.0)))
         for case in follow(law, law.start, [still] * 3, default_control(law), DT):
@@ -224,7 +224,7 @@ def survives_a_standing_cart(law: Law) -> Iterator[str]:
 
 
 def survives_a_run(law: Law) -> Iterator[str]:
-    """Yield how a law fails in a simulated run with its default gains, or with those that a search may draw."""
+    """Yield failures of a law in a simulated run with its default gains, or with gains in the range of a search."""
     for start in _STARTS:
         trial = _trial(law, start)
         yield from _failed_run(law, trial, references(cart_motion(trial)), 'with default gains')
@@ -233,7 +233,7 @@ def survives_a_run(law: Law) -> Iterator[str]:
         try:
             trial = make_trial(plain._replace(
                 position_controller=plain.position_controller._replace(control=control)), 0.3 * _DURATION)
-        except ParameterError:  # gains that cannot be prepared fail a check of their own
+        except ParameterError:  # gains that cannot be prepared fail a separate check
             continue
         given = references(cart_motion(trial))
         yield from _failed_run(law, trial, given, f'with {describe_gains(law, control)}')
@@ -244,7 +244,7 @@ def _joining(law: Law) -> Any:
 
 
 def _steps(running: RunningLaw, observations: Sequence[Observation]) -> tuple[RunningLaw, list[BodyVelocity]]:
-    """Do steps of a running law, as a position controller does."""
+    """Run steps of a law, as a position controller does."""
     commands = []
     for observation in observations:
         try:
@@ -256,7 +256,7 @@ def _steps(running: RunningLaw, observations: Sequence[Observation]) -> tuple[Ru
 
 
 def survives_a_switch(law: Law) -> Iterator[str]:
-    """Yield how a law fails that joins a run under way, from another law and back, or with other gains."""
+    """Yield failures of a law that joins a run under way, from another law and back, or with other gains."""
     for observation in extreme_observations(law.horizon):
         for case in follow(law, _joining(law), [observation] * 3, default_control(law), DT):
             yield from (f'joining a run: {text}' for text in filter(None, [failure_of(law, case)]))
@@ -279,7 +279,7 @@ def survives_a_switch(law: Law) -> Iterator[str]:
 
 
 def begins_again(law: Law) -> Iterator[str]:
-    """Yield how a run that begins again differs from the first one, after the law has done something else."""
+    """Yield differences of a restarted run from the first one, after other steps of the law in between."""
     seen = [case.observation for case in islice(cycle(default_cases(law)[320:]), 60) if not failure_of(law, case)]
     if not seen:
         raise LeftOutError('the law fails on every input')
@@ -289,7 +289,7 @@ def begins_again(law: Law) -> Iterator[str]:
         return _steps(bumpless_transfer.begin(control, DT, under_way), observations)[1]
 
     first = commands(False, seen)
-    with suppress(LawFailedError):  # which is the check of a switch
+    with suppress(LawFailedError):  # a failure belongs to the check of a switch
         commands(True, seen[::-1])
     for n, (before, after) in enumerate(zip(first, commands(False, seen), strict=True)):
         if bits_of(before) != bits_of(after):

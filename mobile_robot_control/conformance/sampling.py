@@ -1,4 +1,4 @@
-"""Inputs and gains that checks try, and values compared to the last bit."""
+"""The inputs and gains of checks, and comparison of values to the last bit."""
 
 import itertools
 import math
@@ -21,12 +21,12 @@ from mobile_robot_control.tuning.search_space import Gene, search_genes
 
 def bits_of(value: Any, within: frozenset[int] = frozenset()) -> Any:
     """
-    Return what is equal for two values only if they are equal to the last bit, all that they contain included.
+    Return a value that is equal for two arguments only if they are equal to the last bit, including all their parts.
 
-    `within` are the objects that contain the value, by `id`: one that contains itself is followed once.
+    `within` holds the containers of the value, by `id`: a container of itself is followed once.
     """
     if isinstance(value, float):
-        # what is not a number is equal to itself here, and a zero has its sign
+        # nan equals itself here, and a zero has its sign
         found: Any = 'nan' if math.isnan(value) else struct.pack('<d', value)
     elif value is None or isinstance(value, bool | int | str | bytes):
         found = value
@@ -51,7 +51,7 @@ def numbers(value: Any) -> list[float]:
 
 
 FARTHEST = 1e3
-"""[m]: how far from the cart a robot gets."""
+"""[m]: largest distance of a robot from the cart."""
 DT = 0.01
 """[s]: the default period of the position loop."""
 _PERIODS = (0.001, DT, 0.02, 0.05, 0.1, 1.0)
@@ -68,7 +68,7 @@ class Case(NamedTuple):
     Attributes
     ----------
     state : NamedTuple
-        `start`, or one that the law has returned.
+        `start`, or a state returned by the law.
     observation : Observation
         Errors and velocities.
     control : PositionControl
@@ -85,12 +85,12 @@ class Case(NamedTuple):
 
 
 def default_control(law: Law) -> PositionControl:
-    """Return the parameters under which a law runs with its default gains."""
+    """Return the parameters of a law with its default gains."""
     return PositionControl(controller_type=law.name)
 
 
 def describe_gains(law: Law, control: PositionControl) -> str:
-    """Return the gains that differ from their defaults; 'default gains' if none does."""
+    """Describe the gains that differ from their defaults; 'default gains' if none does."""
     changed = []
     for group in groups_of(law):
         values = getattr(control, group)
@@ -100,7 +100,7 @@ def describe_gains(law: Law, control: PositionControl) -> str:
 
 
 def describe(law: Law, case: Case) -> str:
-    """Return an input in words."""
+    """Describe an input."""
     e1, e2, e3 = case.observation.error
     v_r, omega_r = case.observation.reference.velocity
     v, omega = case.observation.velocity
@@ -111,12 +111,12 @@ def describe(law: Law, case: Case) -> str:
 
 
 def taken_gains(control: PositionControl, dt: float) -> Any:
-    """Return what the step takes as gains at a period [s]: prepared ones where the law prepares them."""
+    """Return the gains in the form of the step at a period [s]: prepared ones if the law prepares them."""
     return select(control, dt)[1]
 
 
 def failure_of(law: Law, case: Case) -> str:
-    """Return why a law fails on an input, in words; '' if it does not."""
+    """Explain why a law fails on an input; '' if it does not."""
     try:
         checked_step(law, case.state, case.observation, taken_gains(case.control, case.dt), case.dt)
     except LawFailedError as error:
@@ -128,7 +128,7 @@ def _observation(
     error: Sequence[float], reference: Sequence[float], velocity: Sequence[float], horizon: int
 ) -> Observation:
     cart = Reference(Pose(0.3 * error[0] + 1.0, -0.2 * error[1], 0.5), BodyVelocity(*reference))
-    # a law that looks ahead sees a cart that jumps from where it stays
+    # a law that looks ahead sees a cart at rest that jumps between observations
     return Observation(TrackingError(*error), cart, BodyVelocity(*velocity), (cart,) * horizon)
 
 
@@ -156,7 +156,7 @@ def drawn_observations(draws: Random, count: int, horizon: int) -> Iterator[Obse
 
 
 def near_observations(draws: Random, count: int, horizon: int) -> Iterator[Observation]:
-    """Yield random observations as a robot near its cart has them."""
+    """Yield random observations of a robot near its cart."""
     for _ in range(count):
         e1, e2, omega_r, v, omega = (draws.uniform(-2.0, 2.0) for _ in range(5))
         yield _observation((e1, e2, draws.uniform(-math.pi, math.pi)), (draws.uniform(0.0, 2.0), omega_r), (v, omega),
@@ -166,7 +166,7 @@ def near_observations(draws: Random, count: int, horizon: int) -> Iterator[Obser
 def follow(
     law: Law, state: Any, observations: Iterable[Observation], control: PositionControl, dt: float
 ) -> Iterator[Case]:
-    """Yield the inputs of successive steps, each from the state that the one before has returned."""
+    """Yield the inputs of successive steps, each with the state returned by the previous one."""
     first, gains = state, taken_gains(control, dt)
     for observation in observations:
         yield Case(state, observation, control, dt)
@@ -189,12 +189,12 @@ def default_cases(law: Law, seed: int = 1) -> list[Case]:
 _CORNERS = 16
 _DRAWN = 24
 _LEAST = 1e-9
-"""The lower end of a search is never reached."""
+"""Stands for the lower end of a search, which is never reached."""
 
 
 class Slot(NamedTuple):
     """
-    One value that a law's gains may change.
+    A variable number or choice in the gains of a law.
 
     Attributes
     ----------
@@ -203,7 +203,7 @@ class Slot(NamedTuple):
     element : int or None
         Index in an array; None for a single value.
     ends : tuple
-        The least and the largest value, or all choices.
+        The smallest and the largest value, or all choices.
 
     """
 
@@ -214,7 +214,7 @@ class Slot(NamedTuple):
 
 
 def _ends(field: Field) -> tuple[float, float]:
-    """Return the least and the largest number that a field allows."""
+    """Return the smallest and the largest number that a field allows."""
     low = -LARGEST if field.minimum is None else field.minimum
     if field.above is not None:
         low = max(low, SMALLEST if field.above == 0.0 else math.nextafter(field.above, math.inf))
@@ -237,13 +237,13 @@ def _slots_of(group: str, declared: Declaration) -> Iterator[Slot]:
 
 
 def slots_of(law: Law) -> list[Slot]:
-    """Return every value of the gains that a law's step takes."""
+    """Return all slots in the gains of a law's step."""
     return [slot for group in groups_of(law) for declared in declarations(LAWS[group].gains).values()
             for slot in _slots_of(group, declared)]
 
 
 def _with_values(law: Law, values: list[tuple[Slot, Any]]) -> PositionControl | None:
-    """Return the default gains with other values; None where these break a rule, so that a node refuses them."""
+    """Return the default gains with other values; None if these break a rule, so that a node refuses them."""
     given: dict[str, dict[str, Any]] = {group: flatten(LAWS[group].gains()) for group in groups_of(law)}
     for slot, value in values:
         before = given[slot.group][slot.name]
@@ -266,7 +266,7 @@ def bounded_controls(law: Law, draws: Random) -> Iterator[PositionControl]:
 
 
 def _between(slot: Slot, draws: Random) -> Any:
-    """Return a random value: of numbers a small or a large one."""
+    """Return a random value; among numbers, a small or a large one."""
     low, high = slot.ends[0], slot.ends[-1]
     if not isinstance(low, float):
         return draws.choice(slot.ends)
@@ -288,29 +288,29 @@ def searched_points(law: Law, draws: Random) -> list[list[float]]:
 
 
 def decoded(law: Law, point: list[float]) -> PositionControl:
-    """Return the gains that a point encodes, put in order by the law's `repair`, as in a search."""
+    """Return the gains at a point, after the law's `repair`, as in a search."""
     return decode(searched_genes(law), point, Gains(VelocityGains(), default_control(law))).control
 
 
 def searched_controls(law: Law, draws: Random) -> Iterator[PositionControl]:
-    """Yield gains that a search may take, those that a node would refuse left out."""
+    """Yield gains in the range of a search, except those that a node would refuse."""
     for point in searched_points(law, draws):
         try:
             control = decoded(law, point)
-        except Exception:  # a repair that raises fails a check of its own
+        except Exception:  # a repair that raises fails a separate check
             return
         if not gain_violations(law, control):
             yield control
 
 
 def describe_point(law: Law, point: list[float]) -> str:
-    """Return the numbers of a point as they are drawn."""
+    """Describe the drawn numbers of a point."""
     return ', '.join(f'{gene.short} = {gene.low + (gene.high - gene.low) * u:.6g}'
                      for gene, u in zip(searched_genes(law), point, strict=True))
 
 
 def gain_violations(law: Law, control: PositionControl) -> list[str]:
-    """Return what a node would refuse of gains: bounds and rules."""
+    """Return reasons for a node to refuse gains: bounds and rules."""
     found: list[str] = []
     for group in groups_of(law):
         try:

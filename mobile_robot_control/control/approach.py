@@ -10,19 +10,19 @@ from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingErr
 _DRIVE, _TURN = 1.5, 2.5
 """[1/s]: gains of the distance and of the bearing; the second is larger, so that the bearing falls all the way."""
 _LEVER = 0.25
-"""[m] from the axle's centre: no point nearer than this moves faster than the approach while the robot turns."""
+"""[m] from the axle's centre: during a turn no point nearer than this moves faster than the approach speed."""
 ARRIVED, _LEFT = 0.05, 0.08
-"""[m] from the cart: where the robot begins to turn to the cart's heading, and where it drives again."""
+"""[m] from the cart: at the first distance the robot turns to the cart's heading, at the second it drives again."""
 FACING = 0.1
-"""[rad]: a heading that is right."""
+"""[rad]: largest heading error that counts as aligned."""
 
 
 class ApproachParameters(NamedTuple):
     """How the robot drives to a cart that waits for it."""
 
     speed: Annotated[
-        float, Field('m/s', 'wall clock: speed at which the robot drives to a cart that waits, 0 to leave it to the '
-                     'law: larger arrives sooner', minimum=0.0, live=True)
+        float, Field('m/s', 'wall clock: speed of the approach to a waiting cart, 0 to leave it to the law: larger '
+                            'arrives sooner', minimum=0.0, live=True)
     ] = 0.0
 
 
@@ -44,7 +44,7 @@ def approach_step(state: Approach, error: TrackingError, speed: float) -> tuple[
     Parameters
     ----------
     state : Approach
-        Of the step before.
+        Of the previous step.
     error : TrackingError
         e1, e2 [m], e3 [rad].
     speed : float
@@ -53,11 +53,11 @@ def approach_step(state: Approach, error: TrackingError, speed: float) -> tuple[
     Returns
     -------
     tuple of Approach and BodyVelocity
-        The command is zero where the robot stands at the cart with its heading, |v| <= speed and |ω| <= speed / 0.25 m.
+        The command is zero once the robot stands at the cart with its heading; |v| <= speed and |ω| <= speed / 0.25 m.
 
     Notes
     -----
-    A position law cannot take this over: without the motion of the cart backstepping closes no gap at its side.
+    No position law can replace it: while the cart stands, backstepping closes no lateral gap.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Bumpless transfer: a position law is replaced, or its gains are, without a jump of the command."""
+"""Bumpless transfer: a change of the position law or its gains makes no jump of the command."""
 
 import math
 from typing import Any, NamedTuple
@@ -31,7 +31,7 @@ class RunningLaw(NamedTuple):
     changed : bool
         Whether the law or its gains are new since that command.
     offset : BodyVelocity
-        Last command before the last change minus first one after it; it decays.
+        Last command before the last change minus the first after it; it decays.
     elapsed : float
         Since that change [s].
     lead : float
@@ -53,7 +53,7 @@ def begin(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw
     """
     Start the law that the parameters name, at a period [s].
 
-    A law that joins a run under way starts in its state `joining`; the hybrid law then takes the cart as seen.
+    A law that joins a run under way starts in its state `joining`; the hybrid law then counts the cart as seen.
     """
     law, gains = select(parameters, dt)
     return RunningLaw(law, gains, _joining(law) if under_way else law.start, parameters.limits,
@@ -68,7 +68,7 @@ def change(running: RunningLaw, parameters: PositionControl, dt: float, restart:
     """
     Replace the law or its gains from the next step on.
 
-    The same law keeps its state, unless it is to restart; another one joins the run under way.
+    The same law keeps its state unless `restart` is true; another law joins the run under way.
     """
     law, gains = select(parameters, dt)
     state = running.state if law is running.law and not restart else _joining(law)
@@ -96,7 +96,8 @@ def step(
     Returns
     -------
     tuple of RunningLaw and BodyVelocity
-        For the next step, and the command: the law's + (last before - first after) exp(-t / 0.2 s), within the limits.
+        The law for the next step, and the command: the law's + (last before - first after) exp(-t / 0.2 s), within
+        limits.
 
     Raises
     ------

@@ -47,16 +47,16 @@ def limit_command(asked: BodyVelocity, before: BodyVelocity, limits: Limits, dt:
     asked : BodyVelocity
         From the law [m/s], [rad/s].
     before : BodyVelocity
-        The command before it, as it was given.
+        The previous command, after its limits.
     limits : Limits
-        Velocity limits win over acceleration limits where both apply.
+        A velocity limit takes precedence over an acceleration limit.
     dt : float
-        Time between both [s].
+        Time between the two commands [s].
 
     Returns
     -------
     BodyVelocity
-        Bit for bit the one asked for where no limit applies; always within what a message may hold.
+        Bit for bit the command of the law if no limit applies; always within the bounds of a message.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The law that makes the tracking error linear by dynamic feedback, of Oriolo, De Luca and Vendittelli."""
+"""Dynamic feedback linearisation of the tracking error, after Oriolo, De Luca and Vendittelli."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -21,7 +21,7 @@ class LinearizingGains(NamedTuple):
                      'closes the gap later', above=0.0, live=True, search=(0.0, 20.0))
     ] = 1.18669
     xi_min: Annotated[
-        float, Field('m/s', 'least speed that divides, ξ_min: larger turns less while the robot is slow', above=0.0,
+        float, Field('m/s', 'least speed in the divisor, ξ_min: larger turns less while the robot is slow', above=0.0,
                      live=True)
     ] = 0.1
 
@@ -33,11 +33,11 @@ class CompensatorState(NamedTuple):
     Attributes
     ----------
     started : float
-        1 once there was a step, 0 before.
+        1 after the first step, 0 before.
     xi : float
         ξ, the speed that the compensator integrates [m/s].
     last_v_r : float
-        The cart's speed at the step before [m/s].
+        The cart's speed at the previous step [m/s].
     """
 
     started: float = 0.0
@@ -53,8 +53,9 @@ def step(
     Compute the body velocity for which the position error e obeys ë + k_d ė + k_p e = 0 in the frame of the plane.
 
     The dynamic compensator of [1]_ with its proportional-derivative feedback. A law has no access to the pose, so all
-    vectors are written in the robot's frame, which needs the same gains along x and y. Accelerations of the cart are
-    v_r ω_r across it and, along it, that of the reference; where it is not sent, the difference of the last two v_r.
+    vectors are written in the robot's frame, which requires equal gains along x and y. The cart's acceleration is v_r
+    ω_r across its heading. Along it, it is the reference's acceleration or, if that is not sent, the last difference of
+    v_r.
 
     Parameters
     ----------
@@ -74,9 +75,9 @@ def step(
 
     Notes
     -----
-    The heading follows from the velocity: the robot may drive the path in reverse, if it starts so. The compensator is
-    integrated exactly under held errors, so that no k_d makes it swing. The speed is that of the period's end, and ω
-    divides by that of its start, as in the listing of [2]_.
+    The heading follows from the velocity: the robot may drive the path in reverse if it starts so. The compensator is
+    integrated exactly under held errors, so no k_d makes it oscillate. The speed is the one at the period's end, and ω
+    divides by the one at its start, as in the listing of [2]_.
 
     References
     ----------
@@ -92,7 +93,7 @@ def step(
     kp, kd, xi_min = gains
     xi, v_r_rate = state.xi, (v_r - state.last_v_r) / dt
     if state.started == 0.0:
-        # ξ(0) = v_r(0), which is not singular while the cart moves; there is no difference yet
+        # ξ(0) = v_r(0) is not singular while the cart moves; there is no difference of v_r yet
         xi, v_r_rate = v_r, 0.0
     if len(observation.horizon) > 0:
         v_r_rate = observation.reference.acceleration.linear

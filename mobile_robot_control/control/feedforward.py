@@ -1,9 +1,9 @@
 """
-Feedforward: the motion that the reference is known to make is asked for before an error shows it.
+Feedforward: the command contains the reference's known motion before an error appears.
 
-A base follows its command late by lag and dead time. Over this time L the reference's velocity grows by its
-acceleration: a command with this lead, v + L dv_r/dt, arrives when it is due. Motors need a torque to accelerate; a
-controller that waits for an error of the velocity gives it late, and the inverse of Eq. (13)-(14) gives it now.
+A base follows its command late by lag and dead time. During this time L the reference's velocity grows by its
+acceleration, so a command with the lead v + L dv_r/dt arrives on time. Motors need torque to accelerate: feedback gives
+it only after a velocity error, the inverse of Eq. (13)-(14) gives it at once.
 """
 
 from typing import Annotated, NamedTuple
@@ -15,15 +15,15 @@ from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Refe
 
 
 class Feedforward(NamedTuple):
-    """Delays by which the command leads; without feedforward.enabled they have no effect."""
+    """Delays that the command leads by; they act only with feedforward.enabled."""
 
     lag: Annotated[
-        float, Field('s', 'time constant of the robot behind its command, by which the command leads: larger leads '
-                     'more', minimum=0.0, live=True, search=(0.0, 0.5))
+        float, Field('s', "time constant of the robot's lag; the command leads by it: larger leads more",
+                     minimum=0.0, live=True, search=(0.0, 0.5))
     ] = 0.0
     dead_time: Annotated[
-        float, Field('s', 'time until the robot begins to follow its command, by which the command leads, too: larger '
-                     'leads more', minimum=0.0, live=True, search=(0.0, 0.5))
+        float, Field('s', 'time until the robot begins to follow its command, which also leads by it: larger leads '
+                          'more', minimum=0.0, live=True, search=(0.0, 0.5))
     ] = 0.0
 
 
@@ -65,7 +65,7 @@ def lead(delays: Feedforward) -> float:
 @jitable
 def inverse_dynamics(velocity: BodyVelocity, acceleration: BodyAcceleration, robot: Robot) -> WheelTorque:
     """
-    Compute the wheel torques under which a robot at a velocity has an acceleration.
+    Compute the wheel torques for an acceleration of a robot at a velocity.
 
     Implements Eq. (13)-(14) of the chapter, solved for the torques.
 

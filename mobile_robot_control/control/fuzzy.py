@@ -7,7 +7,7 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import BodyVelocity, Observation
 
 _UNDERFLOW = 1e-300
-"""Weights below this have lost precision, or are zero."""
+"""Smaller weights have lost precision, or are zero."""
 
 
 @jitable
@@ -28,7 +28,7 @@ def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) 
 
     Returns
     -------
-    BodyVelocity
+    o1 [m/s] and o2 [rad/s], each between the smallest and the largest value of c and of d.
         o1 [m/s] and o2 [rad/s], within the smallest and largest of c and of d.
 
     """
@@ -37,7 +37,7 @@ def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) 
     clockwise, straight, counter_clockwise = gains.d
     great, small, zero = m.great_negative + m.great_positive, m.small_negative + m.small_positive, m.zero
     if great + small + zero < _UNDERFLOW:
-        # a bearing of zero but for rounding, under shapes as narrow: straight ahead
+        # membership functions so narrow that a bearing of rounding size fires no rule: straight ahead
         zero = 1.0
     total = (m.near + m.far) * (great + small + zero)
     # rules 1-5, S: GN, GP -> B; SN, SP -> F; Z -> S.  Rules 6-10, G: GN, GP -> FB; SN, SP, Z -> FF
@@ -49,7 +49,7 @@ def surface(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGains) 
         + zero * straight
         + (m.small_positive + m.great_positive) * counter_clockwise
     ) / total
-    # an average lies within its values, but for rounding
+    # rounding can take an average beyond its values
     return BodyVelocity(max(min(linear, fast_forward), fast_back), max(min(angular, counter_clockwise), clockwise))
 
 
@@ -58,7 +58,7 @@ def step(
     state: NoState, observation: Observation, gains: FuzzyGains, dt: float
 ) -> tuple[NoState, BodyVelocity]:
     """
-    Compute the body velocity that the ten rules give for the cart's distance and bearing.
+    Compute the body velocity of the ten rules from the cart's distance and bearing.
 
     Implements Eq. (34) and the rules of section 3.3 of the chapter.
 
@@ -67,7 +67,7 @@ def step(
     state : NoState
         Returned unchanged.
     observation : Observation
-        e1, e2 [m] are used. There is no feed-forward: the law cannot follow a cart faster than its largest output.
+        e1, e2 [m] are used. There is no feedforward: the law cannot follow a cart faster than its largest output.
     gains : FuzzyGains
         The membership functions.
     dt : float

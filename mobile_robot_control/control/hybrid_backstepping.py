@@ -1,4 +1,4 @@
-"""The hybrid backstepping law: rotate on the spot until the cart is in sight, then fade backstepping in."""
+"""The hybrid backstepping law: turn on the spot until the cart is in sight, then fade backstepping in."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -13,7 +13,7 @@ from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation, TrackingError
 
 _ON_THE_CART = 1e-6
-"""[m]: nearer than this the cart has no bearing."""
+"""[m]: at a smaller distance the cart has no bearing."""
 
 
 class SeekingGains(NamedTuple):
@@ -48,7 +48,7 @@ class HybridState(NamedTuple):
     seek : float
         ω_s, the seeking rotation [rad/s].
     last_bearing : float
-        Bearing at the step before [rad]; 0 before the first.
+        Bearing at the previous step [rad]; 0 before the first.
     """
 
     seen: float = 0.0
@@ -59,7 +59,7 @@ class HybridState(NamedTuple):
 
 
 TRACKING = HybridState(seen=1.0, fade=1.0)
-"""The state of a law that joins a run under way, in which the cart counts as seen."""
+"""The state of a law that joins a run under way: the cart counts as seen."""
 
 
 @rule
@@ -73,7 +73,7 @@ def _no_overshoot(gains: SeekingGains) -> list[str]:
 @jitable
 def in_sight(state: HybridState, error: TrackingError) -> bool:
     """
-    Return whether the cart lies straight ahead now, or has crossed that line since the last step.
+    Return whether the cart lies straight ahead, or has crossed that direction since the last step.
 
     Eq. (33) of the chapter, on a grid of samples.
     """

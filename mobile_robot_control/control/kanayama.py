@@ -51,7 +51,7 @@ def step(state: NoState, observation: Observation, gains: KanayamaGains, dt: flo
 
     Notes
     -----
-    Nothing divides. Where v_r = 0 nothing turns the robot: heading and lateral error stay. e3 = π is a saddle that the
+    No division occurs. At v_r = 0 nothing turns the robot: heading and lateral error stay. e3 = π is a saddle that the
     error leaves. Backstepping at α = 1 is this law with a constant heading gain.
 
     References

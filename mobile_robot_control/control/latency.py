@@ -1,4 +1,4 @@
-"""Latency compensation: odometry is carried forward by its age, along the arc of its twist."""
+"""Latency compensation: odometry is extrapolated over its age, along the arc of its twist."""
 
 import math
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from mobile_robot_control.quantities import BodyVelocity, Pose
 @jitable
 def carried_forward(pose: Pose, velocity: BodyVelocity, age: float) -> Pose:
     """
-    Compute where a robot is now that was at a pose some time ago and has kept its velocity: along the exact arc.
+    Compute the present pose of a robot from an old one, at constant velocity: along the exact arc.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def carried_forward(pose: Pose, velocity: BodyVelocity, age: float) -> Pose:
     velocity : BodyVelocity
         Measured at the same time [m/s], [rad/s].
     age : float
-        Time since then [s].
+        Time since the measurement [s].
 
     Returns
     -------
@@ -38,10 +38,10 @@ def carried_forward(pose: Pose, velocity: BodyVelocity, age: float) -> Pose:
 
 class HeldOdometry(NamedTuple):
     """
-    The newest odometry, and for how many steps it has not changed.
+    The newest odometry, and the number of steps since it changed.
 
-    A base whose odometry is slower than the position loop, and that stamps when it sends, repeats a sample as if it
-    were new: it is as much older.
+    If odometry is slower than the position loop and stamped when sent, the base repeats a sample with a new stamp: the
+    sample is older than its stamp by these steps.
     """
 
     pose: Pose
@@ -50,17 +50,17 @@ class HeldOdometry(NamedTuple):
 
 
 NO_ODOMETRY = HeldOdometry(Pose(math.nan, math.nan, math.nan), BodyVelocity(math.nan, math.nan), 0)
-"""Before the first one: equal to none."""
+"""Before the first sample; equal to no sample, since nan equals nothing."""
 
 
 @jitable
 def held_odometry(last: HeldOdometry, pose: Pose, velocity: BodyVelocity) -> HeldOdometry:
-    """Return the newest odometry after that of the step before; a robot that moves does not measure the same twice."""
+    """Update the newest odometry; a moving robot does not measure the same pose and twist twice."""
     same = pose == last.pose and velocity == last.velocity
     return HeldOdometry(pose, velocity, last.steps + 1 if same else 0)
 
 
 @jitable
 def held_age(age: float, longest: float) -> float:
-    """Return an age [s] within 0 and the longest one that a message may have."""
+    """Clip an age [s] to 0 and the longest age of a message."""
     return min(max(age, 0.0), longest)

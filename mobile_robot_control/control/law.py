@@ -1,4 +1,4 @@
-"""What a position law is: its step, its gains, and what the rest of the package may know of it."""
+"""The record of a position law: its step, its gains, and all that the rest of the package knows of it."""
 
 import math
 from collections.abc import Callable
@@ -10,14 +10,14 @@ from mobile_robot_control.system.texts import located_error
 
 
 class NoState(NamedTuple):
-    """State of a static law: one number, since compiled code knows no empty tuple by name."""
+    """State of a static law. It has one number, because compiled code has no named empty tuple."""
 
     nothing: float = 0.0
 
 
 class LawStep(Protocol):
     """
-    One step of a position law: a pure function of floats and NamedTuples that uses ``math`` only, so that it compiles.
+    One step of a position law: a pure function of floats and NamedTuples with ``math`` only, so that it compiles.
 
     State and gains are NamedTuples of the law's own.
     """
@@ -29,12 +29,12 @@ class LawStep(Protocol):
         Parameters
         ----------
         state : NamedTuple
-            Of the step before; `Law.start` at a run's start.
+            Of the previous step; `Law.start` at a run's start.
         observation : Observation
-            Tracking error, reference, odometry's velocity, and the reference's horizon. There is no absolute pose:
-            every law is invariant under motions of the plane.
+            Tracking error, reference, odometry's velocity, and the reference's horizon. It has no absolute pose: every
+            law is invariant under motions of the plane.
         gains : NamedTuple or tuple of NamedTuples
-            The law's parameters; of several groups, one after the other; with `Law.prepare` what that returns.
+            The law's parameters; for several groups a tuple of them; with `Law.prepare` its result.
         dt : float
             Period to the next step [s].
 
@@ -48,7 +48,7 @@ class LawStep(Protocol):
 
 class Law(NamedTuple):
     """
-    A position law. Each module of a law has one of these, named LAW.
+    A position law. The module of each law has one, named LAW.
 
     Attributes
     ----------
@@ -63,18 +63,18 @@ class Law(NamedTuple):
     joining : NamedTuple or None
         The state of a law that joins a run under way; None for `start`.
     groups : tuple of str
-        Groups whose instances the step takes, in this order, where it uses another law's too; () for its own alone.
+        Groups that the step takes, in this order, if it uses another law's gains, too; () for its own alone.
     prepare : callable or None
-        ``prepare(gains, dt)``, plain Python, called at the start and at each live change: returns what the step takes
-        in place of the gains, such as tables or schedules.
+        ``prepare(gains, dt)``, plain Python, called at the start and at each live change. Its result, such as tables or
+        schedules, replaces the gains in the step.
     repair : callable or None
-        Returns a valid instance of `gains` near one that a search has drawn field by field.
+        Returns valid gains near an instance of `gains` that a search has drawn field by field.
     population : int
         Individuals of a genetic search.
     with_velocity_gains : bool
-        Whether a search of this law also searches the velocity gains, unless told otherwise.
+        Whether a search of this law includes the velocity gains by default.
     horizon : int
-        Position ticks ahead for which the law needs the reference; `reference_horizon` must not be smaller.
+        Position ticks of reference that the law needs ahead; `reference_horizon` must not be smaller.
 
     """
 
@@ -92,17 +92,17 @@ class Law(NamedTuple):
 
 
 class LawFailedError(RuntimeError):
-    """A position law raised, returned something other than a state and a command, or a command that is not finite."""
+    """A position law raised, returned something other than a state and a command, or a non-finite command."""
 
 
 @jitable
 def is_sound(command: BodyVelocity) -> bool:
-    """Return whether a law's command is finite; where it is not, the law has failed."""
+    """Return whether a law's command is finite; a non-finite command is a failure of the law."""
     return math.isfinite(command.linear) and math.isfinite(command.angular)
 
 
 def checked_step(law: Law, state: Any, observation: Observation, gains: Any, dt: float) -> tuple[Any, BodyVelocity]:
-    """Do one step of a law, as `LawStep`; raise LawFailedError where it fails."""
+    """Run one step of a law, as `LawStep`; raise LawFailedError if it fails."""
     try:
         after, command = law.step(state, observation, gains, dt)
         sound = is_sound(command)

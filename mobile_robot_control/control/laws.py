@@ -1,4 +1,4 @@
-"""The position laws that `controller_type` may name: the built-in list, the registry, and their parameters."""
+"""The position laws of `controller_type`: the built-in list, the registry, and their parameters."""
 
 import inspect
 import math
@@ -26,7 +26,7 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
     'sliding_mode',
     'lqr',
 ))
-"""In the order of their parameters; a further law of the package is a module and a line above."""
+"""In the order of their parameters; a new law of the package is a module and a line above."""
 RESERVED = frozenset({
     'velocity', 'controller_type', 'limits', 'input_timeout', 'stop_on_odom_conflict', 'compensate_latency',
     'odom_latency', 'approach', 'feedforward', 'reference_horizon', 'robot', 'velocity_rate',
@@ -34,11 +34,11 @@ RESERVED = frozenset({
     'odom_frame_id', 'base_frame_id', 'reference_frame_id',
     'use_sim_time', 'qos_overrides', 'start_type_description_service',
 })
-"""A law's group of parameters has the law's name, which must not be that of another parameter or of a search."""
+"""A law's group of parameters has the law's name, which must differ from other parameters and search entries."""
 
 
 def law_violations(law: Any) -> Iterator[str]:
-    """Yield what is wrong with the record of a law by itself; for its groups see `groups_of`."""
+    """Yield the faults in the record of a law itself; for its groups see `groups_of`."""
     if not isinstance(law, Law):
         yield f'LAW is of type {type(law).__name__}; write LAW = Law(name, step, Gains)'
         return
@@ -93,15 +93,15 @@ LAWS: Registry[Law] = Registry(
 
 
 _GROUPS: dict[str, Any] = {'limits': Limits(), 'feedforward': Feedforward()}
-"""Of PositionControl, besides those of the laws; with their defaults."""
+"""Groups of PositionControl besides those of the laws, with their defaults."""
 
 
 class PositionControl:
     """
-    Which position law runs, the gains of all laws, the limits of the command, and its lead.
+    The selected position law, the gains of all laws, the limits of the command, and its lead.
 
-    As a NamedTuple whose fields are `controller_type`, one group for each registered law, by the law's name, and
-    `limits` and `feedforward`; a field that was not given has its default.
+    It acts as a NamedTuple with the fields `controller_type`, one group for each registered law, by the law's name, and
+    `limits` and `feedforward`; omitted fields have their defaults.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class PositionControl:
     @classmethod
     def parameter_members(cls) -> Iterator[tuple[str, type, Any]]:
         """Yield name, type and annotation of each field."""
-        yield 'controller_type', str, Field('', 'which position law runs', choices=LAWS, live=True)
+        yield 'controller_type', str, Field('', 'name of the position law', choices=LAWS, live=True)
         for law in LAWS.values():
             yield law.name, law.gains, None
         for group, default in _GROUPS.items():
@@ -151,7 +151,7 @@ class PositionControl:
 
 
 def groups_of(law: Law) -> tuple[str, ...]:
-    """Return the groups that a law's step takes; raise ParameterError if one belongs to a law that is not there."""
+    """Return the groups that a law's step takes; raise ParameterError if one belongs to an unknown law."""
     lacking = [name for name in law.groups if name not in LAWS]
     if lacking:
         raise ParameterError(f"the law '{law.name}' takes the gains of '{name}', which is no law here; load that law "
@@ -161,15 +161,15 @@ def groups_of(law: Law) -> tuple[str, ...]:
 
 @lru_cache(maxsize=8)
 def _prepared(prepare: Callable[[Any, float], Any], gains: Any, dt: float) -> Any:
-    """Prepare gains, once where several ask for the same."""
+    """Prepare gains, once for several identical requests."""
     return prepare(gains, dt)
 
 
 def declared_gains(parameters: PositionControl) -> tuple[Law, Any]:
     """
-    Return the law that checked parameters name, and its gains as declared: a group, or a tuple of several.
+    Return the law of checked parameters, and its gains as declared: a group, or a tuple of several.
 
-    Raises ParameterError if the law takes the gains of a law that is not there.
+    Raises ParameterError if the law takes the gains of an unknown law.
     """
     law = LAWS[parameters.controller_type]
     groups = tuple(getattr(parameters, name) for name in groups_of(law))
@@ -178,16 +178,16 @@ def declared_gains(parameters: PositionControl) -> tuple[Law, Any]:
 
 def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
     """
-    Return the law that checked parameters name, and what its step takes as gains at a period [s].
+    Return the law of checked parameters, and the gains in the form of its step, at a period [s].
 
-    Raises ParameterError if the law cannot prepare its gains, or takes those of a law that is not there.
+    Raises ParameterError if the law cannot prepare its gains, or takes those of an unknown law.
     """
     law, gains = declared_gains(parameters)
     return law, prepared_gains(law, gains, dt)
 
 
 def prepared_gains(law: Law, gains: Any, dt: float) -> Any:
-    """Return what a law's step takes for declared gains at a period [s]; raise ParameterError if `prepare` fails."""
+    """Convert declared gains to the form of a law's step, at a period [s]; raise ParameterError if `prepare` fails."""
     if law.prepare is None:
         return gains
     try:

@@ -1,4 +1,4 @@
-"""The linear-quadratic law: time-varying, its gains scheduled over the cart's velocity."""
+"""The linear-quadratic law: time-varying, with gains scheduled over the cart's velocity."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -13,7 +13,7 @@ from mobile_robot_control.quantities import BodyVelocity, Observation
 SPEEDS = (0.05, 0.08, 0.13, 0.22, 0.4, 0.7, 1.2)
 """|v_r| of the table's rows [m/s]."""
 TURNS = (0.0, 0.015, 0.035, 0.07, 0.13, 0.25, 0.5, 1.0, 2.0)
-"""|ω_r| of the table's columns [rad/s]: at small speeds the gains turn over within 0.1 rad/s."""
+"""|ω_r| of the table's columns [rad/s]: at small speeds the gains change most within 0.1 rad/s."""
 
 Feedback = tuple[float, float, float, float, float, float]
 """K by rows: of the forward velocity by e1, e2, e3, then of the yaw rate."""
@@ -22,7 +22,7 @@ Schedule = tuple[tuple[Feedback, ...], ...]
 
 
 class LqrWeights(NamedTuple):
-    """Weights of the errors in the sum that is least; those of both velocities are 1 s²/m² and 1 s²/rad²."""
+    """Weights of the errors in the minimised sum; both velocities have the weights 1 s²/m² and 1 s²/rad²."""
 
     q1: Annotated[
         float, Field('1/m²', 'weight of the longitudinal error: larger closes the gap ahead sooner and asks for more '
@@ -72,7 +72,7 @@ def error_dynamics(v_r: float, omega_r: float, dt: float) -> tuple[Matrix, Matri
 
 def feedback(weights: LqrWeights, v_r: float, omega_r: float, dt: float) -> Matrix:
     """Return the gains K, shape (2, 3), of u = -K e at one velocity [m/s], [rad/s] of the cart, for a period [s]."""
-    # a sum over periods, so that both weights have the same factor dt, which cancels
+    # a sum over periods: both weights have the same factor dt, which cancels
     return optimal_feedback(*error_dynamics(v_r, omega_r, dt), diagonal(weights), diagonal((1.0, 1.0)))
 
 
@@ -85,7 +85,7 @@ def prepare(weights: LqrWeights, dt: float) -> Schedule:
 
 @jitable
 def below(value: float, nodes: tuple[float, ...]) -> int:
-    """Return the number of the interval of nodes that a value lies in; the last interval for what lies beyond."""
+    """Return the index of the interval of nodes that contains a value; beyond them, the last interval."""
     n = 0
     while n < len(nodes) - 2 and value > nodes[n + 1]:
         n += 1
@@ -94,7 +94,7 @@ def below(value: float, nodes: tuple[float, ...]) -> int:
 
 @jitable
 def share(value: float, low: float, high: float) -> float:
-    """Return the share of the way from low to high, within 0 and 1."""
+    """Return the position of a value between low and high, as a share within 0 and 1."""
     return max(0.0, min(1.0, (value - low) / (high - low)))
 
 
@@ -103,8 +103,8 @@ def step(state: NoState, observation: Observation, gains: Schedule, dt: float) -
     """
     Compute the body velocity that is optimal for the error dynamics, linearised about the cart at its velocity.
 
-    The linear-quadratic regulator, see [1]_, for the linearised error dynamics of [2]_, made anew for each velocity of
-    the cart by bilinear interpolation in a table.
+    The linear-quadratic regulator, see [1]_, of the linearised error dynamics of [2]_, scheduled over the cart's
+    velocity by bilinear interpolation in a table.
 
     Parameters
     ----------
@@ -113,9 +113,9 @@ def step(state: NoState, observation: Observation, gains: Schedule, dt: float) -
     observation : Observation
         e1, e2 [m], e3 [rad], v_r [m/s] and ω_r [rad/s] are used.
     gains : tuple of tuple of tuple of float
-        What `prepare` returns, shape (7, 9, 6).
+        Result of `prepare`, shape (7, 9, 6).
     dt : float
-        Not used: the law is static, and `prepare` has seen the period.
+        Not used: the law is static, and `prepare` has used the period.
 
     Returns
     -------
@@ -124,8 +124,8 @@ def step(state: NoState, observation: Observation, gains: Schedule, dt: float) -
 
     Notes
     -----
-    The table is for v_r and ω_r >= 0: the other signs follow from mirror symmetry and from driving in reverse. Beyond
-    the table its edge holds; within it the gains are those of the equation to 5 % of the largest one for the default
+    The table covers v_r and ω_r >= 0: the other signs follow from mirror symmetry and from driving in reverse. Beyond
+    the table its edge holds. Within it the gains are those of the equation to 5 % of the largest one for the default
     weights. At e3 = π the turn changes its side, because the heading error does.
 
     References
@@ -142,7 +142,7 @@ def step(state: NoState, observation: Observation, gains: Schedule, dt: float) -
     x, y = share(speed, SPEEDS[n], SPEEDS[n + 1]), share(turn, TURNS[m], TURNS[m + 1])
     a, b, c, d = gains[n][m], gains[n][m + 1], gains[n + 1][m], gains[n + 1][m + 1]
     at_a, at_b, at_c, at_d = (1.0 - x) * (1.0 - y), (1.0 - x) * y, x * (1.0 - y), x * y
-    # beside a cart that stands no feedback reduces e2, and the equation has no solution: what is odd in v_r fades there
+    # beside a standing cart no feedback reduces e2, and the equation has no solution: terms odd in v_r fade out there
     way = v_r / max(speed, SPEEDS[0])
     side = math.copysign(1.0, omega_r)
     k11 = at_a * a[0] + at_b * b[0] + at_c * c[0] + at_d * d[0]

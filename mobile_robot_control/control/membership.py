@@ -131,17 +131,17 @@ def memberships(distance_to_cart: float, bearing_to_cart: float, gains: FuzzyGai
 
 def repair(drawn: FuzzyGains) -> FuzzyGains:
     """
-    Put gains that were drawn number by number into an order that leaves no bearing without a rule.
+    Order gains that were drawn number by number, so that every bearing has a rule.
 
-    The same angles are exchanged until b2 < b3 < b4, b2 < b1, b5 < b4 and b5 < b6, and moved apart where they coincide;
-    c and d are sorted.
+    Angles are exchanged until b2 < b3 < b4, b2 < b1, b5 < b4 and b5 < b6, and moved apart if they coincide; c and d are
+    sorted.
     """
     b1, b2, b3, b4, b5, b6 = drawn.b
     b2, b3, b4 = sorted((b2, b3, b4))
     b2, b1 = sorted((b1, b2))
     b5, b4 = sorted((b5, b4))
     b5, b6 = sorted((b5, b6))
-    # upwards from the lowest, which leaves room up to π for those above it
+    # upwards from the lowest angle, to leave room up to π for the others
     b2 = min(b2, math.pi - 2.0 * _APART)
     b3 = min(max(b3, b2 + _APART), math.pi - _APART)
     b5 = min(b5, math.pi - _APART)

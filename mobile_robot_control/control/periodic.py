@@ -1,4 +1,4 @@
-"""The law that is periodic in the heading error, of Blazic and Klancar et al."""
+"""The law periodic in the heading error, after Blazic and Klancar et al."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -10,7 +10,7 @@ from mobile_robot_control.quantities import BodyVelocity, Observation
 
 
 class PeriodicGains(NamedTuple):
-    """Gains ζ and g, of which the three gains of the feedback are made for the cart's present velocity."""
+    """Gains ζ and g; with the cart's present velocity they give the three gains of the feedback."""
 
     g: Annotated[
         float, Field('rad²/m²', 'stiffness g: larger turns harder towards the path and closes the gap ahead sooner',
@@ -48,8 +48,8 @@ def step(state: NoState, observation: Observation, gains: PeriodicGains, dt: flo
 
     Notes
     -----
-    Nothing divides. A full turn changes nothing, so that the command has no jump at e3 = π. There V is infinite: facing
-    away is an equilibrium that the error leaves, slowly from nearby. The gains are zero where the cart stands, and so
+    No division occurs. A full turn changes nothing, so the command has no jump at e3 = π. There V is infinite: facing
+    away is an equilibrium that the error leaves, slowly from nearby. While the cart stands, the gains are zero, and so
     is the command.
 
     References

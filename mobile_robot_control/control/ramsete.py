@@ -9,11 +9,11 @@ from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
 
 _NO_ANGLE = 1e-9
-"""[rad]: nearer to zero than this sin x / x is taken from its series, as in WPILib."""
+"""[rad]: below it sin x / x is computed from its series, as in WPILib."""
 
 
 class RamseteGains(NamedTuple):
-    """Gains ζ and b, of which the three gains of the feedback are made for the cart's present velocity."""
+    """Gains ζ and b; with the cart's present velocity they give the three gains of the feedback."""
 
     b: Annotated[
         float, Field('rad²/m²', 'stiffness b: larger turns harder towards the path and closes the gap ahead sooner',
@@ -59,7 +59,7 @@ def step(state: NoState, observation: Observation, gains: RamseteGains, dt: floa
 
     Notes
     -----
-    The gain k is zero where the cart stands, and so is the command: the robot stays where it is. At e3 = π the turn
+    While the cart stands, the gain k is zero, and so is the command: the robot does not move. At e3 = π the turn
     changes its side, because the heading error does.
 
     References

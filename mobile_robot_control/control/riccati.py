@@ -1,4 +1,4 @@
-"""The discrete algebraic Riccati equation of small systems, in plain Python: nodes do without SciPy."""
+"""The discrete algebraic Riccati equation of small systems, in plain Python: nodes import no SciPy."""
 
 import math
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ def added(a: Matrix, b: Matrix) -> Matrix:
 
 
 def solved(a: Matrix, b: Matrix) -> Matrix:
-    """Return the x of a x = b, by elimination with the largest pivot of each column; a must not be singular."""
+    """Solve a x = b by elimination with the largest pivot of each column; a must not be singular."""
     rows = [(*row, *other) for row, other in zip(a, b, strict=True)]
     for n in range(len(rows)):
         best = max(range(n, len(rows)), key=lambda row: abs(rows[row][n]))
@@ -42,7 +42,7 @@ def solved(a: Matrix, b: Matrix) -> Matrix:
 
 
 def diagonal(values: Sequence[float]) -> Matrix:
-    """Return the diagonal matrix of some values."""
+    """Return the diagonal matrix of the given values."""
     return tuple(tuple(value if n == m else 0.0 for m in range(len(values))) for n, value in enumerate(values))
 
 
@@ -72,7 +72,7 @@ def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     Raises
     ------
     ValueError
-        If the iteration does not settle, as where the system cannot be stabilised.
+        If the iteration does not settle, for example if the system cannot be stabilised.
 
     References
     ----------
@@ -100,7 +100,7 @@ def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
 
 def optimal_feedback(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     """
-    Return the gains K of u = -K x for which the sum of xᵀ Q x + uᵀ R u is least.
+    Return the gains K of u = -K x that minimise the sum of xᵀ Q x + uᵀ R u.
 
     Parameters and errors as in `riccati`; K has the shape (m, n).
     """

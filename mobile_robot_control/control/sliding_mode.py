@@ -9,7 +9,7 @@ from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
 
 _LEAST_DIVISOR = 0.5
-"""Least 1 + ∂α/∂e2 e1 that divides."""
+"""Least value of the divisor 1 + ∂α/∂e2 e1."""
 
 
 class SlidingGains(NamedTuple):
@@ -44,9 +44,9 @@ class SlidingState(NamedTuple):
     Attributes
     ----------
     started : float
-        1 once there was a step, 0 before.
+        1 after the first step, 0 before.
     last_v_r : float
-        The cart's speed at the step before [m/s].
+        The cart's speed at the previous step [m/s].
     """
 
     started: float = 0.0
@@ -55,7 +55,7 @@ class SlidingState(NamedTuple):
 
 @jitable
 def saturation(surface: float, layer: float) -> float:
-    """Return the side of a surface, -1 or 1, and within its boundary layer the share of the way to its edge."""
+    """Return the side of a surface, -1 or 1; within its boundary layer, the fraction of the way to its edge."""
     # sign(s) would chatter at the rate of the controller
     return max(-1.0, min(1.0, surface / layer))
 
@@ -88,8 +88,8 @@ def step(
 
     Notes
     -----
-    Differs from the paper by the saturation (the paper divides s by ``abs(s) + δ``) and by the slope λ, without which
-    e2 decays at the rate v_r² alone. While v_r = 0 the second surface is e3 = 0: a lateral error stays. At e3 = π the
+    Differs from the paper by the saturation (the paper divides s by ``abs(s) + δ``) and by the slope λ: without it e2
+    decays at the rate v_r² alone. While v_r = 0 the second surface is e3 = 0, and a lateral error stays. At e3 = π the
     turn changes its side, because the heading error does.
 
     References
@@ -107,7 +107,7 @@ def step(
     s1, s2 = e1, e3 + math.atan(x)
     # ∂α/∂e2 = λ v_r / (1 + x²), ∂α/∂v_r = λ e2 / (1 + x²)
     by_e2, by_v_r = slope * v_r / (1.0 + x * x), slope * e2 / (1.0 + x * x)
-    # zero where the cart is 1 / (∂α/∂e2) behind: no turn keeps the robot on s2 there, and s1 leads away from it
+    # zero for a cart 1 / (∂α/∂e2) behind: no turn keeps the robot on s2 there, and s1 leads away from it
     divisor = max(_LEAST_DIVISOR, 1.0 + by_e2 * e1)
     # ds2/dt = -k2 sat(s2): ω = (ω_r + ∂α/∂v_r dv_r/dt + ∂α/∂e2 v_r sin e3 + k2 sat(s2)) / (1 + ∂α/∂e2 e1)
     omega = (omega_r + by_v_r * v_r_rate + by_e2 * v_r * math.sin(e3) + rate2 * saturation(s2, layer2)) / divisor

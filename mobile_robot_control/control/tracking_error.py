@@ -7,7 +7,7 @@ from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import Pose, TrackingError
 
 _NO_BEARING = 1e-9
-"""[m]: nearer than this the bearing is rounding noise."""
+"""[m]: at a smaller distance the bearing is rounding noise."""
 
 
 @jitable
@@ -61,8 +61,8 @@ def bearing(error: TrackingError) -> float:
     """
     Return the direction to the reference cart from the robot's heading [rad], in (-π, π].
 
-    Implements Eq. (34) of the chapter, i_2, and the argument of (31) and (33); the wrapped difference
-    atan2(e_y, e_x) - θ is atan2(e2, e1). Where the distance is under 1e-9 m the bearing is 0.
+    Implements Eq. (34) of the chapter, i_2, and the argument of (31) and (33); the wrapped difference atan2(e_y, e_x) -
+    θ is atan2(e2, e1). At distances under 1e-9 m the bearing is 0.
     """
     if distance(error) < _NO_BEARING:
         return 0.0

@@ -1,4 +1,4 @@
-"""The limit of the distance between robot and reference, beyond which the robot stops."""
+"""The distance between robot and reference that stops the robot."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -7,22 +7,22 @@ from mobile_robot_control.parameters.declaration import Field
 
 
 class TrackingLimit(NamedTuple):
-    """The limit of the position controller that stops the robot; those of the command are `command_limits.Limits`."""
+    """The limit that stops the robot; `command_limits.Limits` are those of the command."""
 
     tracking_error: Annotated[
-        float, Field('m', 'wall clock: distance from the reference beyond which the robot stops until it is released, '
-                     '0 for none: larger lets it stray farther', minimum=0.0, live=True)
+        float, Field('m', 'wall clock: distance from the reference that stops the robot until its release, 0 for '
+                          'none: larger lets it stray farther', minimum=0.0, live=True)
     ] = 0.0
 
 
 def allowed_distance(closest: float, limit: float) -> float:
     """
-    Return the largest distance from the reference [m] at which the robot may go on.
+    Return the largest distance from the reference [m] at which the robot keeps driving.
 
     Parameters
     ----------
     closest : float
-        How near the robot has come to a cart that waits, since it did not [m]; 0 while it tracks.
+        Smallest distance to a cart that waits, since the wait began [m]; 0 while the robot tracks.
     limit : float
         `limits.tracking_error` [m], 0 for none.
 

@@ -33,7 +33,7 @@ class VelocityGains(NamedTuple):
 
 class VelocityPiState(NamedTuple):
     """
-    The integral terms, kept as torques so that new gains do not make them jump.
+    The integral terms, stored as torques so that new gains do not make them jump.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class VelocityPiState(NamedTuple):
 
 @jitable
 def _held_by_limit(asked: float, given: float, error: float) -> bool:
-    """Return whether integrating an error would push a channel further beyond its limit."""
+    """Return whether integration of an error would push a channel further beyond its limit."""
     return (asked - given) * error > 0.0
 
 
@@ -76,7 +76,7 @@ def _limited(
     """Return the integral terms for the next step, and the torques within the limit."""
     torque = saturate(asked, max_wheel_torque)
     grown_common, grown_differential = state
-    # both sides of the comparison are rounded alike: rounding must not look like a limit
+    # both sides of the comparison have the same rounding, which must not look like a limit
     if not _held_by_limit(asked.right + asked.left, torque.right + torque.left, error.linear):
         grown_common += proportional.common * dt / gains.ti1
     if not _held_by_limit(asked.right - asked.left, torque.right - torque.left, error.angular):
@@ -104,7 +104,7 @@ def step(
     state : VelocityPiState
         The integral terms; the default at a run's start.
     command : BodyVelocity
-        Asked for [m/s], [rad/s].
+        Command [m/s], [rad/s].
     measured : BodyVelocity
         From the wheels [m/s], [rad/s].
     gains : VelocityGains
@@ -112,8 +112,8 @@ def step(
     robot : Robot
         r and R are used.
     max_wheel_torque : float
-        Limit of each wheel [N m]; 0 means none. At the limit the integral is held by conditional integration
-        (anti-windup): a channel that asks for more does not integrate.
+        Limit of each wheel [N m]; 0 means none. Beyond it conditional integration (anti-windup) holds the integral: a
+        channel that asks for more does not integrate.
     dt : float
         Sampling period [s].
 
@@ -124,7 +124,7 @@ def step(
 
     Notes
     -----
-    Eq. (21) and (22) are not followed: they use K Ti where (17) gives K R.
+    Deviates from Eq. (21) and (22): they use K Ti where (17) gives K R.
 
     """
     error = BodyVelocity(command.linear - measured.linear, command.angular - measured.angular)
@@ -147,13 +147,13 @@ def fed_step(
     """
     Compute the wheel torques as `step` does, with a feedforward of the reference's acceleration.
 
-    A command is held for a position period. It is brought forward along the acceleration by its age, which is half a
-    period in the mean, and the torques that this motion needs are added before the limit.
+    A command is held for a position period. It is extrapolated along the acceleration by its age, half a period on
+    average, and the torques of this motion are added before the limit.
 
     Parameters
     ----------
     state, command, measured, gains, robot, max_wheel_torque, dt
-        As of `step`; of the robot all constants are used.
+        As in `step`; all constants of the robot are used.
     acceleration : BodyAcceleration
         Of the reference [m/s²], [rad/s²].
     age : float

@@ -1,4 +1,4 @@
-"""Stability of the sampled velocity loop, checked before anything moves."""
+"""Stability of the sampled velocity loop, checked before a run starts."""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -24,7 +24,7 @@ def _roots_inside(polynomial: Sequence[float], radius: float) -> bool:
     scale = 1.0
     for coefficient in polynomial:
         p.append(coefficient * scale)
-        # not radius ** n, which raises where a quotient merely underflows
+        # not radius ** n: it raises where a quotient merely underflows
         scale /= radius
     while len(p) > 1:
         if abs(p[-1]) >= abs(p[0]):
@@ -71,16 +71,16 @@ def spectral_radius(gains: VelocityGains, robot: Robot, rate: float, delay: int)
 
 def is_stable(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -> bool:
     """
-    Return whether gains are stable at a rate [Hz], without computing by how much.
+    Return whether gains are stable at a rate [Hz], without a measure of the margin.
 
-    In lockstep the loop has no delay; on the wall clock, one and two samples of delay are both checked.
+    In lockstep the loop has no delay; on the wall clock, delays of one and two samples are both checked.
     """
     return all(_roots_inside(polynomial, 1.0)
                for delay in _delays(lockstep) for polynomial in _characteristic(gains, robot, rate, delay))
 
 
 def _delays(lockstep: bool) -> tuple[int, ...]:
-    """Return the delays in samples that must be stable."""
+    """Return the delays, in samples, at which the loop must be stable."""
     return (0,) if lockstep else (1, 2)
 
 
@@ -105,7 +105,7 @@ def _characteristic(gains: VelocityGains, robot: Robot, rate: float, delay: int)
 
 def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays: Sequence[int]) -> float:
     """
-    Return the rate [Hz] above which the sampled velocity loop is stable; infinite where none that is allowed is.
+    Return the rate [Hz] above which the sampled velocity loop is stable; infinite if no allowed rate is.
 
     Parameters
     ----------
@@ -114,9 +114,9 @@ def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays:
     robot : Robot
         Physical constants.
     rate : float
-        A rate at which it is not stable [Hz].
+        An unstable rate [Hz].
     delays : sequence of int
-        Delays that must all be stable, in samples.
+        In samples; the loop must be stable at each of them.
     """
     def stable(candidate: float) -> bool:
         return all(spectral_radius(gains, robot, candidate, delay) < 1.0 for delay in delays)
@@ -134,7 +134,7 @@ def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays:
 
 def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -> str:
     """
-    Return why gains are unstable at a rate, with radius, slowest stable rate and remedy; '' where they are stable.
+    Explain why gains are unstable at a rate, with radius, slowest stable rate and remedy; '' if they are stable.
 
     Parameters
     ----------
@@ -160,4 +160,4 @@ def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool)
             f'{" with " + unusual if unusual else ""}: spectral radius {radius:.4f} {clock}; '
             + (f'the slowest stable rate is {slowest:.1f} Hz: raise velocity_rate above it, or lower the gains'
                if slowest <= FASTEST else
-               'no rate that is allowed is stable; set robot.* to what a robot has, or change the gains'))
+               'no rate that is allowed is stable; set robot.* to the values of a real robot, or change the gains'))

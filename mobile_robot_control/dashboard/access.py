@@ -1,4 +1,4 @@
-"""Who may open the page: requests to this host alone, from its own pages, and with the token where there is one."""
+"""Access to the page: only for requests to this host, from its own pages, and with the token if there is one."""
 
 import hmac
 from collections.abc import Awaitable, Callable, MutableMapping
@@ -21,17 +21,17 @@ Send = Callable[[Any], Awaitable[None]]
 
 class AccessGate:
     """
-    An ASGI middleware that refuses all others, pages and sockets alike.
+    An ASGI middleware that refuses all other requests, to pages and sockets alike.
 
     Parameters
     ----------
     app : callable
         The application behind the gate.
     hosts : frozenset of str
-        Values of the header Host that name this server; empty takes any, where a token is asked for. A page that has
-        its name resolved to this machine has another.
+        Values of the header Host that name this server; empty allows any, if a token is required. A page with a name
+        that is resolved to this machine (DNS rebinding) has another one.
     token : str
-        What the address must contain once; '' asks for none.
+        Required once in the address; '' for none.
 
     """
 
@@ -55,7 +55,7 @@ class AccessGate:
             await self._app(scope, receive, _with_headers(send))
 
     def _refusal(self, headers: dict[str, str], scope: Scope) -> str:
-        """Return why a request is refused; '' where it is not."""
+        """Return the reason to refuse a request; '' if there is none."""
         host = headers.get('host', '')
         if self._hosts and host not in self._hosts:
             return 'this page is served under another name'
@@ -80,7 +80,7 @@ class AccessGate:
 
 
 def _is_of_another_page(headers: dict[str, str], host: str) -> bool:
-    """Return whether a page from elsewhere has made a request, by what browsers add; a link there may lead here."""
+    """Return whether another page has made a request, by the headers of browsers; its links may lead here."""
     if 'origin' in headers and headers['origin'] != f'http://{host}':
         return True
     follows_link = (headers.get('sec-fetch-mode') == 'navigate' and headers.get('sec-fetch-dest') == 'document'
@@ -109,7 +109,7 @@ async def _refuse(scope: Scope, send: Send, reason: str) -> None:
 
 
 async def _redirect(send: Send, token: str) -> None:
-    """Keep the token in a cookie, and out of the address."""
+    """Move the token from the address to a cookie."""
     cookie = f'{_COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/'
     await send({'type': 'http.response.start', 'status': 303,
                 'headers': [(b'location', b'/'), (b'set-cookie', cookie.encode()), *_HEADERS]})

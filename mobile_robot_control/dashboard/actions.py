@@ -1,4 +1,4 @@
-"""What the page may ask for, each request checked and answered in words."""
+"""The requests of a page, each checked and answered in words."""
 
 import asyncio
 import json
@@ -28,28 +28,28 @@ from mobile_robot_control.system.files import explain
 from mobile_robot_control.system.texts import describe_error, shortened
 
 _MOST = 50
-"""Parameters that one request may name."""
+"""Most parameters in one request."""
 
 
 _LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque')
-"""That a page sets along with a path."""
+"""Parameters that a page sets along with a path."""
 _PATIENCE, _LOOK = 3.0, 0.05
-"""[s] of wall time until a cart has taken a path over or refused it, and between two looks."""
+"""[s] of wall time for a cart to accept a path or refuse it, and between two checks."""
 _START = 20.0
-"""[s] of wall time that a node has to start again."""
+"""[s] of wall time for a node to start again."""
 _AT_ONCE = {'period'}
-"""What changes where the cart is, without a new run."""
+"""Parameters that act at the cart's present place, without a new run."""
 
 
 class Answer(NamedTuple):
-    """Whether a request was fulfilled, and the words for it."""
+    """Whether a request was fulfilled, and a text."""
 
     good: bool
     text: str
 
 
 class RefusedRequestError(ValueError):
-    """A request that makes no sense; the text says why."""
+    """A meaningless request; the text is the reason."""
 
 
 def _drawn(request: Mapping[str, Any]) -> tuple[list[tuple[float, float]], dict[str, float]]:
@@ -78,11 +78,11 @@ class Actions:
     saved : Path
         Folder for saved parameters.
     nodes : StartedNodes or None
-        Those that this page has started; None where it has attached to others.
+        Nodes that this page has started; None if it is attached to others.
     lessons : sequence of Lesson
-        That can be played.
+        Available lessons.
     robot : str
-        Name of the robot; '' where it is not known.
+        Name of the robot; '' if unknown.
     reads_laws : bool
         Whether the files of laws may be read again.
 
@@ -109,14 +109,14 @@ class Actions:
         }
 
     async def fulfil(self, request: Any, whose: object = None) -> Answer:
-        """Fulfil a request as JSON has it, whatever it holds and whose page it is of; never raises."""
+        """Fulfil a request from JSON, with any content, for the page that sent it; never raises."""
         try:
             asked = request.get('do') if isinstance(request, dict) else None
             if asked == 'lesson':
                 await self.teaching.begin(str(request.get('name')), whose)
                 return Answer(True, '')
             if not isinstance(asked, str) or asked not in self._handlers:
-                raise RefusedRequestError('the page asked for something that is not there; load it again')
+                raise RefusedRequestError('unknown request of the page; load it again')
             return await self._handlers[asked](request)
         except (NoAnswerError, RefusedRequestError, LessonError, BusyError) as error:
             return Answer(False, shortened(str(error)))
@@ -124,7 +124,7 @@ class Actions:
             return Answer(False, shortened(explain(error)))
         except ParameterError as error:
             return Answer(False, shortened('; '.join(error.violations), 1000))
-        except Exception as error:  # whatever a page sends must not end the server
+        except Exception as error:  # no request of a page may end the server
             return Answer(False, describe_error(error))
 
     async def _ask(self, job: Callable[[], Any]) -> Any:
@@ -145,7 +145,7 @@ class Actions:
         return await self._trigger('step')
 
     async def _reset(self, request: Mapping[str, Any]) -> Answer:
-        """Begin a new run, from a pose [x, y, heading] where the request has one."""
+        """Begin a new run, from the pose [x, y, heading] in the request if there is one."""
         if 'pose' in request:
             changed = await self._set({'node': 'plant', 'values': {'initial_pose': request['pose']}})
             if not changed.good:
@@ -163,13 +163,13 @@ class Actions:
         return Answer(True, await self._ask(push))
 
     async def _curve(self, request: Mapping[str, Any]) -> Answer:
-        """Change the curve or its placement; where the robot is simulated, begin a new run at the cart's start."""
+        """Change the curve or its placement; with a simulated robot, begin a new run at the cart's start."""
         changed = await self._set({'node': 'reference_cart', 'values': request.get('values')})
         if not changed.good or set(request['values']) <= _AT_ONCE:
             return changed
         values = (await self._present()).get('reference_cart', {}) | request['values']
         if values.get('curve') not in CURVES:
-            # one that only the cart has loaded
+            # a curve that only the cart has loaded
             return await self._reset({})
         start = reference_at(CURVES[values['curve']], 0.0, Placement(*(values[name] for name in Placement._fields)))
         return await self._reset({'pose': list(start.pose)})
@@ -181,7 +181,7 @@ class Actions:
         return Answer(True, json.dumps(await asyncio.to_thread(planned, values, points, limits)))
 
     async def _path(self, request: Mapping[str, Any]) -> Answer:
-        """Send a path to the cart, in a new run at its start where the cart drives a curve or its limits change."""
+        """Send a path to the cart, in a new run at its start if the cart drives a curve or its limits change."""
         points, limits = _drawn(request)
         values = (await self._present()).get('reference_cart', {})
         await asyncio.to_thread(planned, values, points, limits)
@@ -200,12 +200,12 @@ class Actions:
         await self._ask(lambda: self._link.paths.send(points, values['odom_frame_id']))
         after = await self._changed_course(before)
         if after is None:
-            return Answer(True, 'sent; the cart takes it over when time goes on')
+            return Answer(True, 'sent; the cart starts it when time resumes')
         refused = [reason for reason in after if reason.startswith('path: ') and after[reason] > before.get(reason, 0)]
-        return Answer(not refused, f'refused {refused[0]}; the log of the cart tells why' if refused else '')
+        return Answer(not refused, f'refused {refused[0]}; the log of the cart has the reason' if refused else '')
 
     async def _course_changes(self) -> Counter[str]:
-        """Return how often the cart has changed its course or refused a path, by event or reason."""
+        """Return the number of course changes and refused paths of the cart, by event or reason."""
         def look() -> Counter[str]:
             known = self._link.book.nodes.get('reference_cart')
             states = self._link.states.of([known.name]) if known else []
@@ -216,7 +216,7 @@ class Actions:
         return found
 
     async def _changed_course(self, before: Counter[str]) -> Counter[str] | None:
-        """Wait for another count of changes, and return it; None where none comes."""
+        """Wait for a new count of changes, and return it; None if none comes."""
         for _ in range(round(_PATIENCE / _LOOK)):
             await asyncio.sleep(_LOOK)
             found = await self._course_changes()
@@ -225,7 +225,6 @@ class Actions:
         return None
 
     async def _trigger(self, service: str) -> Answer:
-        """Call a service of the plant."""
         def call() -> Future[Any]:
             return self._link.book.trigger('plant', service)
 
@@ -259,7 +258,7 @@ class Actions:
         return Answer(True, '')
 
     async def _change(self, node: str, values: Mapping[str, Any]) -> None:
-        """Change parameters of a node, which starts again where one of them cannot change while it runs."""
+        """Change parameters of a node; restart it if one of them is read-only while it runs."""
         def is_live(name: str) -> bool:
             known = self._link.book.nodes.get(node)
             return known is None or name not in known.entries or known.entries[name].live
@@ -280,7 +279,7 @@ class Actions:
             raise RefusedRequestError(begun.text)
 
     async def _restart(self, request: Mapping[str, Any]) -> Answer:
-        """Start a node again that has ended."""
+        """Restart an ended node."""
         node = request.get('node')
         if not isinstance(node, str):
             raise RefusedRequestError('a node has a name')
@@ -288,7 +287,7 @@ class Actions:
         return Answer(True, '')
 
     async def _start_again(self, node: str, changes: Mapping[str, Any]) -> None:
-        """Start a node again with its present parameters and some changes, and wait until it is known."""
+        """Restart a node with its present parameters and some changes, and wait until it is discovered."""
         if self._nodes is None:
             raise RefusedRequestError(f'this page has not started the {shortened(node, 60)}; start it yourself')
 
@@ -308,7 +307,7 @@ class Actions:
         raise RefusedRequestError(f'the {node} was started again, and has not answered for {_START:g} s')
 
     async def _defaults(self, _: Mapping[str, Any]) -> Answer:
-        """Take all live parameters back to those that the nodes were started with, and begin a new run there."""
+        """Reset all live parameters to the initial ones of the nodes, and begin a new run there."""
         def changed() -> dict[str, dict[str, Any]]:
             return {role: {name: entry.default for name, entry in known.entries.items()
                            if entry.live and name not in STATE and entry.default is not None
@@ -324,7 +323,7 @@ class Actions:
         return await self._reset({})
 
     async def _read_law(self, _: Mapping[str, Any]) -> Answer:
-        """Read the files of `--law` again that have changed: here first, which finds errors, then in the node."""
+        """Read the changed files of `--law` again: first here, to find errors, then in the node."""
         if not self._reads_laws or self._nodes is None:
             raise RefusedRequestError('laws are read again for nodes that a page on this machine has started')
         before = {law.name: list(declarations(law.gains)) for law in LAWS.values()}
@@ -338,7 +337,7 @@ class Actions:
         return Answer(True, f'read {", ".join(read)} again')
 
     def changed_laws(self) -> list[str]:
-        """Return the names of the files of laws that have changed on disk."""
+        """Return the names of the law files that have changed on disk."""
         return [Path(file).name for file in LAWS.changed_files()] if self._reads_laws else []
 
     async def _save(self, _: Mapping[str, Any]) -> Answer:

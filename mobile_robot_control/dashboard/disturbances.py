@@ -1,4 +1,4 @@
-"""Disturbances: pushes at the simulated robot, each as hard as it takes to change its velocity by so much at once."""
+"""Disturbances: pushes on the simulated robot, each with the force for a given jump of its velocity."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -15,21 +15,21 @@ from mobile_robot_control.ros.services.qos import PUBLISHED
 from mobile_robot_control.topics import DISTURBANCE
 
 DISTURBANCES = {'ArrowUp': (0.25, 0.0), 'ArrowDown': (-0.25, 0.0), 'ArrowLeft': (0.0, 1.5), 'ArrowRight': (0.0, -1.5)}
-"""By key: how much faster the robot shall drive [m/s] and turn [rad/s]."""
+"""By key: changes of the velocity [m/s] and the yaw rate [rad/s]."""
 _PATIENCE = 3.0
-"""[s] of wall time in which the plant is to be found."""
+"""[s] of wall time to discover the plant."""
 
 
 class Disturbances:
     """
-    Publishes pushes; the plant takes them from one publisher alone, so this one is made for the first of them.
+    Publishes pushes; the plant accepts only one publisher, so it is made at the first push.
 
     Parameters
     ----------
     node : Node
-        That publishes.
+        Node of the publisher.
     book : ParameterBook
-        Has mass, inertia and rate.
+        Provides mass, inertia and rate.
 
     """
 
@@ -39,7 +39,7 @@ class Disturbances:
         self._waiting: list[tuple[float, Any, Future[str]]] = []
 
     def push(self, key: str) -> Future[str]:
-        """Push the robot; the future has the words for it, or NoAnswerError."""
+        """Push the robot; the future has a text, or NoAnswerError."""
         done: Future[str] = Future()
         names = ('robot.mass', 'robot.inertia', 'velocity_rate')
         mass, inertia, rate = (self._book.value('plant', name) for name in names)
@@ -58,7 +58,7 @@ class Disturbances:
         return done
 
     def look(self) -> None:
-        """Publish what waits for the plant to be found."""
+        """Publish pushes that wait for the discovery of the plant."""
         if not self._waiting:
             return
         if self._publisher.get_subscription_count() > 0:

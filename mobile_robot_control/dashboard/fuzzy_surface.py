@@ -1,4 +1,4 @@
-"""The control surface of the fuzzy law, as the page draws it."""
+"""The control surface of the fuzzy law, for drawing on the page."""
 
 import math
 from collections.abc import Mapping
@@ -25,13 +25,13 @@ def surface_numbers(values: Mapping[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict of str to object
-        `columns`, `rows`; `farthest` [m], the distance at the right edge, where the left one is 0; `linear` [m/s] and
+        `columns`, `rows`; `farthest` [m], the distance at the right edge, with 0 at the left one; `linear` [m/s] and
         `angular` [rad/s], row by row from a bearing of π down to -π.
 
     Raises
     ------
     ParameterError
-        If the gains are none of the law.
+        If the gains are not valid for the law.
 
     """
     gains = build(FuzzyGains, {name: values[f'fuzzy.{name}'] for name in FuzzyGains._fields

@@ -1,4 +1,4 @@
-"""Lessons of the live page: files that a teacher writes, read and checked."""
+"""Lessons of the live page: files by a teacher, read and checked."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -34,9 +34,9 @@ class Control(NamedTuple):
     sets : tuple of str
         'pose.ahead', 'plan.timing.max_wheel_torque', 'picture', or a node with its parameter.
     times : tuple of float
-        By which its number is multiplied for each of them.
+        Factor of its number for each of them.
     begins_run : bool
-        Whether a new run begins with it.
+        Whether a change begins a new run.
 
     """
 
@@ -52,15 +52,15 @@ class Lesson(NamedTuple):
     Attributes
     ----------
     name : str
-        Of its file, without the ending.
+        Name of its file, without the suffix.
     content : dict
-        As the page shows it.
+        As shown on the page.
     robots : tuple of str
-        For which it is.
+        Robots with this lesson.
     pose : tuple of float or None
-        Where the robot begins, as POSE; None where it goes on.
+        Start of the robot, as POSE; None to continue from its present place.
     parameters : dict of str to dict of str to object
-        With which it begins, by node.
+        Initial parameters by node.
     controls : tuple of Control
         In their order.
 
@@ -74,7 +74,7 @@ class Lesson(NamedTuple):
     controls: tuple[Control, ...]
 
     def touched(self) -> dict[str, set[str]]:
-        """Return the parameters that the lesson changes, by node."""
+        """Return the changed parameters of the lesson by node."""
         found: dict[str, set[str]] = {node: set(values) for node, values in self.parameters.items()}
         for control in self.controls:
             for node, name in map(parameter_of, control.sets):
@@ -84,7 +84,7 @@ class Lesson(NamedTuple):
 
 
 def parameter_of(target: str) -> tuple[str, str]:
-    """Return the node and the parameter that a control sets; '' and the name for what is no parameter."""
+    """Return the node and the parameter of a control; '' and the name if it sets no parameter."""
     node, _, name = target.partition('.')
     return node, name
 
@@ -96,12 +96,12 @@ def read_lessons(folder: str) -> tuple[Lesson, ...]:
     Parameters
     ----------
     folder : str
-        '' for those of this package.
+        '' for the lessons of this package.
 
     Raises
     ------
     ParameterError
-        Naming every violation, with its file.
+        With every violation and its file.
 
     """
     place = Path(folder) if folder else shipped_folder('lessons')
@@ -210,7 +210,6 @@ _KINDS: dict[str, tuple[_Keys, _Keys]] = {
 
 
 def _violations(content: Any) -> Iterator[str]:
-    """Yield what is wrong with a lesson."""
     if not isinstance(content, dict):
         yield 'is no lesson: it must be a mapping with title, text, robots, controls, question and answer'
         return

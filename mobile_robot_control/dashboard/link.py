@@ -1,4 +1,4 @@
-"""The page's link to the robot: a thread of its own that looks at topics and calls services."""
+"""The page's link to the robot: a thread that samples topics and calls services."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -46,7 +46,7 @@ class Events:
     Attributes
     ----------
     counts : Counter of (str, str)
-        How many have come, by node and key.
+        Number of events by node and key.
 
     """
 
@@ -55,7 +55,7 @@ class Events:
         self.counts: Counter[tuple[str, str]] = Counter()
 
     def take(self, message: bytes) -> bool:
-        """Take in a message; return whether it is of a reset. One that is not readable changes nothing."""
+        """Receive a message; return whether it is a reset. An unreadable one changes nothing."""
         try:
             stamp = serialised_stamp(message)
             array = read_or_refuse(_KIND, (partial(deserialise, _KIND),), message)
@@ -69,17 +69,17 @@ class Events:
         return any(pair.key == RESET for status in array.status for pair in status.values)
 
     def newest_first(self) -> list[dict[str, Any]]:
-        """Return them with stamp [s], node and text, as JSON has them."""
+        """Return them with stamp [s], node and text, ready for JSON."""
         return list(reversed(self._kept))
 
 
 PERIOD = 0.05
-"""[s] of wall time between two looks."""
+"""[s] of wall time between two samples."""
 _DISCOVERY = 1.0
 _KEPT = 1200
-"""Rows kept for a page that is opened later: a minute."""
+"""Rows stored for a page opened later: a minute."""
 _PROVED = ('backstepping', 'hybrid_backstepping')
-"""Laws for whose feedback the Lyapunov function (26) is written."""
+"""Laws with a feedback for which the Lyapunov function (26) holds."""
 _GAINS = backstepping.BacksteppingGains._fields
 
 
@@ -92,25 +92,25 @@ class Frame(NamedTuple):
 
 class RobotLink:
     """
-    Looks at the loop's topics 20 times a second and serves the page's requests, in a thread of its own.
+    Samples the loop's topics 20 times a second and serves the page's requests, in its own thread.
 
     Parameters
     ----------
     namespace : str
         Of the robot.
     note_progress : callable
-        Called at every look.
+        Called at every sample.
     started : Configuration or None
-        With which this page starts the nodes; None where they are others.
+        Initial configuration of the nodes started by this page; None for other nodes.
 
     Attributes
     ----------
     frames : deque of Frame
         The last minute; other threads read it.
     wanted : bool
-        Whether a page is open; where none is, no topic of the loop is subscribed to.
+        Whether a page is open; if none is, no topic of the loop is subscribed to.
     failure : str
-        Why the thread has ended; '' while it runs.
+        Reason of the thread's end; '' while it runs.
 
     """
 
@@ -125,9 +125,9 @@ class RobotLink:
         self._thread = threading.Thread(target=self._run, name='robot', daemon=True)
 
     def start(self) -> None:
-        """Join the graph; raise what rclpy raises where it cannot."""
+        """Join the graph; raise rclpy's error if that fails."""
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        # one node is looked at, the other one spun: no message wakes the thread up
+        # one node is polled, the other one spun: no message wakes the thread up
         self.watching = Node('dashboard', namespace=self.namespace, enable_rosout=False,
                              start_parameter_services=False)
         self.calling = Node('dashboard_calls', namespace=self.namespace, enable_rosout=False,
@@ -145,7 +145,7 @@ class RobotLink:
         self._thread.start()
 
     def submit(self, job: Callable[[], Any]) -> Future[Any]:
-        """Do something in the link's thread; the future has its result, or that of the future that it returns."""
+        """Run a job in the link's thread; the future has its result, or that of the future that the job returns."""
         done: Future[Any] = Future()
         self._jobs.put((job, done))
         return done
@@ -173,7 +173,7 @@ class RobotLink:
                     self._discover()
                 self._look()
                 self._note_progress()
-        except Exception as error:  # the page shows what has ended it
+        except Exception as error:  # the page shows the reason of the end
             self.failure = f'{type(error).__name__}: {error}'
             raise
         finally:
@@ -185,7 +185,7 @@ class RobotLink:
                 job, done = self._jobs.get_nowait()
                 try:
                     result = job()
-                except Exception as error:  # for the one who asked
+                except Exception as error:  # for the caller
                     done.set_exception(error)
                     continue
                 if isinstance(result, Future):
@@ -220,14 +220,14 @@ class RobotLink:
             self.frames.append(Frame(self._number, self.loop.sampler.row(self._lyapunov())))
 
     def _lyapunov(self) -> float:
-        """Return the value of the Lyapunov function (26); nan where the law has none."""
+        """Return the value of the Lyapunov function (26); nan if the law has none."""
         if self.book.value('position_controller', 'controller_type') not in _PROVED:
             return math.nan
         gains = [self.book.value('position_controller', f'backstepping.{name}') for name in _GAINS]
         try:
             error = TrackingError(*self.loop.sampler.error)
             return backstepping.lyapunov(error, backstepping.BacksteppingGains(*gains))
-        except (TypeError, OverflowError, ValueError):  # gains that are not known yet; errors beyond all floats
+        except (TypeError, OverflowError, ValueError):  # gains not known yet; errors beyond the range of floats
             return math.nan
 
     def course(self) -> bytes | None:
@@ -235,7 +235,7 @@ class RobotLink:
         return self._course.newest
 
     def topic_table(self) -> list[dict[str, Any]]:
-        """Return name, type, rate [Hz] and last message of each topic, as JSON has them; for the link's thread."""
+        """Return name, type, rate [Hz] and last message of each topic, ready for JSON; for the link's thread."""
         return [{'name': topic.name, 'type': topic.kind, 'rate': round(topic.rate, 1), 'total': topic.total,
                  'last': message_text(topic.kind, topic.newest) if topic.newest is not None else ''}
                 for topic in (

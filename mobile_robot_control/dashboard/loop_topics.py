@@ -1,4 +1,4 @@
-"""The topics of the loop, looked at while a page is open."""
+"""The topics of the loop, sampled while a page is open."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -10,25 +10,24 @@ from mobile_robot_control.topics import LOOP_TOPICS
 
 _COMMAND, _PLAIN = 'cmd_vel', 'geometry_msgs/msg/Twist'
 _DEPTHS = {'position_rate': 8, 'velocity_rate': 32}
-"""Messages kept between two looks, among which those of one stamp are found while a run goes on."""
+"""Messages stored between two samples, enough to find one stamp in all topics during a run."""
 
 
 class LoopTopics:
     """
-    Subscribes to the loop's topics, and not at all while no page is open.
+    Subscribes to the loop's topics, only while a page is open.
 
-    Each message would cost its publisher and this process some microseconds, which a run as fast as possible does not
-    have.
+    Each message costs its publisher and this process some microseconds, which a run as fast as possible cannot spare.
 
     Parameters
     ----------
     node : Node
-        Whose subscriptions they are.
+        Node of the subscriptions.
 
     Attributes
     ----------
     polled : dict of str to PolledTopic
-        By relative name; empty while none is subscribed to.
+        By relative name; empty while there is no subscription.
     sampler : Sampler
         Makes rows of their messages.
 
@@ -40,7 +39,7 @@ class LoopTopics:
         self.sampler = Sampler()
 
     def subscribe(self) -> None:
-        """Subscribe, and begin a new row; what is subscribed to already stays."""
+        """Subscribe, and begin a new row; existing subscriptions stay."""
         if not self.polled:
             self.sampler = Sampler()
             self.polled = {name: PolledTopic(self._node, name, topic.kind, _DEPTHS[topic.rate])
@@ -53,13 +52,13 @@ class LoopTopics:
         self.polled = {}
 
     def look(self) -> None:
-        """Take the newest messages of each, and fill the row from those of one stamp."""
+        """Read the newest messages of each, and fill the row from those of one stamp."""
         for name, topic in self.polled.items():
             self.sampler.take(name, topic.kind, topic.take())
         self.sampler.fill()
 
     def follow_type(self) -> None:
-        """Subscribe to commands of the type that they are published with: bases may take plain ones alone."""
+        """Subscribe to commands of the published type: some bases take only plain ones."""
         if not self.polled:
             return
         command = self.polled[_COMMAND]
@@ -69,6 +68,6 @@ class LoopTopics:
             self.polled[_COMMAND] = PolledTopic(self._node, _COMMAND, kinds.pop(), _DEPTHS['position_rate'])
 
     def published(self) -> list[str]:
-        """List the topics, by absolute name, that have a publisher."""
+        """List the published topics by absolute name."""
         names = map(self._node.resolve_topic_name, LOOP_TOPICS)
         return [name for name in names if self._node.count_publishers(name)]

@@ -1,4 +1,4 @@
-"""The page; what fills it comes over the socket and is set as text."""
+"""The page; its content comes over the socket and is set as text."""
 
 from mobile_robot_control.web.assets import asset
 
@@ -79,4 +79,4 @@ PAGE = ''.join([
     *(f'<style>{asset(name)}</style>\n' for name in _STYLES), '</head>\n<body>', _SKELETON,
     *(f'<script>{asset(name)}</script>\n' for name in _SCRIPTS), '</body>\n</html>\n',
 ])
-"""The whole page, styles and scripts within it: nothing in it comes from elsewhere."""
+"""The whole page, with its styles and scripts: nothing comes from elsewhere."""

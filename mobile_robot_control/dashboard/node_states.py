@@ -1,4 +1,4 @@
-"""The state of each node in words, from /diagnostics; others publish there as well, whatever they like."""
+"""The state of each node in words, from /diagnostics; others may publish anything there, too."""
 
 import time
 from collections.abc import Iterable
@@ -12,13 +12,13 @@ from mobile_robot_control.system.texts import shortened
 _KIND = 'diagnostic_msgs/msg/DiagnosticArray'
 _GOOD = ('running', 'standing', 'arrived', 'paused')
 _SILENT = 3.0
-"""[s] of wall time without a report after which a node counts as silent."""
+"""[s] of wall time without a report before a node counts as silent."""
 _MOST = 60
-"""Nodes that are kept at most."""
+"""Most stored nodes."""
 
 
 class _Report(NamedTuple):
-    """The newest report of a node: when it came [s], its words, and what it has refused by topic and reason."""
+    """The newest report of a node: its time of receipt [s], its text, and its refusals by topic and reason."""
 
     came: float
     text: str
@@ -33,7 +33,7 @@ class NodeStates:
         self._reports: dict[str, _Report] = {}
 
     def take(self, message: bytes) -> None:
-        """Take in a message; one that is not readable changes nothing."""
+        """Receive a message; an unreadable one changes nothing."""
         try:
             array = read_or_refuse(_KIND, (partial(deserialise, _KIND),), message)
         except RefusedMessageError:
@@ -50,7 +50,7 @@ class NodeStates:
                  if key.startswith('refused ')})
 
     def of(self, names: Iterable[str]) -> list[dict[str, Any]]:
-        """Return the states of nodes by their full names, as JSON has them."""
+        """Return the states of nodes by their full names, ready for JSON."""
         return [self._of(name) for name in names]
 
     def _of(self, name: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The parameters of the nodes on the graph: found, described, read and set by their services."""
+"""The store of the nodes' parameters: discovered, described, read and set by their services."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class Entry(NamedTuple):
     allowed : str
         Bounds in words.
     low, high : float
-        Bounds, both for each element of an array; infinite where there is none.
+        Bounds, both for each element of an array; infinite without one.
     choices : tuple of str
-        Texts allowed; () for any.
+        Allowed texts; () for any.
     live : bool
         Whether it may change while the node runs.
     default : object
-        None where it is not known.
+        None if unknown.
     slider : tuple of float
         Ends of a slider; () for an array or a text.
 
@@ -63,14 +63,14 @@ class Entry(NamedTuple):
     slider: tuple[float, ...]
 
     def as_json(self) -> dict[str, Any]:
-        """Return what the page needs, as JSON has it."""
+        """Return the fields for the page, ready for JSON."""
         shown = self._asdict()
         del shown['low'], shown['high']
         return shown
 
 
 def _slider(search: tuple[Any, ...], low: float, high: float, default: Any) -> tuple[float, ...]:
-    """Return the ends of a slider: of a search for the parameter, or of its bounds, or round its default."""
+    """Return the ends of a slider: from a search for the parameter, from its bounds, or around its default."""
     if len(search) == 2 and not isinstance(search[0], tuple):
         return tuple(map(float, search))
     size = abs(float(default)) if isinstance(default, int | float) and default else 1.25
@@ -78,7 +78,7 @@ def _slider(search: tuple[Any, ...], low: float, high: float, default: Any) -> t
 
 
 def declared_entry(declared: Declaration) -> Entry:
-    """Return the entry of a parameter that this package declares."""
+    """Return the entry of a parameter declared in this package."""
     field = declared.field
     low = max((bound for bound in (field.above, field.minimum) if bound is not None), default=-math.inf)
     high = math.inf if field.maximum is None else field.maximum
@@ -93,8 +93,8 @@ def described_entry(descriptor: Any, value: Any, known: dict[str, Entry]) -> Ent
     """
     Return the entry of a parameter from its rcl_interfaces/ParameterDescriptor, and its first value.
 
-    A parameter that this package declares has the entry of its declaration. Of another one the description and the
-    ranges of the descriptor are known.
+    A parameter of this package has the entry of its declaration. Other parameters have the description and the ranges
+    of the descriptor.
     """
     name, kind, live = descriptor.name, _KINDS.get(descriptor.type, 'str'), not descriptor.read_only
     ours = known.get(name)
@@ -109,14 +109,14 @@ def described_entry(descriptor: Any, value: Any, known: dict[str, Entry]) -> Ent
 
 
 def known_entries(node: str) -> dict[str, Entry]:
-    """Return the entries of one of the four nodes by name; of another node, none."""
+    """Return the entries of one of the four nodes by name; for another node, none."""
     if node not in NODES:
         return {}
     return {name: declared_entry(declared) for name, declared in declarations(NODES[node]).items()}
 
 
 def plain_value(value: Any) -> Any:
-    """Return an rcl_interfaces/ParameterValue as JSON has it; None for a type that the page does not show."""
+    """Return an rcl_interfaces/ParameterValue ready for JSON; None for a type that the page does not show."""
     field = _FIELDS.get(value.type)
     found: Any = getattr(value, field) if field else None
     if value.type in (7, 8):
@@ -128,11 +128,11 @@ def plain_value(value: Any) -> Any:
 
 _FOUND_BY = {'plant': ('joint_states', 'odom'), 'velocity_controller': ('wheel_torques',),
              'position_controller': ('cmd_vel',), 'reference_cart': ('reference',)}
-"""The topics whose publisher plays a role, the surest first."""
+"""The topics whose publisher plays a role, the most reliable first."""
 
 
 class Players:
-    """Finds the node that plays each role: of several the one that came last, as a killed one is listed for long."""
+    """Finds the node in each role: of several the newest, because a killed one stays listed for long."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -156,24 +156,24 @@ class Players:
 
 
 _MOST = 400
-"""Parameters of a node that are shown at most; a driver may have thousands."""
+"""Most parameters shown of a node; a driver may have thousands."""
 _OF_EVERY_NODE = ((SetParameters, 'set_parameters'),)
 _OF_PLANT = ((Trigger, 'reset'), (Trigger, 'step'))
-"""Services that a page may want at once."""
+"""Services that a page may need at once."""
 
 
 class KnownNode:
     """
-    A node that plays one of the four roles.
+    A node in one of the four roles.
 
     Attributes
     ----------
     role, name : str
-        'plant' and the like; the node's full name, which may be another.
+        'plant' and the like; the node's full name, which may differ.
     entries : dict of str to Entry
         By parameter.
     values : dict of str to object
-        Present values by parameter, as JSON has them.
+        Present values by parameter, ready for JSON.
 
     """
 
@@ -185,23 +185,23 @@ class KnownNode:
 
 class ParameterBook:
     """
-    Keeps the parameters of the nodes that publish the loop's topics.
+    Stores the parameters of the nodes that publish the loop's topics.
 
     Parameters
     ----------
     node : Node
-        Whose graph is looked at.
+        Node on the graph.
     calls : ServiceCalls
         Calls the nodes.
     started : Configuration or None
-        What the nodes were started with, which are the defaults then; None where it is not known.
+        Initial configuration of the nodes, which gives the defaults; None if unknown.
 
     Attributes
     ----------
     nodes : dict of str to KnownNode
         By role.
     version : int
-        Larger after each change.
+        Grows with each change.
 
     """
 
@@ -214,12 +214,12 @@ class ParameterBook:
         self.version = 0
 
     def discover(self) -> None:
-        """Look which nodes publish; ask those that are new for their parameters."""
+        """Find the publishing nodes; request the parameters of new ones."""
         for role, found in self._players.look().items():
             known = self.nodes.get(role)
             if known is not None and (known.name, known.endpoint) == found:
                 continue
-            # one that has gone stays until another comes: its state shows that it is silent
+            # a node that has gone stays until another comes: its state shows its silence
             if known is not None:
                 self._calls.forget(f'{known.name}/')
             self.nodes[role] = KnownNode(role, *found)
@@ -229,7 +229,7 @@ class ParameterBook:
                 self._calls.prepare(kind, f'{found[0]}/{service}')
 
     def _fetch(self, known: KnownNode) -> None:
-        """Ask a node for names, then for descriptions and values."""
+        """Request names from a node, then descriptions and values."""
         self._ask(known, ListParameters, 'list_parameters', ListParameters.Request(), self._take_names)
 
     def _take_names(self, known: KnownNode, listed: Any) -> None:
@@ -263,7 +263,7 @@ class ParameterBook:
         self._calls.call(kind, f'{known.name}/{service}', request).add_done_callback(answered)
 
     def refresh(self) -> None:
-        """Read the values of all nodes again, after something has changed one."""
+        """Read the values of all nodes again, after a change."""
         for known in self.nodes.values():
             names = list(known.values)
             if names:
@@ -281,14 +281,14 @@ class ParameterBook:
         role : str
             Of the node.
         values : dict of str to object
-            By name, as JSON has them; whole numbers serve where a float belongs.
+            By name, as in JSON; integers are accepted for floats.
         together : bool
-            Whether all are refused where one is.
+            Whether one refusal refuses all.
 
         Returns
         -------
         concurrent.futures.Future
-            With '' or the words with which the node refuses; NoAnswerError where it does not answer.
+            With '' or the node's text of refusal; NoAnswerError without an answer.
 
         """
         known = self.nodes.get(role)
@@ -317,27 +317,27 @@ class ParameterBook:
         return done
 
     def trigger(self, role: str, service: str) -> Future[Any]:
-        """Call a service of a node that takes nothing (std_srvs/Trigger), such as 'reset'; its response follows."""
+        """Call a service without arguments (std_srvs/Trigger), such as 'reset'; the future has its response."""
         known = self.nodes.get(role)
         if known is None:
             return _nothing(role)
         return self._calls.call(Trigger, f'{known.name}/{service}', Trigger.Request())
 
     def value(self, role: str, name: str, otherwise: Any = None) -> Any:
-        """Return a present value; another one where it is not known."""
+        """Return a present value; `otherwise` if it is unknown."""
         known = self.nodes.get(role)
         return otherwise if known is None else known.values.get(name, otherwise)
 
 
 def _nothing(role: str) -> Future[Any]:
-    """Return the answer of a node that is not there."""
+    """Return the answer for a missing node."""
     done: Future[Any] = Future()
     done.set_exception(NoAnswerError(f'there is no {shortened(role, 60)} on the graph; start it'))
     return done
 
 
 def _typed(entry: Entry | None, value: Any) -> Any:
-    """Return a value of the page in the type that the node declares."""
+    """Convert a value of the page to the node's declared type."""
     if entry is None:
         return value
     if entry.kind == 'float' and type(value) is int:

@@ -1,4 +1,4 @@
-"""Paths that are drawn on the page: planned for a look, and sent to the cart."""
+"""Paths drawn on the page: planned for a preview, and sent to the cart."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -24,14 +24,14 @@ from mobile_robot_control.topics import PATH_TOPIC
 
 Point = tuple[float, float]
 MOST = 2000
-"""Points that a page may draw."""
+"""Most points of a drawn path."""
 _SHOWN = 400
 _STRAIGHT = 0.1
-"""[1/m]: a smaller curvature is none."""
+"""[1/m]: a smaller curvature counts as none."""
 
 
 def on_a_path(values: Mapping[str, Any], limits: Mapping[str, float]) -> dict[str, Any]:
-    """Return what is to change of the cart's parameters so that it drives paths with limits of `timing`."""
+    """Return the changes of the cart's parameters for paths with limits of `timing`."""
     wanted: dict[str, Any] = {'curve': PATH, **Placement()._asdict(), **limits}
     wanted['center'] = list(wanted['center'])
     return {name: value for name, value in wanted.items() if name in values and values[name] != value}
@@ -48,18 +48,18 @@ def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[
     points : sequence of (float, float)
         Waypoints [m].
     limits : mapping of str to float
-        Parameters of `timing` in place of the cart's.
+        Parameters of `timing` that replace the cart's.
 
     Returns
     -------
     dict of str to object
-        `x`, `y` [m] and `speed` [m/s] of points along it, `limit` and `bends`, whether it bends there; `duration` [s],
+        `x`, `y` [m] and `speed` [m/s] of points along it, `limit` and `bends` (whether it bends there); `duration` [s],
         `length` [m], and `active`, the share of the time in which each limit is active.
 
     Raises
     ------
     ParameterError
-        Where it cannot be driven.
+        If it is infeasible.
 
     """
     known = {name: value for name, value in values.items() if name in declarations(ReferenceCartParameters)}
@@ -77,19 +77,19 @@ def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[
 
 
 def start_of(points: Sequence[Point]) -> list[float]:
-    """Return the pose [m, m, rad] at the first of some points that looks at the second."""
+    """Return the pose [m, m, rad] at the first point, directed to the second."""
     (x, y), (ahead, left) = points[:2]
     return [x, y, math.atan2(left - y, ahead - x)]
 
 
 class PathSender:
     """
-    Publishes paths, for a cart that comes later, too.
+    Publishes paths, also for a cart that comes later.
 
     Parameters
     ----------
     node : Node
-        That publishes; it has a publisher from the first path on.
+        Node of the publisher, which is made at the first path.
 
     """
 

@@ -1,4 +1,4 @@
-"""Topics that are looked at 20 times a second, whatever their rate: the newest message of each, and how many came."""
+"""Topics sampled 20 times a second, at any rate: the newest message of each, and the number of messages."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -13,30 +13,30 @@ from mobile_robot_control.ros.services.qos import LATCHED, message_class
 _WINDOW = 2.0
 """[s] of wall time over which a rate is measured."""
 _DRAINED = 64
-"""Messages that are taken at once at most."""
+"""Most messages read at once."""
 
 
 class PolledTopic:
     """
-    A best-effort subscription that no executor serves, so that messages in between wake nothing up.
+    A best-effort subscription without an executor: messages between samples wake nothing up.
 
     Parameters
     ----------
     node : Node
-        Whose subscription it is; it must not be added to an executor.
+        Node of the subscription; it must not be added to an executor.
     name, kind : str
         Topic and type.
     depth : int
-        Messages kept from one look to the next.
+        Messages stored between two samples.
     latched : bool
-        Whether the last message of publishers that keep it is wanted.
+        Whether to receive the last message of publishers that keep it.
 
     Attributes
     ----------
     newest : bytes or None
-        Of the newest message.
+        Bytes of the newest message.
     total : int
-        Messages published since the first one that came, by their sequence numbers.
+        Messages published since the first received one, by their sequence numbers.
     rate : float
         Messages in a second of wall time.
 
@@ -55,13 +55,13 @@ class PolledTopic:
 
     @staticmethod
     def _unused(_: bytes) -> None:
-        """Stand for the callback, which no executor calls."""
+        """Take the place of the callback; no executor calls it."""
 
     def take(self) -> list[bytes]:
-        """Return the messages that have come since the last look, the newest last."""
+        """Return the messages since the last sample, the newest last."""
         taken: list[bytes] = []
         while len(taken) < _DRAINED:
-            # as rclpy's executors take it; there is no public way
+            # in the way of rclpy's executors; there is no public one
             with self._subscription.handle:
                 found = self._subscription.handle.take_message(self._subscription.msg_type, self._subscription.raw)
             if found is None:

@@ -1,4 +1,4 @@
-"""Recordings that the page asks for: each by a process of its own, which writes bag, metrics and report."""
+"""Recordings requested by the page: each in its own process, which writes bag, metrics and report."""
 
 import itertools
 import os
@@ -17,11 +17,11 @@ from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.texts import shortened
 
 STATE = ('paused', 'hold_at')
-"""What is the state of a run rather than a parameter of the next one."""
+"""The state of a run, rather than parameters of the next one."""
 _SHOWN = 5
-"""Recordings that the page shows."""
+"""Most recordings on the page."""
 _LINES = 20
-"""Of what a recording has printed that are kept."""
+"""Stored lines of a recording's output."""
 
 
 class BusyError(RuntimeError):
@@ -29,14 +29,14 @@ class BusyError(RuntimeError):
 
 
 def parameter_text(present: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the present values of all nodes as a parameter file, without what only holds this run."""
+    """Return the present values of all nodes as a parameter file, without those that only hold this run."""
     return parameter_file_text({node: {name: value for name, value in values.items()
                                        if name not in STATE and value is not None}
                                 for node, values in present.items()})
 
 
 def _claim(folder: Path, name: str, make: Callable[[Path], Any]) -> Path:
-    """Make the first path of a folder that is not there, of a name with a number; others may claim one at once."""
+    """Make the first free path in a folder, of a name with a number; others may claim one at the same time."""
     folder.mkdir(parents=True, exist_ok=True)
     for number in itertools.count(1):
         path = folder / name.format(number)
@@ -47,7 +47,7 @@ def _claim(folder: Path, name: str, make: Callable[[Path], Any]) -> Path:
 
 
 def save_parameters(folder: Path, present: Mapping[str, Mapping[str, Any]]) -> Path:
-    """Write the present values as a new parameter file of a folder; return its path."""
+    """Write the present values as a new parameter file in a folder; return its path."""
     file = _claim(folder, 'parameters_{}.yaml', lambda path: path.touch(exist_ok=False))
     try:
         write_atomically(file, parameter_text(present))
@@ -58,7 +58,7 @@ def save_parameters(folder: Path, present: Mapping[str, Mapping[str, Any]]) -> P
 
 
 class _Recording:
-    """A recording into a folder, by a process of its own."""
+    """A recording into a folder, by its own process."""
 
     def __init__(self, folder: Path, namespace: str) -> None:
         self.folder, self._stopping = folder, False
@@ -66,7 +66,7 @@ class _Recording:
             [sys.executable, '-m', 'mobile_robot_control.experiment.recording_process', str(folder), namespace],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
             env=os.environ | plugin_environment())
-        # kept here: on a full disk there is no log that could tell so
+        # stored here: on a full disk there is no log to report it
         self._printed: deque[bytes] = deque(maxlen=_LINES)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -82,7 +82,7 @@ class _Recording:
         return self._process.poll() is None
 
     def state(self) -> dict[str, str]:
-        """Return 'recording', 'writing', 'done' or 'failed', with the name, and what went wrong in words."""
+        """Return 'recording', 'writing', 'done' or 'failed', with the name, and the error in words."""
         code, text = self._process.poll(), ''
         if code is None:
             state = 'writing' if self._stopping else 'recording'
@@ -96,7 +96,7 @@ class _Recording:
         return {'state': state, 'name': self.folder.name, 'text': text}
 
     def stop(self) -> None:
-        """End it; its report follows."""
+        """End the recording; its report follows."""
         self._stopping = True
         if self._process.stdin is not None:
             self._process.stdin.close()
@@ -116,9 +116,9 @@ class Recordings:
     Parameters
     ----------
     folder : Path
-        Takes a folder for each.
+        Receives a folder for each.
     namespace : str
-        What to record.
+        Namespace to record.
 
     """
 
@@ -133,7 +133,7 @@ class Recordings:
         return [one.state() for one in list(self._made)]
 
     def start(self, present: Mapping[str, Mapping[str, Any]]) -> str:
-        """Begin to record; return the words for it. Raises BusyError where a recording goes on, whoever began it."""
+        """Begin to record; return a text. Raises BusyError while any recording, of any page, goes on."""
         with self._lock:
             if self._made and self._made[-1].is_busy:
                 raise BusyError(f'{self._made[-1].folder.name} is not finished yet; stop it, or wait for its report')
@@ -151,7 +151,7 @@ class Recordings:
             return f'{self._made[-1].folder.name} ends; its report follows'
 
     def close(self) -> None:
-        """End a recording that goes on, and wait until its report is written."""
+        """End a recording under way, and wait until its report is written."""
         self.stop()
         while self._made:
             self._made.pop().wait(60.0)

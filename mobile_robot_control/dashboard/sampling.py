@@ -1,4 +1,4 @@
-"""Messages of the loop as one row of numbers, 20 times a second; bytes from anywhere are safe here."""
+"""Messages of the loop as one row of numbers, 20 times a second; bytes from any source are safe."""
 
 import math
 import time
@@ -23,9 +23,9 @@ COLUMNS = (
     'left_velocity', 'right_applied', 'left_applied', 'right_asked', 'left_asked', 'lyapunov',
 )
 """
-What one row holds, in this order: number of the run, its time [s], simulated time per wall time; poses [m, rad] and
+The columns of a row, in this order: number of the run, its time [s], simulated time per wall time; poses [m, rad] and
 velocities [m/s, rad/s] of robot and reference; command; errors [m, m, rad]; wheel angles [rad], wheel velocities
-[rad/s], torques applied and asked for [N m]; the value of the Lyapunov function. nan where it is not known.
+[rad/s], torques applied and requested [N m]; the value of the Lyapunov function. Unknown values are nan.
 """
 PLACES: dict[str, tuple[str, ...]] = {
     'odom': ('x', 'y', 'heading', 'linear', 'angular'),
@@ -35,23 +35,23 @@ PLACES: dict[str, tuple[str, ...]] = {
     'joint_states': ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_applied', 'left_applied'),
     'wheel_torques': ('right_asked', 'left_asked'),
 }
-"""The columns that each topic of the loop fills, in the order of its numbers."""
+"""The columns of each topic of the loop, in the order of its numbers."""
 _WALL = 10**15
 """[ns]: later stamps are those of a wall clock."""
 _PLAIN = 'geometry_msgs/msg/Twist'
 _HELD = -1
-"""Stands for the stamp of a message without one, which counts for every stamp."""
+"""Replaces the stamp of a message without one, which counts for every stamp."""
 _DRAINED = 64
-"""Messages of a topic that are kept at most."""
+"""Most stored messages of a topic."""
 _STALE = 1.0
-"""[s] of wall time without a message after which a topic's numbers are not shown any more."""
+"""[s] of wall time without a message before a topic's numbers are no longer shown."""
 
 
 class Sampler:
     """
-    Gathers messages of one run and one stamp into a row.
+    Combines messages of one run and one stamp into a row.
 
-    On the wall clock, where each node has stamps of its own, a row has the newest message of each topic.
+    On the wall clock, where each node has its own stamps, a row has the newest message of each topic.
 
     Attributes
     ----------
@@ -72,9 +72,9 @@ class Sampler:
 
     def take(self, topic: str, kind: str, messages: Sequence[bytes]) -> None:
         """
-        Take in what has come on a loop topic since the last look, the newest last.
+        Receive the messages on a loop topic since the last sample, the newest last.
 
-        A message that is not readable is counted and changes nothing.
+        An unreadable message is counted and changes nothing.
         """
         recent = self._recent.setdefault(topic, {})
         for message in messages:
@@ -84,7 +84,7 @@ class Sampler:
                 self.refused[f'{topic}: {error.reason}'] += 1
                 continue
             if recent and stamp < next(reversed(recent)):
-                recent.clear()  # of the run before
+                recent.clear()  # of the previous run
             if topic == 'odom' and not 0 <= self._newest <= stamp:
                 self._begin_run(stamp)
             if topic == 'odom':
@@ -98,7 +98,7 @@ class Sampler:
             del recent[next(iter(recent))]
 
     def _begin_run(self, stamp: int) -> None:
-        """Begin a row at the first odometry of a run; what other topics have of later stamps is of the run before."""
+        """Begin a row at the first odometry of a run; later stamps on other topics are of the previous run."""
         self._run += 1
         if self._newest >= 0:
             self._falls, self._fell = self._falls + 1, time.monotonic()
@@ -110,20 +110,20 @@ class Sampler:
                 self._recent[topic] = {other: held for other, held in recent.items() if other <= stamp}
 
     def note_reset(self) -> None:
-        """Note a reset. Stamps do not fall if the run before it was shorter than a fast run is at the next look."""
+        """Note a reset. Stamps do not fall if a fast new run has already passed the previous one at the next sample."""
         self._resets += 1
 
     def _match_resets(self) -> None:
-        """Begin a run for each reset without a fall of the stamps; odometry of the new run has come."""
+        """Begin a run for each reset without a fall of the stamps; odometry of the new run has arrived."""
         if time.monotonic() - self._fell > _STALE:
-            self._falls = 0  # the plant was started again
+            self._falls = 0  # the plant was restarted
         unseen = max(0, self._resets - self._falls)
         self._run += unseen
         self._falls -= self._resets - unseen
         self._resets = 0
 
     def fill(self) -> None:
-        """Fill the row: from the newest stamp that all topics have, else that those of the slow loop have."""
+        """Fill the row: from the newest stamp common to all topics, else to those of the slow loop."""
         for topic, came in list(self._came.items()):
             if topic != 'odom' and time.monotonic() - came > _STALE:
                 self._values.update(dict.fromkeys(PLACES[topic], math.nan))
@@ -135,7 +135,7 @@ class Sampler:
         if by_all and (max(by_all) > self._stamp or max(shared) == self._stamp):
             shared = by_all
         if self._newest > _WALL or not (shared or self._agree):
-            # each node stamps by a clock of its own
+            # each node has its own clock
             self._stamp = self._newest
             self._read({topic: next(reversed(recent)) for topic, recent in self._recent.items() if recent})
         elif shared and max(shared) >= self._stamp:
@@ -143,7 +143,7 @@ class Sampler:
             self._read({topic: _HELD if _HELD in recent else self._stamp for topic, recent in self._recent.items()})
 
     def _read(self, chosen: Mapping[str, int]) -> None:
-        """Read the message of a stamp of each topic into the row; nan where there is none, or none that is readable."""
+        """Read each topic's message of its stamp into the row; nan without a readable one."""
         for topic, stamp in chosen.items():
             numbers: Sequence[float] = (math.nan,) * len(PLACES[topic])
             if stamp in self._recent[topic]:
@@ -174,7 +174,7 @@ class Sampler:
 
 
 def message_text(kind: str, message: bytes) -> str:
-    """Return a message as text for a table, for the types that the loop reads; its length for others."""
+    """Return a message as text for a table, for the types of the loop; its length for others."""
     try:
         found: Any = read_or_refuse(kind, (partial(deserialise, kind),), message)
     except RefusedMessageError:
@@ -183,7 +183,7 @@ def message_text(kind: str, message: bytes) -> str:
 
 
 def _written(value: Any) -> str:
-    """Return fields with their values, without what is empty."""
+    """Return fields with their values, without empty ones."""
     if hasattr(value, '_asdict'):
         parts: Mapping[str, Any] = value._asdict()
         return ', '.join(f'{name} {{{_written(part)}}}' if hasattr(part, '_asdict') else f'{name} {_written(part)}'

@@ -1,4 +1,4 @@
-"""The page server: one page, its socket, and 20 packed rows a second to every browser that has it open."""
+"""The page server: one page, its socket, and 20 packed rows a second to every browser with the page open."""
 
 import asyncio
 import contextlib
@@ -30,7 +30,7 @@ from mobile_robot_control.system.texts import describe_error, shortened
 from mobile_robot_control.web.assets import pack
 
 _QUIET = 10.0
-"""[s] after a line in which others are only counted."""
+"""[s] after a line in which further ones are only counted."""
 
 
 class LogLines(logging.Handler):
@@ -55,24 +55,24 @@ class LogLines(logging.Handler):
 
 
 def log_in_lines() -> None:
-    """Have everything that is logged in this process printed so."""
+    """Print everything that is logged in this process in this form."""
     logging.basicConfig(handlers=[LogLines()], force=True)
 
 
 _UNANSWERED = 40
-"""Messages under way to a browser at most; one that is slower leaves out rows."""
+"""Most messages in transit to a browser; a slower browser misses rows."""
 _STATE = 0.5
-"""[s] of wall time between two looks at the state."""
+"""[s] of wall time between two reads of the state."""
 _REMEMBERED = 60.0
-"""[s] of wall time for which topics are looked at after the last page is closed."""
+"""[s] of wall time for which topics are sampled after the last page is closed."""
 _GRACE = 5.0
-"""[s] of wall time after which the lesson of a page that has gone ends."""
+"""[s] of wall time until the lesson of a closed page ends."""
 _LARGEST = 1 << 20
-"""Bytes of a request."""
+"""Largest request in bytes."""
 
 
 class _Session:
-    """A browser that has the page open: what it was sent, and what waits to be sent."""
+    """A browser with the page open: the data sent to it, and the data that wait."""
 
     def __init__(self, next_row: int) -> None:
         self.next_row = next_row
@@ -82,13 +82,13 @@ class _Session:
         self.waiting: asyncio.Queue[str] = asyncio.Queue()
 
     def send(self, kind: str, value: str) -> None:
-        """Send a value, as JSON, to what the page's script calls by its kind."""
+        """Send a value, as JSON, to the function of the page's script for its kind."""
         self.waiting.put_nowait(f'["{kind}",{value}]')
 
 
 class Served(NamedTuple):
     """
-    What the page is served from.
+    The sources of the page.
 
     Attributes
     ----------
@@ -97,9 +97,9 @@ class Served(NamedTuple):
     actions : Actions
         Fulfils requests.
     state : callable
-        Returns the state as JSON has it; called in the link's thread.
+        Returns the state ready for JSON; called in the link's thread.
     folder : Path
-        Of what is written: recordings and saved parameters.
+        For recordings and saved parameters.
 
     """
 
@@ -111,12 +111,12 @@ class Served(NamedTuple):
 
 class PageServer:
     """
-    Serves the page until told to stop.
+    Serves the page until it is stopped.
 
     Parameters
     ----------
     served : Served
-        What it shows and does.
+        The sources of the page.
     hosts : frozenset of str
         See `AccessGate`.
     token : str
@@ -153,7 +153,7 @@ class PageServer:
                 answering = asyncio.create_task(self._take(session, await browser.receive_text()))
                 tasks.add(answering)
                 answering.add_done_callback(tasks.discard)
-        except (WebSocketDisconnect, KeyError):  # gone, or it sends bytes
+        except (WebSocketDisconnect, KeyError):  # it is gone, or sends bytes
             pass
         finally:
             self._sessions.discard(session)
@@ -163,13 +163,13 @@ class PageServer:
                 task.cancel()
 
     async def _leave(self, session: _Session) -> None:
-        """End the lesson of a page that has gone, unless another one has begun it again."""
+        """End the lesson of a closed page, unless another page has restarted it."""
         await asyncio.sleep(_GRACE)
         with contextlib.suppress(Exception):  # its nodes may be gone, too
             await self._served.actions.teaching.end(session)
 
     async def _take(self, session: _Session, text: str) -> None:
-        """Take what a page has sent, whatever it is."""
+        """Handle any message of a page."""
         try:
             request = json.loads(text)
         except (ValueError, RecursionError):
@@ -198,7 +198,7 @@ class PageServer:
             now = asyncio.get_running_loop().time()
             if self._sessions:
                 self._left = now
-            # a page that is loaded again begins with the last minute
+            # a reloaded page begins with the last minute
             self._served.link.wanted = now - self._left < _REMEMBERED
             try:
                 self._send_rows()
@@ -226,7 +226,7 @@ class PageServer:
                 session.send('rows', json.dumps([pack(rows), session.next_row]))
 
     async def _send_state(self) -> None:
-        """Tell each browser what has changed of the state."""
+        """Send each browser the changes of the state."""
         link, sessions = self._served.link, list(self._present())
         if not sessions:
             return
@@ -240,7 +240,7 @@ class PageServer:
                     session.send(name, text)
 
     async def _text(self, look: Callable[[], Any]) -> str:
-        """Return as JSON what a function finds in the link's thread."""
+        """Return the result of a function in the link's thread as JSON."""
         return json.dumps(await asyncio.wrap_future(self._served.link.submit(look)))
 
     async def _parameters_text(self) -> str:
@@ -252,7 +252,7 @@ class PageServer:
 
 
 async def _send(browser: WebSocket, session: _Session) -> None:
-    """Send what waits for a browser, one after the other: a slow one holds no other up."""
+    """Send the waiting data of a browser, one after the other: a slow browser delays no other."""
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it is gone
         while True:
             await browser.send_text(await session.waiting.get())
@@ -271,5 +271,5 @@ class _Server(uvicorn.Server):
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Do nothing: the command has handlers of its own."""
+        """Do nothing: the command has its own handlers."""
         yield

@@ -1,4 +1,4 @@
-"""Calls of services that never wait: each becomes a future that has an answer, or words, within a time."""
+"""Service calls that never wait: each becomes a future with an answer, or a text, within a time."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -13,7 +13,7 @@ _PATIENCE = 3.0
 
 
 class NoAnswerError(RuntimeError):
-    """Raised where a service is not there or does not answer; the text says which and what to do."""
+    """Raised for a missing or silent service; the text names it and the remedy."""
 
 
 class ServiceCalls:
@@ -33,13 +33,13 @@ class ServiceCalls:
         self._pending: list[tuple[float, str, Any, Any, Future[Any]]] = []
 
     def prepare(self, kind: Any, name: str) -> None:
-        """Let a service discover its client before the first call: a response to one that it does not know is lost."""
+        """Let a service discover its client before the first call: a response to an unknown client is lost."""
         if name not in self._clients:
             self._clients[name] = self._node.create_client(kind, name)
 
     def call(self, kind: Any, name: str, request: Any, patience: float = _PATIENCE) -> Future[Any]:
         """
-        Call a service once it is there.
+        Call a service once it is discovered.
 
         Parameters
         ----------
@@ -65,7 +65,7 @@ class ServiceCalls:
         return done
 
     def look(self) -> None:
-        """Send what waits for discovery, and give up what has waited too long."""
+        """Send calls that wait for discovery, and give up those that have waited too long."""
         now, left = time.monotonic(), []
         for deadline, name, request, before, done in self._pending:
             client, sent = self._clients[name], before
@@ -84,7 +84,7 @@ class ServiceCalls:
         self._pending = left
 
     def forget(self, prefix: str) -> None:
-        """Drop the clients of a node that has gone, by the beginning of their names."""
+        """Drop the clients of a node that has gone, by the prefix of their names."""
         waiting = {name for _, name, *_ in self._pending}
         for name in [name for name in self._clients if name.startswith(prefix) and name not in waiting]:
             self._node.destroy_client(self._clients.pop(name))

@@ -1,4 +1,4 @@
-"""The live page served: with nodes of its own, or with those that run."""
+"""The live page, with its own nodes or with those already running."""
 
 import contextlib
 import ipaddress
@@ -25,21 +25,21 @@ from mobile_robot_control.system.supervisor import Supervisor
 from mobile_robot_control.system.texts import printable
 
 _SETTLE = 3.2
-"""[s] of wall time in which other publishers are looked for before nodes are started; DDS announces every 3 s."""
+"""[s] of wall time to find other publishers before nodes are started; DDS announces every 3 s."""
 _LOCAL = '127.0.0.1'
 _ROBOT = 'chapter'
 """The robot of the default parameters."""
 
 
 def _read_address(text: str) -> str:
-    """Read an address; an empty one would be that of all."""
+    """Read an address; an empty one would mean all addresses."""
     if not text.strip():
         raise ValueError('is no address; write 127.0.0.1 for this machine alone, or 0.0.0.0 for all addresses')
     return text
 
 
 class DashboardRequest(NamedTuple):
-    """What the live page is asked for."""
+    """The request of the live page."""
 
     sources: ParameterSources
     attach: Annotated[bool, Field('', 'start no nodes: watch and handle those that run, of a real robot too')] = False
@@ -55,7 +55,7 @@ class DashboardRequest(NamedTuple):
 
 
 def _listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens; raise ParameterError where another program has the port."""
+    """Return a listening socket; raise ParameterError if another program has the port."""
     try:
         return socket.create_server((host, port), family=socket.AF_INET6 if ':' in host else socket.AF_INET)
     except (OSError, TypeError, ValueError) as error:  # a name may have no encoding as a host
@@ -66,7 +66,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _check_extra() -> None:
-    """Raise ParameterError where the page server is not installed."""
+    """Raise ParameterError if the page server is not installed."""
     try:
         for name in ('starlette', 'uvicorn', 'websockets'):
             import_module(name)
@@ -76,7 +76,7 @@ def _check_extra() -> None:
 
 
 def serve(request: DashboardRequest, stop: Stop) -> None:
-    """Serve the page until a stop is requested; raise ParameterError where that cannot be done."""
+    """Serve the page until a stop is requested; raise ParameterError if that is impossible."""
     parameters = request.sources.configuration(request.namespace)
     lessons = read_lessons(request.lessons)
     if request.check:
@@ -89,7 +89,7 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
     listening = _listen(request.host, request.port)
     port = listening.getsockname()[1]
     token = '' if _is_local(request.host) else secrets.token_urlsafe(18)
-    # imported late: bad usage is reported at once
+    # imported late: usage errors appear at once
     from mobile_robot_control.dashboard.actions import Actions  # noqa: PLC0415
     from mobile_robot_control.dashboard.link import RobotLink  # noqa: PLC0415
     from mobile_robot_control.dashboard.recordings import Recordings  # noqa: PLC0415
@@ -124,7 +124,7 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
 
 
 def _refuse_others(link: object, stop: Stop) -> None:
-    """Raise ParameterError where other nodes publish on the topics of the nodes that are to be started."""
+    """Raise ParameterError if other nodes publish on the topics of the nodes to start."""
     deadline = time.monotonic() + _SETTLE
     while time.monotonic() < deadline and not stop.requested:
         topics = link.submit(link.loop.published).result(10.0)  # type: ignore[attr-defined]
@@ -143,7 +143,7 @@ def _shown(host: str) -> str:
 
 
 def _names(host: str, bound: str, port: int) -> frozenset[str]:
-    """Return the values of the header Host that name this page; none where any address of the machine serves it."""
+    """Return the values of the header Host that name this page; none if any address of the machine serves it."""
     if ipaddress.ip_address(bound.partition('%')[0]).is_unspecified:
         return frozenset()
     return frozenset(f'{_shown(name)}:{port}' for name in ({_LOCAL, 'localhost', '::1'} if _is_local(host) else {host}))

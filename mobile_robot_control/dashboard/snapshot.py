@@ -1,4 +1,4 @@
-"""What the page shows beside its numbers, as JSON has it."""
+"""The state that the page shows beside its numbers, ready for JSON."""
 
 import math
 from functools import partial
@@ -39,7 +39,7 @@ def shown_state(
 
 
 def shown_parameters(link: RobotLink) -> dict[str, Any]:
-    """Return the parameters of all nodes and what follows from them; for the link's thread."""
+    """Return the parameters of all nodes and values derived from them; for the link's thread."""
     book = link.book
     return {
         'nodes': [{'role': role, 'name': known.name, 'values': known.values,
@@ -50,7 +50,7 @@ def shown_parameters(link: RobotLink) -> dict[str, Any]:
 
 
 def _path(link: RobotLink) -> dict[str, Any] | None:
-    """Return what the cart drives [m], to a tenth of a millimetre; None where it has told none."""
+    """Return the path of the cart [m], to a tenth of a millimetre; None if the cart has published none."""
     message = link.course()
     try:
         points = [] if message is None else read_or_refuse(_KIND, (partial(deserialise, _KIND), read_path), message)

@@ -1,4 +1,4 @@
-"""The nodes that the page has started: begun, started again and ended."""
+"""The nodes started by the page: their start, restart and end."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -21,18 +21,18 @@ class StartedNodes:
     Parameters
     ----------
     configuration : Configuration
-        What they begin with.
+        Initial configuration.
     namespace : str
-        In which they run.
+        Of the nodes.
     folder : Path
-        Takes `parameters.yaml` and the nodes' logs.
+        Receives `parameters.yaml` and the nodes' logs.
     note_node : callable
         Takes the number of each process.
 
     Attributes
     ----------
     configuration : Configuration
-        What they have begun with.
+        Initial configuration.
 
     """
 
@@ -59,7 +59,7 @@ class StartedNodes:
 
     def restart(self, name: str, present: Mapping[str, Mapping[str, Any]]) -> None:
         """
-        End a node, if it runs, and start it again.
+        Restart a node.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ class StartedNodes:
         Raises
         ------
         ParameterError
-            If it would refuse them; it goes on as it was.
+            If it would refuse them; then it continues unchanged.
 
         """
         if name not in self._processes:
@@ -88,7 +88,7 @@ class StartedNodes:
         self._processes[name].signal(number)
 
     def reports(self) -> dict[str, str]:
-        """Say of each process that has ended how it did, with the last lines of its log, by node."""
+        """Describe the end of each process that has ended, with the last lines of its log, by node."""
         return {name: process.exit_report() for name, process in list(self._processes.items())
                 if process.exit_code() is not None}
 

@@ -1,4 +1,4 @@
-"""A lesson under way: begun with its own start, moved by its controls, and taken back afterwards."""
+"""A lesson under way: started with its own parameters, moved by its controls, and undone afterwards."""
 
 import asyncio
 import math
@@ -14,21 +14,21 @@ Values = dict[str, dict[str, Any]]
 
 
 class LessonError(ValueError):
-    """A lesson that cannot be played; the text says why."""
+    """A lesson that cannot be played; the text is the reason."""
 
 
 class Robot(NamedTuple):
     """
-    What a lesson needs of the robot; each raises where it is refused.
+    The interface of a robot to a lesson; each function raises if it is refused.
 
     Attributes
     ----------
     present : callable
         Returns the parameters by node.
     change : callable
-        Takes a node and its new values; starts it again where one of them cannot change while it runs.
+        Takes a node and its new values; restarts it if one of them is read-only while it runs.
     reset : callable
-        Begins a new run from a pose [m, m, rad], or from that of the parameters where it is None.
+        Begins a new run from a pose [m, m, rad], or from that of the parameters for None.
 
     """
 
@@ -39,16 +39,16 @@ class Robot(NamedTuple):
 
 class Teaching:
     """
-    Plays one lesson at a time, whoever began it.
+    Plays one lesson at a time, for all pages.
 
     Parameters
     ----------
     lessons : sequence of Lesson
-        That can be played.
+        Available lessons.
     name : str
-        Of the robot; '' where it is not known.
+        Of the robot; '' if unknown.
     robot : Robot
-        That they handle.
+        Robot of the lessons.
 
     Attributes
     ----------
@@ -69,12 +69,12 @@ class Teaching:
         self._lock = asyncio.Lock()
 
     def shown(self) -> list[dict[str, Any]]:
-        """Return the lessons as the page shows them, each with whether it is for this robot."""
+        """Return the lessons for the page, each with whether it is for this robot."""
         return [{'name': lesson.name, 'fits': not self._name or self._name in lesson.robots, **lesson.content}
                 for lesson in self.lessons.values()]
 
     async def begin(self, name: str, whose: object) -> None:
-        """Begin a lesson; raise LessonError where there is none of that name, or it is not for this robot."""
+        """Begin a lesson; raise LessonError if there is none of that name, or it is not for this robot."""
         lesson = self.lessons.get(name)
         if lesson is None:
             raise LessonError('there is no such lesson; load the page again')
@@ -114,7 +114,7 @@ class Teaching:
                 await self._begin_run()
 
     async def end(self, whose: object = None) -> None:
-        """Take back what the lesson changed; of a page that has gone, the lesson that it began alone."""
+        """Undo the changes of the lesson; for a closed page, only of a lesson that it began."""
         async with self._lock:
             if whose is None or whose is self._whose:
                 await self._take_back()
@@ -132,7 +132,7 @@ class Teaching:
                                  start.heading + turn])
 
     async def _take_back(self) -> None:
-        """Set what the lesson changed as it was before, and begin a new run there."""
+        """Restore the values that the lesson changed, and begin a new run there."""
         if not self.running:
             return
         lesson, before = self.lessons[self.running], self._before

@@ -1,4 +1,4 @@
-"""From a recorded run to its metrics and its report."""
+"""The evaluation of a recorded run: its metrics and its report."""
 
 import json
 import shutil
@@ -24,7 +24,7 @@ class Evaluated(NamedTuple):
     metrics : dict of str to object
         As `metrics.json`, without its provenance.
     unwritten : tuple of str
-        What could not be written, naming the file, in words.
+        Unwritten files, with the reason.
 
     """
 
@@ -43,7 +43,7 @@ def evaluate(
     output : Path
         Folder with the bag; takes `metrics.json` and the report.
     namespace : str
-        In which the nodes ran.
+        Of the nodes.
     outcome : str
         'completed', 'diverged', 'interrupted', 'node_died', or 'recorded' for a part of a run.
     command_line : str
@@ -56,7 +56,7 @@ def evaluate(
     Returns
     -------
     Evaluated
-        The metrics, and what could not be written.
+        The metrics, and the unwritten files.
 
     """
     metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
@@ -77,7 +77,7 @@ def evaluate(
 
 
 def _write_metrics(metrics: dict[str, Any], path: Path) -> str:
-    """Write metrics.json; return what went wrong."""
+    """Write metrics.json; return the error, if any."""
     try:
         write_atomically(path, json.dumps(metrics, indent=2) + '\n')
     except OSError as error:
@@ -86,13 +86,13 @@ def _write_metrics(metrics: dict[str, Any], path: Path) -> str:
 
 
 def _write_report(run: Run, output: Path, command_line: str, quiet: bool) -> str:
-    """Write page and figures, or none of them; return what went wrong."""
+    """Write page and figures, or none of them; return the error, if any."""
     try:
         draw_report([run], output, command_line, quiet=quiet)
     except OSError as error:
         for name in ('report.html', 'report.json'):
             (output / name).unlink(missing_ok=True)
         shutil.rmtree(output / 'figures', ignore_errors=True)
-        # figures are written without their file's name in the error
+        # the error of a figure lacks the file's name
         return explain(OSError(error.errno, error.strerror or str(error), str(output / 'report.html')))
     return ''

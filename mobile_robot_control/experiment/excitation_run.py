@@ -1,4 +1,4 @@
-"""One excitation from its first message to its last: the robot is stopped in the end, whatever happens."""
+"""One excitation from its first message to its last; at the end the robot is always stopped."""
 
 import sys
 import time
@@ -23,18 +23,18 @@ from mobile_robot_control.runs.topic_names import topic_names
 from mobile_robot_control.system.progress import tqdm
 
 _PATIENCE = 20.0
-"""[s] until odometry and the robot's subscription must be there."""
+"""[s] of wait for odometry and the robot's subscription."""
 _STOPPING = (0.5, 3.0)
-"""[s] for which zero commands are sent in the end, at least, and at most where the robot does not stand."""
+"""[s] of zero commands at the end: at least, and at most if the robot does not stand."""
 _TURN = 0.02
 """[s]"""
 _LEAST = (0.01, 0.05)
-"""[m], [rad]: a robot that has moved less has not followed."""
+"""[m], [rad]: a robot with less motion has not followed."""
 
 
 def excite_robot(request: ExcitationRequest, area: Area, stop: Stop) -> Excitation:
     """
-    Drive a robot until the duration is over, a stop is requested or a fault shows; it gets zero commands then.
+    Drive a robot until the duration is over, a stop is requested or a fault occurs; then send zero commands.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def excite_robot(request: ExcitationRequest, area: Area, stop: Stop) -> Excitati
 
 
 def _wait_for(exciter: Exciter, executor: Executor, stop: Stop) -> None:
-    """Wait until the robot is there; raise ParameterError where it is not, or others command it."""
+    """Wait for the robot; raise ParameterError if it is missing, or others command it."""
     deadline = time.monotonic() + _PATIENCE
     settled, told = time.monotonic() + SETTLE, False
     while ((exciter.missing() and time.monotonic() < deadline) or time.monotonic() < settled) and not stop.requested:

@@ -1,4 +1,4 @@
-"""An excitation that is asked for: a robot driven for a recording."""
+"""Requested excitations: a robot is driven for a recording."""
 
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -14,11 +14,11 @@ from mobile_robot_control.runs.topic_names import Topics
 from mobile_robot_control.system.files import encodable_path
 
 _ROOM = 2.0
-"""Halves of a side, in the ways in which a robot stops: one to drive, one to stop."""
+"""Half sides of the box, in stopping distances: one to drive, one to stop."""
 
 
 class ExcitationRequest(NamedTuple):
-    """What an excitation is asked for."""
+    """The request of an excitation."""
 
     sources: ParameterSources
     box: Annotated[tuple[float, ...], Field('m', 'free floor: its length ahead of the robot and its width; the robot '
@@ -36,14 +36,14 @@ class ExcitationRequest(NamedTuple):
 
 class Excitation(NamedTuple):
     """
-    How an excitation went.
+    The result of an excitation.
 
     Attributes
     ----------
     way, turn, farthest : float
-        Driven [m] and turned [rad], and the largest distance from the start, ahead or aside [m].
+        Distance [m] and turn [rad], and the largest distance from the start, ahead or aside [m].
     fault : str
-        Why it ended early, in words; '' where it did not.
+        Reason of an early end; '' without one.
     """
 
     way: float
@@ -53,7 +53,7 @@ class Excitation(NamedTuple):
 
 
 def area_of(request: ExcitationRequest) -> Area:
-    """Return where the robot may drive; raise ParameterError where it could not stop there, or the bag is there."""
+    """Return the area of the robot; raise ParameterError if it could not stop there, or the bag exists."""
     if request.bag and Path(request.bag).exists():
         raise ParameterError([f'--bag {request.bag}: it is there already; name a new one'])
     needed = 2.0 * _ROOM * STOPPING * request.max_velocity

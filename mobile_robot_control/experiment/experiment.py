@@ -1,4 +1,4 @@
-"""Experiments that are asked for: one, several one after the other, or a recorded one done again."""
+"""Requested experiments: one, several in sequence, or a replay."""
 
 import sys
 from collections.abc import Callable, Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class ExperimentRequest(NamedTuple):
-    """What an experiment is asked for."""
+    """The request of an experiment."""
 
     sources: ParameterSources
     output: Annotated[str, Field('', 'folder for bag, metrics and pictures'), Reader(encodable_path, 'DIR')]
@@ -52,11 +52,11 @@ class Performed(NamedTuple):
     Attributes
     ----------
     result : ExperimentResult
-        How it ended.
+        Its end.
     metrics : dict of str to object
         As `metrics.json`, without its provenance.
     parameters : Configuration
-        That it ran with.
+        Of the run.
 
     """
 
@@ -72,11 +72,11 @@ class Experiments:
     Parameters
     ----------
     request : ExperimentRequest
-        What is asked for; ParameterError is raised where its parts contradict each other.
+        The request; ParameterError is raised if its parts contradict each other.
     command_line : str
         Recorded with the results.
     stop : Stop
-        Ends them.
+        Stops them.
 
     """
 
@@ -89,7 +89,7 @@ class Experiments:
         self._output = Path(request.output)
 
     def run(self) -> Performed:
-        """Run the experiment, or replay one; raise ParameterError where it is refused, and nothing is changed."""
+        """Run the experiment, or replay one; a refusal raises ParameterError, and changes nothing."""
         if self._request.replay is not None:
             return self._replay()
         parameters = self._configured()
@@ -110,10 +110,10 @@ class Experiments:
         self, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path],
         course: 'Callable[[], Course] | None' = None,
     ) -> Performed:
-        """Run, record and evaluate one configuration; the reason names all that went wrong."""
+        """Run, record and evaluate one configuration; the result's reason names every error."""
         request = self._request
         with Supervisor(max(request.patience, START)) as supervisor:
-            # imported late: bad usage is reported at once, and an import that hangs is noticed
+            # imported late: usage errors appear at once, and an import that hangs is noticed
             try:
                 from mobile_robot_control.experiment.evaluation import evaluate  # noqa: PLC0415
                 from mobile_robot_control.experiment.recorded_run import run_experiment  # noqa: PLC0415
@@ -131,7 +131,7 @@ class Experiments:
         return Performed(result._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics, parameters)
 
     def _replay(self) -> Performed:
-        """Do a recorded run again, and compare."""
+        """Repeat a recorded run, and compare the two."""
         # imported late: most runs replay nothing
         from mobile_robot_control.experiment.replay_plan import compare_replay, plan_replay  # noqa: PLC0415
 
@@ -154,8 +154,8 @@ class Experiments:
         return performed._replace(result=result)
 
     def compare(self) -> list[str]:
-        """Run several configurations one after the other, and report them together; return what went wrong."""
-        # imported late: bad usage is reported at once
+        """Run several configurations in sequence, and report them together; return the errors."""
+        # imported late: usage errors appear at once
         from mobile_robot_control.pages.reports import refuse_too_many, report  # noqa: PLC0415
 
         request, output = self._request, self._output
@@ -199,7 +199,7 @@ def _alike(chosen: Configuration, first: Configuration) -> Configuration:
 
 
 def _folders(files: Sequence[str]) -> list[str]:
-    """Return the name of each run's folder within the output; raise ParameterError where it would not be one of it."""
+    """Return the name of each run's folder within the output; raise ParameterError if it would leave the output."""
     names = distinct([printable(Path(file).stem) for file in files])
     odd = [f"--compare {file}: its run would be written to '{name}', which has another use; rename the file"
            for file, name in zip(files, names, strict=True) if name in ('', '.', '..', *WRITTEN)]

@@ -1,4 +1,4 @@
-"""Fast DDS settings of an experiment's processes, under which a busy machine loses nothing for good."""
+"""Fast DDS settings for an experiment's processes: a busy machine permanently loses no message."""
 
 import os
 from pathlib import Path
@@ -50,9 +50,9 @@ _PROFILES = """<?xml version="1.0" encoding="UTF-8"?>
 
 def use_fastdds_profiles(folder: Path) -> None:
     """
-    Make Fast DDS use these settings, in this process and those that it starts; another DDS does not read them.
+    Make Fast DDS use these settings, in this process and its children; another DDS does not read them.
 
-    The folder takes the file with the settings. A file that the user has named in the environment stays in force.
+    The folder receives the file of settings. A file that the user has named in the environment stays in force.
     """
     if PROFILES_VARIABLE not in os.environ:
         file = folder / 'fastdds.xml'

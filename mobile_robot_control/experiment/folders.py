@@ -1,4 +1,4 @@
-"""The folders of experiments: made ready, and left as they were found where a run is refused."""
+"""The folders of experiments: prepared for a run, and restored if it is refused."""
 
 import shutil
 from collections.abc import Iterator, Mapping
@@ -11,7 +11,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reference.waypoints import YAML_SUFFIXES
 
 _REPLACED = '.replaced'
-"""Within an experiment's folder: takes the experiment that it held, until the new one has run."""
+"""Within an experiment's folder: holds the previous experiment until the new one has run."""
 WRITTEN = ('bag', 'log', 'parameters.yaml', *(f'parameters.waypoints{ending}' for ending in ('.csv', *YAML_SUFFIXES)),
            'metrics.json', 'report.html', 'report.json', 'figures')
 
@@ -21,22 +21,22 @@ def experiment_folders(
     chosen: Mapping[Path, Configuration], overwrite: bool, robot: str | None = None
 ) -> Iterator[list[Path]]:
     """
-    Make a folder ready for each experiment; nothing that an experiment did not write is ever removed.
+    Prepare a folder for each experiment; only files of experiments are ever removed.
 
     Parameters
     ----------
     chosen : mapping of Path to Configuration
-        What each experiment runs with.
+        The configuration of each experiment.
     overwrite : bool
-        Whether to replace experiments that the folders hold.
+        Whether to replace experiments in the folders.
     robot : str or None
-        What the robot is called, which heads `parameters.yaml`.
+        Name of the robot, at the head of `parameters.yaml`.
 
     Yields
     ------
     list of Path
-        The folders without a run: take one out once its run has ended. Where a ParameterError or an OSError is raised,
-        those left are again as they were: without what was written, with what was to be replaced.
+        The folders without a run: remove one from the list once its run has ended. After a ParameterError or an
+        OSError, the remaining folders are restored: new files are removed, and replaced ones return.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def experiment_folders(
 
 
 def _written(output: Path) -> list[Path]:
-    """List what an experiment has written to a folder."""
+    """List the files of an experiment in a folder."""
     return [output / name for name in WRITTEN if (output / name).exists()]
 
 
@@ -76,7 +76,7 @@ def _remove(output: Path) -> None:
 
 def _prepare(output: Path) -> None:
     output.mkdir(parents=True, exist_ok=True)
-    # of a run that was killed
+    # of a killed run
     shutil.rmtree(output / _REPLACED, ignore_errors=True)
     (output / _REPLACED).mkdir()
     for path in _written(output):
@@ -87,7 +87,7 @@ def _prepare(output: Path) -> None:
 def _restore(unused: list[Path], absent: list[Path]) -> None:
     for output in unused:
         replaced = list((output / _REPLACED).glob('*'))
-        # nothing is in there where it could not be made
+        # it is empty if it could not be made
         if (output / _REPLACED).is_dir():
             _remove(output)
         for path in replaced:
@@ -95,6 +95,6 @@ def _restore(unused: list[Path], absent: list[Path]) -> None:
         with suppress(OSError):
             (output / _REPLACED).rmdir()
     for folder in absent:
-        # one that holds something else stays
+        # a folder with other content stays
         with suppress(OSError):
             folder.rmdir()

@@ -11,14 +11,14 @@ from pathlib import Path
 from mobile_robot_control.plugins import plugin_environment
 
 START = 30.0
-"""[s] of wall time that nodes have to start."""
+"""[s] of wall time for nodes to start."""
 _GRACE = 10.0
-"""[s] that a process has to end by itself."""
+"""[s] for a process to end by itself."""
 
 
 class NodeProcess:
     """
-    One or several nodes in a process of their own.
+    One or several nodes in their own process.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class NodeProcess:
     arguments : sequence of str
         ROS arguments.
     log : Path
-        File for what they print.
+        File for their output.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class NodeProcess:
         return self._process.poll()
 
     def signal(self, number: int) -> None:
-        """Send a signal such as SIGINT; to a process that has ended it does nothing."""
+        """Send a signal such as SIGINT; a process that has ended is left alone."""
         self._process.send_signal(number)
 
     def kill(self) -> None:
@@ -72,12 +72,12 @@ class NodeProcess:
             self.kill()
 
     def close_input(self) -> None:
-        """Close the standard input, which ends nodes that follow their parent."""
+        """Close the standard input; nodes that follow their parent then end."""
         if self._process.stdin is not None:
             self._process.stdin.close()
 
     def exit_report(self) -> str:
-        """Return how the process ended, with the last lines that it printed."""
+        """Describe the end of the process, with the last lines of its output."""
         code = self.exit_code()
         if code is None:
             how = 'still runs'
@@ -90,7 +90,7 @@ class NodeProcess:
 
 
 def stop_processes(processes: Sequence[NodeProcess]) -> None:
-    """Stop processes: by SIGINT first, by SIGKILL those that do not end in time."""
+    """Stop processes by SIGINT; kill those that do not end in time."""
     for process in processes:
         process.signal(signal.SIGINT)
         process.signal(signal.SIGCONT)

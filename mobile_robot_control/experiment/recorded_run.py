@@ -1,4 +1,4 @@
-"""One experiment from its first process to its last: the nodes' runner, with a recorder in DDS and a bag."""
+"""One experiment from its first process to its last: the runner of the nodes, a recorder in DDS and a bag."""
 
 from pathlib import Path
 
@@ -24,15 +24,15 @@ def run_experiment(
     supervisor: Supervisor, course: Course | None = None,
 ) -> ExperimentResult:
     """
-    Run an experiment and record it into a folder, which takes the bag and the nodes' logs and has `parameters.yaml`.
+    Run an experiment and record it into a folder with `parameters.yaml`; the bag and the nodes' logs are added there.
 
-    The run is given up after `patience` seconds of wall time without progress; the bar is moved by its simulated time.
-    The bag is complete, or can be read up to its end. Raises ParameterError if another node publishes on the topics.
-    rclpy stays initialised: to leave DDS may hang, and the run is to be evaluated before.
+    The run is given up after `patience` seconds of wall time without progress; the bar shows its simulated time. The
+    bag is complete, or readable up to its end. Raises ParameterError if another node publishes on the topics. rclpy
+    stays initialised: leaving DDS may hang, and the run must be evaluated before.
     """
     use_fastdds_profiles(output / 'log')
     begun = False
-    rclpy.try_shutdown()  # of a run before this one
+    rclpy.try_shutdown()  # of a previous run
     try:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
@@ -67,7 +67,7 @@ def run_experiment(
             finally:
                 stop_processes(runner.processes)
                 runner.drain()
-        if result.outcome == 'completed' and recorder.law_failure:  # heard of at the very end
+        if result.outcome == 'completed' and recorder.law_failure:  # reported at the very end
             result = ExperimentResult('law_failed', recorder.law_failure)
         return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
     except (RuntimeError, MemoryError) as error:

@@ -21,9 +21,9 @@ from mobile_robot_control.system.supervisor import leave_dds
 from mobile_robot_control.topics import LOOPS, LoopGraph
 
 _DISCOVERY = 4.0
-"""[s] of wall time at most until every topic is discovered; DDS announces every 3 s."""
+"""[s] of wall time, at most, until every topic is discovered; DDS announces every 3 s."""
 _BEHIND, _SILENT = 10.0, 0.5
-"""[s] of wall time at most until every topic is recorded to the end, and without a message of the loop."""
+"""[s] of wall time: at most until every topic is recorded to the end, and without a message of the loop."""
 
 
 def record(folder: Path, namespace: str, stop: Stop) -> int:
@@ -31,7 +31,7 @@ def record(folder: Path, namespace: str, stop: Stop) -> int:
     try:
         loop = loop_of(configure(load([folder / 'parameters.yaml'], namespace=namespace)).plant)
     except ParameterError as error:
-        # nodes that run with what this process does not know, such as a law of their own, are recorded all the same
+        # nodes are recorded even if their parameters are unknown to this process, such as a law of their own
         print(f'{folder / "parameters.yaml"}: {error}')
         loop = LOOPS['torque']
     try:
@@ -46,7 +46,7 @@ def record(folder: Path, namespace: str, stop: Stop) -> int:
 
 
 def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
-    """Record a bag until a stop is requested; return why it could not be written to its end, '' where it was."""
+    """Record a bag until a stop is requested; return the write error, '' if there was none."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     with BagWriter(path) as bag:
         recorder = Recorder(namespace, bag.write, bag.knows, loop)
@@ -60,7 +60,7 @@ def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
         recorder.first = max(recorder.newest.values(), default=0)
         while not stop.requested and not bag.failure:
             executor.spin_once(timeout_sec=0.05)
-        # topics come from several processes: on a busy machine one of them may be behind, here or on its way
+        # topics come from several processes: on a busy machine the messages of one may be late
         recorder.last = max(recorder.newest.values(), default=0)
         deadline = time.monotonic() + _BEHIND
         while (not recorder.is_complete() and time.monotonic() < deadline

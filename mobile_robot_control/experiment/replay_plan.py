@@ -1,4 +1,4 @@
-"""What a replay does, from the bag of an experiment: with which parameters it starts, what it changes and where."""
+"""The plan of a replay, from the bag of an experiment: its initial parameters, and its changes with their stamps."""
 
 import sys
 from collections import Counter
@@ -29,7 +29,7 @@ _FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
 _PUBLISHED = (DISTURBANCE, PATH_TOPIC)
 """Changes that are messages."""
 _TOLD = 20
-"""Faults of a bag that are told."""
+"""Most reported faults of a bag."""
 
 
 class PlannedRun(NamedTuple):
@@ -39,9 +39,9 @@ class PlannedRun(NamedTuple):
     Attributes
     ----------
     holds : dict of int to list of Change
-        What to change while the run holds at a stamp [ns], ascending.
+        The changes while the run holds at a stamp [ns], ascending.
     reset_at : int or None
-        Where the next run begins [ns]; None in the last one.
+        Stamp of the next run's start [ns]; None in the last one.
 
     """
 
@@ -56,11 +56,11 @@ class Replay(NamedTuple):
     Attributes
     ----------
     configuration : Configuration
-        That it starts with.
+        Initial one.
     runs : list of PlannedRun
         One after the other.
     recorded : LoopMessages
-        What it must equal.
+        The messages that it must reproduce.
 
     """
 
@@ -70,7 +70,7 @@ class Replay(NamedTuple):
 
     @property
     def changes(self) -> list[Change]:
-        """All that is changed, in order."""
+        """All changes, in order."""
         return [change for run in self.runs for changes in run.holds.values() for change in changes]
 
 
@@ -87,11 +87,11 @@ def plan_replay(
     output : Path
         Folder of the replay.
     sources : ParameterSources
-        Parameters that the bag must have been recorded with, those alone excepted that change no number.
+        Parameters that must equal those of the recording, except for those that change no number.
     duration : float or None
-        Length that it must have [s]; any if None.
+        Required length [s]; any if None.
     namespace : str
-        In which the nodes ran.
+        Of the nodes.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def plan_replay(
 def _configuration(
     named: Path, file: Path, sources: ParameterSources, duration: float | None, namespace: str
 ) -> Configuration:
-    """Return the configuration of a bag; raise ParameterError where another is asked for."""
+    """Return the configuration of a bag; raise ParameterError if another is requested."""
     recorded = configure(load([file], [], namespace))
     asked = {node: flatten(part) for node, part in recorded._asdict().items()}
     for node, values in sources.values(namespace).items():
@@ -145,7 +145,7 @@ def _configuration(
 
 
 def _same_waypoints(one: str, other: str) -> bool:
-    """Return whether two files have the same waypoints; an experiment keeps a copy of its own."""
+    """Return whether two files have the same waypoints; an experiment stores a copy."""
     if NO_FILE in (one, other):
         return False
     points, speeds, _ = read_waypoints_once(one)
@@ -153,7 +153,7 @@ def _same_waypoints(one: str, other: str) -> bool:
 
 
 def _faults(configuration: Configuration, recorded: LoopMessages) -> Iterator[str]:
-    """Yield why a bag cannot be replayed with its parameters."""
+    """Yield reasons why a bag cannot be replayed with its parameters."""
     shared = configuration.plant.shared
     for topic, course in recorded.courses.items():
         rate = getattr(shared, loop_of(configuration.plant).topics[topic].rate)
@@ -185,20 +185,20 @@ def _place(change: Change) -> str:
 
 
 def _crowds(changes: Iterable[Change]) -> Iterator[str]:
-    """Yield the stamps at which a node tells more changes than it keeps for others."""
+    """Yield the stamps at which a node reports more changes than it stores."""
     counts = Counter(_place(change) for change in changes)
     yield from (f'{place} is one of {count}, and a node keeps {MOST_EVENTS}; it is of another publisher'
                 for place, count in counts.items() if count > MOST_EVENTS)
 
 
 def _event_faults(change: Change, configuration: Configuration, ends: Sequence[int]) -> Iterator[str]:
-    """Yield what is wrong with one event by itself, in runs that end at these stamps [ns]."""
+    """Yield the faults of one event by itself, in runs that end at these stamps [ns]."""
     shared = configuration.plant.shared
     period, tick = map(period_nanoseconds, (shared.velocity_rate, shared.position_rate))
     if change.node not in NODES:
         yield f'{_place(change)}: that node does not exist; it is of another version'
         return
-    # a reset is told for the step that no longer comes
+    # a reset is reported for the step that no longer comes
     beyond = period if RESET in change.values else 0
     if not (0 <= change.run < len(ends) and 0 <= change.stamp <= ends[change.run] + beyond):
         yield f'{_place(change)} is outside the recording'
@@ -209,7 +209,7 @@ def _event_faults(change: Change, configuration: Configuration, ends: Sequence[i
 
 
 def _value_faults(change: Change, key: str, value: Any, period: int, tick: int) -> Iterator[str]:
-    """Yield what is wrong with one value of an event, at a velocity period and a position period [ns]."""
+    """Yield the faults of one value of an event, for a velocity period and a position period [ns]."""
     declared = declarations(NODES[change.node])
     if change.node == 'plant' and key == DISTURBANCE:
         if not _are_pairs([value]):
@@ -233,7 +233,7 @@ def _value_faults(change: Change, key: str, value: Any, period: int, tick: int) 
 
 
 def _are_pairs(values: Any) -> bool:
-    """Return whether the value of an event is a list of pairs of numbers that messages may hold."""
+    """Return whether the value of an event is a list of pairs of numbers within the bounds of messages."""
     return isinstance(values, list) and all(
         isinstance(pair, list) and len(pair) == len(Push._fields)
         and all(type(part) in (int, float) and abs(part) <= LARGEST for part in pair) for pair in values)
@@ -254,11 +254,8 @@ def _rule_faults(configuration: Configuration, changes: Iterable[Change]) -> Ite
 
 
 def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Change], list[PlannedRun]]:
-    """
-    Return what is set before the first run, and the runs.
-
-    It runs once, before the nodes start. A change is applied while its run holds at the position tick before its stamp.
-    """
+    """Return the changes before the first run, and the runs."""
+    # a change is applied while its run holds at the position tick before its stamp
     velocity, position = (period_nanoseconds(rate) for rate in (
         configuration.plant.shared.velocity_rate, configuration.plant.shared.position_rate))
     resets = [change.stamp - velocity for change in changes if RESET in change.values]
@@ -272,7 +269,7 @@ def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Cha
             if run == 0:
                 at_first.append(change)
                 continue
-            # set while the run before stands at its end
+            # applied while the previous run holds at its end
             run, hold = run - 1, resets[run - 1]
         holds[run].setdefault(hold, []).append(change)
     return at_first, [PlannedRun(dict(sorted(found.items())), reset)
@@ -280,12 +277,12 @@ def _runs(configuration: Configuration, changes: list[Change]) -> tuple[list[Cha
 
 
 def changed_parameters(change: Change) -> dict[str, Any]:
-    """Return the parameters that a change sets."""
+    """Return the parameters set by a change."""
     return {key: value for key, value in change.values.items() if key not in _PUBLISHED}
 
 
 def compare_replay(replay: Replay, output: Path, namespace: str) -> str:
-    """Return where the bag in a folder differs from the one that was replayed, in words; '' where it does not."""
+    """Describe the first difference between the bag in a folder and the replayed one; '' if there is none."""
     try:
         replayed = read_loop_messages(output / 'bag', namespace, replay.recorded.courses)
     except BagError as error:

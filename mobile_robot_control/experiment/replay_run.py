@@ -1,9 +1,9 @@
 """
-The course of a replay: the run holds before each change, which is applied, and goes on.
+The course of a replay: the run holds for each change, and resumes after it.
 
-A change that affected stamps from s > 0 on is made while the run holds at the last position tick before s, once every
-node has stepped there; a reset is called at its run's last stamp. What acts from 0 on is set while the run before
-holds at its end.
+A change with a first affected stamp s > 0 is applied while the run holds at the last position tick before s, after
+every node has stepped there; a reset is called at its run's last stamp. Changes from 0 on are set while the previous
+run holds at its end.
 """
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
@@ -31,7 +31,7 @@ class _RunIsOverError(Exception):
 
 class ReplayRun:
     """
-    Leads a run that is paused at its start through a replay.
+    Leads a run, paused at its start, through a replay.
 
     Parameters
     ----------
@@ -55,9 +55,9 @@ class ReplayRun:
 
     def follow(self, runner: ExperimentRunner) -> None:
         """
-        Apply all changes, up to the last one, where the run stays held; return where the run is over.
+        Apply all changes, up to the last one, where the run stays held; return at the end of the run.
 
-        Raises RunFailedError where a node refuses a change.
+        Raises RunFailedError if a node refuses a change.
         """
         self._runner = runner
         applied = 0
@@ -78,7 +78,7 @@ class ReplayRun:
             raise RunFailedError(f'the run was over before {left} of its changes could be done again')
 
     def _go_to(self, stamp: int) -> None:
-        """Let the run go on until it is held at a stamp [ns] and every node has answered it."""
+        """Let the run advance until it is held at a stamp [ns] and every node has answered it."""
         if not self._runner.is_at(stamp):
             self._runner.recorder.limit = stamp
             self._runner.resume()
@@ -107,7 +107,6 @@ class ReplayRun:
         self._wait(lambda: self._runner.is_at(0), 'no new run began')
 
     def _answer(self, asked: Future[Any], failure: str) -> Any:
-        """Return the answer of a service."""
         self._wait(asked.done, failure)
         return asked.result()
 

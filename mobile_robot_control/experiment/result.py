@@ -1,22 +1,22 @@
-"""How an experiment ended."""
+"""The end of an experiment."""
 
 from typing import NamedTuple
 
 
 class RunFailedError(Exception):
-    """A run that cannot go on as it was asked for; the text tells why."""
+    """A run that cannot continue as requested; the text is the reason."""
 
 
 class ExperimentResult(NamedTuple):
     """
-    How an experiment ended.
+    The end of an experiment.
 
     Attributes
     ----------
     outcome : str
         'completed', 'diverged', 'law_failed', 'interrupted' or 'node_died'.
     reason : str
-        What went wrong, naming the node or the file; '' where nothing did.
+        The error, with the node or the file; '' without one.
 
     """
 

@@ -1,4 +1,4 @@
-"""The experiment runner: start the nodes of a run, and watch them to the end."""
+"""The experiment runner: it starts the nodes of a run, and watches them to the end."""
 
 import time
 from collections.abc import Callable
@@ -19,23 +19,23 @@ from mobile_robot_control.system.progress import RunProgress, tqdm
 from mobile_robot_control.topics import silent_node
 
 SETTLE = 1.0
-"""[s] of wall time in which other publishers are looked for, before a run and again and again in it."""
+"""[s] of wall time for finding other publishers, before a run and repeatedly during it."""
 _STANDSTILL = 1.0
-"""[s] of wall time at most in which a run goes on after its law has failed."""
+"""[s] of wall time, at most, for which a run continues after its law has failed."""
 
 
 class Course(Protocol):
-    """What a run that is paused at its start is led through: a replay."""
+    """A procedure for a run that is paused at its start: a replay."""
 
     def attach(self, namespace: str) -> Node:
-        """Return the node that it does it with."""
+        """Return the node that the procedure uses."""
 
     def follow(self, runner: 'ExperimentRunner') -> None:
-        """Do it, as far as the run goes; raise RunFailedError where it cannot."""
+        """Execute the procedure, as far as the run goes; raise RunFailedError if that is impossible."""
 
 
 def refuse_other_publishers(topics: list[str]) -> None:
-    """Raise ParameterError where others publish on topics."""
+    """Raise ParameterError if others publish on topics."""
     if topics:
         raise ParameterError([f'another node publishes on {", ".join(topics)}; '
                               'stop the other robot, or choose another --namespace or ROS_DOMAIN_ID'])
@@ -45,10 +45,10 @@ class ExperimentRunner:
     """
     The processes of one experiment and its progress.
 
-    DDS discovery takes up to seconds, and a run must not begin before its recorder receives all of it: nodes start with
-    `paused`. In lockstep the run begins when a message has come on every loop topic, since a paused plant repeats t = 0
-    and every node its answers; `hold_at` then keeps the plant no further ahead than publishers keep messages. On the
-    wall clock it begins when every node has found the recorder, by its diagnostics.
+    DDS discovery takes up to seconds, and a run must not begin before its recorder receives all of it: nodes start
+    `paused`. In lockstep the run begins once every loop topic has had a message, since a paused plant repeats t = 0 and
+    every node its answers; `hold_at` then keeps the plant no further ahead than publishers store messages. On the wall
+    clock it begins once every node has found the recorder, by its diagnostics.
     """
 
     def __init__(
@@ -83,14 +83,14 @@ class ExperimentRunner:
         return True
 
     def resume(self) -> None:
-        """Ask the paused plant to go on, until it has accepted."""
+        """Ask the paused plant to resume, until it has accepted."""
         deadline = time.monotonic() + self.patience
         while not self.spin_until(self.recorder.resume(self._period if self.lockstep else 0).done, 1.0):
             if time.monotonic() > deadline or self.is_over():
                 return
 
     def drain(self) -> None:
-        """Record what has arrived and is not recorded yet."""
+        """Record messages that have arrived and are not recorded yet."""
         ended = time.time_ns()
         # another robot on the same topics never falls silent
         while time.time_ns() - max(ended, self.recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
@@ -106,7 +106,7 @@ class ExperimentRunner:
         return all(self.recorder.newest.get(topic) == stamp for topic in self.loop.topics)
 
     def watch(self, done: Callable[[], bool] = lambda: False) -> None:
-        """Spin and move the progress bar until a condition holds, the run is over, or nothing moves any more."""
+        """Spin and move the progress bar until a condition holds, the run is over, or nothing moves."""
         newest, moved, looked = -1, time.monotonic(), 0.0
         start = 0 if self.lockstep else self.recorder.newest.get('joint_states', 0)
         while not self.is_over() and not done():
@@ -126,14 +126,14 @@ class ExperimentRunner:
         self._bar.refresh()
 
     def _see_standstill(self) -> None:
-        """Record the first command of a law that has failed, which the plant may still wait for."""
+        """Record the first command after a failure of the law; the plant may still wait for it."""
         end, deadline = self._reached() + AHEAD * self._period + self._position_period, time.monotonic() + _STANDSTILL
         while (self._reached() < end and time.monotonic() < deadline and not self._stop.requested
                and all(process.exit_code() is None for process in self.processes)):
             self._turn()
 
     def _reached(self) -> int:
-        """Return the stamp up to which the run has moved: on the wall clock, of the slowest topic."""
+        """Return the stamp that the run has reached: on the wall clock, that of the slowest topic."""
         newest = self.recorder.newest
         return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in self.loop.topics)
 

@@ -1,1 +1,1 @@
-"""Figures as data, and the pictures that Matplotlib draws of them."""
+"""Figures as data, and their pictures by Matplotlib."""

@@ -19,18 +19,18 @@ from mobile_robot_control.figures.palette import BLUE, FAINT, GREY, INK, LINES, 
 from mobile_robot_control.system.texts import printable
 
 _LONGEST = 44
-"""Characters of a name in a legend."""
+"""Longest name in a legend [characters]."""
 _ROOM, _HANDLE, _LETTER = 4.8, 0.62, 0.085
 """[in]: width of the axes, of a line in the legend, and of a character."""
 _HEADING_LENGTH = 0.06
-"""[m] of the line that shows a heading."""
+"""[m]: length of the line that shows a heading."""
 
 
 def plain(text: str) -> str:
     r"""
-    Return a text from elsewhere as a label that Matplotlib shows as it is.
+    Return a text from elsewhere as a label that Matplotlib shows unchanged.
 
-    Between dollars Matplotlib reads a formula, and it leaves labels that are empty or begin with '_' out of legends.
+    Matplotlib reads a formula between dollars, and omits labels that are empty or begin with '_' from legends.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def draw(figure: Figure) -> Drawn:
     """
     Draw a figure.
 
-    Panels over time share it, and have one legend above the first of them; every other panel has its own.
+    Panels over time share their axis, and have one legend above the first of them; every other panel has its own.
     """
     with style():
         # panels of marks lie side by side in the same plane, with one legend below
@@ -83,13 +83,12 @@ def draw_and_save(figure: Figure, file: Path) -> str:
 
 def shown_in_notebook(drawn: Drawn) -> Drawn:
     """Return a drawn figure that shows itself in a notebook."""
-    # without pyplot, a figure shows itself by this method alone
+    # without pyplot, a notebook calls only this method
     drawn._repr_png_ = partial(_as_png, drawn)  # type: ignore[attr-defined]
     return drawn
 
 
 def _as_png(figure: Drawn) -> bytes:
-    """Return a figure as PNG."""
     buffer = io.BytesIO()
     with style():
         figure.savefig(buffer, format='png', dpi=110)
@@ -97,10 +96,9 @@ def _as_png(figure: Drawn) -> bytes:
 
 
 def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[str]) -> None:
-    """Draw a panel on empty axes."""
     shown = [curve for curve in panel.curves if curve.kind != DIFFERENCE]
     several, widths, labelled = len(runs) > 1, line_widths(len(runs)), set()
-    # of a single line there is nothing to tell apart
+    # with a single line there is nothing to distinguish
     alone = not several and len(shown) == 1 and not panel.in_plane
     for curve in shown:
         color, dashes = LINES[curve.run]
@@ -130,7 +128,7 @@ def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[str]) -> None:
 
 
 def _finish_scale(axes: Axes, panel: Panel, drawn: bool) -> None:
-    """Set the scales of a panel that is no plane."""
+    """Set the scales of a panel other than a plane."""
     if panel.over == 'time [s]':
         axes.margins(x=0.02)
     else:
@@ -151,7 +149,7 @@ def _finish_scale(axes: Axes, panel: Panel, drawn: bool) -> None:
 
 
 def _bend(axes: Axes, ordinary: float) -> None:
-    """Make the scale logarithmic beyond the ordinary values, with a tick at every decade or every few."""
+    """Make the scale logarithmic beyond ordinary values, with ticks at decades."""
     decade = math.ceil(math.log10(ordinary))
     axes.set_yscale('symlog', linthresh=10.0**decade, linscale=1.0)
     lowest, highest = axes.dataLim.intervaly
@@ -167,7 +165,7 @@ def _bend(axes: Axes, ordinary: float) -> None:
 
 
 def _finish_plane(axes: Axes, panel: Panel) -> None:
-    """Draw what only a plane has."""
+    """Draw the parts that only a plane has."""
     paths = [curve.line for curve in panel.curves if curve.kind == VALUE]
     for n, pose in enumerate(panel.poses):
         color, _ = LINES[pose.run]
@@ -208,9 +206,9 @@ def triangle(pose: Sequence[float] | Floats, size: float) -> Floats:
 
 def legend(axes: Axes, columns: int = 4, others: Sequence[Axes] = ()) -> None:
     """
-    Draw the legend above the axes, where no line can be, with at most so many columns; none without labels.
+    Draw the legend above the axes, outside all lines, with at most so many columns; none without labels.
 
-    It has the labels of other axes too, each once.
+    It includes the labels of other axes, each once.
     """
     found = _labels((axes, *others))
     handles, labels = list(found.values()), list(found)
@@ -223,7 +221,7 @@ def legend(axes: Axes, columns: int = 4, others: Sequence[Axes] = ()) -> None:
 
 
 def _labels(every: Sequence[Axes]) -> dict[str, Any]:
-    """Return what axes have for a legend, each label once."""
+    """Return the legend entries of axes, each label once."""
     found: dict[str, Any] = {}
     for one in every:
         for handle, label in zip(*one.get_legend_handles_labels(), strict=True):

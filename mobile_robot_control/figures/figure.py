@@ -8,7 +8,7 @@ import numpy as np
 from mobile_robot_control.figures.lines import Floats, Line
 
 WIDTH = 5.6
-"""[in]: as wide as a page shows a figure, so that its text is as large as that of the page."""
+"""[in]: width of a figure on a page, so that its text is as large as that of the page."""
 REFERENCE, VALUE, COMMAND, SEEN, DIFFERENCE, MEAN, BEST = (
     'reference', 'value', 'command', 'seen', 'difference', 'mean', 'best')
 """Kinds of curves: of the cart, of a run, dotted over it, thin beside it, a run minus the first; and of a search."""
@@ -21,15 +21,15 @@ class Curve(NamedTuple):
     Attributes
     ----------
     kind : str
-        One of the kinds above, which tells how it is drawn.
+        One of the kinds above; it determines the look.
     run : int
-        Of which run it is, from 0.
+        Index of its run, from 0.
     name : str
-        In the legend of a single run; several runs are told apart by their own names.
+        In the legend of a single run; several runs are distinguished by their own names.
     line : Line
         Points from left to right; in a plane from the first to the last.
     thinned_from : int
-        Points that there were before the line was thinned; 0 where it is whole.
+        Number of points before the line was thinned; 0 for a complete line.
 
     """
 
@@ -51,18 +51,18 @@ class Pose(NamedTuple):
 
 class Marks(NamedTuple):
     """
-    Places in a plane that have something in common.
+    Places in a plane with a common property.
 
     Attributes
     ----------
     name : str
         In the legend.
     marker : str
-        As Matplotlib names it.
+        Matplotlib's name.
     size : float
         [points²].
     run : int
-        Of which colour they are.
+        Index of the run whose colour they have.
     places : array of float, shape (n, 3)
         x, y [m] and heading [rad].
     with_headings : bool
@@ -87,29 +87,29 @@ class Panel(NamedTuple):
     name : str
         Within the figure.
     label, unit : str
-        Of the upright axis; '' without a unit.
+        Of the vertical axis; '' without a unit.
     curves : tuple of Curve
         From back to front.
     over : str
-        What the level axis shows, with its unit.
+        Quantity of the horizontal axis, with its unit.
     bend : float
-        Beyond this value the scale is logarithmic; not at all if 0.
+        Value beyond which the scale is logarithmic; 0 for a linear scale.
     limits : tuple of (int, float)
         Limits of the quantity, each with its run.
     span : tuple of float or None
-        First and last value of the level axis; all if None.
+        First and last value of the horizontal axis; all if None.
     logarithmic : bool
-        Whether the upright axis is.
+        Whether the vertical axis is logarithmic.
     from_zero : bool
-        Whether the upright axis begins at 0.
+        Whether the vertical axis begins at 0.
     in_plane : bool
         Whether both axes are those of the plane, to the same scale.
     poses, marks : tuple
         In a plane.
     circle : float
-        Radius of a circle about the origin [m]; none if 0.
+        Radius of a circle about the origin [m]; 0 for none.
     title : str
-        Above it.
+        Above the panel.
 
     """
 
@@ -154,9 +154,9 @@ class Figure(NamedTuple):
     width : float
         [in].
     rows : sequence of sequence of str, or None
-        Names of panels as they lie in the figure; one below the other if None.
+        Names of panels in their layout; one below the other if None.
     ratio : float
-        Of the second column's width to that of the first, where panels lie in two.
+        Width of the second column over that of the first, for panels in two columns.
     heading : str
         Above the picture itself.
 

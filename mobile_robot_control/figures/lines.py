@@ -1,4 +1,4 @@
-"""Lines of a figure: one quantity over time, thinned to what a picture can show."""
+"""Lines of a figure: one quantity over time, thinned to the resolution of a picture."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 _BUCKETS = 600
-"""A line has at most about twice as many points; a figure is fewer pixels wide."""
+"""A thinned line has about twice as many points at most; a figure has fewer pixels in width."""
 _SPIKE = 25.0
-"""A peak this many times larger than 98 % of the values would make all others look flat."""
+"""A peak so many times larger than 98 % of the values would make all others look flat."""
 
 
 class Line(NamedTuple):
@@ -21,7 +21,7 @@ class Line(NamedTuple):
 
 
 def broken_at_jumps(line: Line) -> Line:
-    """Return the line of an angle in (-π, π] [rad] with a NaN in each jump, so that no line is drawn across it."""
+    """Return the line of an angle in (-π, π] [rad] with a NaN in each jump, so that no line crosses it."""
     jumps = np.nonzero(np.abs(np.diff(line.value)) > np.pi)[0] + 1
     return Line(np.insert(line.time, jumps, line.time[jumps]), np.insert(line.value, jumps, np.nan))
 
@@ -30,9 +30,9 @@ def thinned(line: Line, buckets: int = _BUCKETS) -> Line:
     """
     Return a line without the points that no picture could show.
 
-    A long line is split into buckets of equally many points, and the smallest and the largest value of each stay, in
-    order of time, so that no peak is lost; of the NaNs in a bucket, which break the line, the first. A line of at most
-    two points a bucket stays as it is.
+    A long line is split into buckets of equally many points. The smallest and the largest value of each stay, in order
+    of time, so that no peak is lost; of the NaNs in a bucket, which break the line, the first stays. A line of at most
+    two points a bucket is returned unchanged.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def thinned(line: Line, buckets: int = _BUCKETS) -> Line:
 
 
 def ordinary_size(lines: Sequence[Line]) -> float:
-    """Return the 98 % quantile of the absolute values where a peak is much larger, otherwise 0."""
+    """Return the 98 % quantile of the absolute values if a peak is much larger, otherwise 0."""
     values = np.abs(np.concatenate([line.value for line in lines]))
     if values.size < 100:  # too few for a quantile
         return 0.0

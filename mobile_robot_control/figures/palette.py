@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, darker where they would be faint on white; on dark ground the same hues, lighter
+# Okabe and Ito's colours, darker if they would be faint on white; on dark ground the same hues, lighter
 _ON_DARK = {
     '#0072b2': '#56b4e9', '#d55e00': '#ff8c42', '#009e73': '#2fd0a0', '#cc79a7': '#e5a0c6', '#8a6d00': '#f0e442',
     '#5b4a8a': '#b7a6f0',
@@ -21,7 +21,7 @@ LINES: tuple[tuple[str, Any], ...] = (
 )
 """Colour and dashes of the first, the second, ... run."""
 _THIN, _WIDER, _MOST = 1.5, 1.1, 3.3
-"""[points]: width of the last line, by how much each one beneath it is wider, and the first one at most."""
+"""[points]: width of the last line, the increase of each line beneath it, and the first line's at most."""
 _RULES: Any = {
     'font.size': 10.0, 'axes.titlesize': 10.5, 'legend.fontsize': 9.0, 'svg.fonttype': 'path', 'svg.hashsalt': 'run',
     'text.color': INK, 'axes.labelcolor': INK, 'axes.edgecolor': GREY, 'xtick.color': INK, 'ytick.color': INK,
@@ -32,13 +32,13 @@ _RULES: Any = {
 
 
 def on_dark(color: str) -> str:
-    """Return what a colour of this module is on dark ground."""
+    """Return the equivalent of a colour of this module on dark ground."""
     return _ON_DARK[color]
 
 
 def line_widths(count: int) -> list[float]:
     """
-    Return the widths [points] of so many lines, drawn one upon the other: where they lie on each other, all are seen.
+    Return the widths [points] of so many lines, drawn one upon the other, so that all are visible where they coincide.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def line_widths(count: int) -> list[float]:
 
 
 def style() -> Any:
-    """Return a context manager in which Matplotlib draws with the look that all figures share."""
+    """Return a context manager that gives Matplotlib the common look of all figures."""
     return mpl.rc_context(_RULES)
 
 
@@ -66,7 +66,7 @@ def as_svg(figure: Figure) -> str:
     )
     rules = f'<style>@media screen and (prefers-color-scheme: dark){{{dark}}}</style>'
     svg = re.sub(r' d="([^"]*)"', lambda path: f' d="{_shortened(path.group(1))}"', buffer.getvalue())
-    # into the first element of the drawing, which follows the prolog
+    # into the first element of the drawing, after the prolog
     return re.sub(r'(<svg\b[^>]*>)', lambda found: found.group(1) + rules, svg, count=1)
 
 

@@ -1,1 +1,1 @@
-"""A robot's numbers from recordings of its own: models, least squares, and the words for what is not known."""
+"""The parameters of a robot from its recordings: models, least squares, and texts on open questions."""

@@ -1,4 +1,4 @@
-"""The search for a base: where it begins, and which limits and dead zones the data show."""
+"""The fit of a base: its start values, and the choice of limits and dead zones that the data show."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -27,16 +27,16 @@ _SHARES = (0.15, 0.3, 0.5, 0.7, 0.85, 0.95)
 _LEAST_FIT = 0.3
 """Share of the motion that a command must explain."""
 _WORTH = 6.0
-"""A further parameter must raise the logarithm of the likelihood by so many times that of the number of samples."""
+"""A new parameter must raise the log-likelihood by so many times the logarithm of the number of samples."""
 _SHORTEST_RAMP = 0.02
-"""[s]: a limit of acceleration that the largest command reaches sooner is none."""
+"""[s]: an acceleration limit that the largest command reaches sooner counts as none."""
 _LONG = 180.0
-"""[s] of recordings in which limits are looked for."""
+"""[s] of recordings in which limits are sought."""
 _MOST_LEVELS = 60
 _SMALL = 0.35
-"""Share of the largest command below which a dead zone is looked for."""
+"""Share of the largest command below which a dead zone is sought."""
 _LEAST = (0.03, 0.06)
-"""[m/s, rad/s]: a command that never varies by more is no excitation."""
+"""[m/s, rad/s]: a command with no larger variation is no excitation."""
 _CHI2 = 3.84
 """95 % quantile of the square of a normal variable."""
 
@@ -48,11 +48,11 @@ class BaseFit(NamedTuple):
     Attributes
     ----------
     estimate : Estimate
-        Of all parameters but dead zones.
+        Of all parameters except dead zones.
     zones : dict of str to tuple of float
-        Value, and bounds of its 95 % interval, of each dead zone that was found.
+        Value, and bounds of its 95 % interval, of each dead zone found.
     fixed : dict of str to float
-        Parameters that were not estimated, the values of dead zones among them.
+        Parameters that were not estimated, including the values of dead zones.
     excited : tuple of bool
         Whether the commands of v and ω vary enough.
     """
@@ -79,7 +79,7 @@ def excited_by(recordings: Sequence[Recorded]) -> tuple[bool, bool]:
 
 
 class _Search:
-    """What all steps of a search share."""
+    """The data shared by all steps of a search."""
 
     def __init__(
         self, recordings: Sequence[Recorded], robot: Robot, given: Base, tell: Callable[[], object], step: int
@@ -94,13 +94,13 @@ class _Search:
         return estimate(self.model(start, fixed), self.measured, rounds, self.tell)
 
     def cost(self, values: Mapping[str, float], fixed: Mapping[str, float], like: Estimate) -> float:
-        """Return the sum of the squares of residuals that are whitened as those of an estimate."""
+        """Return the sum of squared residuals, whitened with the noise of an estimate."""
         model = self.model(values, fixed)
         residuals = [one - other for one, other in zip(self.measured, model.outputs(model.start), strict=True)]
         return float((whitened(residuals, like.noise) ** 2).sum())
 
     def start(self, excited: Sequence[bool]) -> dict[str, float]:
-        """Return lags, delays and gains that are near: the best of a grid, each velocity by itself."""
+        """Return approximate lags, delays and gains: the best of a grid, for each velocity separately."""
         best: list[tuple[float, float, float, float]] = [(np.inf, 0.12, 0.0, 1.0)] * 2
         for lag in _LAGS:
             runs = [simulated(one, dict.fromkeys(LAGS, lag), self._robot, self._given, self._step)
@@ -152,7 +152,7 @@ def fit_base(
     """
     Fit a base to recordings.
 
-    Limits and dead zones are taken in one by one, as long as the likelihood grows by much.
+    Limits and dead zones are added one by one, as long as the likelihood grows significantly.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def fit_base(
         If odometry does not follow the commands.
     """
     excited = excited_by(recordings)
-    # which limits there are, a few minutes tell as well as an hour
+    # a few minutes show the limits as well as an hour
     search = _Search([cut(one, _LONG / len(recordings)) for one in recordings], robot, given, tell, COARSE_STEP)
     fixed: dict[str, float] = {}
     zones: dict[str, tuple[float, float, float]] = {}
@@ -187,7 +187,7 @@ def fit_base(
 
 
 def _without_what_is_not_told(found: Estimate) -> dict[str, float]:
-    """Return the values of an estimate without limits whose intervals are wider than they are large."""
+    """Return the values of an estimate, without limits whose interval is wider than their value."""
     widths = dict(zip(found.names, Z95 * found.deviations, strict=True))
     return {name: value for name, value in _values(found).items()
             if not name.startswith('base.max_') or widths[name] < value}
@@ -202,7 +202,7 @@ def _is_worth(before: Estimate, after: Estimate) -> bool:
 
 
 def _with_limit(search: _Search, before: Estimate, fixed: Mapping[str, float], name: str, n: int) -> Estimate:
-    """Return an estimate with one more limit, where the data show it; otherwise the one before."""
+    """Return an estimate with one more limit if the data show it; otherwise the previous one."""
     values = _values(before)
     if name in values:
         return before
@@ -214,7 +214,7 @@ def _with_limit(search: _Search, before: Estimate, fixed: Mapping[str, float], n
     elif name.startswith('base.max_deceleration'):
         starts = [(values[f'base.max_acceleration[{n}]'] * factor, 1.0) for factor in (0.5, 0.8, 1.25, 2.0)]
     else:
-        # the largest change that the lag alone makes of a command
+        # the largest change of a command by the lag alone
         steepest = 2.0 * float(search.commands(n).max()) / max(values[LAGS[n]], 0.02)
         starts = [(steepest * share, factor) for share in _SHARES for factor in (1.0, 0.5, 0.2)]
 
@@ -231,7 +231,7 @@ def _with_limit(search: _Search, before: Estimate, fixed: Mapping[str, float], n
 def _with_dead_zone(
     search: _Search, before: Estimate, fixed: dict[str, float], zones: dict[str, tuple[float, float, float]], n: int
 ) -> Estimate:
-    """Return an estimate with a dead zone, where the data show it; `fixed` and `zones` then have it."""
+    """Return an estimate with a dead zone if the data show it, and add the zone to `fixed` and `zones`."""
     name = DEAD_ZONES[n]
     found = _zone(search, before, fixed, n)
     search.tell()
@@ -247,11 +247,8 @@ def _with_dead_zone(
 def _zone(
     search: _Search, found: Estimate, fixed: Mapping[str, float], n: int
 ) -> tuple[float, float, float] | None:
-    """
-    Return a dead zone and the bounds of its 95 % interval, from the likelihood of each; None where none is best.
-
-    A recording tells between which of its commands the zone ends, and no more.
-    """
+    """Return a dead zone and the bounds of its 95 % interval, from the likelihood of each; None if none is better."""
+    # a recording shows only between which of its commands the zone ends
     commands, values = search.commands(n), _values(found)
     levels = np.unique(commands[(commands > 0.0) & (commands < _SMALL * commands.max())].round(6))
     if levels.size == 0:

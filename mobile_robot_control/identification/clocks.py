@@ -1,4 +1,4 @@
-"""The clocks of a recording: when messages were stamped, when they came, and what that tells of the robot."""
+"""The clocks of a recording: times of stamps and of receipt, and their meaning for the robot."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from mobile_robot_control.runs.series import Signal
 _A_DAY = 86400.0
 _WINDOWS = 20
 _FEWEST = 25
-"""Messages of a window in which the fastest one is looked for."""
+"""Messages of a window in which the fastest one is sought."""
 _LATE = 0.98
 """Quantile of the lateness that counts as its largest."""
 SAMPLED, SENT = 'sampled', 'sent'
@@ -18,22 +18,22 @@ SAMPLED, SENT = 'sampled', 'sent'
 
 class Clock(NamedTuple):
     """
-    How a topic was stamped, on the recorder's clock.
+    The stamps of a topic, on the recorder's clock.
 
     Attributes
     ----------
     times : array of float, shape (n,)
-        Of the messages: their stamps, moved by what the fastest messages took to come [s].
+        Of the messages: their stamps, plus the delay of the fastest messages [s].
     floor : float
-        What these took, with the offset between both clocks [s].
+        That delay, with the offset between both clocks [s].
     rate : float
-        At which messages were sent, lost ones among them [Hz].
+        Of the messages sent, including lost ones [Hz].
     jitter : float
-        By how much messages came later than the fastest ones [s].
+        Largest delay of messages, relative to the fastest ones [s].
     lost : float
-        Share of the messages that are missing, if they are sent at the usual rate.
+        Share of missing messages, at the usual rate.
     stamped : str
-        SAMPLED, SENT, or '' where that cannot be told.
+        SAMPLED, SENT, or '' if unknown.
     """
 
     times: Floats
@@ -45,13 +45,13 @@ class Clock(NamedTuple):
 
 
 def is_wall(signal: Signal) -> bool:
-    """Return whether stamps are those of a wall clock, near the time at which the messages were received."""
+    """Return whether stamps come from a wall clock, near the time of receipt."""
     return bool(signal.received.size and abs(np.median(signal.received - signal.stamps)) < 1e9 * _A_DAY)
 
 
 def read_clock(signal: Signal, origin: int, on_receipt: bool) -> Clock:
     """
-    Return the clock of a topic that has at least two messages.
+    Return the clock of a topic with at least two messages.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def read_clock(signal: Signal, origin: int, on_receipt: bool) -> Clock:
     origin : int
         Stamp of t = 0 [ns].
     on_receipt : bool
-        Whether times are moved to the clock of the recorder; stamps of simulated time are as they are.
+        Whether times are converted to the recorder's clock; stamps of simulated time are not.
     """
     stamps = (signal.stamps - origin) / 1e9
     intervals = np.diff(stamps)
@@ -83,7 +83,7 @@ def read_clock(signal: Signal, origin: int, on_receipt: bool) -> Clock:
 
 
 def _floor(stamps: Floats, took: Floats) -> Floats:
-    """Return a line below what messages took [s]: the fastest of each window, so that clocks may drift."""
+    """Return a lower envelope of the delays of messages [s]: the fastest of each window, so that clocks may drift."""
     count = min(_WINDOWS, stamps.size // _FEWEST)
     if count < 5:
         return np.full(stamps.size, took.min())
@@ -91,6 +91,6 @@ def _floor(stamps: Floats, took: Floats) -> Floats:
     fastest = np.array([part[took[part].argmin()] for part in parts])
     slope, height = np.polyfit(stamps[fastest], took[fastest], 1)
     line: Floats = height + slope * stamps
-    # below all but single ones
+    # below all but a few
     line += np.quantile(took - line, 0.01)
     return line

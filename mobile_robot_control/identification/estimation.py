@@ -1,4 +1,4 @@
-"""Least squares on simulated outputs, with intervals that hold where residuals are correlated."""
+"""Least squares on simulated outputs, with intervals that allow for correlated residuals."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -11,7 +11,7 @@ Z95 = 1.959963984540054
 """Half the width of a 95 % interval in standard deviations."""
 _NOISE_LIMIT = 0.999
 _ROUNDS = 3
-"""Times that parameters and noise are estimated in turn."""
+"""Alternations between the estimation of parameters and noise."""
 _FLOOR = 1e-12
 
 
@@ -24,7 +24,7 @@ class Model(NamedTuple):
     names : tuple of str
         Of the parameters.
     start, lower, upper, steps : array of float, shape (p,)
-        Where a search begins, its bounds, and the steps of its differences.
+        Start of a search, its bounds, and the steps of its differences.
     outputs : callable
         Takes parameters; returns an array of shape (n, 2) for each recording.
     """
@@ -41,7 +41,7 @@ class Noise(NamedTuple):
     """
     Noise of one output: e[k] = φ e[k-1] + η[k] - θ η[k-1].
 
-    White noise of a position makes θ = 1 of its differences, a disturbance that stays for a while makes φ > 0.
+    White noise of a position makes θ = 1 for its differences; a persistent disturbance makes φ > 0.
 
     Attributes
     ----------
@@ -69,9 +69,9 @@ class Estimate(NamedTuple):
     covariance : array of float, shape (p, p)
         Of the estimates.
     residuals : list of array of float, shape (n, 2)
-        Measured less modelled, a recording each.
+        Measured minus modelled, one recording each.
     whitened : array of float, shape (n, 2)
-        Of all recordings, without their correlation, in standard deviations.
+        Residuals of all recordings without their correlation, in standard deviations.
     noise : tuple of Noise
         Of both outputs.
     """
@@ -91,7 +91,7 @@ class Estimate(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """Minus twice the logarithm of the likelihood, but for a constant."""
+        """Minus twice the log-likelihood, up to a constant."""
         return 2.0 * self.whitened.shape[0] * sum(float(np.log(one.deviation)) for one in self.noise)
 
 
@@ -159,25 +159,25 @@ def estimate(
     """
     Estimate the parameters of a model.
 
-    Generalised least squares on the simulated output, the noise of each output being estimated in turn; the covariance
-    is the one of White (1980) after that whitening, with the correlation that is left over a few samples as by Newey
-    and West (1987).
+    Generalised least squares on the simulated output, in alternation with the noise of each output. The covariance is
+    that of White (1980) after the whitening; the remaining correlation over a few samples is treated as by Newey and
+    West (1987).
 
     Parameters
     ----------
     model : Model
         With a start.
     measured : sequence of array of float, shape (n, 2)
-        A recording each, as the model's outputs.
+        One recording each, as the model's outputs.
     rounds : int
-        How often noise and parameters are estimated.
+        Number of alternations between noise and parameters.
     tell : callable
         Called after each round.
     """
     values = model.start
     noise = estimate_noise(_differences(measured, model.outputs(values)))
     for turn in range(rounds):
-        # before the parameters are near, residuals are no noise, but their size is that of each output
+        # before the parameters are near, residuals are no noise, but show the scale of each output
         values = _fit(model, measured, values, noise if turn else [Noise(0.0, 0.0, one.deviation) for one in noise])
         noise = estimate_noise(_differences(measured, model.outputs(values)))
         tell()
@@ -203,7 +203,7 @@ def _covariance(sensitivities: Floats, white: Floats) -> Floats:
 
 
 def _inverse(information: Floats) -> Floats:
-    """Return the inverse of an information matrix; huge along what the data do not tell, in place of a failure."""
+    """Return the inverse of an information matrix; huge, instead of an error, in directions without information."""
     scale = np.sqrt(np.diag(information)) + _FLOOR
     lengths, axes = np.linalg.eigh(information / np.outer(scale, scale))
     inverse: Floats = (axes / np.maximum(lengths, _FLOOR)) @ axes.T / np.outer(scale, scale)

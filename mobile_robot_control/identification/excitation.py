@@ -1,4 +1,4 @@
-"""Commands that excite all that `identify` fits: steps, ramps, chirps and curves, within a box."""
+"""Commands that excite everything that `identify` fits: steps, ramps, chirps and curves, within a box."""
 
 import math
 from collections.abc import Iterator
@@ -9,23 +9,23 @@ import numpy as np
 from mobile_robot_control.quantities import BodyVelocity, Pose
 
 STOPPING = 1.0
-"""[s]: times its speed, the way that a robot is given to stop; enough for 0.5 m/s² at 0.7 m/s."""
+"""[s]: stopping distance over speed, as allowed to a robot; enough for 0.5 m/s² at 0.7 m/s."""
 _HOMING = BodyVelocity(0.5, 0.5)
 """Shares of the largest velocities on the way back to the middle."""
 _AIMED = 0.3
-"""Error of heading below which the robot drives on that way [rad]."""
+"""[rad]: heading error below which the robot drives on that way."""
 _NEAR = 0.1
-"""Share of a side within which the robot is in the middle."""
+"""Share of a side within which the robot counts as in the middle."""
 
 
 class Area(NamedTuple):
     """
-    Where a robot is excited, and how fast.
+    The area and the speed of an excitation.
 
     Attributes
     ----------
     ahead, aside : float
-        Sides of the box, whose middle is where the robot starts [m].
+        Sides of the box around the robot's start [m].
     fastest : BodyVelocity
         Largest commands [m/s], [rad/s].
     """
@@ -58,7 +58,7 @@ class Manoeuvre(NamedTuple):
     largest: BodyVelocity
 
     def at(self, time: float) -> BodyVelocity:
-        """Return the shares at a time from its begin [s]."""
+        """Return the shares at a time after its start [s]."""
         if self.shape == 'ramp':
             share = 2.0 / math.pi * math.asin(math.sin(2.0 * math.pi * time / self.seconds))
         elif self.shape == 'chirp':
@@ -70,14 +70,14 @@ class Manoeuvre(NamedTuple):
 
 class Excited(NamedTuple):
     """
-    How far an excitation is.
+    The progress of an excitation.
 
     Attributes
     ----------
     number : int
         Of the manoeuvre.
     since : float
-        Time at which it began [s].
+        Time of its start [s].
     is_homing : bool
         Whether the robot is on its way back to the middle.
     """
@@ -92,7 +92,7 @@ def _times(share: float, velocity: BodyVelocity) -> BodyVelocity:
 
 
 def _cycle(number: int) -> Iterator[Manoeuvre]:
-    """Yield the manoeuvres of half a minute; the next ones are slower, and draw other curves."""
+    """Yield the manoeuvres of half a minute; later ones are slower, and drive other curves."""
     level = (1.0, 0.6, 0.3)[number % 3]
     velocities = BodyVelocity(1.0, 0.0), BodyVelocity(0.0, 1.0)
     for one in velocities:
@@ -129,7 +129,7 @@ def excite(
     state : Excited
         The last one.
     time : float
-        Since the begin [s].
+        Since the start [s].
     pose : Pose
         In the frame of the start [m], [rad].
     velocity : BodyVelocity
@@ -139,7 +139,7 @@ def excite(
 
     Notes
     -----
-    A manoeuvre ends early where the robot could not stop within the box any more; it drives back to the middle then.
+    A manoeuvre ends early if the robot could soon not stop within the box; the robot then drives back to the middle.
     """
     asked = manoeuvre(state.number)
     if not state.is_homing and time - state.since >= asked.seconds:
@@ -166,7 +166,7 @@ def _stops_outside(pose: Pose, speed: float, area: Area) -> bool:
 
 
 def _homing(pose: Pose) -> BodyVelocity:
-    """Return the shares that lead to the middle, backwards where this is the smaller turn."""
+    """Return the shares that lead to the middle, backwards if that is the smaller turn."""
     bearing = math.remainder(math.atan2(-pose.y, -pose.x) - pose.heading, 2.0 * math.pi)
     sign = 1.0 if abs(bearing) < 0.5 * math.pi else -1.0
     error = math.remainder(bearing if sign > 0.0 else bearing + math.pi, 2.0 * math.pi)

@@ -1,4 +1,4 @@
-"""Words for what a recording lacks, for what it leaves open, and for what its model lacks."""
+"""Texts on missing data of a recording, on open questions, and on missing parts of its model."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -12,20 +12,20 @@ from mobile_robot_control.identification.recorded import Recorded
 from mobile_robot_control.identification.result import Prediction
 
 _SHORTEST = 10.0
-"""[s] of motion that are worth an identification."""
+"""[s]: least motion for an identification."""
 _LARGEST_LAG = 60
 _NOTABLE = 0.1
-"""Correlation of residuals that is told ..."""
+"""Least reported correlation of residuals ..."""
 _SURE = 5.0
-"""... where it is as many times what chance makes of it."""
+"""... if it is so many times its random value."""
 _SLIGHT = 0.01
-"""Share of the motion below which residuals are not worth a word."""
+"""Residuals below this share of the motion are not reported."""
 _STILL = 1e-3
 _EXCITE = 'record a minute of starts, stops, slow and fast commands, such as those of the command excite'
 
 
 class Lack(NamedTuple):
-    """What recordings lack, what to record, and whether nothing can be identified without it."""
+    """Missing data, the remedy, and whether the identification is impossible without them."""
 
     text: str
     remedy: str
@@ -36,10 +36,10 @@ class Lack(NamedTuple):
 
 
 def lacks(recordings: Sequence[Recorded], takes_velocity: bool) -> list[Lack]:
-    """Return what recordings lack; what is vital first."""
+    """Return the missing data of recordings, vital ones first."""
     found = [*(_lacks_of_velocity if takes_velocity else _lacks_of_torque)(recordings), *_cuts(recordings)]
     if not any(one.truth for one in recordings):
-        found.append(Lack('no pose from outside: wheel radius and separation are those that the firmware uses',
+        found.append(Lack('no pose from outside: wheel radius and separation are those of the firmware',
                           'record one as nav_msgs/msg/Odometry, and name it with --topic ground_truth:=/NAME'))
     return sorted(found, key=lambda lack: not lack.is_vital)
 
@@ -76,9 +76,10 @@ def _lacks_of_velocity(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     if not (linear or angular):
         yield Lack('the commands never change while odometry is recorded', _EXCITE, True)
     elif not angular:
-        yield Lack('the robot drives straight ahead only: nothing tells how it turns', f'{_EXCITE}, turns included')
+        yield Lack('the robot drives straight ahead only: its turning does not show', f'{_EXCITE}, turns included')
     elif not linear:
-        yield Lack('the robot turns on the spot only: nothing tells how it drives', f'{_EXCITE}, ways included')
+        yield Lack('the robot turns on the spot only: its driving does not show',
+                   f'{_EXCITE}, straight drives included')
     for n, name, unit in ((0, 'v', 'm/s'), (1, 'ω', 'rad/s')):
         if (linear, angular)[n]:
             yield from _lacks_of_a_velocity(usable, n, name, unit)
@@ -92,7 +93,7 @@ def _lacks_of_a_velocity(recordings: Sequence[Recorded], n: int, name: str, unit
         yield Lack(f'no command of {name} lies between 0 and {small.min(initial=largest):.2g} {unit}: a dead zone '
                    'would not show', 'record slow commands, too')
     if (commands < 0.0).all() or (commands > 0.0).all() or not (commands == 0.0).any():
-        yield Lack(f'{name} is never told to be zero: how the robot brakes is not seen', 'record starts and stops')
+        yield Lack(f'{name} is never commanded to be zero: the braking does not show', 'record starts and stops')
 
 
 def _lacks_of_torque(recordings: Sequence[Recorded]) -> Iterator[Lack]:
@@ -115,11 +116,11 @@ def _lacks_of_torque(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     both = np.concatenate([one.wheels.speeds[one.wheels.usable] for one in known if one.wheels])
     spread = np.ptp(both, axis=0)
     if float(np.ptp(both[:, 0] - both[:, 1])) < 0.05 * float(spread.max()):
-        yield Lack('the robot drives straight ahead only: nothing tells its inertia', f'{_EXCITE}, turns included')
+        yield Lack('the robot drives straight ahead only: its inertia does not show', f'{_EXCITE}, turns included')
 
 
 def not_seen(fit: BaseFit, recordings: Sequence[Recorded]) -> list[str]:
-    """Return which limits and dead zones do not show, and in which range, in words."""
+    """Describe the limits and dead zones that do not show, and the range without them."""
     words = []
     for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s'))):
         if not fit.excited[n]:
@@ -137,16 +138,16 @@ def missing_in_model(
     found: Estimate, predictions: Sequence[Prediction], inputs: Sequence[tuple[str, Floats]]
 ) -> list[str]:
     """
-    Return what the model lacks, by its residuals, in words.
+    Describe the missing parts of a model by its residuals.
 
     Parameters
     ----------
     found : Estimate
-        With residuals that would be white if the model and its noise were right.
+        With residuals that would be white under the right model and noise.
     predictions : sequence of Prediction
-        Motion as recorded and as modelled; residuals that are small beside it are not told.
+        Recorded and modelled motion; residuals that are small compared with it are not reported.
     inputs : sequence of (str, array of float)
-        Names of what drives the robot, and its values beside the residuals, shape (n, 2) each.
+        Names of the robot's inputs, and their values beside the residuals, shape (n, 2) each.
     """
     white = found.whitened - found.whitened.mean(axis=0)
     count = white.shape[0]
@@ -171,13 +172,13 @@ def missing_in_model(
                     lag = int(np.abs(beside).argmax())
                     words.append(f'residuals of {output} follow {name} of {given}, most after {lag} samples '
                                  f'(correlation {beside[lag]:+.2f}): the response has a part that the model '
-                                 'lacks, such as a second lag, a filter, a ramp, or commands that the base takes at a '
-                                 'rate of its own')
+                                 'lacks, such as a second lag, a filter, a ramp, or a base that takes commands at its '
+                                 'own rate')
     return words
 
 
 def _correlations(one: Floats, before: Floats) -> Floats:
-    """Return the correlation of a signal with another one of so many samples before."""
+    """Return the correlations of a signal with another one, by the lag in samples."""
     other = before - before.mean()
     size = float(np.sqrt((one**2).sum() * (other**2).sum())) + 1e-300
     most = min(_LARGEST_LAG, one.size - 1)

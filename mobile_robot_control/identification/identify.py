@@ -1,4 +1,4 @@
-"""An identification that is asked for: bags in, a robot's parameters with intervals out."""
+"""Requested identifications: bags in, a robot's parameters with intervals out."""
 
 from collections.abc import Callable
 from os import fspath
@@ -25,7 +25,7 @@ from mobile_robot_control.runs.topic_names import Topics, topic_names
 
 
 class IdentificationRequest(NamedTuple):
-    """What is to be identified, from which recordings."""
+    """The request of an identification."""
 
     sources: ParameterSources
     bags: Annotated[tuple[str, ...], Field('', 'bags with the commands of a robot and its odometry, or with '
@@ -37,7 +37,7 @@ class IdentificationRequest(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """Recordings that are read, and what the robot takes by them."""
+    """The recordings read, and the robot's kind of command in them."""
 
     recordings: list[Recorded]
     configuration: Configuration
@@ -46,7 +46,7 @@ class Inputs(NamedTuple):
 
 
 def read_inputs(request: IdentificationRequest, progress: ProgressCallback = lambda *_: None) -> Inputs:
-    """Read the recordings of a request; raise ParameterError where one cannot be read."""
+    """Read the recordings of a request; raise ParameterError if one cannot be read."""
     configuration = request.sources.configuration(request.namespace)
     topics, recordings, problems = topic_names(request.topic), [], []
     for bag in request.bags:
@@ -77,14 +77,14 @@ def identify(
     command_line : str
         Recorded with the result.
     tell, progress : callable
-        Called during the search; told how far the reading is.
+        Called during the search, and with the progress of the reading.
 
     Raises
     ------
     ParameterError
         If a bag cannot be read, or SciPy is missing.
     UnidentifiableError
-        If the recordings tell nothing.
+        If the recordings contain no usable information.
     """
     _need_scipy()
     inputs = read_inputs(request, progress)

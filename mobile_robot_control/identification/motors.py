@@ -1,4 +1,4 @@
-"""What the motors make of the torques that they are asked for: gain, lag and delay."""
+"""The motors' response to requested torques: gain, lag and delay."""
 
 from collections.abc import Callable, Sequence
 
@@ -16,11 +16,11 @@ _STEP = 1e-3
 _STARTS = (0.003, 0.02, 0.1)
 """[s]"""
 _SHORTEST = 2e-3
-"""[s]: a lag below it is none."""
+"""[s]: a shorter lag counts as none."""
 
 
 def fit_motors(recordings: Sequence[Recorded], tell: Callable[[], object] = lambda: None) -> Estimate | None:
-    """Fit gain, time constant [s] and delay [s] of both motors alike; None where no torque was asked for."""
+    """Fit gain, time constant [s] and delay [s], equal for both motors; None if no torques were requested."""
     usable = [one for one in recordings if one.asked and one.torques and np.ptp(one.asked.values) > 0.0]
     if not usable:
         return None
@@ -42,7 +42,7 @@ def fit_motors(recordings: Sequence[Recorded], tell: Callable[[], object] = lamb
 
 
 def _applied(asked: Commands, times: Floats, gain: float, time_constant: float, delay: float) -> Floats:
-    """Return the mean torques between times [s] of motors that follow those asked for with a first-order lag."""
+    """Return the mean torques between times [s] of motors that follow the requests with a first-order lag."""
     from scipy.signal import lfilter  # noqa: PLC0415 (imported late: most commands do without)
 
     grid = np.arange(asked.times[0], times[-1] + _STEP, _STEP)
@@ -57,7 +57,7 @@ def _applied(asked: Commands, times: Floats, gain: float, time_constant: float, 
 
 
 def motor_parameters(found: Estimate) -> tuple[list[Parameter], list[Parameter]]:
-    """Return the time constant, where there is one, as a parameter of the plant; gain and delay."""
+    """Return the time constant, if there is one, as a parameter of the plant; gain and delay."""
     gain, lag, delay = (interval_of(name, value, deviation, unit) for name, value, deviation, unit in zip(
         found.names, found.values.tolist(), found.deviations.tolist(), ('', 's', 's'), strict=True))
     return [lag] if lag.low > _SHORTEST else [], [gain, delay]

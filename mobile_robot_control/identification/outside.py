@@ -1,4 +1,4 @@
-"""What a pose from outside tells of odometry: the errors of its radii and of its wheel separation."""
+"""The calibration of odometry by a pose from outside: the errors of its radii and of its wheel separation."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,11 +13,11 @@ from mobile_robot_control.model.robot import Robot
 ERRORS = ('plant.odometry.radius_error[0]', 'plant.odometry.radius_error[1]', 'plant.odometry.separation_error')
 _OFFSET = 'offset'
 _APART = 0.5
-"""[s] between poses from outside that are compared: over longer ways, noise between messages counts little."""
+"""[s] between compared poses from outside: over longer distances, noise between messages matters little."""
 
 
 class Alignment(NamedTuple):
-    """Where the frame of odometry lies in that of the pose from outside: x, y [m], rotation [rad]."""
+    """The frame of odometry in that of the pose from outside: x, y [m], rotation [rad]."""
 
     x: float
     y: float
@@ -28,7 +28,7 @@ def calibrate(recordings: Sequence[Recorded], robot: Robot) -> Estimate:
     """
     Estimate the errors of odometry's radii and separation, and the offset between both clocks.
 
-    Motions between poses from outside are compared, so that the frames need no common origin.
+    It compares motions between poses from outside, so the frames need no common origin.
     """
     seen = [_thinned(one) for one in recordings]
 
@@ -47,7 +47,7 @@ def calibrate(recordings: Sequence[Recorded], robot: Robot) -> Estimate:
 
 
 def _thinned(one: Recorded) -> Motion:
-    """Return the motion by the pose from outside, of ways that lie within odometry."""
+    """Return the motion of the pose from outside, over intervals within odometry."""
     assert one.truth  # noqa: S101 (for mypy: checked by the caller)
     assert one.motion  # noqa: S101 (for mypy, too)
     times, way = one.truth.times, np.concatenate(
@@ -58,7 +58,7 @@ def _thinned(one: Recorded) -> Motion:
 
 
 def corrected(moved: Floats, errors: Floats, robot: Robot) -> Floats:
-    """Return true distances and turns from those of odometry, for the errors of its radii and its separation."""
+    """Convert distances and turns of odometry to true ones, for the errors of its radii and its separation."""
     apart = robot.wheel_separation
     half = 0.5 * apart * (1.0 + errors[2])
     right = (moved[:, 0] + half * moved[:, 1]) / (1.0 + errors[0])
@@ -67,21 +67,21 @@ def corrected(moved: Floats, errors: Floats, robot: Robot) -> Floats:
 
 
 def with_true_motion(one: Recorded, errors: Floats, robot: Robot) -> Recorded:
-    """Return a recording whose motion is odometry's without its errors."""
+    """Return a recording with the motion of odometry, corrected for its errors."""
     assert one.motion  # noqa: S101 (for mypy: checked by the caller)
     return one._replace(motion=Motion(one.motion.times, corrected(one.motion.moved, errors, robot),
                                       one.motion.usable))
 
 
 def alignment(one: Recorded) -> Alignment:
-    """Return the planar motion from odometry's frame to that of the pose from outside, by both paths' positions."""
+    """Return the planar motion from odometry's frame to that of the pose from outside, from positions on both paths."""
     assert one.truth  # noqa: S101 (for mypy: checked by the caller)
     assert one.odometry  # noqa: S101 (for mypy, too)
     inside = (one.odometry.times >= one.truth.times[0]) & (one.odometry.times <= one.truth.times[-1])
     seen = one.odometry.values[inside, :2]
     true = np.column_stack([np.interp(one.odometry.times[inside], one.truth.times, one.truth.values[:, n])
                             for n in (0, 1)])
-    # the heading of the sum of all products of complex numbers is the rotation with the least squares
+    # the argument of the sum of all products of complex numbers is the least-squares rotation
     there, here = (part[:, 0] + 1j * part[:, 1] for part in (true, seen))
     rotation = float(np.angle(((there - there.mean()) * (here - here.mean()).conj()).sum()))
     origin = there.mean() - np.exp(1j * rotation) * here.mean()

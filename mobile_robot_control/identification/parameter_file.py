@@ -1,4 +1,4 @@
-"""The parameter file of an identified robot: every node and command takes it."""
+"""The parameter file of an identified robot, for every node and command."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
@@ -16,13 +16,13 @@ from mobile_robot_control.parameters.rcl_yaml import parse_yaml
 from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded
 
 SECTION = 'identify'
-"""Of the names, values and covariance of the estimates."""
+"""Section with names, values and covariance of the estimates."""
 _ROUNDING = 1e-5
-"""Of numbers with six digits, as a share of the largest."""
+"""Rounding error of numbers with six digits, relative to the largest."""
 
 
 def parameter_text(found: Identification) -> str:
-    """Return the parameters that were found as a parameter file, with their intervals and where they come from."""
+    """Return the identified parameters as a parameter file, with their intervals and their origin."""
     lines = ['# Identified; intervals of 95 %.', f'# {found.provenance["command_line"]}']
     for heading, texts in (('Not told by the recordings', found.open), ('The model lacks', found.lacking),
                            ('Notes', found.notes)):
@@ -44,7 +44,7 @@ def parameter_text(found: Identification) -> str:
 
 
 class Estimates(NamedTuple):
-    """Names, values, shape (n,), and covariance, shape (n, n), of what was identified."""
+    """Names, values, shape (n,), and covariance, shape (n, n), of the estimates."""
 
     names: tuple[str, ...]
     values: Floats
@@ -52,7 +52,7 @@ class Estimates(NamedTuple):
 
 
 def read_estimates(file: str) -> Estimates:
-    """Read the estimates of a file of `parameter_text`; raise ParameterError where it has none."""
+    """Read the estimates of a file of `parameter_text`; raise ParameterError if it has none."""
     tree = parse_yaml(read_bounded(Path(file), PARAMETER_FILE).decode(errors='replace'), file)
     try:
         held = tree[f'/**/{SECTION}']['ros__parameters']
@@ -69,7 +69,7 @@ def read_estimates(file: str) -> Estimates:
 
 
 def _section(parameters: Sequence[Parameter]) -> Iterator[str]:
-    """Yield the lines of some parameters, elements of a pair in one line."""
+    """Yield the lines of some parameters, both elements of a pair in one line."""
     off = flatten(PlantModel())
     named = sorted(parameters, key=lambda one: one.name.partition('[')[0])
     for name, group in groupby(named, key=lambda one: one.name.partition('[')[0]):
@@ -98,7 +98,7 @@ def _number(value: float) -> str:
 
 
 def compared(found: Identification, given: Mapping[str, object]) -> list[tuple[Parameter, float | None]]:
-    """Return each parameter beside its value in another plant, flattened; None where that has none."""
+    """Return each parameter with its value in another plant, flattened; None if that plant has none."""
     pairs = []
     for one in found.parameters:
         name, _, index = one.name.removeprefix('/**.').removeprefix('plant.').partition('[')
@@ -109,5 +109,5 @@ def compared(found: Identification, given: Mapping[str, object]) -> list[tuple[P
 
 
 def drive_of(found: Identification) -> str:
-    """Return what the robot takes, in words."""
+    """Describe the robot's kind of command."""
     return 'velocity commands' if found.drive == VELOCITY else 'wheel torques'

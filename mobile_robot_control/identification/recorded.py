@@ -1,4 +1,4 @@
-"""A recording of a robot as an identification takes it: what it was told, and how it moved between its messages."""
+"""A recording of a robot, prepared for identification: its commands, and its motion between messages."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,15 +15,15 @@ from mobile_robot_control.runs.bag import Contents, read_contents
 from mobile_robot_control.runs.series import Signal
 
 _LONGEST = 5.0
-"""Usual intervals: over longer ones the robot's way is not known."""
+"""Usual intervals: over longer ones the robot's motion is unknown."""
 _SETTLING = 2.0
-"""[s] after the start of a recording in motion, and after a gap, in which a model does not know how fast it began."""
+"""[s] after a start in motion, or after a gap, in which the initial velocity of a model is unknown."""
 _SILENCE = 0.5
-"""[s] without a command that make a gap."""
+"""[s] without a command: a gap."""
 _STEP = 0.1
-"""Share of the range of commands that is a step."""
+"""Share of the range of commands that counts as a step."""
 _BEYOND = 3.0
-"""Times the usual greatest speed: such a jump of odometry is no motion."""
+"""Times the usual largest speed: a faster jump of odometry is no motion."""
 
 
 Mask = NDArray[np.bool_]
@@ -31,7 +31,7 @@ Mask = NDArray[np.bool_]
 
 class Motion(NamedTuple):
     """
-    How a robot moved between its messages.
+    The motion of a robot between its messages.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Motion(NamedTuple):
     moved : array of float, shape (n, 2)
         Distance [m] and turn [rad]; or the angles of the right and the left wheel [rad].
     usable : array of bool, shape (n,)
-        Which of them a model is compared with.
+        The intervals that are compared with a model.
     """
 
     times: Floats
@@ -55,7 +55,7 @@ class Motion(NamedTuple):
 
 
 class Commands(NamedTuple):
-    """Commands [m/s, rad/s] or torques of the right and the left wheel [N m], from their times [s] on."""
+    """Commands [m/s, rad/s] or torques of the right and the left wheel [N m], each valid from its time [s] on."""
 
     times: Floats
     values: Floats
@@ -85,7 +85,7 @@ class Recorded(NamedTuple):
     truth : Poses or None
         From outside.
     torques : Commands or None
-        Efforts of joint_states; each was applied until its time, nan where it is not known.
+        Efforts of joint_states; each applied up to its time, nan if unknown.
     asked : Commands or None
         Of wheel_torques.
     wheels : Motion or None
@@ -93,7 +93,7 @@ class Recorded(NamedTuple):
     clocks : dict of str to Clock
         By topic.
     problems : tuple of str
-        What could not be read, in words.
+        Read errors, in words.
     held : tuple of str
         Topics of the bag.
     """
@@ -120,14 +120,14 @@ def read_recorded(
 
     Raises
     ------
-    BagError
+    If the path is no readable bag.
         If it is not a bag that can be read.
     """
     return recorded_from(path.name, read_contents(path, namespace, progress, topics, any_frame=True))
 
 
 def recorded_from(name: str, contents: Contents) -> Recorded:
-    """Return the recording that the topics of a bag make."""
+    """Make a recording from the topics of a bag."""
     signals = {topic: contents.series.signals[topic] for topic in (
         'cmd_vel', 'odom', 'joint_states', 'wheel_torques', GROUND_TRUTH)}
     signals['odom'] = _without_repeats(signals['odom'])
@@ -150,7 +150,7 @@ def recorded_from(name: str, contents: Contents) -> Recorded:
 
 
 def _without_repeats(odom: Signal) -> Signal:
-    """Return odometry without messages that show the sample before once more, while the robot moves."""
+    """Return odometry without repeated samples while the robot moves."""
     values = odom.values
     repeats = (values[1:] == values[:-1]).all(axis=1) & (values[1:, 3:] != 0.0).any(axis=1)
     kept = np.concatenate([[True], ~repeats])[:values.shape[0]]
@@ -162,13 +162,13 @@ def moved_between(poses: Floats) -> Floats:
     turn = (np.diff(poses[:, 2]) + np.pi) % (2.0 * np.pi) - np.pi
     middle = poses[:-1, 2] + 0.5 * turn
     chord = np.diff(poses[:, 0]) * np.cos(middle) + np.diff(poses[:, 1]) * np.sin(middle)
-    # an arc is longer than its chord by x / sin(x), of half its turn
+    # an arc is longer than its chord by x / sin(x), with x half its turn
     found: Floats = np.column_stack([chord / np.sinc(0.5 * turn / np.pi), turn])
     return found
 
 
 def _motion_of(odometry: Poses, commands: Commands | None) -> Motion:
-    """Return how a robot moved by its odometry, and where a model can be compared with it."""
+    """Return the robot's motion by its odometry, and the intervals that can be compared with a model."""
     times, moved = odometry.times, moved_between(odometry.values)
     intervals = np.diff(times)
     speeds = np.abs(moved) / intervals[:, None]
@@ -180,7 +180,7 @@ def _motion_of(odometry: Poses, commands: Commands | None) -> Motion:
         silent = np.flatnonzero(np.diff(commands.times) > _SILENCE)
         for begin, end in zip(commands.times[silent], commands.times[silent + 1], strict=True):
             usable &= (times[1:] < begin + _SILENCE) | (times[:-1] > end + _SETTLING)
-        # a step of which the command is lost came somewhere in between
+        # a step in a gap between commands occurred at an unknown time
         intervals, steps = np.diff(commands.times), np.abs(np.diff(commands.values, axis=0))
         large = (steps > _STEP * np.ptp(commands.values, axis=0)).any(axis=1)
         for lost in np.flatnonzero((intervals > 1.5 * np.median(intervals)) & large):
@@ -190,17 +190,17 @@ def _motion_of(odometry: Poses, commands: Commands | None) -> Motion:
 
 
 def _wheels(joints: Signal, clock: Clock) -> tuple[Commands, Motion]:
-    """Return the torques of both wheels and how they turned."""
+    """Return the torques and the motion of both wheels."""
     columns = {name: joints.values[:, n] for n, name in enumerate(COLUMNS['joint_states'])}
     angles, speeds, efforts = (np.column_stack([columns[f'{side}_{kind}'] for side in ('right', 'left')])
                                for kind in ('angle', 'velocity', 'effort'))
     intervals = np.diff(clock.times)
     if not np.isfinite(angles).all() or not angles.any():
-        # without encoder angles, velocities are taken to be those at the stamps
+        # without encoder angles, velocities count as those at the stamps
         turned = 0.5 * (speeds[1:] + speeds[:-1]) * intervals[:, None]
     else:
         turned = np.diff(angles, axis=0)
-    # the effort of a message was applied since the one before it; over a longer time nobody knows
+    # the effort of a message was applied since the previous message; over a longer gap it is unknown
     known = intervals < 1.5 / clock.rate
     applied = np.where(known[:, None], efforts[1:], np.nan)
     return (Commands(clock.times, np.concatenate([applied[:1], applied])),
@@ -208,7 +208,7 @@ def _wheels(joints: Signal, clock: Clock) -> tuple[Commands, Motion]:
 
 
 def cut(recorded: Recorded, seconds: float) -> Recorded:
-    """Return the beginning of a recording's commands and motion, of so many seconds."""
+    """Return the first `seconds` of a recording's commands and motion."""
     commands, motion = recorded.commands, recorded.motion
     assert commands  # noqa: S101 (for mypy: checked by the caller)
     assert motion  # noqa: S101 (for mypy, too)

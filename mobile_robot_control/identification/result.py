@@ -1,4 +1,4 @@
-"""What an identification finds: parameters with intervals, predictions, and what is not known."""
+"""The result of an identification: parameters with intervals, predictions, and open questions."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -11,11 +11,11 @@ from mobile_robot_control.identification.estimation import Z95
 from mobile_robot_control.identification.recorded import Mask
 
 HELD_OUT = 0.2
-"""Share of a recording, at its end, that is not used for the fit whose prediction of it is told."""
+"""Share of a recording, at its end, that is held out of the fit for the reported prediction."""
 _WIDEST = 0.5
-"""Half-width of an interval over its value from which on a parameter counts as not identified ..."""
+"""Half-width of an interval over its value from which a parameter counts as not identified ..."""
 _FINE = {'base.lag': 0.01, 'delay': 0.02}
-"""... unless it is as narrow as this, in SI units."""
+"""... unless the interval is as narrow as this, in SI units."""
 
 
 class Parameter(NamedTuple):
@@ -25,7 +25,7 @@ class Parameter(NamedTuple):
     Attributes
     ----------
     name : str
-        ``NODE.PARAMETER``, an element of a pair with its index, such as ``plant.base.lag[0]``; a plain name where no
+        ``NODE.PARAMETER``, with an index for an element of a pair, such as ``plant.base.lag[0]``; a plain name if no
         node has it.
     value, low, high : float
         Estimate and bounds.
@@ -42,7 +42,7 @@ class Parameter(NamedTuple):
 
 class Prediction(NamedTuple):
     """
-    Motion as recorded and as modelled, of one recording.
+    Recorded and modelled motion of one recording.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Prediction(NamedTuple):
     measured, modelled : array of float, shape (n, 2)
         v [m/s] and ω [rad/s].
     held_out : float
-        Time from which on the recording was not used for the model that is compared with it [s].
+        Time from which the recording was held out of the fit of this model [s].
     measured_path, modelled_path : array of float, shape (n, 3)
         x, y [m] and heading [rad] of the held-out part, from the same pose.
     """
@@ -69,32 +69,32 @@ class Prediction(NamedTuple):
 
 class Identification(NamedTuple):
     """
-    What recordings tell of a robot.
+    The result of an identification.
 
     Attributes
     ----------
     drive : str
-        'velocity' or 'torque': what the robot takes.
+        'velocity' or 'torque': the robot's kind of command.
     parameters : tuple of Parameter
-        That the plant has; these are written.
+        Parameters of the plant; these are written.
     names : tuple of str
         Of the parameters with a covariance.
     covariance : array of float, shape (n, n)
         Of these.
     reported : tuple of Parameter
-        Further numbers that no parameter of the plant has.
+        Other numbers, without a parameter of the plant.
     facts : dict of str to (str or float)
         Rates [Hz], jitter [s] and stamps of the recordings.
     errors : dict of str to tuple of float
-        RMS of measured less modelled v [m/s] and ω [rad/s], in the part that was 'fitted' and in the one 'held_out'.
+        RMS of measured minus modelled v [m/s] and ω [rad/s], in the 'fitted' and in the 'held_out' part.
     open : tuple of str
-        What the recordings do not tell, and what to record.
+        Questions that the recordings leave open, and the recordings needed.
     lacking : tuple of str
-        What the model lacks, by its residuals.
+        Missing parts of the model, by its residuals.
     notes : tuple of str
-        What was assumed, and what could not be read.
+        Assumptions, and read errors.
     predictions : tuple of Prediction
-        One a recording.
+        One per recording.
     residuals : array of float, shape (n, 2)
         Of the final fit without their correlation, in standard deviations.
     provenance : dict of str to object
@@ -127,7 +127,7 @@ class UnidentifiableError(Exception):
     Attributes
     ----------
     reasons : list of str
-        Why, and what to record.
+        The reasons, and the recordings needed.
     """
 
     def __init__(self, reasons: Sequence[str]) -> None:
@@ -141,19 +141,19 @@ def interval_of(name: str, value: float, deviation: float, unit: str) -> Paramet
 
 
 def is_narrow(one: Parameter) -> bool:
-    """Return whether an interval is so narrow that the parameter counts as identified."""
+    """Return whether the interval of a parameter is narrow enough to count as identified."""
     half = 0.5 * (one.high - one.low)
     return half < max(_WIDEST * abs(one.value), _FINE.get(one.name.removeprefix('plant.').partition('[')[0], 0.0))
 
 
 def left_out(one: Parameter) -> str:
-    """Return why a parameter is not written, in words."""
+    """Explain why a parameter is not written."""
     return (f'{one.name} = {one.value:.3g} {one.unit}'.rstrip() + ' is not known to better than '
             f'{one.low:.3g} to {one.high:.3g}, and is left out')
 
 
 def rates_of(clocks: Mapping[str, Clock]) -> dict[str, float | str]:
-    """Return rates, lost messages, jitter and stamps, as measured."""
+    """Return measured rates, lost messages, jitter and kinds of stamps."""
     found: dict[str, float | str] = {}
     for topic, clock in clocks.items():
         found[f'{topic} rate [Hz]'] = clock.rate
@@ -169,7 +169,7 @@ def rates_of(clocks: Mapping[str, Clock]) -> dict[str, float | str]:
 def prediction_of(
     name: str, times: Floats, measured: Floats, modelled: Floats, usable: Mask, split: float
 ) -> Prediction:
-    """Return measured and modelled motion as velocities, and as paths from the same pose since the split."""
+    """Return measured and modelled motion as velocities, and as paths from the same pose at the split."""
     intervals = np.diff(times)[:, None]
     middle = 0.5 * (times[1:] + times[:-1])
     later = times[1:] > split
@@ -179,7 +179,7 @@ def prediction_of(
 
 
 def _path(moved: Floats) -> Floats:
-    """Return the poses of a motion of arcs that begins at the origin."""
+    """Return the poses of a motion along arcs, from the origin."""
     heading = np.concatenate([[0.0], np.cumsum(moved[:, 1])])
     middle = heading[:-1] + 0.5 * moved[:, 1]
     chord = moved[:, 0] * np.sinc(0.5 * moved[:, 1] / np.pi)
@@ -188,7 +188,7 @@ def _path(moved: Floats) -> Floats:
 
 
 def errors_of(predictions: Sequence[Prediction]) -> dict[str, tuple[float, float]]:
-    """Return the RMS of measured less modelled velocities in both parts."""
+    """Return the RMS of measured minus modelled velocities in both parts."""
     def rms(later: bool) -> tuple[float, float]:
         parts = [(one.measured - one.modelled)[(one.times > one.held_out) == later] for one in predictions]
         found = np.sqrt(np.nanmean(np.concatenate(parts) ** 2, axis=0))

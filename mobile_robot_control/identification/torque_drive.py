@@ -24,13 +24,13 @@ MASS, INERTIA, VISCOUS, COULOMB = '/**.robot.mass', '/**.robot.inertia', '/**.ro
     'plant.friction.coulomb')
 _MOST_STEPS = 300_000
 _SHORTEST = 5
-"""Messages of a segment that is worth a velocity of its own at its start."""
+"""Least messages of a segment with its own initial velocity."""
 _FACTORS = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5, 5.0, 10.0)
 _WORTH = 12.0
 
 
 class _Segment(NamedTuple):
-    """Messages from `first` to `last` between which all efforts are known, among those of a motion."""
+    """Messages from `first` to `last` with all efforts between them known."""
 
     first: int
     last: int
@@ -38,14 +38,14 @@ class _Segment(NamedTuple):
 
 class Known(NamedTuple):
     """
-    A recording as the model takes it.
+    A recording as input of the model.
 
     Attributes
     ----------
     torques : array of float, shape (steps, 2)
         Of the right and the left wheel at each step [N m].
     starts : array of float, shape (steps, 2)
-        Velocities of the wheels at the steps where a segment begins [rad/s]; nan elsewhere.
+        Velocities of the wheels at the first step of each segment [rad/s]; nan elsewhere.
     grid : array of float, shape (steps + 1,)
         Times of the steps [s].
     segments : list of tuple of int
@@ -66,7 +66,7 @@ def _turn(torques: Floats, starts: Floats, state: Any, motors: Any, drivetrain: 
     found = np.zeros((torques.shape[0] + 1, 2))
     none = WheelTorque(0.0, 0.0)
     for k in range(torques.shape[0]):
-        if starts[k, 0] == starts[k, 0]:  # no nan: a segment begins
+        if starts[k, 0] == starts[k, 0]:  # not nan: a segment begins
             state = PlantState(state.pose, body_velocity(WheelVelocity(starts[k, 0], starts[k, 1]),
                                                          drivetrain.plant.robot), state.right_angle, state.left_angle)
         state, motors, _ = motorised_step(state, motors, WheelTorque(torques[k, 0], torques[k, 1]), none, drivetrain)
@@ -80,7 +80,7 @@ def _compiled_turn() -> Callable[..., Floats]:
 
 
 def known(torques: Commands, wheels: Motion, until: float = np.inf) -> Known:
-    """Return the segments of a recording in which all efforts are known, and their efforts on a grid."""
+    """Return the segments of a recording with all efforts known, and their efforts on a grid."""
     usable = np.concatenate([[False], wheels.usable & (wheels.times[1:] < until), [False]])
     edges = np.flatnonzero(np.diff(usable.astype(int)))
     segments = [_Segment(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)
@@ -90,7 +90,7 @@ def known(torques: Commands, wheels: Motion, until: float = np.inf) -> Known:
     step = max(period / max(1, round(period / 0.001)), (end - begin) / _MOST_STEPS)
     steps = int(np.ceil((end - begin) / step)) + 1
     grid = begin + np.arange(steps + 1) * step
-    # an effort was applied until its message
+    # an effort was applied up to its message
     later = np.minimum(np.searchsorted(torques.times, grid[:-1] + 0.5 * step), torques.times.size - 1)
     applied = np.nan_to_num(torques.values[later])
     starts = np.full((steps, 2), np.nan)
@@ -114,16 +114,16 @@ def measured(recording: Known, robot: Robot) -> Floats:
 
 
 def robot_of(values: Mapping[str, float], given: Robot) -> tuple[Robot, Friction]:
-    """Return robot and friction with parameters by name."""
+    """Return a robot and its friction with some parameters replaced, by name."""
     return (given._replace(**{name.removeprefix('/**.robot.'): value for name, value in values.items()
                               if name.startswith('/**.robot.')}), Friction(values.get(COULOMB, 0.0)))
 
 
 def torque_model(recordings: Sequence[Known], start: Mapping[str, float], robot: Robot) -> Model:
     """
-    Return the model of recordings whose parameters begin at `start`, beside the given ones of a robot.
+    Return the model of recordings, with parameters that start at `start`, and the given constants of a robot.
 
-    The velocity at the start of each segment is nobody's: its effect, which decays, is taken out of the residuals.
+    The velocity at the start of each segment is unknown: its effect, which decays, is removed from the residuals.
     """
     names = tuple(start)
     values = np.array(list(start.values()))
@@ -153,7 +153,7 @@ def _lowest(name: str) -> float:
 
 
 def _with_starts(one: Known, modelled: Floats, target: Floats, rates: tuple[float, float]) -> Floats:
-    """Return modelled ways with the velocity at each segment's start that fits the measured ways best."""
+    """Return modelled distances with the initial velocity of each segment that fits the measurement best."""
     lengths = np.array([seg.last - seg.first for seg in one.segments])
     firsts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
     begun = np.concatenate([one.motion.times[seg.first:seg.last] - one.motion.times[seg.first]
@@ -161,7 +161,7 @@ def _with_starts(one: Known, modelled: Floats, target: Floats, rates: tuple[floa
     steps = np.concatenate([np.diff(one.motion.times[seg.first:seg.last + 1]) for seg in one.segments])
     fitted = modelled.copy()
     for n, rate in enumerate(rates):
-        # the way that 1 m/s or 1 rad/s at the start adds
+        # the distance due to 1 m/s or 1 rad/s at the start
         adds = np.exp(-rate * begun) * (-np.expm1(-rate * steps) / rate if rate > 1e-9 else steps)
         own = np.add.reduceat(adds * adds, firsts)
         share = np.add.reduceat(adds * (target[:, n] - modelled[:, n]), firsts) / own
@@ -174,20 +174,20 @@ def fit_torques(
     start: Mapping[str, float] | None = None,
 ) -> tuple[Estimate, list[Known]]:
     """
-    Fit mass, inertia and friction to recordings that have efforts; the data tell A + B, A - B, and friction.
+    Fit mass, inertia and friction to recordings with efforts; the data determine A + B, A - B, and friction.
 
     Parameters
     ----------
     recordings : sequence of Recorded
         With torques and wheels.
     robot : Robot
-        Of which wheels, `wheel_inertia` and `com_offset` are taken as given.
+        Its wheels, `wheel_inertia` and `com_offset` are taken as given.
     tell : callable
-        Called now and then.
+        Called occasionally.
     until : float
         Time after which recordings are not used [s].
     start : mapping of str to float or None
-        Where the search begins.
+        Start of the search.
     """
     cut = [known(one.torques, one.wheels, until) for one in recordings if one.torques and one.wheels]
     cut = [one for one in cut if one.segments]
@@ -195,7 +195,7 @@ def fit_torques(
     found = estimate(torque_model(cut, start or _start(cut, values, robot, tell), robot), values, 2, tell)
     if start is None:
         begun = dict(zip(found.names, found.values.tolist(), strict=True))
-        # a tenth of what the wheels needed on average
+        # a tenth of the wheels' mean torque
         usual = float(np.mean([np.abs(one.torques).mean() for one in cut]))
         dry = estimate(torque_model(cut, {**begun, COULOMB: 0.1 * usual}, robot), values, 2, tell)
         if found.cost - dry.cost > _WORTH * np.log(found.whitened.shape[0]):
@@ -205,7 +205,7 @@ def fit_torques(
 
 def _start(cut: Sequence[Known], values: Sequence[Floats], robot: Robot, tell: Callable[[], object]
            ) -> dict[str, float]:
-    """Return mass, inertia and viscous friction that are near: the best of a grid, each velocity by itself."""
+    """Return approximate mass, inertia and viscous friction: the best of a grid, for each velocity separately."""
     best: tuple[float, dict[str, float]] = (np.inf, {})
     friction = robot.viscous_friction or 0.1 * linear_inertia(robot)
     for viscous in (0.1, 0.3, 1.0, 3.0, 10.0):

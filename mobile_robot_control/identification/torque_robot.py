@@ -29,7 +29,7 @@ from mobile_robot_control.model.robot import Robot, angular_inertia, linear_iner
 def identify_torques(
     recordings: Sequence[Recorded], configuration: Configuration, tell: Callable[[], object]
 ) -> Identification:
-    """Identify mass, inertia and friction from efforts and the motion of the wheels; motors from torques asked for."""
+    """Identify mass, inertia and friction from efforts and wheel motion; motors from requested torques."""
     robot = configuration.plant.shared.robot
     usable = [one for one in recordings if one.torques and one.wheels]
     found, whole = torque_drive.fit_torques(usable, robot, tell)
@@ -61,7 +61,7 @@ def identify_torques(
 
 
 def _combinations(found: Estimate, robot: Robot) -> list[Parameter]:
-    """Return A + B and A - B of Eq. (15), which the data tell, with their intervals."""
+    """Return A + B and A - B of Eq. (15), which the data determine, with their intervals."""
     def of(values: Floats) -> Floats:
         made, _ = torque_drive.robot_of(dict(zip(found.names, values.tolist(), strict=True)), robot)
         return np.array([linear_inertia(made), angular_inertia(made)])

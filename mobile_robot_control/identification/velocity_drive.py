@@ -17,12 +17,12 @@ from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.simulation.batch import compiled
 
 STEP, COARSE_STEP = 1_000_000, 4_000_000
-"""Of a simulation [ns], and of one that only looks for a start; longer for recordings that would have more than ..."""
+"""Period of a simulation [ns], and of one that only seeks a start; longer for recordings with more steps than ..."""
 _MOST_STEPS = 300_000
 LAGS, DELAYS = ('base.lag[0]', 'base.lag[1]'), ('delay[0]', 'delay[1]')
 GAINS = ('base.wheel_gain[0]', 'base.wheel_gain[1]', 'base.turn_gain')
 ALWAYS = (*LAGS, *DELAYS, *GAINS)
-"""Parameters that every recording in motion tells; a delay is the dead time with the latency of odometry."""
+"""Parameters that any recording in motion determines; a delay is the dead time plus the latency of odometry."""
 LIMITS = ('base.max_speed[0]', 'base.max_speed[1]', 'base.max_acceleration[0]', 'base.max_acceleration[1]',
           'base.max_deceleration[0]', 'base.max_deceleration[1]')
 DEAD_ZONES = ('base.dead_zone[0]', 'base.dead_zone[1]')
@@ -50,14 +50,14 @@ def _compiled_drive() -> Callable[..., Floats]:
 
 
 def _period(seconds: float, step: int) -> int:
-    """Return the step of the simulation of so long a recording [ns]."""
+    """Return the step of the simulation of a recording of this length [ns]."""
     return max(step, int(np.ceil(seconds * 1e9 / _MOST_STEPS / 1e5)) * 100_000)
 
 
 def held(commands: Commands, begin: float, steps: int, period: int, timeout: float) -> Floats:
     """Return the newest command at each step, shape (steps, 2); zero after a timeout, and before the first one."""
     times = begin + np.arange(steps) * period / 1e9
-    # a command acts from the step on whose middle it has reached
+    # a command acts from the first step whose middle is not before it
     newest = np.searchsorted(commands.times, times + 0.5e-9 * period, side='right') - 1
     found = np.where(newest[:, None] >= 0, commands.values[np.maximum(newest, 0)], 0.0)
     if timeout > 0.0:
@@ -66,7 +66,7 @@ def held(commands: Commands, begin: float, steps: int, period: int, timeout: flo
 
 
 def base_of(values: Mapping[str, float], given: Base) -> Base:
-    """Return a base with parameters by name, such as ``base.lag[0]``; those without a name are off."""
+    """Return a base with parameters by name, such as ``base.lag[0]``; all others are off."""
     made: Any = Base(command_timeout=given.command_timeout)
     for name, value in values.items():
         field, _, index = name.removeprefix('base.').partition('[')
@@ -105,9 +105,9 @@ def simulated(
     values : mapping of str to float
         Parameters of the base.
     robot : Robot
-        Whose wheel separation mixes unlike wheels.
+        Its wheel separation mixes unequal wheels.
     given : Base
-        Of which the timeout of commands is taken.
+        Only its timeout of commands is used.
     step : int
         Of the simulation [ns].
     """
@@ -128,7 +128,7 @@ def base_model(
     recordings: Sequence[Recorded], start: Mapping[str, float], fixed: Mapping[str, float], robot: Robot, given: Base,
     step: int = STEP,
 ) -> Model:
-    """Return the model of recordings whose parameters begin at `start`, beside others that are fixed."""
+    """Return the model of recordings, with parameters that start at `start` and others that are fixed."""
     names = tuple(start)
     lower, upper, steps = np.array([_BOUNDS[name.partition('[')[0]] for name in names]).T
 

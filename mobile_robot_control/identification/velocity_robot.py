@@ -30,13 +30,13 @@ from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.model.robot import Robot
 
 _CLOCK_ERROR = (5e-5, 0.015)
-"""How well the fastest messages of a recording tell the offset of its clocks: [s], and as a share of their jitter."""
+"""Error of a clock offset by the fastest messages of a recording: [s], and as a share of their jitter."""
 _UNITS = {'base.lag': ('s', 's'), 'base.max_speed': ('m/s', 'rad/s'), 'base.max_acceleration': ('m/s²', 'rad/s²'),
           'base.max_deceleration': ('m/s²', 'rad/s²'), 'base.dead_zone': ('m/s', 'rad/s'), 'delay': ('s', 's')}
 
 
 class _Part(NamedTuple):
-    """Parameters, the names and the covariance of estimates among them, and notes."""
+    """Parameters, the names and the covariance of those that are estimates, and notes."""
 
     parameters: list[Parameter]
     names: tuple[str, ...]
@@ -47,7 +47,7 @@ class _Part(NamedTuple):
 def identify_base(
     recordings: Sequence[Recorded], configuration: Configuration, same_clock: bool, tell: Callable[[], object]
 ) -> Identification:
-    """Identify a base; raise UnidentifiableError where its odometry does not follow the commands."""
+    """Identify a base; raise UnidentifiableError if its odometry does not follow the commands."""
     robot, given = configuration.plant.shared.robot, configuration.plant.model.base
     usable = [one for one in recordings if one.commands and one.motion]
     seen = [one for one in usable if one.truth]
@@ -83,7 +83,7 @@ def identify_base(
 
 
 def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded]) -> _Part:
-    """Return what a pose from outside tells of odometry."""
+    """Return the parameters of odometry from a pose from outside."""
     if calibration is None:
         return _Part([], (), np.zeros((0, 0)), ['wheel_gain and turn_gain are those that odometry shows: where it '
                                                 'comes from the wheels, it sees no skidding'])
@@ -97,7 +97,7 @@ def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded]) -> _Par
 
 
 def _estimates(found: Estimate, fit: BaseFit, kept: Sequence[str]) -> tuple[tuple[str, ...], Floats]:
-    """Return names and covariance of those estimates that are written; a dead zone's is that of its interval."""
+    """Return names and covariance of the written estimates; the variance of a dead zone comes from its interval."""
     index = [n for n, name in enumerate(found.names) if name in kept]
     zones = {name: zone for name, zone in fit.zones.items() if name in kept}
     return (tuple(_written(name) for name in (*(found.names[n] for n in index), *zones)), _diagonal(
@@ -111,25 +111,25 @@ def _unit(name: str) -> str:
 
 
 def _written(name: str) -> str:
-    """Return the parameter of the plant for a name of the model."""
+    """Return the plant's parameter for a name in the model."""
     return f'plant.{name.replace("delay", "base.dead_time")}'
 
 
 def _clock_error(recordings: Sequence[Recorded]) -> float:
-    """Return how well the clocks of commands and odometry are aligned [s]."""
+    """Return the alignment error of the clocks of commands and odometry [s]."""
     jitters = [clock.jitter for one in recordings for topic, clock in one.clocks.items() if topic in (
         'odom', 'cmd_vel')]
     return max(_CLOCK_ERROR[0], _CLOCK_ERROR[1] * max(jitters)) if any(jitters) else 0.0
 
 
 def _with_clock_error(found: Estimate, deviation: float) -> Estimate:
-    """Return an estimate whose delays share an error of the clocks [s]."""
+    """Add a common clock error to the delays of an estimate [s]."""
     shared = np.array([deviation if name.startswith('delay') else 0.0 for name in found.names])
     return found._replace(covariance=found.covariance + np.outer(shared, shared))
 
 
 def _with_calibration_error(found: Estimate, calibration: Floats) -> Estimate:
-    """Return an estimate whose gains share the errors of radii and separation by which the motion was corrected."""
+    """Add the common errors of radii and separation, by which the motion was corrected, to the gains of an estimate."""
     slopes = np.zeros((len(found.names), 3))
     for name, error, sign in zip(velocity_drive.GAINS, range(3), (-1.0, -1.0, 1.0), strict=True):
         if name in found.names:
@@ -138,12 +138,12 @@ def _with_calibration_error(found: Estimate, calibration: Floats) -> Estimate:
 
 
 def _latency(recordings: Sequence[Recorded]) -> float:
-    """Return what the fastest messages of odometry took from their stamp to their receipt [s]."""
+    """Return the delay of the fastest messages of odometry from stamp to receipt [s]."""
     return max(0.0, float(np.mean([one.clocks['odom'].floor for one in recordings])))
 
 
 def _delays(kept: Sequence[Parameter], latency: float | None) -> tuple[list[Parameter], list[Parameter]]:
-    """Return parameters of the plant from those of the model, and the delays as they were measured."""
+    """Return parameters of the plant from those of the model, and the measured delays."""
     renamed, reported = [], []
     for one in kept:
         if one.name.startswith('delay'):
@@ -158,7 +158,7 @@ def _delays(kept: Sequence[Parameter], latency: float | None) -> tuple[list[Para
 
 
 def _odometry_parameters(clock: Clock, latency: float | None) -> list[Parameter]:
-    """Return rate, jitter and, where it is known, latency of odometry; intervals are not made of these."""
+    """Return rate, jitter and, if known, latency of odometry; they have no intervals."""
     found = [Parameter('plant.odometry.rate', round(clock.rate, 2), np.nan, np.nan, 'Hz')]
     if clock.jitter > 1e-3:
         found.append(Parameter('plant.odometry.jitter', round(clock.jitter, 4), np.nan, np.nan, 's'))
@@ -189,7 +189,7 @@ def _inputs_beside(recordings: Sequence[Recorded]) -> list[tuple[str, Floats]]:
 def _predict(
     recordings: Sequence[Recorded], fit: BaseFit, robot: Robot, given: Base, tell: Callable[[], object]
 ) -> list[Prediction]:
-    """Return what the fit to the first part of each recording predicts of the whole."""
+    """Predict each whole recording with the fit to its first part."""
     first = [cut(one, (1.0 - HELD_OUT) * float(np.ptp(one.motion.times))) for one in recordings if one.motion]
     start = dict(zip(fit.estimate.names, fit.estimate.values.tolist(), strict=True))
     model = velocity_drive.base_model(first, start, fit.fixed, robot, given)

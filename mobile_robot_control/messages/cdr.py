@@ -1,9 +1,9 @@
 """
-Messages from their serialised form (CDR), as objects with the fields of the ROS messages.
+Deserialisation: messages from CDR, as objects with the fields of the ROS messages.
 
-Reading is written out for the loop's types, because that is three times as fast as a reader for every type: a bag of
-ten minutes holds a million messages, and rclpy is slower still. Bytes from anywhere are safe here; rclpy's own
-deserialisation reads beyond the end of a Twist that is too short. Tests compare with rosbags and rclpy.
+Reading is written out for the loop's types, three times as fast as a generic reader: a bag of ten minutes holds a
+million messages, and rclpy is slower still. Any bytes are safe here; rclpy's own deserialisation reads beyond the end
+of a truncated Twist. Tests compare with rosbags and rclpy.
 """
 
 import struct
@@ -42,7 +42,7 @@ ENCAPSULATION = b'\x00\x01\x00\x00'
 START = len(ENCAPSULATION)
 """Alignment is counted from the end of the encapsulation."""
 _HEADER = 12
-"""Position of the header's frame_id: behind its stamp."""
+"""Position of the header's frame_id, after its stamp."""
 
 
 class _Order(NamedTuple):
@@ -71,13 +71,13 @@ def aligned(at: int, size: int) -> int:
 
 
 def _count(order: _Order, data: bytes, at: int) -> tuple[int, int]:
-    """Read an unsigned 32-bit integer; return it and the position behind it."""
+    """Read an unsigned 32-bit integer; return it and the position after it."""
     at = aligned(at, 4)
     return int(order.length.unpack_from(data, at)[0]), at + 4
 
 
 def _text(order: _Order, data: bytes, at: int) -> tuple[str, int]:
-    """Read a string; return it and the position behind it."""
+    """Read a string; return it and the position after it."""
     # its length is read here, not by `_count`: every message has several texts
     at = aligned(at, 4) + 4
     end = at + int(order.length.unpack_from(data, at - 4)[0])
@@ -88,7 +88,7 @@ def _text(order: _Order, data: bytes, at: int) -> tuple[str, int]:
 
 
 def _texts(order: _Order, data: bytes, at: int) -> tuple[list[str], int]:
-    """Read a sequence of strings; return it and the position behind it."""
+    """Read a sequence of strings; return it and the position after it."""
     count, at = _count(order, data, at)
     found = []
     for _ in range(count):
@@ -98,13 +98,13 @@ def _texts(order: _Order, data: bytes, at: int) -> tuple[list[str], int]:
 
 
 def _header(order: _Order, data: bytes) -> tuple[Header, int]:
-    """Read a header; return it and the position behind it."""
+    """Read a header; return it and the position after it."""
     frame, at = _text(order, data, _HEADER)
     return Header(frame), at
 
 
 def _doubles(order: _Order, data: bytes, at: int) -> tuple[tuple[float, ...], int]:
-    """Read a sequence of doubles; return it and the position behind it."""
+    """Read a sequence of doubles; return it and the position after it."""
     count, at = _count(order, data, at)
     if count == 0:
         return (), at
@@ -154,7 +154,7 @@ def _time_reference(order: _Order, data: bytes) -> TimeReference:
 
 
 def _rows(order: _Order, data: bytes, at: int, form: struct.Struct) -> tuple[tuple[tuple[float, ...], ...], int]:
-    """Read a sequence of rows of doubles; return it and the position behind it."""
+    """Read a sequence of rows of doubles; return it and the position after it."""
     count, at = _count(order, data, at)
     if count == 0:
         return (), at
@@ -194,7 +194,7 @@ def _path(order: _Order, data: bytes) -> Path:
     count, at = _count(order, data, at)
     poses = []
     for _ in range(count):
-        # behind the pose's stamp
+        # after the pose's stamp
         frame, at = _text(order, data, aligned(at, 4) + 8)
         at = aligned(at, 8) + order.seven.size
         x, y, z, qx, qy, qz, qw = order.seven.unpack_from(data, at - order.seven.size)
@@ -216,7 +216,7 @@ def _diagnostic_array(order: _Order, data: bytes) -> DiagnosticArray:
     found = []
     count, at = _count(order, data, at)
     for _ in range(count):
-        # a byte says the level
+        # a byte is the level
         name, at = _text(order, data, at + 1)
         message, at = _text(order, data, at)
         _, at = _text(order, data, at)
@@ -256,12 +256,12 @@ def deserialise(kind: str, data: bytes) -> Any:
         One of the loop's types, Twist or WrenchStamped of geometry_msgs, 'nav_msgs/msg/Path',
         'diagnostic_msgs/msg/DiagnosticArray' or 'std_msgs/msg/String'.
     data : bytes
-        From anywhere.
+        From any source.
 
     Returns
     -------
     NamedTuple
-        With the message's fields, without stamp and covariances; of a String its text.
+        With the message's fields, without stamp and covariances; for a String its text.
 
     Raises
     ------

@@ -24,9 +24,9 @@ from mobile_robot_control.stamps import NANOSECONDS
 from mobile_robot_control.system.texts import shortened
 
 _POINT_TOLERANCE = 1000
-"""[ns] by which the time of a point may differ."""
+"""[ns] of tolerance for the time of a point."""
 WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
-"""The joints' names; wheels are named in messages, never indexed."""
+"""The joints' names; messages are searched by name, never by index."""
 
 
 class RefusedMessageError(ValueError):
@@ -36,7 +36,7 @@ class RefusedMessageError(ValueError):
     Parameters
     ----------
     reason : str
-        A few words, the same for all messages of one kind, so that they can be counted.
+        A few words, equal for all messages of one kind, so that they can be counted.
     detail : str
         The values found and the remedy, for the log; shortened to one line.
 
@@ -49,21 +49,21 @@ class RefusedMessageError(ValueError):
 
 def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: bytes) -> Any:
     """
-    Return what steps, one after the other, make of a message's bytes: the one way in which messages are read.
+    Convert a message's bytes by steps, one after the other: the only way in which messages are read.
 
     Parameters
     ----------
     kind : str
-        Type that the message must have, for the log.
+        Required type of the message, for the log.
     steps : sequence of callable
-        Each takes the result of the one before; the first takes the bytes.
+        Each takes the result of the previous one; the first takes the bytes.
     message : bytes
-        Serialised, from anywhere.
+        Serialised, from any source.
 
     Raises
     ------
     RefusedMessageError
-        Whatever a step raises.
+        For any error of a step.
 
     """
     found: Any = message
@@ -72,7 +72,7 @@ def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: by
             found = step(found)
     except RefusedMessageError:
         raise
-    except Exception as error:  # any bytes can come
+    except Exception as error:  # the bytes may be anything
         raise RefusedMessageError('not readable', f'{error}; it is no {kind}') from None
     return found
 
@@ -89,7 +89,7 @@ def serialised_stamp(message: bytes) -> int:
     Raises RefusedMessageError if it is too short to have one.
     """
     try:
-        # four bytes of encapsulation, which in the second says the byte order, then the header's stamp
+        # four bytes of encapsulation, the second of them the byte order, then the header's stamp
         seconds, rest = struct.unpack_from('<iI' if message[1] & 1 else '>iI', message, 4)
     except (struct.error, IndexError):
         raise RefusedMessageError('not readable', f'{len(message)} bytes hold no stamp') from None
@@ -97,9 +97,9 @@ def serialised_stamp(message: bytes) -> int:
 
 
 def check_numbers(name: str, *values: float) -> None:
-    """Raise RefusedMessageError where a value is not finite or beyond LARGEST."""
+    """Raise RefusedMessageError if a value is not finite or beyond LARGEST."""
     for value in values:
-        # written so that NaN does not pass
+        # in this form NaN does not pass
         if not abs(value) <= LARGEST:
             if math.isfinite(value):
                 raise RefusedMessageError(f'{name} too large', f'{value:g} is beyond {LARGEST:g}')
@@ -107,7 +107,7 @@ def check_numbers(name: str, *values: float) -> None:
 
 
 def check_frame(field: str, found: str, expected: str) -> None:
-    """Raise RefusedMessageError where a frame is not the expected one."""
+    """Raise RefusedMessageError if a frame is not the expected one."""
     if expected not in ('', found):
         raise RefusedMessageError(
             f'{field} is not {expected}', f"it is '{shortened(found, 60)}'; the parameters odom_frame_id, "
@@ -118,7 +118,7 @@ def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple
     """
     Return pose [m, rad] and body velocity [m/s, rad/s] of a nav_msgs/Odometry; components off the plane are ignored.
 
-    The pose must be in `frame` and the twist in `child_frame`; '' takes any. Raises RefusedMessageError if a number is
+    The pose must be in `frame` and the twist in `child_frame`; '' allows any. Raises RefusedMessageError if a number is
     not finite or beyond LARGEST, the quaternion is not of unit length, or a frame is wrong.
     """
     check_frame('frame_id', message.header.frame_id, frame)
@@ -146,19 +146,19 @@ def read_horizon(
     Parameters
     ----------
     message : object
-        With the fields of the message; of each point, the first transform, velocity and acceleration count. These two
-        are in the cart's frame. Points after those asked for are ignored.
+        With the fields of the message; of each point, the first transform, velocity and acceleration are used. The
+        latter two are in the cart's frame. Surplus points are ignored.
     ticks : int
-        Ahead, beside the point now.
+        Number of points after the present one.
     period : int
         Between two points [ns].
     frame, child_frame : str
-        Of the transforms, and the cart's, which is the first of `joint_names`; '' takes any.
+        Of the transforms, and of the cart, the first of `joint_names`; '' allows any.
 
     Raises
     ------
     RefusedMessageError
-        If there are too few points, a point is not complete or not of its time, a number is not finite or beyond
+        If there are too few points, a point is incomplete or has the wrong time, a number is not finite or beyond
         LARGEST, a quaternion is not of unit length, or a frame is wrong.
 
     """
@@ -192,7 +192,7 @@ def read_path(message: Any, frame: str = '') -> list[tuple[float, float]]:
     """
     Return the positions [m] of a nav_msgs/Path; the orientations and the stamps of its poses are not used.
 
-    `frame` is that of odometry, '' takes any; a header that names no frame is in it. Raises RefusedMessageError if a
+    `frame` is that of odometry, '' allows any; a header without a frame is in it. Raises RefusedMessageError if a
     number is not finite or beyond LARGEST, or a frame is wrong.
     """
     for header in (message.header, *(pose.header for pose in message.poses)):
@@ -210,7 +210,7 @@ def read_time(message: Any) -> int:
 
 def read_acceleration(message: Any, frame: str = '') -> BodyAcceleration:
     """
-    Return the acceleration [m/s², rad/s²] of a geometry_msgs/AccelStamped, whose frame counts as that of `read_twist`.
+    Return the acceleration [m/s², rad/s²] of a geometry_msgs/AccelStamped, with frames as in `read_twist`.
 
     Raises RefusedMessageError if a number is not finite or beyond LARGEST, or the frame is wrong.
     """
@@ -223,8 +223,8 @@ def read_twist(message: Any, frame: str = '') -> BodyVelocity:
     """
     Return the body velocity [m/s, rad/s] of a geometry_msgs/TwistStamped.
 
-    `frame` is the robot's, '' takes any; a message that names no frame is in it. Raises RefusedMessageError if a number
-    is not finite or beyond LARGEST, or the frame is wrong.
+    `frame` is the robot's, '' allows any; a message without a frame is in it. Raises RefusedMessageError if a number is
+    not finite or beyond LARGEST, or the frame is wrong.
     """
     if message.header.frame_id:
         check_frame('frame_id', message.header.frame_id, frame)
@@ -272,7 +272,7 @@ def _by_name(message: Any, values: Sequence[float], what: str) -> tuple[float, f
 
 def read_torque(message: Any) -> WheelTorque:
     """
-    Return the wheel torques [N m] of a sensor_msgs/JointState, whose wheels may stand in any order.
+    Return the wheel torques [N m] of a sensor_msgs/JointState, with the wheels in any order.
 
     Raises RefusedMessageError if a wheel or its effort is missing, or a torque is not finite or beyond LARGEST.
     """
@@ -281,7 +281,7 @@ def read_torque(message: Any) -> WheelTorque:
 
 def read_wheel_velocity(message: Any) -> WheelVelocity:
     """
-    Return the wheel velocities [rad/s] of a sensor_msgs/JointState, whose wheels may stand among other joints.
+    Return the wheel velocities [rad/s] of a sensor_msgs/JointState, which may contain other joints.
 
     Raises RefusedMessageError if a wheel or its velocity is missing, or a velocity is not finite or beyond LARGEST.
     """

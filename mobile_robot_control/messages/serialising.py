@@ -16,7 +16,7 @@ def _put(data: bytearray, number: struct.Struct, value: float) -> None:
 
 
 def _write(data: bytearray, value: Any) -> None:
-    """Append a field of one of the types that the loop's messages have."""
+    """Append a field of one of the types in the loop's messages."""
     if isinstance(value, str):
         text = value.encode() + b'\0'
         _put(data, _COUNT, len(text))
@@ -40,8 +40,8 @@ def serialise(message: Any) -> bytearray:
     """
     Write a message of rclpy as little-endian CDR.
 
-    It may hold texts, floats, 32-bit integers and arrays of texts and floats. rclpy's own serialisation leaves bytes
-    behind the end, and uninitialised memory in the gaps.
+    Its fields may be texts, floats, 32-bit integers and arrays of texts and floats. rclpy's own serialisation adds
+    bytes at the end, and leaves uninitialised memory in the gaps.
     """
     data = bytearray(ENCAPSULATION)
     _write(data, message)

@@ -1,4 +1,4 @@
-"""Serialised messages of which only the stamp and some numbers change."""
+"""Serialised messages with a replaceable stamp and numbers."""
 
 import itertools
 import math
@@ -15,23 +15,23 @@ _DOUBLE, _STAMP = struct.Struct('<d'), struct.Struct('<iI')
 
 class Template:
     """
-    A serialised message whose stamp and numbers can be replaced.
+    A serialised message with a replaceable stamp and numbers.
 
     Publishing bytes saves rclpy the conversion to C.
 
     Parameters
     ----------
     message : ROS message
-        What does not change. If its first field is a header or a time, the stamp there is replaced.
+        The constant part. If its first field is a header or a time, the stamp there is replaced.
     put : callable
-        Writes numbers into the fields of the message that change.
+        Writes numbers into the variable fields of the message.
     count : int
-        How many numbers change.
+        Count of the variable numbers.
 
     """
 
     def __init__(self, message: Any, put: Callable[..., None], count: int) -> None:
-        # once, when a node starts: numbers that occur nowhere else in a message show where the changing fields lie
+        # once, at the start of a node: numbers that occur nowhere else in a message mark the variable fields
         marks = [math.pi * 1e200 * (n + 1) for n in range(count)]
         put(*marks)
         self._data = serialise(message)

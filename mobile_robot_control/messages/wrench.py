@@ -10,8 +10,8 @@ def read_wrench(message: Any, frame: str = '') -> Push:
     """
     Return the push [N], [N m] of a geometry_msgs/WrenchStamped: force.x and torque.z.
 
-    `frame` is the robot's, '' takes any; a message that names no frame is in it. Raises RefusedMessageError if a number
-    is not finite or beyond LARGEST, another component is not zero, or the frame is wrong.
+    `frame` is the robot's, '' allows any; a message without a frame is in it. Raises RefusedMessageError if a number is
+    not finite or beyond LARGEST, another component is not zero, or the frame is wrong.
     """
     if message.header.frame_id:
         check_frame('frame_id', message.header.frame_id, frame)

@@ -1,7 +1,7 @@
 """
 Quantities to messages; `mobile_robot_control.messages.parsing` is the inverse.
 
-A node makes a writer for each of its messages once, and publishes the bytes that it returns at every step.
+A node makes a writer for each of its messages once; at every step it publishes the bytes that the writer returns.
 """
 
 import math
@@ -115,9 +115,9 @@ def horizon_writer(
     Parameters
     ----------
     frame, child_frame : str
-        Of the poses; of the cart, in which velocities and accelerations are.
+        Of the poses; of the cart, which is that of velocities and accelerations.
     ticks : int
-        Ahead, beside the point now.
+        Number of points after the present one.
     period : int
         Between two points [ns].
 
@@ -127,7 +127,7 @@ def horizon_writer(
         Takes a stamp [ns] and the references now and at the ticks ahead; returns bytes.
 
     """
-    # imported late: most nodes write none
+    # imported late: most nodes write no horizon
     from trajectory_msgs.msg import (  # noqa: PLC0415
         MultiDOFJointTrajectory,
         MultiDOFJointTrajectoryPoint,
@@ -159,7 +159,7 @@ def horizon_writer(
 
 
 def time_writer() -> Callable[[int, int], bytes]:
-    """Make a function that writes sensor_msgs/TimeReference from a stamp and the time that it is told of [ns]."""
+    """Make a function that writes sensor_msgs/TimeReference from a stamp and the time to send [ns]."""
     mark = b'\x7b\x2d\x4c\x11'
     message = TimeReference()
     message.time_ref.sec = int.from_bytes(mark, 'little')
@@ -225,10 +225,10 @@ def joints_writer(
     has_effort: bool = True,
 ) -> Callable[[int, tuple[float, float], WheelVelocity, WheelTorque | None], bytes]:
     """
-    Make a function that writes sensor_msgs/JointState with everything about the wheels, for `joint_states`.
+    Make a function that writes sensor_msgs/JointState with all values of the wheels, for `joint_states`.
 
     It takes a stamp [ns], the angles of the right and the left wheel [rad], their velocities [rad/s], and the torques
-    applied over the step that ended at the stamp [N m]; None where the messages have no effort.
+    applied over the step up to the stamp [N m]; None for messages without effort.
     """
     message = JointState(name=WHEEL_JOINTS)
 

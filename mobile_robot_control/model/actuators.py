@@ -36,9 +36,10 @@ def delayed(line: DelayLine, torque: WheelTorque) -> tuple[DelayLine, WheelTorqu
     Parameters
     ----------
     line : tuple of WheelTorque
-        Asked for before, newest first; as long as the delay, so that code compiled without a delay has no trace of it.
+        Torques asked for before, newest first; as long as the delay, so that code compiled without a delay has no trace
+        of it.
     torque : WheelTorque
-        Asked for now.
+        Torque asked for now.
     """
     whole = (torque, *line)
     return whole[:-1], whole[-1]
@@ -46,6 +47,6 @@ def delayed(line: DelayLine, torque: WheelTorque) -> tuple[DelayLine, WheelTorqu
 
 @jitable
 def saturate(torque: WheelTorque, limit: float) -> WheelTorque:
-    """Limit the torque [N m] of each wheel by itself; a limit of 0 means none but that of a message."""
+    """Limit the torque [N m] of each wheel separately; at limit 0 only the bound of a message holds."""
     bound = limit if 0.0 < limit < LARGEST else LARGEST
     return WheelTorque(max(-bound, min(bound, torque.right)), max(-bound, min(bound, torque.left)))

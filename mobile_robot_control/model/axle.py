@@ -1,4 +1,4 @@
-"""An axle with two wheels: what they weigh, what brakes them, and what their motors can do."""
+"""An axle with two wheels: their inertia, their friction, and the limits of their motors."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ class Axle(NamedTuple):
     linear_inertia, angular_inertia : float
         A + B and A - B [kg m²].
     coupling : float
-        B/A: the share of one wheel's torque that reaches the other where that stands.
+        B/A: the share of one wheel's torque that reaches the other wheel at standstill.
     wheel_radius, half_separation : float
         [m].
     viscous_friction : float

@@ -1,4 +1,4 @@
-"""A base that takes velocity commands itself, as most robots do: late, lagging and within limits."""
+"""A base that takes velocity commands itself, as most robots do: with dead time, lag and limits."""
 
 import math
 from collections.abc import Iterator
@@ -11,16 +11,16 @@ from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity
 
 LONGEST_QUEUE = 64
-"""Commands that a base may have taken and not followed yet."""
+"""Most commands that a base has taken and not yet followed."""
 _MOST_SUBSTEPS = 64
 
 
 class Base(NamedTuple):
     """
-    A base that takes velocity commands; 0 means none of each. Pairs are those of the linear and the angular velocity.
+    A base that takes velocity commands; 0 switches each effect off. Pairs are for linear and angular velocity.
 
-    A command is rounded, limited in speed, put to zero in the dead zone, limited in acceleration, and followed with a
-    first-order lag by wheels that may be unlike and skid.
+    A command is rounded, limited in speed, set to zero in the dead zone, limited in acceleration, and followed with a
+    first-order lag by wheels that may be unequal and skid.
     """
 
     lag: Annotated[
@@ -51,7 +51,7 @@ class Base(NamedTuple):
     dead_zone: Annotated[
         tuple[float, ...],
         Field('m/s, rad/s', 'smaller commands of the linear and the angular velocity do not move the robot: larger '
-              'leaves larger errors where it drives slowly', minimum=0.0, length=2)
+                            'leaves larger errors at low speed', minimum=0.0, length=2)
     ] = (0.0, 0.0)
     quantum: Annotated[
         tuple[float, ...],
@@ -63,17 +63,17 @@ class Base(NamedTuple):
                      'period; 0 takes every one at once: larger takes them sooner', minimum=0.0, maximum=1e5)
     ] = 0.0
     command_jitter: Annotated[
-        float, Field('s', 'each command begins to act later by up to this time, drawn evenly with noise.seed and '
-                     'rounded up to velocity periods: larger makes the motion rougher', minimum=0.0)
+        float, Field('s', 'largest additional delay of a command, drawn uniformly with noise.seed and rounded up to '
+                          'velocity periods: larger makes the motion rougher', minimum=0.0)
     ] = 0.0
     wheel_gain: Annotated[
         tuple[float, ...],
-        Field('', 'speeds of the right and the left wheel as shares of those commanded, 1 for both: unlike ones turn '
-              'the robot when it is to drive straight ahead', minimum=0.5, maximum=1.5, length=2)
+        Field('', 'speeds of the right and the left wheel as shares of the commanded ones, 1 for both: with unequal '
+                  'ones the robot turns on a straight command', minimum=0.5, maximum=1.5, length=2)
     ] = (1.0, 1.0)
     turn_gain: Annotated[
-        float, Field('', 'turn of the robot as a share of what its wheels would make, below 1 where it skids: smaller '
-                     'turns less', minimum=0.1, maximum=1.5)
+        float, Field('', "turn of the robot as a share of its wheels' turn, below 1 if it skids: smaller turns less",
+                     minimum=0.1, maximum=1.5)
     ] = 1.0
     command_timeout: Annotated[
         float, Field('s', 'wall clock: time without cmd_vel after which the base stops, 0 for never: larger drives on '
@@ -90,12 +90,11 @@ class BaseChannel(NamedTuple):
     delay : int
         Dead time [velocity periods].
     max_speed, max_change, max_fall : float
-        Of a setpoint, and of its change in one velocity period, away from zero and towards it; infinite where there is
-        none.
+        Of a setpoint, and of its change in one velocity period away from zero and towards zero; infinite if unlimited.
     dead_zone, quantum : float
-        0 where there is none.
+        0 for none.
     response : Channel
-        To the setpoint, over one of the substeps.
+        To the setpoint, over one substep.
     """
 
     delay: int
@@ -109,12 +108,12 @@ class BaseChannel(NamedTuple):
 
 class Mixing(NamedTuple):
     """
-    The velocities of a base whose wheels are unlike or skid, from those of its setpoint.
+    The velocities of a base with unequal or skidding wheels, from those of its setpoint.
 
     Attributes
     ----------
     linear, angular : BodyVelocity
-        By which the setpoint's velocities are multiplied and summed.
+        Factors of the setpoint's velocities, before they are summed.
     """
 
     linear: BodyVelocity
@@ -132,17 +131,17 @@ class DiscreteBase(NamedTuple):
     linear, angular : BaseChannel
         The two velocities.
     taken : Events
-        When the base takes a command.
+        Times at which the base takes a command.
     substeps : int
-        Of the quadrature in one velocity period; 0 where there is no lag.
+        Of the quadrature in one velocity period; 0 without a lag.
     dt : float
-        Of one substep, or of the period where there are none [s].
+        Length of one substep [s], or of the period without substeps.
     jitter, seed : int
         Longest jitter of a command [velocity periods], and the seed of its random numbers.
     is_mixed : bool
-        Whether wheels are unlike or skid.
+        Whether wheels are unequal or skid.
     mixing : Mixing
-        How.
+        The factors of such wheels.
     """
 
     robot: Robot
@@ -158,7 +157,7 @@ class DiscreteBase(NamedTuple):
 
 
 def base_violations(base: Base, period: int, position_period: int) -> Iterator[str]:
-    """Yield what breaks the rules between parameters of a base and the periods of the two grids [ns]."""
+    """Yield the violated rules between parameters of a base and the periods of the two grids [ns]."""
     if 0.0 < base.command_rate < SLOWEST:
         yield (f'base.command_rate = {base.command_rate} Hz is below {SLOWEST:g} Hz; take at least {SLOWEST:g} Hz, or '
                '0 for every command at once')
@@ -169,28 +168,24 @@ def base_violations(base: Base, period: int, position_period: int) -> Iterator[s
 
 
 def queue_length(base: Base, period: int, position_period: int) -> int:
-    """Return how many commands a base keeps; both periods in ns, of the velocity and of the position grid."""
+    """Return the number of commands that a base stores, for periods [ns] of the velocity and the position grid."""
     return _kept(_longest(base, period), _taken(base, period, position_period))
 
 
 def _longest(base: Base, period: int) -> int:
-    """Return after how many velocity periods a command acts at the latest."""
+    """Return the velocity periods after which a command acts at the latest."""
     return max(periods(time, period) for time in base.dead_time) + periods(base.command_jitter, period)
 
 
 def _kept(longest: int, taken: Events) -> int:
-    """Return how many commands are kept over a dead time [velocity periods]."""
+    """Return the number of commands stored over a dead time [velocity periods]."""
     return 1 + -(-longest * taken.number // taken.periods)
 
 
 def _taken(base: Base, period: int, position_period: int) -> Events:
-    """
-    Return when a base takes commands.
-
-    A base that takes every one at once does so in each velocity period; where its dead time then held more than
-    LONGEST_QUEUE commands, on the finest grid that has every position tick, between which a loop in lockstep and a
-    rollout have no other command.
-    """
+    """Return the times at which a base takes commands; without a command rate, in each velocity period."""
+    # if the dead time then held more than LONGEST_QUEUE commands, on the finest grid that has every position tick:
+    # between these ticks, a loop in lockstep and a rollout have no other command
     if base.command_rate > 0.0:
         return events_at(base.command_rate, period)
     longest, ratio = _longest(base, period), position_period // period
@@ -199,7 +194,7 @@ def _taken(base: Base, period: int, position_period: int) -> Events:
 
 
 def _mixing(base: Base, robot: Robot) -> Mixing:
-    """Return how the wheels of a base mix its velocities."""
+    """Return the mixing of a base's velocities by its wheels."""
     (right, left), half = base.wheel_gain, half_separation(robot)
     mean, unlike = 0.5 * (right + left), 0.5 * (right - left)
     return Mixing(BodyVelocity(mean, half * unlike),
@@ -215,7 +210,7 @@ def discretise_base(base: Base, robot: Robot, period: int, position_period: int,
     base : Base
         Parameters.
     robot : Robot
-        Physical constants; they give the wheels' velocities.
+        Physical constants, for the wheels' velocities.
     period, position_period : int
         Of the velocity and the position grid [ns].
     seed : int
@@ -227,7 +222,7 @@ def discretise_base(base: Base, robot: Robot, period: int, position_period: int,
         For `base_step`.
     """
     dt, shortest = period / 1e9, min((lag for lag in base.lag if lag > 0.0), default=0.0)
-    # half a time constant in each substep: the quadrature's error is below 1e-9 of what the lag costs in it
+    # half a time constant in each substep: its quadrature error is below 1e-9 of the distance lost to the lag in it
     substeps = min(_MOST_SUBSTEPS, math.ceil(2.0 * dt / shortest)) if shortest > 0.0 else 0
 
     def one(n: int) -> BaseChannel:

@@ -20,9 +20,9 @@ class BaseState(NamedTuple):
     Attributes
     ----------
     commands : tuple of BodyVelocity
-        Taken, newest first; as many as the longer dead time needs.
+        Commands taken, newest first; as many as the longer dead time needs.
     setpoint : BodyVelocity
-        That the velocities lag behind, before wheels that are unlike or skid.
+        The velocities approach it with the lag; unequal or skidding wheels act after the lag.
     """
 
     commands: tuple[BodyVelocity, ...]
@@ -30,14 +30,14 @@ class BaseState(NamedTuple):
 
 
 def base_at_rest(base: Base, period: int, position_period: int) -> BaseState:
-    """Return the state of a base at a run's start: no command but zero, for periods as in `discretise_base`."""
+    """Return the state of a base at a run's start: only zero commands, for periods as in `discretise_base`."""
     zero = BodyVelocity(0.0, 0.0)
     return BaseState((zero,) * queue_length(base, period, position_period), zero)
 
 
 @jitable
 def _followed(asked: float, before: float, limits: BaseChannel) -> float:
-    """Return the setpoint of one velocity [m/s or rad/s] for a command, after the one before."""
+    """Return the setpoint of one velocity [m/s or rad/s] for a command, after the previous setpoint."""
     if limits.quantum > 0.0:
         asked = limits.quantum * math.floor(asked / limits.quantum + 0.5)
     asked = min(max(asked, -limits.max_speed), limits.max_speed)
@@ -50,7 +50,7 @@ def _followed(asked: float, before: float, limits: BaseChannel) -> float:
 
 @jitable
 def _age(k: int, delay: int, base: DiscreteBase, kept: int) -> int:
-    """Return how many commands ago the newest was taken that acts at step k; at a run's start, one of before it."""
+    """Return the age, in commands, of the newest command that acts at step k; at a run's start, of one before it."""
     newest = events_until(k, base.taken)
     age = newest - events_until(k - delay, base.taken)
     if base.jitter > 0:
@@ -64,7 +64,7 @@ def _age(k: int, delay: int, base: DiscreteBase, kept: int) -> int:
 
 @jitable
 def _mixed(setpoint: BodyVelocity, mixing: Mixing) -> BodyVelocity:
-    """Return the velocities that unlike or skidding wheels make of a setpoint."""
+    """Return the velocities of unequal or skidding wheels for a setpoint."""
     return BodyVelocity(
         mixing.linear.linear * setpoint.linear + mixing.linear.angular * setpoint.angular,
         mixing.angular.linear * setpoint.linear + mixing.angular.angular * setpoint.angular,
@@ -98,8 +98,8 @@ def base_step(
 
     Notes
     -----
-    Without lag the robot moves along the exact arc. With lag velocities, distance and turn are exact, and the position
-    comes from a quadrature of sixth order, to 1e-9 m a metre where the shorter lag is at least 1/32 of a period.
+    Without lag the robot moves along the exact arc. With lag, velocities, distance and turn are exact; the position
+    comes from a quadrature of sixth order, to 1e-9 m a metre if the shorter lag is at least 1/32 of a period.
 
     """
     commands = base_state.commands
@@ -128,7 +128,7 @@ def base_step(
 def _lagging(state: PlantState, setpoint: BodyVelocity, base: DiscreteBase) -> PlantState:
     """Move a base by one substep with a constant setpoint."""
     linear, angular = base.linear.response, base.angular.response
-    # what the velocities lack, which decays
+    # the difference from the setpoint decays
     v, omega = state.velocity.linear - setpoint.linear, state.velocity.angular - setpoint.angular
     first, middle, last = QUADRATURE
     x, y = mean_velocity(

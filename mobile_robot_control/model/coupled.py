@@ -1,4 +1,4 @@
-"""The plant with the Coriolis pair that the chapter's equations of motion lack."""
+"""The plant with the Coriolis pair, which the chapter's equations of motion lack."""
 
 import math
 from typing import NamedTuple
@@ -38,7 +38,6 @@ class Motion(NamedTuple):
 
 @jitable
 def _derivative(motion: Motion, heading: float, torque: WheelTorque, robot: Robot) -> Motion:
-    """Return the time derivative of a motion."""
     v, omega = motion.linear, motion.angular
     r, R, K = robot.wheel_radius, half_separation(robot), robot.viscous_friction
     offset_mass = robot.mass * robot.com_offset
@@ -69,7 +68,7 @@ def _moved(motion: Motion, slope: Motion, dt: float) -> Motion:
 def _substep(
     motion: Motion, heading: float, begin: WheelTorque, middle: WheelTorque, end: WheelTorque, robot: Robot, h: float
 ) -> Motion:
-    """Return a motion after a time h [s] of torques that change, by the method that `advance` has inlined for speed."""
+    """Return a motion after a time h [s] under changing torques, by the method that `advance` has inlined for speed."""
     k1 = _derivative(motion, heading, begin, robot)
     k2 = _derivative(_moved(motion, k1, 0.5 * h), heading, middle, robot)
     k3 = _derivative(_moved(motion, k2, 0.5 * h), heading, middle, robot)
@@ -79,7 +78,7 @@ def _substep(
 
 @jitable
 def substeps(dt: float) -> int:
-    """Return into how many substeps a period [s] is divided."""
+    """Return the number of substeps in a period [s]."""
     return max(1, math.ceil(dt / LONGEST_SUBSTEP - 1e-9))
 
 
@@ -88,8 +87,8 @@ def advance(pose: Pose, velocity: BodyVelocity, torque: WheelTorque, robot: Robo
     """
     Integrate the coupled equations of motion over one period of constant torques.
 
-    Extends Eq. (13)-(14) of the chapter by the pair of forces that appears when the rolling constraint is put in
-    after differentiating the Lagrangian; the pair does no work.
+    Extends Eq. (13)-(14) of the chapter by a pair of forces that appears when the rolling constraint is inserted after
+    the Lagrangian is differentiated; the pair does no work.
 
     Parameters
     ----------
@@ -138,7 +137,7 @@ def advance_fading(
     torque, fading : WheelTorque
         [N m].
     rate : float
-        Of the lag, 1/T [1/s]; accurate as long as the lag takes several substeps of 0.25 ms.
+        Of the lag, 1/T [1/s]; accurate if the lag takes several substeps of 0.25 ms.
     robot : Robot
         Physical constants.
     dt : float

@@ -51,7 +51,7 @@ class DiscretePlant(NamedTuple):
     dt : float
         Sampling period [s].
     centripetal_coupling : bool
-        Whether the Coriolis pair is included that Eq. (13)-(14) lack.
+        Whether to include the Coriolis pair, which Eq. (13)-(14) lack.
     """
 
     robot: Robot
@@ -62,7 +62,7 @@ class DiscretePlant(NamedTuple):
 
 
 def _response(rate: float, time: float) -> Response:
-    """Solve x' = u - rate x over a time; the series avoids cancellation at little friction."""
+    """Solve x' = u - rate x over a time; a series avoids cancellation at little friction."""
     x = rate * time
     if x > 0.5:
         gain = -math.expm1(-x) / rate
@@ -93,7 +93,7 @@ def discretise(robot: Robot, dt: float, centripetal_coupling: bool = False) -> D
     dt : float
         Sampling period [s], positive.
     centripetal_coupling : bool
-        Whether to include the Coriolis pair that the chapter's Lagrangian lacks.
+        Whether to include the Coriolis pair, which the chapter's Lagrangian lacks.
 
     Returns
     -------

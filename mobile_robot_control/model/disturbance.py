@@ -1,4 +1,4 @@
-"""What moves the robot and no controller asked for: torques on its wheels, pushes at its body."""
+"""Disturbances of the robot: torques on its wheels, pushes at its body."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -10,9 +10,9 @@ from mobile_robot_control.quantities import Push, WheelTorque
 
 
 class Disturbance(NamedTuple):
-    """Torques on the wheels that no controller asked for."""
+    """Disturbance torques on the wheels."""
 
-    time: Annotated[float, Field('s', 'when impulse and step begin', minimum=0.0, maximum=1e6)] = 0.0
+    time: Annotated[float, Field('s', 'start of impulse and step', minimum=0.0, maximum=1e6)] = 0.0
     impulse: Annotated[
         tuple[float, ...],
         Field('N m s', 'impulse on the right and the left wheel, within one velocity period: larger pushes the robot '
@@ -36,14 +36,14 @@ def disturbed(torque: WheelTorque, disturbance: Disturbance, k: int, dt: float) 
     disturbance : Disturbance
         Impulse and step.
     k : int
-        Step of the velocity loop that begins.
+        Step of the velocity loop, about to begin.
     dt : float
         Its period [s].
 
     Returns
     -------
     WheelTorque
-        Bit for bit the motors' where there is no disturbance.
+        Bit for bit the motors' torque if there is no disturbance.
     """
     right, left = disturbance.step
     impulse_right, impulse_left = disturbance.impulse
@@ -60,7 +60,7 @@ def disturbed(torque: WheelTorque, disturbance: Disturbance, k: int, dt: float) 
 
 def wheel_torques_of(wrench: Push, robot: Robot) -> WheelTorque:
     """
-    Return the torques on the wheels that do the same work as a push at point A [N m].
+    Return the torques on the wheels [N m] with the same work as a push at point A.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def wheel_torques_of(wrench: Push, robot: Robot) -> WheelTorque:
 
 def with_push(disturbance: Disturbance, wrench: Push, k: int, dt: float, robot: Robot) -> Disturbance:
     """
-    Return the disturbance of one step, in which a push acts beside the one that is there.
+    Return the disturbance of one step, with a push added.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def with_push(disturbance: Disturbance, wrench: Push, k: int, dt: float, robot: 
     wrench : Push
         The push, held over the step [N], [N m].
     k : int
-        Step of the velocity loop that begins.
+        Step of the velocity loop, about to begin.
     dt : float
         Its period [s].
     robot : Robot

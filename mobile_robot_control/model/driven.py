@@ -20,7 +20,7 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, Whe
 
 @jitable_apart
 def _body_velocity(speed: WheelVelocity, robot: Robot) -> BodyVelocity:
-    """Return the body velocity, from which `wheel_velocity` finds exactly 0.0 again for a wheel that stands."""
+    """Return the body velocity from which `wheel_velocity` computes exactly 0.0 again for a standing wheel."""
     rim = 0.5 * robot.wheel_radius / half_separation(robot)
     if speed.right == 0.0 and speed.left == 0.0:
         return BodyVelocity(0.0, 0.0)
@@ -35,7 +35,7 @@ def _body_velocity(speed: WheelVelocity, robot: Robot) -> BodyVelocity:
 
 @jitable_apart
 def _coupled_advance(rolling: Rolling, forcing: Forcing, drivetrain: Drivetrain, most_events: int) -> Rolling:
-    """Return both wheels after a period with the Coriolis pair, held over short substeps at its value in the middle."""
+    """Return both wheels after a period; the Coriolis pair is held over short substeps at its value in the middle."""
     robot, axle, outside = drivetrain.plant.robot, drivetrain.axle, forcing.outside
     count = coupled.substeps(drivetrain.plant.dt)
     h = drivetrain.plant.dt / count
@@ -55,20 +55,20 @@ def eventful_step(
     state: PlantState, fading: WheelTorque, forcing: Forcing, drivetrain: Drivetrain, most_events: int
 ) -> tuple[PlantState, WheelTorque]:
     """
-    Move the plant by one period with every event in it.
+    Move the plant by one period, with all events within it.
 
     Parameters
     ----------
     state : PlantState
         At the period's start.
     fading : WheelTorque
-        By which the lagging torques differ from those asked for [N m].
+        Lagging torques minus those asked for [N m].
     forcing : Forcing
-        What is held.
+        Torques held over the period.
     drivetrain : Drivetrain
         Constants.
     most_events : int
-        After which the wheels are held still.
+        After so many events the wheels are held still.
 
     Returns
     -------
@@ -105,13 +105,13 @@ def motorised_step(
     Parameters
     ----------
     state : PlantState
-        At the period's start. A wheel stands where its speed is exactly 0.0.
+        At the period's start. A standing wheel has the speed 0.0 exactly.
     motors : MotorState
-        Torques that the lag has reached.
+        Torques reached by the lag.
     asked : WheelTorque
-        Of the motors [N m], held; within what they give at standstill.
+        Torques asked of the motors [N m], held; within their stall torque.
     outside : WheelTorque
-        What acts on the wheels and not through the motors [N m], held.
+        Torques on the wheels that do not come through the motors [N m], held.
     drivetrain : Drivetrain
         From `discretise_drivetrain`.
 
@@ -124,9 +124,9 @@ def motorised_step(
     Notes
     -----
     With ``centripetal_coupling`` speeds have no closed form. A period that is certainly without an event uses the
-    Runge-Kutta method of `coupled`, in any other the Coriolis pair is held over substeps of at most 0.25 ms at its
-    value in the middle. That leaves an error below 2e-6 rad/s a period for the chapter's robot, and up to 1e-5 rad/s
-    for one of 100 g.
+    Runge-Kutta method of `coupled`. In any other period the Coriolis pair is held, at its value in the middle, over
+    substeps of at most 0.25 ms. The error is below 2e-6 rad/s a period for the chapter's robot, and up to 1e-5 rad/s
+    for a robot of 100 g.
 
     """
     coulomb = drivetrain.axle.coulomb
@@ -159,7 +159,7 @@ def driven_step(
     """
     Move the plant by one period, with delayed and limited torques, motors, friction and a disturbance.
 
-    Stands in the place of `plant.actuated_step` where motors or friction are not ideal.
+    Replaces `plant.actuated_step` if motors or friction are not ideal.
 
     Parameters
     ----------
@@ -176,15 +176,15 @@ def driven_step(
     drivetrain : Drivetrain
         Robot, motors, friction and period.
     imperfect : Imperfections
-        Delay and disturbance; the latter acts on the wheels and not through the motors.
+        Delay and disturbance; the disturbance acts on the wheels directly, not through the motors.
     motor_limit : float
         Of each motor [N m], beside its stall torque; 0 means none.
 
     Returns
     -------
     tuple of PlantState, MotorState, DelayLine, WheelTorque and WheelTorque
-        State, motors and line at the period's end, the torque that would act now without limits, lag and friction, and
-        the one applied: the mean over the period of the torque at the motors' shafts, before any friction [N m].
+        State, motors and line at the period's end; the torque that would act now without limits, lag and friction; the
+        applied torque: the mean over the period of the torque at the motors' shafts, before any friction [N m].
     """
     late, acting = delayed(line, torque)
     asked = saturate(saturate(acting, motor_limit), drivetrain.axle.stall_torque)

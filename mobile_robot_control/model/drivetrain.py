@@ -36,9 +36,9 @@ class Drivetrain(NamedTuple):
     remainder, mean_remainder : float
         exp(-dt/T), and its mean over the period; 0 without a lag.
     linear, angular : FadingChannel
-        Exact responses of v and ω to what fades.
+        Exact responses of v and ω to fading torques.
     predictable : bool
-        Whether a step without events has a prediction that is cheap and accurate.
+        Whether a step without events has a cheap and accurate prediction.
     """
 
     plant: DiscretePlant
@@ -51,12 +51,12 @@ class Drivetrain(NamedTuple):
 
 
 def has_ideal_motors(motor: Motor, friction: Friction) -> bool:
-    """Return whether motors and friction change nothing, so that `plant.actuated_step` does."""
+    """Return whether motors and friction change nothing, so that `plant.actuated_step` suffices."""
     return motor == Motor() and friction == Friction()
 
 
 def _fading_channel(rate: float, lag_rate: float, dt: float) -> FadingChannel:
-    """Return the responses of a velocity to what fades, at the quadrature points and at the period's end."""
+    """Return the responses of a velocity to a fading torque, at the quadrature points and at the period's end."""
     first, middle, last = QUADRATURE
     return FadingChannel(
         fading_response(rate, lag_rate, first * dt), fading_response(rate, lag_rate, middle * dt),
@@ -66,7 +66,7 @@ def _fading_channel(rate: float, lag_rate: float, dt: float) -> FadingChannel:
 def _is_predictable(plant: DiscretePlant, rate: float, lag_rate: float) -> bool:
     """Return whether a period without events has a cheap solution, given the fastest rate of the robot [1/s]."""
     if plant.centripetal_coupling:
-        # the Runge-Kutta method is stable and accurate for slow enough robots and motors
+        # the Runge-Kutta method is stable and accurate if robot and motors are slow enough
         return max(rate, lag_rate) * coupled.LONGEST_SUBSTEP <= _LARGEST_EXPONENT_OF_A_SUBSTEP
     # one quadrature over the whole period needs a smooth course
     return max(rate, lag_rate) * plant.dt <= _LARGEST_EXPONENT

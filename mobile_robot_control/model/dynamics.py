@@ -1,4 +1,4 @@
-"""The plant: from wheel torques to motion, exactly, over one sampling period."""
+"""The plant: the motion under wheel torques, exact over one sampling period."""
 
 from typing import NamedTuple
 
@@ -35,7 +35,7 @@ class PlantState(NamedTuple):
 
 
 def at_rest(pose: Pose) -> PlantState:
-    """Return the state at a run's start: at rest at a pose [m], [rad], whose heading is wrapped here."""
+    """Return the state at a run's start: at rest at a pose [m], [rad], with its heading wrapped."""
     return PlantState(Pose(pose.x, pose.y, wrap_angle(pose.heading)), BodyVelocity(0.0, 0.0), 0.0, 0.0)
 
 
@@ -51,7 +51,7 @@ def diverged(state: PlantState) -> bool:
 def mean_velocity(
     speeds: tuple[float, float, float], headings: tuple[float, float, float]
 ) -> tuple[float, float]:
-    """Return the mean of v (cos θ, sin θ) [m/s] over a time from v and θ at the points of `QUADRATURE` within it."""
+    """Return the mean of v (cos θ, sin θ) [m/s] over a time, for v and θ at the points of `QUADRATURE` within it."""
     x = y = 0.0
     for weight, speed, heading in (
         (_OUTER_WEIGHT, speeds[0], headings[0]),
@@ -105,7 +105,7 @@ def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantS
 
     Notes
     -----
-    With ``centripetal_coupling`` the velocities have no closed form, and a Runge-Kutta method of fourth order is used
+    With ``centripetal_coupling`` the velocities have no closed form. A Runge-Kutta method of fourth order replaces it,
     with substeps short enough for the same accuracy.
 
     """
@@ -115,7 +115,7 @@ def step(state: PlantState, torque: WheelTorque, plant: DiscretePlant) -> PlantS
                      BodyVelocity(motion.linear, motion.angular), plant.robot)
     robot = plant.robot
     v, omega = state.velocity
-    # the accelerations that the torques alone would give
+    # the accelerations by the torques alone
     push = 0.5 * robot.wheel_radius * (torque.right + torque.left) / linear_inertia(robot)
     twist = (0.5 * robot.wheel_radius * (torque.right - torque.left)
              / (half_separation(robot) * angular_inertia(robot)))

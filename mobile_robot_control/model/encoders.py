@@ -1,4 +1,4 @@
-"""Wheel encoders: angles in whole ticks, and velocities that are differences of angles, as in firmware."""
+"""Wheel encoders: angles in whole ticks, and velocities as differences of angles, as in firmware."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -13,15 +13,15 @@ LONGEST_WINDOW = 64
 
 
 class Encoders(NamedTuple):
-    """Encoders of the wheels; with 0 in both they give the true angles and velocities."""
+    """Encoders of the wheels; with both fields 0 they give the true angles and velocities."""
 
     ticks: Annotated[
         int, Field('', 'ticks in a revolution of the wheel, with gear and quadrature, 0 for none: larger makes angles '
                    'and velocities of the wheels finer', minimum=0, maximum=2**31 - 1)
     ] = 0
     window: Annotated[
-        float, Field('s', 'a velocity is the difference of two angles this time apart, rounded up to velocity periods; '
-                     '0 for one, or without ticks for the true velocity: larger makes velocities finer and later',
+        float, Field('s', 'time between the two angles of a velocity, rounded up to velocity periods; 0 for one '
+                          'period, or without ticks for the true velocity: larger makes velocities finer and later',
                      minimum=0.0)
     ] = 0.0
 
@@ -40,11 +40,11 @@ class EncoderConstants(NamedTuple):
     Attributes
     ----------
     tick : float
-        Angle between two ticks [rad]; 0 where there are none.
+        Angle between two ticks [rad]; 0 without ticks.
     periods : int
-        Of the velocity grid in the window, at least 1.
+        Velocity periods in the window, at least 1.
     window : float
-        The same time [s].
+        Length of the window [s].
     differences : bool
         Whether velocities are differences of angles; otherwise they are the true ones.
     """
@@ -68,17 +68,17 @@ def encoder_constants(encoders: Encoders, period: int) -> EncoderConstants:
 
 @jitable
 def _encoder_angle(angle: float, tick: float) -> float:
-    """Return an angle [rad] in whole ticks, the nearest: wheels stand half-way between two edges at a run's start."""
+    """Return an angle [rad] in whole ticks, rounded: at a run's start wheels stand half-way between two edges."""
     return tick * math.floor(angle / tick + 0.5) if tick > 0.0 else angle
 
 
 @jitable
 def encoder_angles(right: float, left: float, encoders: EncoderConstants) -> WheelAngles:
-    """Return the wheels' angles that encoders show of the true ones [rad], at most half a tick away."""
+    """Return the wheels' angles as encoders show them, at most half a tick from the true ones [rad]."""
     return WheelAngles(_encoder_angle(right, encoders.tick), _encoder_angle(left, encoders.tick))
 
 
 @jitable
 def angle_velocity(now: WheelAngles, before: WheelAngles, window: float) -> WheelVelocity:
-    """Return the mean velocity between two angles of each wheel that are a time [s] apart."""
+    """Return the mean velocity between two angles of each wheel, a time [s] apart."""
     return WheelVelocity((now.right - before.right) / window, (now.left - before.left) / window)

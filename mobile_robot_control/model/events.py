@@ -1,4 +1,4 @@
-"""Events at a rate of their own, each rounded up to the velocity grid: in whole numbers, so that nothing drifts."""
+"""Events at their own rate, each rounded up to the velocity grid: in whole numbers, so that nothing drifts."""
 
 import math
 from typing import NamedTuple
@@ -6,7 +6,7 @@ from typing import NamedTuple
 from mobile_robot_control.jit import jitable
 
 SLOWEST = 0.001
-"""[Hz]"""
+"""Slowest rate of events [Hz]."""
 _LARGEST = 1_000_000_000
 
 
@@ -17,7 +17,7 @@ class Events(NamedTuple):
     Attributes
     ----------
     number, periods : int
-        So many events in so many periods of the velocity grid; both below 2**30, so that products with a step fit.
+        So many events in so many velocity periods; both below 2**30, so that products with a step fit.
     """
 
     number: int
@@ -41,15 +41,15 @@ def events_at(rate: float, period: int) -> Events:
     Events(number=3, periods=50)
 
     """
-    from fractions import Fraction  # noqa: PLC0415 (7 ms that a node without such events does not pay)
+    from fractions import Fraction  # noqa: PLC0415 (takes 7 ms, which most nodes save)
 
-    # to the nearest such fraction: 1 / 0.033 is not exactly 1000/33
+    # to the nearest such fraction, because 1 / 0.033 is not exactly 1000/33
     share = min(Fraction(1), (Fraction(rate) * Fraction(period, 1_000_000_000)).limit_denominator(_LARGEST))
     return Events(share.numerator, share.denominator)
 
 
 def periods(time: float, period: int) -> int:
-    """Return a time [s] in periods [ns], rounded up; what is less than a nanosecond too long is not."""
+    """Return a time [s] in periods [ns], rounded up; an excess below a nanosecond is ignored."""
     return -(-max(0, math.ceil(time * 1e9 - 1.0)) // period)
 
 
@@ -65,11 +65,11 @@ def events_until(k: int, events: Events) -> int:
 
 @jitable
 def step_of(event: int, events: Events) -> int:
-    """Return the step of the velocity grid at which an event is."""
+    """Return the step of the velocity grid at which an event occurs."""
     return -(-event * events.periods // events.number)
 
 
 @jitable
 def is_event(k: int, events: Events) -> bool:
-    """Return whether an event is at a step of the velocity grid."""
+    """Return whether an event occurs at a step of the velocity grid."""
     return k * events.number % events.periods < events.number

@@ -8,7 +8,7 @@ from mobile_robot_control.model.robot import Robot, half_separation
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
 _STRAIGHT = 1e-4
-"""[rad]: a smaller turn is a line but for less than 1e-9 of its length."""
+"""[rad]: below it an arc is a line to within 1e-9 of its length."""
 
 
 @jitable
@@ -76,7 +76,7 @@ def wheel_velocity(body: BodyVelocity, robot: Robot) -> WheelVelocity:
 @jitable
 def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
     """
-    Compute where a robot is that has moved along an arc: exactly the motion of a constant body velocity.
+    Compute the pose after an arc: exactly the motion of a constant body velocity.
 
     Parameters
     ----------

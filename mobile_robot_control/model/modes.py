@@ -17,9 +17,9 @@ class Mode(NamedTuple):
     rate : float
         [1/s].
     right, left : float
-        By which x counts in the speed of each wheel: that is the sum over both modes.
+        Factor of x in the speed of each wheel; the speed is the sum over both modes.
     start, push, fade : float
-        x(0) and what drives it.
+        x(0), and the terms of the equation above.
     """
 
     rate: float
@@ -31,7 +31,7 @@ class Mode(NamedTuple):
 
 
 class Modes(NamedTuple):
-    """Both motions; the second is nothing where a wheel stands, the first too where both do."""
+    """Both motions; while one wheel stands the second is empty, while both stand both are."""
 
     first: Mode
     second: Mode
@@ -39,7 +39,7 @@ class Modes(NamedTuple):
 
 class Load(NamedTuple):
     """
-    What acts on the wheels while neither changes between standing and turning, nor its motor reaches its line.
+    The torques on the wheels while no wheel stops or starts, and no motor reaches its line.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Load(NamedTuple):
     right_damping, left_damping : float
         [N m s/rad].
     right_stands, left_stands : bool
-        Of each wheel.
+        Whether each wheel stands.
     """
 
     held: WheelTorque
@@ -68,7 +68,7 @@ class Course(NamedTuple):
     speed : WheelVelocity
         [rad/s].
     right_angle, left_angle : float
-        By which they have turned since the start [rad].
+        Angles turned since the start [rad].
     """
 
     speed: WheelVelocity
@@ -77,27 +77,27 @@ class Course(NamedTuple):
 
 
 NO_MODE = Mode(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Of a wheel that stands."""
+"""The mode of a standing wheel."""
 
 
 @jitable_apart
 def find_modes(speed: WheelVelocity, load: Load, linear: float, angular: float) -> Modes:
     """
-    Decouple Eq. (13)-(14) of the chapter, with a damping and a torque of its own at each wheel.
+    Decouple Eq. (13)-(14) of the chapter, with individual damping and torque at each wheel.
 
     Parameters
     ----------
     speed : WheelVelocity
         At the start [rad/s].
     load : Load
-        What acts.
+        Torques and damping.
     linear, angular : float
         A + B and A - B [kg m²].
     """
     own = 0.5 * (linear + angular)
     if load.right_stands and load.left_stands:
         return Modes(NO_MODE, NO_MODE)
-    # beside a wheel that stands: A dω/dt = τ - D ω
+    # beside a standing wheel: A dω/dt = τ - D ω
     if load.right_stands:
         return Modes(Mode(load.left_damping / own, 0.0, 1.0, speed.left, load.held.left / own, load.fading.left / own),
                      NO_MODE)
@@ -125,7 +125,7 @@ def find_modes(speed: WheelVelocity, load: Load, linear: float, angular: float) 
 
 @jitable_apart
 def _rotated(first: Mode, second: Mode, mixed: float) -> Modes:
-    """Decouple two motions that damp each other, by a Jacobi rotation of their symmetric matrix of damping."""
+    """Decouple two motions that damp each other, by a Jacobi rotation of their symmetric damping matrix."""
     half = 0.5 * (second.rate - first.rate) / mixed
     tangent = (1.0 if half >= 0.0 else -1.0) / (abs(half) + math.sqrt(half * half + 1.0))
     cosine = 1.0 / math.sqrt(tangent * tangent + 1.0)

@@ -1,4 +1,4 @@
-"""Motors whose torque falls with speed and lags behind what is asked."""
+"""Motors with a torque that falls with speed and lags behind its request."""
 
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
@@ -9,19 +9,19 @@ from mobile_robot_control.quantities import SMALLEST, WheelTorque
 
 
 class Motor(NamedTuple):
-    """The motors of both wheels, gears included: values hold at the axle. 0 is an ideal motor in each respect."""
+    """The motors of both wheels, gears included: values hold at the axle. 0 makes a motor ideal in that respect."""
 
     stall_torque: Annotated[
-        float, Field('N m', 'torque of each motor at standstill, which falls along a line to zero at no_load_speed: '
-                     'larger accelerates harder; 0 for no such line, needs no_load_speed', minimum=0.0)
+        float, Field('N m', 'torque of each motor at standstill; it falls linearly to zero at no_load_speed: larger '
+                            'accelerates harder; 0 for no such line, needs no_load_speed', minimum=0.0)
     ] = 0.0
     no_load_speed: Annotated[
-        float, Field('rad/s', 'speed of the wheel at which its motor gives no torque, and beyond which it brakes: '
-                     'larger drives faster; 0 for no such line, needs stall_torque', minimum=0.0)
+        float, Field('rad/s', 'speed of the wheel at which its motor gives no torque; beyond it the motor brakes: '
+                              'larger drives faster; 0 for no such line, needs stall_torque', minimum=0.0)
     ] = 0.0
     time_constant: Annotated[
-        float, Field('s', 'of the lag of each torque behind what is asked, 0 for none: larger destabilises the '
-                     'velocity loop', minimum=0.0)
+        float, Field('s', 'time constant of the lag of each torque behind its request, 0 for none: larger '
+                          'destabilises the velocity loop', minimum=0.0)
     ] = 0.0
 
 
@@ -50,7 +50,7 @@ class MotorState(NamedTuple):
     Attributes
     ----------
     torque : WheelTorque
-        What the lag has reached [N m]; the torque-speed line, which has no memory, may let less of it through.
+        Torques reached by the lag [N m]; the torque-speed line, which has no memory, may reduce them.
     """
 
     torque: WheelTorque

@@ -1,4 +1,4 @@
-"""Noise on what is measured."""
+"""Measurement noise."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -13,7 +13,7 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 _MASK = 0xFFFFFFFF
 _X, _Y, _HEADING, _RIGHT, _LEFT = 0, 1, 2, 3, 4
 RIGHT_SLIP, LEFT_SLIP, COMMAND_JITTER, ODOMETRY_JITTER = 5, 6, 7, 8
-"""Channels of what is random beside the noise."""
+"""Channels of other random effects."""
 
 
 class Noise(NamedTuple):
@@ -28,7 +28,8 @@ class Noise(NamedTuple):
         float, Field('rad/s', "standard deviation of the noise on each wheel's velocity, and so on odom's twist: "
                      'larger makes the torques rougher', minimum=0.0)
     ] = 0.0
-    seed: Annotated[int, Field('', 'of the noise: the same seed gives the same noise', minimum=0, maximum=_MASK)] = 0
+    seed: Annotated[int, Field('', 'seed of the noise: the same seed gives the same noise',
+                               minimum=0, maximum=_MASK)] = 0
 
 
 @jitable
@@ -48,16 +49,16 @@ def _hashed(seed: int, channel: int, k: int) -> int:
 @jitable
 def gaussian(seed: int, channel: int, k: int) -> float:
     """
-    Return one number of a standard normal sequence: a function of its place, so that repeating changes nothing.
+    Return one number of a standard normal sequence: a function of its index, so a repeated call changes nothing.
 
     Uses Box and Muller's transform of two hashed numbers.
 
     Parameters
     ----------
     seed, channel : int
-        Which sequence.
+        Select the sequence.
     k : int
-        Which number of it: the step of the velocity loop.
+        Index in the sequence: the step of the velocity loop.
     """
     place = _hashed(seed, channel, k)
     # never 0, where the logarithm is not finite
@@ -68,7 +69,7 @@ def gaussian(seed: int, channel: int, k: int) -> float:
 
 @jitable
 def jitter(seed: int, channel: int, n: int, longest: int) -> int:
-    """Return the delay of the n-th of some events: a whole number from 0 to the longest, all equally likely."""
+    """Return the delay of the n-th of some events: a whole number from 0 to the longest, uniformly distributed."""
     return _hashed(seed, channel, n) * (longest + 1) >> 32
 
 
@@ -99,16 +100,16 @@ def measured_wheels(wheels: WheelVelocity, noise: Noise, k: int) -> WheelVelocit
 @jitable
 def measured_twist(velocity: BodyVelocity, wheels: WheelVelocity, noise: Noise, robot: Robot) -> BodyVelocity:
     """
-    Return the twist of odometry: that of the wheels as measured, bit for bit the true one without noise.
+    Return the twist of odometry: that of the measured wheels, bit for bit the true one without noise.
 
     Parameters
     ----------
     velocity : BodyVelocity
-        True one.
+        The true velocity.
     wheels : WheelVelocity
-        As measured at the same time.
+        Measured at the same time.
     noise : Noise
-        Whether there is any.
+        Decides whether there is noise at all.
     robot : Robot
         Physical constants.
     """
@@ -116,16 +117,16 @@ def measured_twist(velocity: BodyVelocity, wheels: WheelVelocity, noise: Noise, 
 
 
 def pose_variances(noise: Noise) -> tuple[float, ...]:
-    """Return the diagonal of the covariance that the noise adds to odom's pose: x, y, z [m²] and rotations [rad²]."""
+    """Return the diagonal of the noise covariance of odom's pose: x, y, z [m²] and rotations [rad²]."""
     x, y, heading = noise.pose
     return (x * x, y * y, 0.0, 0.0, 0.0, heading * heading)
 
 
 def twist_variances(noise: Noise, robot: Robot) -> tuple[float, ...]:
     """
-    Return the diagonal of the covariance that the noise on the wheels adds to odom's twist [m²/s²], [rad²/s²].
+    Return the diagonal of the covariance of odom's twist due to noise on the wheels [m²/s²], [rad²/s²].
 
-    Follows from Eq. (5)-(7) of the chapter: v = r/2 (ω_R + ω_L), ω = r/(2R) (ω_R - ω_L), which are not correlated.
+    Follows from Eq. (5)-(7) of the chapter, v = r/2 (ω_R + ω_L), ω = r/(2R) (ω_R - ω_L), which are uncorrelated.
     """
     r, R = robot.wheel_radius, half_separation(robot)
     linear = 0.5 * (r * noise.velocity) ** 2

@@ -1,4 +1,4 @@
-"""Odometry of the wheels: dead reckoning with the constants that a robot's firmware has, right or wrong."""
+"""Odometry of the wheels: dead reckoning with the constants in a robot's firmware, right or wrong."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -15,9 +15,9 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
 class WheelOdometry(NamedTuple):
     """
-    How a robot makes its odometry; with these defaults it shows the true motion at every position tick.
+    The odometry of a robot; by default it shows the true motion at every position tick.
 
-    The errors of radii and separation are the systematic ones of Borenstein and Feng (1996).
+    The errors of radii and separation are the systematic errors of Borenstein and Feng (1996).
     """
 
     dead_reckoning: Annotated[
@@ -34,21 +34,22 @@ class WheelOdometry(NamedTuple):
                      'one, so that the robot seems to turn 1 % less', minimum=-0.5, maximum=0.5)
     ] = 0.0
     slip: Annotated[
-        float, Field('m/√m', 'standard deviation of the way that each wheel slips on 1 m, growing with the square root '
-                     'of the way, in the pose of dead reckoning: larger makes it drift faster', minimum=0.0)
+        float, Field('m/√m', 'standard deviation of the slip of each wheel over 1 m, in the pose of dead reckoning; '
+                             'it grows with the square root of the distance: larger makes the pose drift faster',
+                     minimum=0.0)
     ] = 0.0
     rate: Annotated[
-        float, Field('Hz', 'rate at which odometry is sampled, each time rounded up to a velocity period, odom repeats '
-                     'the last sample in between; 0 for every position tick: larger makes odom newer', minimum=0.0,
+        float, Field('Hz', 'rate of the samples of odometry, each rounded up to a velocity period; odom repeats the '
+                           'last sample in between; 0 for every position tick: larger makes odom newer', minimum=0.0,
                      maximum=1e5)
     ] = 0.0
     latency: Annotated[
-        float, Field('s', 'time from a sample of odometry to the odom that shows it, rounded up to velocity periods: '
-                     'larger destabilises the position loop', minimum=0.0)
+        float, Field('s', 'time from a sample of odometry to its odom, rounded up to velocity periods: larger '
+                          'destabilises the position loop', minimum=0.0)
     ] = 0.0
     jitter: Annotated[
-        float, Field('s', 'each sample of odometry arrives later by up to this time, drawn evenly with noise.seed and '
-                     'rounded up to velocity periods: larger makes the commands rougher', minimum=0.0)
+        float, Field('s', 'largest additional delay of a sample of odometry, drawn uniformly with noise.seed and '
+                          'rounded up to velocity periods: larger makes the commands rougher', minimum=0.0)
     ] = 0.0
 
 
@@ -67,17 +68,17 @@ class OdometryConstants(NamedTuple):
     Attributes
     ----------
     calibration : Calibration
-        What it uses in place of the true constants.
+        Constants that odometry uses instead of the true ones.
     dead_reckoning : bool
-        Whether its pose is integrated.
+        Whether its pose is integrated from the wheels.
     slip : float
         Standard deviation of the slip of a wheel while it turns by 1 rad [rad/√rad].
     slip_periods : int
-        Periods of the velocity grid after which the slip within them acts: a position period.
+        Velocity periods between two updates of the slip: a position period.
     events : Events
-        When it is sampled.
+        Times of its samples.
     latency, jitter : int
-        From a sample to its arrival, and how much longer at most [velocity periods].
+        From a sample to its arrival, and the longest additional delay [velocity periods].
     """
 
     calibration: Calibration
@@ -92,7 +93,7 @@ class OdometryConstants(NamedTuple):
 def odometry_constants(
     odometry: WheelOdometry, robot: Robot, period: int, position_period: int
 ) -> OdometryConstants:
-    """Return the constants of odometry for a robot, and for periods of the velocity and the position grid [ns]."""
+    """Return the constants of odometry for a robot and the periods [ns] of the velocity and the position grid."""
     right, left = odometry.radius_error
     ratio = max(1, position_period // period)
     return OdometryConstants(
@@ -113,14 +114,14 @@ def odometry_constants(
 @jitable
 def odometer_motion(wheels: WheelVelocity, calibration: Calibration) -> BodyVelocity:
     """
-    Compute the body's motion that odometry makes of the wheels' motion.
+    Compute the body's motion as odometry does from the wheels' motion.
 
     Parameters
     ----------
     wheels : WheelVelocity
         Velocities [rad/s], or the angles of one step [rad].
     calibration : Calibration
-        What odometry uses.
+        Constants that odometry uses.
 
     Returns
     -------
@@ -140,22 +141,22 @@ def odometer_motion(wheels: WheelVelocity, calibration: Calibration) -> BodyVelo
 @jitable
 def wheel_slip(turned: WheelAngles, k: int, seed: int, odometry: OdometryConstants) -> WheelAngles:
     """
-    Return the angles [rad] by which odometry is wrong about two wheels since they slip.
+    Return the errors of odometry in the angles of two wheels due to slip [rad].
 
-    Implements the model of Siegwart and Nourbakhsh (2004, section 5.2.4), after Chong and Kleeman (1997): errors that
-    are independent, with a variance proportional to the way of the wheel, so that their sum does not depend on the
-    length of a step.
+    Implements the model of Siegwart and Nourbakhsh (2004, section 5.2.4), after Chong and Kleeman (1997): independent
+    errors with a variance proportional to the distance of the wheel, so their sum does not depend on the length of a
+    step.
 
     Parameters
     ----------
     turned : WheelAngles
-        By which they have turned [rad].
+        Angles turned [rad].
     k : int
         Step of the velocity loop.
     seed : int
         Of the slip.
     odometry : OdometryConstants
-        How much they slip.
+        Amount of slip.
     """
     return WheelAngles(
         odometry.slip * math.sqrt(abs(turned.right)) * gaussian(seed, RIGHT_SLIP, k),
@@ -173,9 +174,9 @@ def dead_reckoned(pose: Pose, right: float, left: float, calibration: Calibratio
     pose : Pose
         Of odometry, at the period's start.
     right, left : float
-        By which the wheels seem to have turned [rad].
+        Angles turned, as the encoders show them [rad].
     calibration : Calibration
-        What odometry uses.
+        Constants that odometry uses.
 
     Returns
     -------

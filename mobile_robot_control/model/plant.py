@@ -1,4 +1,4 @@
-"""The plant as simulated: its parameters, and motors, disturbance and dynamics together."""
+"""The simulated plant: its parameters, and motors, disturbance and dynamics together."""
 
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
@@ -20,7 +20,7 @@ from mobile_robot_control.parameters.values import nearest
 from mobile_robot_control.quantities import WheelTorque
 
 TORQUE, VELOCITY = 'torque', 'velocity'
-"""What a plant takes."""
+"""Kinds of command that a plant takes."""
 
 
 class Imperfections(NamedTuple):
@@ -35,15 +35,15 @@ _PARAMETERS_OF = {
     TORQUE: ('max_wheel_torque', 'centripetal_coupling', 'delay', 'disturbance', 'motor', 'friction'),
     VELOCITY: ('base',),
 }
-"""Parameters, or groups of them, that one drive alone has."""
+"""Parameters, or groups of them, that belong to one kind of plant."""
 
 
 class PlantModel(NamedTuple):
-    """What the simulated robot is like, beside its physical constants."""
+    """The simulated robot, beside its physical constants."""
 
     drive: Annotated[
-        str, Field('', 'what moves the robot: torque takes wheel_torques, velocity is a base that takes cmd_vel itself '
-                   'and needs no velocity_controller', choices=(TORQUE, VELOCITY))
+        str, Field('', 'input of the robot: torque takes wheel_torques, velocity is a base that takes cmd_vel itself '
+                       'and needs no velocity_controller', choices=(TORQUE, VELOCITY))
     ] = TORQUE
     max_wheel_torque: Annotated[
         float, Field('N m', 'limit of each motor, 0 for none: larger lets the robot accelerate harder', minimum=0.0)
@@ -58,14 +58,14 @@ class PlantModel(NamedTuple):
     encoders: Encoders = Encoders()
     odometry: WheelOdometry = WheelOdometry()
     ruled_out: Annotated[
-        str, Field('', 'parameters of the plant for effects that the robot was found not to have, such as '
-                   '"base.dead_time, base.turn_gain", or none: tune and study do not warn of these')
+        str, Field('', 'parameters of effects that the robot is known not to have, such as "base.dead_time, '
+                       'base.turn_gain", or none: tune and study do not warn of these')
     ] = 'none'
 
 
 @rule
 def _drive_has_its_own_parameters(model: PlantModel) -> Iterator[str]:
-    """A parameter of the other drive would do nothing, in silence."""
+    """Report parameters of the other drive: they would have no effect, silently."""
     other = VELOCITY if model.drive == TORQUE else TORQUE
     given, ideal = flatten(model), flatten(PlantModel())
     for name, value in given.items():
@@ -85,7 +85,7 @@ def _what_is_ruled_out_is_off(model: PlantModel) -> Iterator[str]:
 
 
 def split_names(names: str) -> list[str]:
-    """Return names that a text separates by commas."""
+    """Split a list of names at its commas."""
     return [name.strip() for name in names.split(',') if name.strip() not in ('', 'none')]
 
 
@@ -104,7 +104,7 @@ def actuated_step(
     line : DelayLine
         Torques asked for before.
     torque : WheelTorque
-        Asked for now [N m].
+        Torque asked for now [N m].
     k : int
         Step of the velocity loop.
     plant : DiscretePlant
@@ -114,12 +114,12 @@ def actuated_step(
     motor_limit : float
         Of each motor [N m]; 0 means none.
     _constants : tuple
-        (): ideal motors have none.
+        (): ideal motors have no constants.
 
     Returns
     -------
     tuple of PlantState, DelayLine, WheelTorque and WheelTorque
-        State and line at the period's end, the torque that would act now without the limit, and the one applied [N m].
+        State and line at the period's end, the torque that would act now without the limit, and the applied one [N m].
     """
     late, acting = delayed(line, torque)
     applied = saturate(acting, motor_limit)

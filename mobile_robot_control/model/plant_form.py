@@ -1,4 +1,4 @@
-"""Which functions simulate a plant: chosen once, so that what is off costs nothing."""
+"""The functions that simulate a plant, chosen once: effects that are off cost nothing."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -32,7 +32,7 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, Whe
 
 class PlantForm(NamedTuple):
     """
-    Which functions simulate a plant.
+    The choice of functions that simulate a plant.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class PlantForm(NamedTuple):
     has_motors : bool
         Whether its motors or friction are not ideal.
     has_sensors : bool
-        Whether its sensors show more, or less, than the true motion and white noise.
+        Whether its sensors differ from the true motion with white noise.
     """
 
     takes_velocity: bool = False
@@ -67,14 +67,14 @@ class Grid(NamedTuple):
 
 
 class MotorDrive(NamedTuple):
-    """The state of motors that are not ideal, and the torques asked for and not yet applied."""
+    """The state of non-ideal motors, and the torques asked for and not yet applied."""
 
     motors: MotorState
     line: DelayLine
 
 
 def drive_constants(model: PlantModel, plant: DiscretePlant, grid: Grid) -> Any:
-    """Return the constants of what moves the robot; () for ideal motors."""
+    """Return the constants of motors or base; () for ideal motors."""
     form = plant_form(model)
     if form.takes_velocity:
         return discretise_base(model.base, plant.robot, *grid, model.imperfections.noise.seed)
@@ -82,7 +82,7 @@ def drive_constants(model: PlantModel, plant: DiscretePlant, grid: Grid) -> Any:
 
 
 def drive_at_rest(model: PlantModel, grid: Grid) -> Any:
-    """Return the state of what moves the robot at a run's start."""
+    """Return the state of motors or base at a run's start."""
     form = plant_form(model)
     if form.takes_velocity:
         return base_at_rest(model.base, *grid)
@@ -95,14 +95,14 @@ def _motor_step(
     state: PlantState, drive: MotorDrive, torque: WheelTorque, k: int, _plant: DiscretePlant, imperfect: Imperfections,
     motor_limit: float, constants: Drivetrain,
 ) -> tuple[PlantState, MotorDrive, WheelTorque, WheelTorque]:
-    """Move a plant with motors and friction by one period; as `actuated_step`."""
+    """Move a plant with motors and friction by one period; see `actuated_step`."""
     moved, motors, line, acting, applied = driven_step(
         state, drive.motors, drive.line, torque, k, constants, imperfect, motor_limit)
     return moved, MotorDrive(motors, line), acting, applied
 
 
 def drive_step(form: PlantForm) -> Callable[..., Any]:
-    """Return what moves the plant by one velocity period: `base_step`, or `actuated_step` and what stands for it."""
+    """Return the function that moves the plant by a velocity period: `base_step`, `actuated_step` or its substitute."""
     if form.takes_velocity:
         return base_step
     return _motor_step if form.has_motors else actuated_step
@@ -110,7 +110,7 @@ def drive_step(form: PlantForm) -> Callable[..., Any]:
 
 class Sensing(NamedTuple):
     """
-    What a robot measures of itself; each takes ``(sensors, state, k, constants)`` at the k-th velocity tick.
+    The measurements of a robot; each takes ``(sensors, state, k, constants)`` at the k-th velocity tick.
 
     Attributes
     ----------
@@ -121,9 +121,9 @@ class Sensing(NamedTuple):
     odometry : callable
         Returns pose and velocity of odom.
     advance : callable
-        Returns the sensors after the plant has moved to the tick.
+        Returns the sensors at the tick, after the motion of the plant.
     age : callable
-        Takes ``(sensors, k, constants)``; returns the velocity periods since odom was sampled.
+        Takes ``(sensors, k, constants)``; returns the age of odom's sample in velocity periods.
     """
 
     wheels: Callable[..., WheelVelocity]
@@ -134,7 +134,7 @@ class Sensing(NamedTuple):
 
 
 class ExactSensors(NamedTuple):
-    """The constants of sensors that show the true motion, but for noise."""
+    """The constants of sensors that show the true motion, with noise."""
 
     robot: Robot
     noise: Noise
@@ -148,7 +148,6 @@ def _exact_wheels(_sensors: tuple[()], state: PlantState, k: int, constants: Exa
 
 @jitable
 def _exact_angles(_sensors: tuple[()], state: PlantState, _k: int, _constants: ExactSensors) -> WheelAngles:
-    """Return the true angles."""
     return WheelAngles(state.right_angle, state.left_angle)
 
 
@@ -165,13 +164,13 @@ def _exact_odometry(
 
 @jitable
 def _unchanged(sensors: tuple[()], _state: PlantState, _k: int, _constants: ExactSensors) -> tuple[()]:
-    """Return the state of sensors that have none."""
+    """Return the state of sensors without a state."""
     return sensors
 
 
 @jitable
 def _no_age(_sensors: tuple[()], _k: int, _constants: ExactSensors) -> int:
-    """Return the age of odometry that is sampled when it is shown."""
+    """Return the age of odometry that is sampled when it is shown: 0."""
     return 0
 
 
@@ -180,7 +179,7 @@ _REAL = Sensing(seen_wheels, seen_angles, seen_odometry, advance_sensors, odomet
 
 
 def sensing(form: PlantForm) -> Sensing:
-    """Return what measures the plant."""
+    """Return the functions for measuring the plant."""
     return _REAL if form.has_sensors else _EXACT
 
 
@@ -193,5 +192,5 @@ def sensor_values(model: PlantModel, robot: Robot, grid: Grid) -> Any:
 
 
 def sensors_at_rest(state: PlantState, constants: Any) -> Any:
-    """Return the sensors at a run's start; () where they are exact."""
+    """Return the sensors at a run's start; () for exact ones."""
     return () if isinstance(constants, ExactSensors) else sensors_at_start(state, constants)

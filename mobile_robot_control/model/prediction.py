@@ -1,4 +1,4 @@
-"""A period in which no wheel stops or breaks away and no motor reaches its line, foreseen at its start."""
+"""Prediction of periods without events: no wheel stops or breaks away, and no motor reaches its line."""
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import coupled
@@ -45,14 +45,14 @@ def _within_line(speed: float, reach: float, asked: float, fading: float, drivet
 
 @jitable
 def stands(speed: float, asked: float, fading: float, outside: float, coulomb: float) -> bool:
-    """Return whether a wheel stands over a whole period where the other one does."""
+    """Return whether a wheel stands over a whole period, beside another that stands."""
     torque = asked + outside
     return speed == 0.0 and abs(torque) <= coulomb and abs(torque + fading) <= coulomb
 
 
 @jitable
 def is_uneventful(speed: WheelVelocity, fading: WheelTorque, forcing: Forcing, drivetrain: Drivetrain) -> bool:
-    """Return whether a period is certainly without an event; where it is not, there need not be one."""
+    """Return whether a period is certainly without an event; False does not imply an event."""
     reach = _reach(speed, fading, forcing, drivetrain)
     turning = drivetrain.axle.coulomb == 0.0 or (abs(speed.right) > reach and abs(speed.left) > reach)
     return turning and (

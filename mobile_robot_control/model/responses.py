@@ -1,4 +1,4 @@
-"""The exact solution of x' = u - a x over any time, for a held and for a fading u."""
+"""The exact solution of x' = u - a x over any time, for held and fading u."""
 
 import math
 from typing import NamedTuple
@@ -31,7 +31,7 @@ def held_response(rate: float, time: float) -> Response:
     """
     Return the response to a held u over a time [s], for a rate a >= 0 [1/s].
 
-    Accurate to some 1e-15 of each coefficient, as `discretisation.discretise` is; this form can be compiled.
+    Accurate to some 1e-15 of each coefficient, like `discretisation.discretise`; this form can be compiled.
     """
     x = rate * time
     if x > _SMALL:

@@ -47,7 +47,7 @@ def half_separation(robot: Robot) -> float:
 @jitable
 def linear_inertia(robot: Robot) -> float:
     """
-    Return A + B, the inertia [kg m²] reduced to the axle that the sum of both wheels' torques accelerates.
+    Return A + B, the inertia [kg m²] that the sum of both wheels' torques accelerates, reduced to the axle.
 
     Implements Eq. (15) of the chapter: A + B = M r²/2 + I_0.
     """
@@ -59,7 +59,7 @@ def linear_inertia(robot: Robot) -> float:
 @jitable
 def angular_inertia(robot: Robot) -> float:
     """
-    Return A - B, the inertia [kg m²] reduced to the axle that the difference of both wheels' torques accelerates.
+    Return A - B, the inertia [kg m²] that the difference of both wheels' torques accelerates, reduced to the axle.
 
     Implements Eq. (15) of the chapter: A - B = (I_A + M d²) r²/(2 R²) + I_0.
     """

@@ -1,4 +1,4 @@
-"""What is constant of a robot's sensors in a run, and the bounds of their parameters."""
+"""The constants of a robot's sensors in a run, and the bounds of their parameters."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -10,11 +10,11 @@ from mobile_robot_control.model.odometry import OdometryConstants, WheelOdometry
 from mobile_robot_control.model.robot import Robot
 
 MOST_SAMPLES = 64
-"""Of odometry that are on their way at once."""
+"""Largest number of odometry samples in transit."""
 
 
 class SensorConstants(NamedTuple):
-    """What does not change in a run: the true robot, the noise, the encoders and the odometry."""
+    """The constants of a run: the true robot, the noise, the encoders and the odometry."""
 
     robot: Robot
     noise: Noise
@@ -23,8 +23,8 @@ class SensorConstants(NamedTuple):
 
 
 def is_ideal(encoders: Encoders, odometry: WheelOdometry) -> bool:
-    """Return whether the sensors show the true motion, but for noise, at each step: the rest is not needed then."""
-    # slip is in the pose of dead reckoning alone
+    """Return whether the sensors show the true motion, with noise, at each step."""
+    # slip acts on the pose of dead reckoning alone
     return encoders == Encoders() and odometry._replace(slip=0.0) == WheelOdometry()
 
 
@@ -37,14 +37,14 @@ def sensor_constants(
 
 
 def samples_on_their_way(odometry: OdometryConstants) -> int:
-    """Return how many samples are on their way at most."""
+    """Return the largest number of samples in transit."""
     return -(-(odometry.latency + odometry.jitter) * odometry.events.number // odometry.events.periods)
 
 
 def sensor_violations(
     encoders: Encoders, odometry: WheelOdometry, period: int, position_period: int
 ) -> Iterator[str]:
-    """Yield what breaks the rules between parameters of the sensors and the periods of the two grids [ns]."""
+    """Yield the violated rules between parameters of the sensors and the periods of the two grids [ns]."""
     periods = encoder_constants(encoders, period).periods
     if periods > LONGEST_WINDOW:
         yield (f'encoders.window = {encoders.window} s is {periods} periods of the velocity loop, more than '

@@ -1,4 +1,4 @@
-"""What the covariances of odometry say about its sensors: noise and rounding to ticks."""
+"""The covariances of odometry: noise of its sensors, and rounding to ticks."""
 
 from mobile_robot_control.model.noise import pose_variances
 from mobile_robot_control.model.sensor_constants import SensorConstants
@@ -6,10 +6,10 @@ from mobile_robot_control.model.sensor_constants import SensorConstants
 
 def wheel_velocity_variance(constants: SensorConstants) -> float:
     """
-    Return the variance of each wheel's velocity as measured [rad²/s²]: of the noise and of the rounding to ticks.
+    Return the variance of each wheel's measured velocity [rad²/s²]: from the noise and from the rounding to ticks.
 
-    A velocity from ticks is the difference of two rounded angles, whose errors are spread evenly over a tick q; over
-    a window T it has the variance 2 (q²/12) / T².
+    A velocity from ticks is the difference of two rounded angles. Their errors are uniform over a tick q, so over a
+    window T the velocity has the variance 2 (q²/12) / T².
     """
     noise, encoders = constants.noise.velocity, constants.encoders
     rounding = encoders.tick / encoders.window
@@ -20,8 +20,8 @@ def sensed_twist_variances(constants: SensorConstants) -> tuple[float, ...]:
     """
     Return the diagonal of the covariance of odom's twist [m²/s²], [rad²/s²].
 
-    It has noise and rounding. It does not have the errors of radii and separation, which are no noise, nor slip, which
-    is in the pose alone.
+    It contains noise and rounding. It does not contain the errors of radii and separation, which are no noise, or slip,
+    which acts on the pose alone.
     """
     right, left, separation = constants.odometry.calibration
     # v = (r_R ω_R + r_L ω_L) / 2, ω = (r_R ω_R - r_L ω_L) / b
@@ -33,8 +33,8 @@ def sensed_pose_variances(constants: SensorConstants) -> tuple[float, ...]:
     """
     Return the diagonal of the covariance of odom's pose: x, y, z [m²] and rotations [rad²].
 
-    It has the noise, and in dead reckoning the rounding of the last angles. What slip and wrong constants have added
-    so far is not in it.
+    It contains the noise and, in dead reckoning, the rounding of the last angles. It does not contain the accumulated
+    error of slip and wrong constants.
     """
     noise = pose_variances(constants.noise)
     odometry, tick = constants.odometry, constants.encoders.tick

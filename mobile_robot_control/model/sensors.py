@@ -1,4 +1,4 @@
-"""The sensors of a robot that are not ideal: what its encoders and its odometry show at each step."""
+"""The sensors of a robot that are not ideal: encoders and odometry at each step."""
 
 from typing import NamedTuple
 
@@ -20,11 +20,11 @@ class OdometrySample(NamedTuple):
     Attributes
     ----------
     k : int
-        Step of the velocity loop at which it was taken.
+        Step of the velocity loop at which the sample was taken.
     pose : Pose
-        True or of dead reckoning, before the noise.
+        True or from dead reckoning, before the noise.
     velocity : BodyVelocity
-        Of the wheels as measured.
+        Of the measured wheels.
     """
 
     k: int
@@ -39,13 +39,13 @@ class SensorState(NamedTuple):
     Attributes
     ----------
     angles : tuple of WheelAngles
-        Of the encoders, newest first: of now and of each step of the window.
+        Of the encoders, newest first: now and at each step of the window.
     reckoned : Pose
         Of dead reckoning.
     slipped : WheelAngles
-        Of the encoders when slip acted last.
+        Of the encoders at the last update of the slip.
     samples : tuple of OdometrySample
-        Newest first: those on their way, and the last that has arrived.
+        Newest first: those in transit, and the last that has arrived.
     """
 
     angles: tuple[WheelAngles, ...]
@@ -55,7 +55,7 @@ class SensorState(NamedTuple):
 
 
 def sensors_at_start(plant_state: PlantState, constants: SensorConstants) -> SensorState:
-    """Return the sensors at a run's start: the first sample shows the robot there, and is shown from the start on."""
+    """Return the sensors at a run's start: the first sample is taken there and shown from the start on."""
     angles = encoder_angles(plant_state.right_angle, plant_state.left_angle, constants.encoders)
     before = SensorState((angles,) * (constants.encoders.periods + 1), plant_state.pose, angles, ())
     sample = _sampled(before, plant_state, 0, constants)
@@ -65,7 +65,7 @@ def sensors_at_start(plant_state: PlantState, constants: SensorConstants) -> Sen
 @jitable
 def seen_wheels(sensors: SensorState, plant_state: PlantState, k: int, constants: SensorConstants) -> WheelVelocity:
     """
-    Return the wheel velocities [rad/s] that the encoders show at step k, with noise.
+    Return the encoders' wheel velocities [rad/s] at step k, with noise.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def seen_wheels(sensors: SensorState, plant_state: PlantState, k: int, constants
 
 @jitable
 def seen_angles(sensors: SensorState, plant_state: PlantState, k: int, constants: SensorConstants) -> WheelAngles:
-    """Return the angles of the wheels [rad] that the encoders show at step k."""
+    """Return the encoders' angles of the wheels [rad] at step k."""
     return sensors.angles[0]
 
 
@@ -107,7 +107,7 @@ def advance_sensors(
     sensors: SensorState, plant_state: PlantState, k: int, constants: SensorConstants
 ) -> SensorState:
     """
-    Return the sensors after one period, and take a sample of odometry where one is due.
+    Advance the sensors by one period, and sample odometry if a sample is due.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def advance_sensors(
     constants : SensorConstants
         Of the run.
     """
-    # such a run ends here, and the sine of infinity would raise
+    # the run ends here, and the sine of infinity would raise
     if diverged(plant_state):
         return sensors
     odometry = constants.odometry
@@ -144,7 +144,7 @@ def advance_sensors(
 
 @jitable
 def shown_sample(sensors: SensorState, k: int, constants: SensorConstants) -> OdometrySample:
-    """Return the newest sample that has arrived at step k; its own step tells when it was taken."""
+    """Return the newest sample that has arrived at step k; its own step is the time of sampling."""
     odometry = constants.odometry
     age = events_until(k, odometry.events) - events_until(k - odometry.latency, odometry.events)
     if odometry.jitter > 0:
@@ -159,7 +159,7 @@ def shown_sample(sensors: SensorState, k: int, constants: SensorConstants) -> Od
 
 @jitable
 def odometry_age(sensors: SensorState, k: int, constants: SensorConstants) -> int:
-    """Return how many steps before step k the odometry that is shown then was sampled."""
+    """Return the age, in steps, of the odometry that is shown at step k."""
     return k - shown_sample(sensors, k, constants).k
 
 
@@ -167,6 +167,6 @@ def odometry_age(sensors: SensorState, k: int, constants: SensorConstants) -> in
 def seen_odometry(
     sensors: SensorState, plant_state: PlantState, k: int, constants: SensorConstants
 ) -> tuple[Pose, BodyVelocity]:
-    """Return pose and twist that odometry shows at step k, with the noise of the step at which they were sampled."""
+    """Return pose and twist of odometry at step k, with the noise of the step at which they were sampled."""
     sample = shown_sample(sensors, k, constants)
     return measured_pose(sample.pose, constants.noise, sample.k), sample.velocity

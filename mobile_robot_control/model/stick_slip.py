@@ -9,7 +9,7 @@ from mobile_robot_control.model.wheels import Forcing, Rolling, Wheel, find_load
 from mobile_robot_control.quantities import WheelTorque, WheelVelocity
 
 MOST_EVENTS = 24
-"""Within a period. Rounding errors cause none, since what begins is held on to by a share of SLACK."""
+"""Most events in a period. Rounding errors cause none: every new state is held by a share of SLACK."""
 
 
 @jitable_apart
@@ -20,15 +20,11 @@ def _turned_to(wheel: Wheel, direction: float, line: float) -> Wheel:
 
 @jitable_apart
 def _settled(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> tuple[Wheel, Wheel]:
-    """
-    Return the wheels with the directions that those take which stand.
-
-    It runs where a step begins and where a wheel has just stopped: a wheel stays, or breaks loose forward or back.
-    """
+    """Return the wheels with the directions of the standing ones decided: each stays, or breaks away."""
     load = find_load(right, left, forcing, axle)
     directions = released(
         Directions(right.direction, left.direction),
-        # what turns has its friction in the load, which `released` takes off again
+        # the load of a turning wheel contains its friction; `released` takes torques without it
         WheelTorque(
             load.held.right + load.fading.right - load.right_damping * right.speed
             + axle.coulomb * right.direction,
@@ -45,7 +41,7 @@ def _settled(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> tuple[W
 
 @jitable_apart
 def _begun(wheel: Wheel, asked: float, axle: Axle) -> Wheel:
-    """Return a wheel with direction and line found from its speed [rad/s] and its motor's torques [N m]."""
+    """Return a wheel with direction and line from its speed [rad/s] and its motor's torques [N m]."""
     line = 0.0
     if axle.slope > 0.0 and wheel.speed != 0.0:
         torque = asked + wheel.fading + axle.slope * wheel.speed
@@ -56,7 +52,7 @@ def _begun(wheel: Wheel, asked: float, axle: Axle) -> Wheel:
 
 @jitable_apart
 def engaged(rolling: Rolling, forcing: Forcing, axle: Axle) -> Rolling:
-    """Return both wheels as they go on from here, under other torques than before."""
+    """Return both wheels at a change of the torques, with their new directions and lines."""
     right = _begun(rolling.right, forcing.asked.right, axle)
     left = _begun(rolling.left, forcing.asked.left, axle)
     if axle.coulomb > 0.0:
@@ -66,13 +62,12 @@ def engaged(rolling: Rolling, forcing: Forcing, axle: Axle) -> Rolling:
 
 @jitable_apart
 def _stopped(wheel: Wheel) -> Wheel:
-    """Return a wheel that stands."""
     return Wheel(0.0, wheel.angle, wheel.fading, wheel.lacking, 0.0, 0.0)
 
 
 @jitable_apart
 def _changed(wheel: Wheel, kind: int, rough: bool) -> Wheel:
-    """Return a wheel after an event of its own; one that has stopped is still to be decided on."""
+    """Return a wheel after its own event; the direction of a stopped wheel is still open."""
     if rough and wheel.direction == 0.0:
         return _turned_to(wheel, 1.0 if kind == 0 else -1.0, 0.0)
     if kind == 0:
@@ -84,7 +79,6 @@ def _changed(wheel: Wheel, kind: int, rough: bool) -> Wheel:
 
 @jitable_apart
 def _after_event(rolling: Rolling, event: int, forcing: Forcing, axle: Axle) -> Rolling:
-    """Return both wheels after an event."""
     rough, right, left = axle.coulomb > 0.0, rolling.right, rolling.left
     if event < WATCHES:
         right = _changed(right, event, rough)
@@ -102,14 +96,14 @@ def advance_wheels(rolling: Rolling, forcing: Forcing, time: float, axle: Axle, 
     """
     Return both wheels after a time [s], with every event at its time.
 
-    After most_events events both wheels are held still for the rest of the time: that takes energy and adds none.
+    After most_events events both wheels are held still for the rest of the time: this removes energy and adds none.
 
     Parameters
     ----------
     rolling : Rolling
         At the start.
     forcing : Forcing
-        What is held.
+        Torques held over the period.
     time : float
         [s].
     axle : Axle

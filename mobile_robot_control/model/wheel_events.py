@@ -1,4 +1,4 @@
-"""What changes next for a wheel: it stops, it breaks away, or its motor reaches its torque-speed line or leaves it."""
+"""The next event of a wheel: it stops, it breaks away, or its motor reaches its torque-speed line or leaves it."""
 
 from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.axle import Axle
@@ -9,15 +9,15 @@ from mobile_robot_control.model.zeros import NEVER, Watch, first_zero
 
 NO_EVENT = -1
 WATCHES = 3
-"""Of each wheel. Of one that turns: it stops, reaches its line forwards (or leaves its line), reaches it backwards. Of
-one that stands: it breaks away forwards, or backwards."""
+"""Of each wheel. A turning wheel stops, reaches its line forwards (or leaves its line), or reaches it backwards. A
+standing wheel breaks away forwards, or backwards."""
 
 
 @jitable_apart
 def _watches(
     wheel: Wheel, asked: float, first_share: float, second_share: float, axle: Axle
 ) -> tuple[Watch, Watch, Watch]:
-    """Return what ends the present course of a wheel that turns: it stops, its motor reaches a line or leaves it."""
+    """Return the possible ends of a turning wheel's course: it stops, its motor reaches a line or leaves it."""
     stall, slope = axle.stall_torque, axle.slope
     held = stall * (1.0 + SLACK)
     stop = (Watch(0.0, 0.0, wheel.direction * first_share, wheel.direction * second_share)
@@ -41,11 +41,8 @@ def _restraint(
     torque: float, fading: float, coupled_torque: float, coupled_fading: float, coupled_rate: float,
     coulomb: float,
 ) -> tuple[Watch, Watch, Watch]:
-    """
-    Return what ends the standstill of a wheel: what drives it, less what the other wheel takes, beyond its friction.
-
-    The other wheel's acceleration times B is coupled_torque + coupled_fading exp(-t/T) - coupled_rate x1 [N m].
-    """
+    """Return the possible ends of a standstill: the torque, less the other wheel's share, exceeds friction."""
+    # the other wheel's acceleration times B is coupled_torque + coupled_fading exp(-t/T) - coupled_rate x1 [N m]
     most = coulomb + SLACK * (coulomb + abs(torque) + abs(fading) + abs(coupled_torque) + abs(coupled_fading))
     level, fade = torque - coupled_torque, fading - coupled_fading
     return (Watch(most - level, -fade, -coupled_rate, 0.0), Watch(most + level, fade, coupled_rate, 0.0), NEVER)
@@ -55,9 +52,9 @@ def _restraint(
 def next_event(
     rolling: Rolling, load: Load, modes: Modes, forcing: Forcing, time: float, axle: Axle
 ) -> tuple[float, int]:
-    """Return when the next event comes [s] and which, 0 to 2 of the right wheel and 3 to 5 of the left."""
+    """Return time [s] and number of the next event, 0 to 2 for the right wheel and 3 to 5 for the left."""
     right, left = rolling.right, rolling.left
-    # B times the acceleration of the wheel that turns beside one that stands
+    # B times the acceleration of a turning wheel beside a standing one
     mutual = 0.5 * (axle.linear_inertia - axle.angular_inertia)
     first = modes.first
     turns = 0.0 if load.right_stands and load.left_stands else mutual

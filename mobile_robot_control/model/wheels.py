@@ -1,4 +1,4 @@
-"""Both wheels within a period: what each does, what acts on it, and how they move until something changes."""
+"""Both wheels within a period: their state, the torques on them, and their motion until the next event."""
 
 import math
 from typing import NamedTuple
@@ -21,17 +21,17 @@ class Wheel(NamedTuple):
     Attributes
     ----------
     speed : float
-        [rad/s], exactly 0.0 for a wheel that stands.
+        Exactly 0.0 for a standing wheel [rad/s].
     angle : float
-        By which it has turned since the period's start [rad].
+        Angle turned since the period's start [rad].
     fading : float
-        By which the lagging torque differs from the one asked for [N m].
+        Lagging torque minus the one asked for [N m].
     lacking : float
         ∫ of the torque asked for less the motor's since the period's start [N m s].
     direction : float
-        Whither it turns against its friction: 1.0, -1.0, or 0.0 where it stands or has no friction.
+        Direction of motion against its friction: 1.0, -1.0, or 0.0 at standstill or without friction.
     line : float
-        On which torque-speed line its motor is: 1.0 forwards, -1.0 backwards, or 0.0 within both.
+        Torque-speed line that its motor is on: 1.0 forwards, -1.0 backwards, or 0.0 within both.
     """
 
     speed: float
@@ -62,14 +62,14 @@ class Rolling(NamedTuple):
 
 class Forcing(NamedTuple):
     """
-    What is held over a period.
+    The torques held over a period.
 
     Attributes
     ----------
     asked : WheelTorque
         Of the motors, limited [N m].
     outside : WheelTorque
-        What acts on the wheels and not through the motors [N m].
+        Torques on the wheels that do not come through the motors [N m].
     heading : float
         At the period's start [rad].
     """
@@ -88,14 +88,14 @@ def held_torque(wheel: Wheel, asked: float, outside: float, axle: Axle) -> float
 
 @jitable_apart
 def _damping(wheel: Wheel, axle: Axle) -> float:
-    """Return the viscous friction of a wheel [N m s/rad], with that of a motor on its line."""
+    """Return the viscous damping of a wheel [N m s/rad], with that of a motor on its line."""
     viscous = axle.viscous_friction
     return viscous + axle.slope if wheel.line != 0.0 else viscous
 
 
 @jitable_apart
 def find_load(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> Load:
-    """Return what acts on the wheels."""
+    """Return the load of both wheels."""
     rough = axle.coulomb > 0.0
     return Load(
         WheelTorque(held_torque(right, forcing.asked.right, forcing.outside.right, axle),
@@ -110,7 +110,7 @@ def find_load(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> Load:
 
 @jitable_apart
 def _later(wheel: Wheel, speed: float, angle: float, asked: float, time: float, axle: Axle) -> Wheel:
-    """Return a wheel and its motor after a time [s] in which it has turned by an angle [rad]."""
+    """Return a wheel and its motor after a time [s] and a turn by an angle [rad]."""
     if wheel.line != 0.0:
         lacking = (asked - wheel.line * axle.stall_torque) * time + axle.slope * angle
     elif wheel.fading != 0.0:
@@ -156,10 +156,10 @@ def _heading(rolling: Rolling, now: Course, forcing: Forcing, axle: Axle) -> flo
 @jitable_apart
 def rolled(rolling: Rolling, modes: Modes, forcing: Forcing, time: float, axle: Axle) -> Rolling:
     """
-    Return both wheels after a time [s] in which nothing changes but speeds and lagging torques.
+    Return both wheels after a time [s] without events: only speeds and lagging torques change.
 
     Speeds, angles and torques are exact; the position is the sixth-order quadrature of `dynamics.step`, over pieces
-    that begin with the fastest time constant and double, so that it is as accurate for light robots and fast turns.
+    that begin with the fastest time constant and double. So it is equally accurate for light robots and fast turns.
     """
     if time <= 0.0:
         return rolling

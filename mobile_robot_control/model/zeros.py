@@ -1,8 +1,8 @@
 """
 The first zero of a quantity while the wheels move along an exact course.
 
-It runs in every step of a plant whose motors or friction are not ideal, once for each event that may come next: a wheel
-that stops or breaks away, or a motor that meets its torque-speed line.
+It runs in every step of a plant with non-ideal motors or friction, once for each possible next event: a wheel stops or
+breaks away, or a motor meets its torque-speed line.
 """
 
 import math
@@ -17,7 +17,7 @@ _FINEST = 1e-15
 
 class Watch(NamedTuple):
     """
-    A quantity whose first zero is looked for: level + fade exp(-t/T) + first x1 + second x2, in the modes x1 and x2.
+    A quantity and its coefficients: level + fade exp(-t/T) + first x1 + second x2, in the modes x1 and x2.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ NEVER = Watch(1.0, 0.0, 0.0, 0.0)
 
 
 class _Bend(NamedTuple):
-    """The second derivative of a mode, and bounds of the second and the third one from now on."""
+    """The second derivative of a mode, and bounds of its second and third derivative from now on."""
 
     curvature: float
     second: float
@@ -54,7 +54,7 @@ def _bend(mode: Mode, slope: float, fading: float, lag_rate: float) -> _Bend:
     apart = rate - lag_rate
     if fade == 0.0 or apart == 0.0:
         return _Bend(curvature, second, third)
-    # each exponential by itself: much less where one has died away, but not where the rates are alike
+    # each exponential by itself: a far smaller bound once one has decayed, but not for similar rates
     follows = lag_rate * mode.fade * fading / apart
     own, follows = abs(slope + follows), abs(follows)
     return _Bend(curvature, min(second, rate * own + lag_rate * follows),
@@ -73,7 +73,7 @@ def _safe_step(value: float, slope: float, curvature: float, second: float, thir
     if third <= 0.0:
         return step if slope < 0.0 else math.inf
     if slope >= 0.0:
-        # it rises at least until its curvature can be gone, and has not fallen back before three times that
+        # it rises at least until its curvature can vanish, and falls back after three times that at the earliest
         return max(step, 3.0 * curvature / third)
     if slope * slope < value * curvature:
         # a parabola of half its curvature stays above zero
@@ -84,22 +84,22 @@ def _safe_step(value: float, slope: float, curvature: float, second: float, thir
 @jitable_apart
 def first_zero(watch: Watch, modes: Modes, lag_rate: float, end: float) -> float:
     """
-    Return when a quantity first falls to zero, or the end [s] where it does not before.
+    Return the time [s] at which a quantity first falls to zero, or the end of the search if it does not.
 
-    A Newton method that never steps over a zero: it uses the value, the slope, the curvature, and the strongest second
+    A Newton method that never steps over a zero: it uses the value, the slope, the curvature, and the largest second
     and third derivative that the exponentials can still have. It converges quadratically from before the zero, to
     rounding errors.
 
     Parameters
     ----------
     watch : Watch
-        The quantity; at the start it is positive, or zero and rising. Anything else is a zero at the start.
+        The quantity; at the start it is positive, or zero and rising. Otherwise the start counts as its zero.
     modes : Modes
         The motion.
     lag_rate : float
         1/T [1/s], 0 without a lag.
     end : float
-        How far to look [s].
+        End of the search [s].
     """
     first, second = modes
     time, fading = 0.0, 1.0

@@ -1,4 +1,4 @@
-"""A run as a small animation: robot, its trail, reference cart and, where torques are known, their bars."""
+"""A run as a small animation: robot, its trail, reference cart and, if torques are known, their bars."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -16,13 +16,13 @@ from mobile_robot_control.figures.palette import BLUE, FAINT, GREY, INK, ORANGE,
 from mobile_robot_control.runs.series import Series
 
 _FRAME_TIME, _LAST_FRAME_TIME = 80, 1200
-"""[ms] that a frame is shown."""
+"""[ms] for which a frame is shown."""
 _COLORS = 32
-"""Of the palette of a GIF."""
+"""Colours in the palette of a GIF."""
 
 
 class _Motion(NamedTuple):
-    """Time [s] and poses of each frame; the largest torque of each wheel [N m] since the frame before, if known."""
+    """Time [s] and poses of each frame; each wheel's largest torque [N m] since the previous frame, if known."""
 
     times: Floats
     robot: Floats
@@ -134,12 +134,12 @@ def animate(series: Series, file: Path, frames: int = 96) -> None:
 
 
 def write_frames(pictures: Sequence[Image.Image], file: Path, colors: int = _COLORS) -> None:
-    """Write pictures of one size as an animation that stands still at its end: WebP, or GIF of so many colours."""
+    """Write pictures of one size as an animation that stops at its end: WebP, or GIF of so many colours."""
     times = [_FRAME_TIME] * (len(pictures) - 1) + [_LAST_FRAME_TIME]
     if file.suffix == '.webp':
         pictures[0].save(file, save_all=True, append_images=pictures[1:], duration=times, loop=0, quality=60, method=4)
         return
-    # one palette for all frames, from one in which everything is drawn
+    # one palette for all frames, from a frame that contains everything
     palette = pictures[len(pictures) // 2].quantize(colors)
     drawn = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     drawn[0].save(file, save_all=True, append_images=drawn[1:], duration=times, loop=0, optimize=True)

@@ -1,4 +1,4 @@
-"""How good runs were: one sentence of plain text, and five numbers of each run."""
+"""The headline of runs: one sentence of plain text, and five key numbers per run."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from mobile_robot_control.runs.segments import events_within, segments
 from mobile_robot_control.system.texts import shortened
 
 _NAME = 40
-"""Characters of a run's name in the sentence."""
+"""Longest name of a run in the sentence [characters]."""
 _NUMBERS: dict[str, tuple[Callable[[dict[str, Any]], float | None], str]] = {
     'RMS error': (lambda metrics: metrics.get('rms_position_error'), 'm'),
     'largest error': (lambda metrics: metrics.get('max_position_error'), 'm'),
@@ -21,13 +21,13 @@ _NUMBERS: dict[str, tuple[Callable[[dict[str, Any]], float | None], str]] = {
     'energy': (lambda metrics: metrics.get('energy'), 'J'),
     'duration': (lambda metrics: metrics.get('duration'), 's'),
 }
-"""How each number is read from the metrics of a run, and its SI unit."""
+"""The source of each number in the metrics of a run, and its SI unit."""
 _MISSING = 'messages missing'
-"""The number that does not stand in the metrics."""
+"""The number that is not among the metrics."""
 
 
 class Number(NamedTuple):
-    """A number of a run with its unit, as text, and what it is."""
+    """A number of a run with its unit, as text, and its label."""
 
     label: str
     text: str
@@ -35,9 +35,9 @@ class Number(NamedTuple):
 
 def key_numbers(runs: Sequence[Run]) -> list[list[Number]]:
     """
-    Return five numbers of each run that tell most: the same ones of all, those first that are known of any.
+    Return the five most informative numbers per run: the same for all runs, the first ones known for any.
 
-    A number that is not known of a run is a dash.
+    A number unknown for a run is a dash.
     """
     columns = [_column(label, [value(run.metrics) for run in runs], unit) for label, (value, unit) in _NUMBERS.items()]
     columns.append([Number(_MISSING, str(count_missing(run.series))) for run in runs])
@@ -46,25 +46,25 @@ def key_numbers(runs: Sequence[Run]) -> list[list[Number]]:
 
 
 def _column(label: str, values: Sequence[float | None], unit: str) -> list[Number]:
-    """Return a number of each run, all in one unit, so that they are compared at a glance."""
+    """Return a number of each run, all in one unit for an easy comparison."""
     shown = readable_unit(values, unit)
     return [Number(label, readable(value, unit, shown)) for value in values]
 
 
 def sentence(runs: Sequence[Run]) -> str:
     """
-    Return how good runs were.
+    Return the headline of runs.
 
     Parameters
     ----------
     runs : sequence of Run
-        At least one; whatever became of them, and whatever is not known of them.
+        At least one, with any outcome and any missing data.
 
     Returns
     -------
     str
-        One sentence of one run: law, curve, what became of it, errors, peak torque and what is missing. Of several, the
-        one with the smallest RMS error among those that can be compared, and what became of the others.
+        For one run: law, curve, outcome, errors, peak torque and missing data. For several: the one with the smallest
+        RMS error among comparable ones, and the outcome of the others.
     """
     if len(runs) == 1:
         run, = runs
@@ -75,13 +75,13 @@ def sentence(runs: Sequence[Run]) -> str:
 
 
 def _changed(run: Run) -> str:
-    """Return how many events changed a run, in words."""
+    """Describe the number of events that changed a run."""
     count = len(events_within(run))
     return f'; {count} event{" has" if count == 1 else "s have"} changed it' if count else ''
 
 
 def _missing(run: Run) -> str:
-    """Return whether messages of a run are missing, in words."""
+    """Describe whether messages of a run are missing."""
     missing = count_missing(run.series)
     if missing:
         return f'{missing} message{" is" if missing == 1 else "s are"} missing from the recording'
@@ -99,7 +99,7 @@ def _missing_of_several(runs: Sequence[Run]) -> str:
 
 
 def _of_several(runs: Sequence[Run]) -> str:
-    """Return the best of several runs in words, and what became of those that cannot be compared with it."""
+    """Describe the best of several runs, and the outcome of those that cannot be compared with it."""
     fair = [run for run, counts in zip(runs, comparable_runs(runs), strict=True)
             if counts and run.metrics.get('rms_position_error') is not None]
     failed = [f'{_name(run)} {run_end(run.metrics, run.parameters, bool(run.series.origin))}'

@@ -1,4 +1,4 @@
-"""The numbers of a page's charts: the lines of figures over time, packed; web/charts.js draws them."""
+"""The data of a page's charts: the lines of figures over time, packed; web/charts.js draws them."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,22 +14,22 @@ from mobile_robot_control.runs.series import Series
 from mobile_robot_control.web.assets import pack
 
 _LARGEST = 3.0e38
-"""What a 32-bit float can hold; beyond it a chart has a gap."""
+"""Largest number in a 32-bit float; beyond it a chart has a gap."""
 _DASHES = {'-': (), '--': (9, 5), '-.': (9, 4, 2, 4), ':': (2, 4)}
 """[px] of line and gap, in place of Matplotlib's names."""
 _PLACES = 4000
-"""At which the error along the path is shown."""
+"""Most places of the error along the path."""
 
 
 class _Columns:
-    """Packed arrays of numbers, each of them once: runs of one rate have the same times."""
+    """Packed arrays of numbers, each stored once: runs with one rate have the same times."""
 
     def __init__(self) -> None:
         self.packed: list[str] = []
         self._places: dict[str, int] = {}
 
     def add(self, values: Floats) -> int:
-        """Add an array, unless it is there; return its place."""
+        """Add an array unless it is present; return its place."""
         text = pack(np.where(np.abs(values) <= _LARGEST, values, np.nan))
         if text not in self._places:
             self._places[text] = len(self.packed)
@@ -38,7 +38,7 @@ class _Columns:
 
 
 def _apart(line: Line) -> Line:
-    """Return a line whose gaps have times of their own, between those of their neighbours."""
+    """Return a line with separate times for its gaps, between those of their neighbours."""
     gaps = np.nonzero(np.isnan(line.value))[0]
     if not gaps.size:
         return line
@@ -49,7 +49,6 @@ def _apart(line: Line) -> Line:
 
 
 def _chart(figure: Figure, panel: Panel, columns: _Columns) -> dict[str, Any]:
-    """Return a chart."""
     lines = []
     for kind, run, name, line, thinned_from in panel.curves:
         shown = _apart(line)
@@ -63,16 +62,16 @@ def _chart(figure: Figure, panel: Panel, columns: _Columns) -> dict[str, Any]:
 
 def deviation(series: Series) -> dict[str, Floats]:
     """
-    Return where the cart is and how far the robot is from it, at most at some thousand times, evenly.
+    Return the path of the cart and the robot's deviation from it, at up to some thousand times, evenly spaced.
 
-    The cart is taken to be on straight lines between its messages, and before the first and after the last there is
-    nothing. The robot's place is the true one where that is known.
+    The cart is assumed on straight lines between its messages; before the first and after the last there is nothing.
+    The robot's position is the true one if known.
 
     Returns
     -------
     dict of str to array, shape (n,)
-        `time` [s]; `x` and `y` of the cart [m]; `x_error` and `y_error`, the place of the robot minus that of the cart
-        [m], in the axes of the odometry frame.
+        `time` [s]; `x` and `y` of the cart [m]; `x_error` and `y_error`, the position of the robot minus that of the
+        cart [m], in the axes of the odometry frame.
 
     """
     cart, time = series.time('reference'), series.time(series.motion)
@@ -92,12 +91,12 @@ def _look(color: str) -> dict[str, str]:
 
 def chart_data(figures: Sequence[Figure], runs: Sequence[Run]) -> dict[str, Any]:
     """
-    Return everything that the charts of a page show, as JSON can hold it; web/charts.js describes it.
+    Return the content of a page's charts, ready for JSON; web/charts.js describes it.
 
     Parameters
     ----------
     figures : sequence of Figure
-        Of which the charts are made: one of each panel over time.
+        Source of the charts: one for each panel over time.
     runs : sequence of Run
         At least one, with messages.
     """

@@ -1,4 +1,4 @@
-"""What changed runs while they drove: a table of their parts, one for each law, and a list of their events."""
+"""The changes of runs: a table of their parts, one for each law, and a list of their events."""
 
 from collections.abc import Iterator, Sequence
 from html import escape

@@ -1,4 +1,4 @@
-"""The page of an identification: how well the model foretells the robot, its numbers, and what is not known."""
+"""The page of an identification: the quality of the model's prediction, its numbers, and open questions."""
 
 from collections.abc import Sequence
 from html import escape
@@ -15,12 +15,12 @@ from mobile_robot_control.pages import page
 
 _MOST_POINTS = 1500
 _SHOWN = 30.0
-"""[s] of the held-out part that are drawn."""
+"""[s] of the held-out part in the figures."""
 _LAGS = 40
 
 
 def answer(found: Identification) -> str:
-    """Return how well the model foretells the robot, in a sentence."""
+    """Return the quality of the model's prediction in a sentence."""
     v, omega = found.errors['held_out']
     usual = np.sqrt(np.nanmean(np.concatenate([one.measured for one in found.predictions]) ** 2, axis=0))
     return (f'The model of a robot that takes {drive_of(found)} foretells the part of the recording that it has not '
@@ -39,11 +39,10 @@ def _thin(times: Floats, values: Floats) -> Line:
 
 
 def _figures(one: Prediction, residuals: Floats) -> list[Figure]:
-    """Return the pictures of one recording."""
     part = (one.times > one.held_out) & (one.times < one.held_out + _SHOWN)
     velocities = Figure(
-        'velocities', 'Held-out part: velocities', 'As measured, and as the model foretells from commands or '
-        'torques alone, of the part that it was not fitted to.', ('measured', 'modelled'), tuple(
+        'velocities', 'Held-out part: velocities', 'Measured, and predicted by the model from commands or torques '
+        'alone, for the part held out of the fit.', ('measured', 'modelled'), tuple(
             Panel(name, name, unit, (
                 Curve(VALUE, 0, '', _thin(one.times[part], one.measured[part, n])),
                 Curve(VALUE, 1, '', _thin(one.times[part], one.modelled[part, n]))))
@@ -109,7 +108,7 @@ def identification_page(
     pairs : sequence of (Parameter, float or None)
         Each parameter, and its value in another file.
     other : str
-        Name of that file; '' where there is none.
+        Name of that file; '' for none.
     """
     pictures = [
         page.picture(figure.title, figure.caption, page.drawing(as_svg(draw(figure))), name=figure.name)

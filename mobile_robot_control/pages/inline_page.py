@@ -16,14 +16,14 @@ _HEIGHT = 720
 
 class InlinePage:
     """
-    A page that notebooks show in place.
+    A page shown in place by notebooks.
 
     Parameters
     ----------
     html : str
         All of it.
     file : Path or None
-        That holds it.
+        File with the page.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ def report(runs: Sequence[Run], folder: Path, animation: bool = False) -> Inline
 
 
 def _named(runs: Sequence[Run]) -> list[Run]:
-    """Return runs with names of their own; raise ParameterError where they are more than colours tell apart."""
+    """Return runs with distinct names; raise ParameterError if there are more than distinguishable colours."""
     if len(runs) > MOST:
         raise ParameterError([f'{len(runs)} runs: a page tells {MOST} apart; leave some out'])
     return [run._replace(name=name) for run, name in zip(runs, distinct([run.name for run in runs]), strict=True)]

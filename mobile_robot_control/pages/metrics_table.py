@@ -25,7 +25,7 @@ class Row(NamedTuple):
     value : callable
         Returns it from the metrics of a run; None if it is not known.
     depends : tuple of str
-        Metrics that runs must have in common to be compared by it: the same `error`, and `energy` known or not.
+        Properties that runs must share to be compared by it: the same `error`, and `energy` known or unknown.
     best : callable
         Returns the best one of several values, min or max.
     """
@@ -58,7 +58,7 @@ def _rows(metric: Metric) -> Iterator[Row]:
 
 
 ROWS = tuple(row for metric in (*RUN_METRICS, *INDEX_METRICS) if metric.better for row in _rows(metric))
-"""Metrics of which one value is better than another."""
+"""Metrics with a better direction."""
 _FACTS = tuple(_rows(METRIC_TABLE['initial_wheel_torque']))
 _NOTES = {
     TRUE: 'True error: of where the robot really was.',
@@ -67,18 +67,14 @@ _NOTES = {
 
 
 def comparable_runs(runs: Sequence[Run]) -> list[bool]:
-    """Return which runs were complete and equally long: one that ended early has used less energy, for example."""
+    """Return which runs were complete and equally long: an early end saves energy, for example."""
     longest = max((run.metrics.get('duration') or 0.0 for run in runs), default=0.0)
     return [run.metrics.get('outcome') in WHOLE
             and (run.metrics.get('duration') or 0.0) >= 0.99 * longest for run in runs]
 
 
 def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row) -> list[str]:
-    """
-    Return the cells of a row; of several comparable runs the best value is marked.
-
-    Each of them but the first has its difference to that one.
-    """
+    """Return the cells of a row: the best of several comparable runs marked, and differences from the first run."""
     candidates = [value for value, counts in zip(values, comparable, strict=True) if counts and value is not None]
     texts = quantities(values, row.unit)
     if len(candidates) < 2:
@@ -93,7 +89,7 @@ def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row
 
 
 def metrics_table(runs: Sequence[Run]) -> str:
-    """Return the metrics of runs side by side, as HTML; of several runs the best is marked in each row."""
+    """Return the metrics of runs side by side, as HTML, with the best of several in each row marked."""
     comparable = comparable_runs(runs)
     rows = [['outcome', *(escape(str(run.metrics.get('outcome', 'not measured'))) for run in runs)],
             ['duration', *(quantity(run.metrics.get('duration'), 's') for run in runs)],
@@ -108,7 +104,7 @@ def metrics_table(runs: Sequence[Run]) -> str:
         rows.append([row.label, *quantities([row.value(run.metrics) for run in runs], row.unit)])
     for n, (label, unit) in enumerate((('x', 'm'), ('y', 'm'), ('heading', 'rad'))):
         rows.append([f'final {label}', *(_part(run.metrics.get('final_pose'), n, unit) for run in runs)])
-    # what is not known of any run has no row
+    # a metric unknown for all runs has no row
     rows = [row for row in rows if set(row[1:]) != {'–'}]
     notes = [note for kind, note in _NOTES.items() if any(run.metrics.get('error') == kind for run in runs)]
     if len(runs) > 1:
@@ -118,14 +114,14 @@ def metrics_table(runs: Sequence[Run]) -> str:
 
 
 def _alike(runs: Sequence[Run], row: Row) -> bool:
-    """Return whether the values of runs mean the same: a true error is no better than a measured one by its number."""
+    """Return whether the values of runs have the same meaning: true and measured errors cannot be ranked."""
     measured = [run.metrics for run in runs if row.value(run.metrics) is not None]
     return ('error' not in row.depends or len({metrics.get('error') for metrics in measured}) < 2) and (
         'energy' not in row.depends or len({metrics.get('energy') is None for metrics in measured}) < 2)
 
 
 def _hidden(metrics: dict[str, Any]) -> str:
-    """Return what odometry shows of the position error, where that is not the error itself."""
+    """Return the position error by odometry, if that is not the error itself."""
     measured = metrics.get('measured_rms_position_error')
     return '–' if measured == metrics.get('rms_position_error') else quantity(measured, 'm')
 
@@ -137,7 +133,7 @@ def _part(pose: Sequence[float | None] | None, n: int, unit: str) -> str:
 
 
 def _ratios(runs: Sequence[Run], comparable: Sequence[bool]) -> list[str]:
-    """Return the peak torques as multiples of the smallest one of the comparable runs; of one torque there is none."""
+    """Return the peak torques as multiples of the smallest among comparable runs; nothing for a single torque."""
     peaks = [peak_torque(run.metrics) for run in runs]
     if sum(peak is not None for peak in peaks) < 2:
         return ['–'] * len(peaks)
@@ -146,7 +142,7 @@ def _ratios(runs: Sequence[Run], comparable: Sequence[bool]) -> list[str]:
 
 
 def configuration_table(runs: Sequence[Run]) -> str:
-    """Return the parameters of runs side by side as HTML, those that differ first; a sentence if none are known."""
+    """Return the parameters of runs side by side as HTML, different ones first; a sentence if none are known."""
     known = {run.name: _flat(run.parameters) for run in runs if run.parameters is not None}
     if not known:
         return ('<p>Not recorded: no parameter file lies beside the run; '

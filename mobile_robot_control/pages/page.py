@@ -11,7 +11,7 @@ from urllib.parse import quote
 from mobile_robot_control.web.assets import asset
 
 _PLAIN = " !$&'()*+,-./:;<=>?@[]^_`{|}~"
-"""Characters that a data URI may have as they are, beside letters and digits."""
+"""Characters allowed unescaped in a data URI, beside letters and digits."""
 _COLOURS = asset('colours.css')
 _STYLE = """
 *{box-sizing:border-box}
@@ -59,7 +59,8 @@ def page(title: str, parts: Iterable[str], styles: Iterable[str] = (), scripts: 
     parts : iterable of str
         HTML, from top to bottom.
     styles, scripts : iterable of str
-        More style sheets, and what runs after the page has been read: no other script does, wherever it comes from.
+        More style sheets, and scripts to run after the page has been read: no other script runs, wherever it comes
+        from.
     """
     texts = [f'\n{script}\n' for script in scripts]
     body = '\n'.join([*parts, *(f'<script>{text}</script>' for text in texts)])
@@ -72,7 +73,7 @@ def page(title: str, parts: Iterable[str], styles: Iterable[str] = (), scripts: 
 
 
 def contents(sections: Iterable[tuple[str, str, Sequence[tuple[str, str]]]]) -> str:
-    """Return a list of jumps: the id and the title of each section, and those of what is in it; as HTML."""
+    """Return a list of jumps: the id and the title of each section, and those of its parts; as HTML."""
     def jump(name: str, title: str) -> str:
         return f'<a href="#{escape(name)}">{escape(title)}</a>'
 
@@ -82,7 +83,7 @@ def contents(sections: Iterable[tuple[str, str, Sequence[tuple[str, str]]]]) -> 
 
 
 def _policy(scripts: Sequence[str]) -> str:
-    """Return the content security policy of a page that has these scripts: it fetches nothing, and runs no other."""
+    """Return the content security policy of a page with these scripts: it fetches nothing, and runs no other."""
     hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in scripts]
     allowed = ' '.join(f"'sha256-{text}'" for text in hashes) or "'none'"
     return (f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
@@ -90,7 +91,7 @@ def _policy(scripts: Sequence[str]) -> str:
 
 
 def json_block(name: str, value: Any) -> str:
-    """Return a value as an element of a page, with an id, that scripts can read; none of its texts can end it."""
+    """Return a value as an element of a page, with an id, for scripts; none of its texts can end the element."""
     text = json.dumps(value, separators=(',', ':'), allow_nan=False).replace('<', '\\u003c')
     return f'<script type="application/json" id="{escape(name)}">{text}</script>'
 
@@ -102,7 +103,7 @@ def source(content: bytes, kind: str) -> str:
 
 def drawing(svg: str) -> str:
     """Return an SVG as a data URI for an attribute in double quotes, as its text: a quarter shorter than in base64."""
-    # of its own quotes either kind does; browsers leave out line breaks
+    # either kind of quotes serves in SVG; browsers ignore line breaks
     text = ' '.join(svg.split()).replace("'", '&apos;').replace('"', "'").replace('> <', '><')
     return f'data:image/svg+xml,{quote(text, _PLAIN)}'.replace('&', '&amp;')
 
@@ -120,7 +121,7 @@ def picture(title: str, caption: str, image: str, below: str = '', name: str = '
     below : str
         HTML under the caption.
     name : str
-        Id of the figure, and of its charts where the page has any.
+        Id of the figure, and of its charts, if the page has any.
     """
     place = f' id="{escape(name)}"' if name else ''
     charts = f'<div class="charts" data-figure="{escape(name)}"></div>' if name else ''
@@ -130,7 +131,7 @@ def picture(title: str, caption: str, image: str, below: str = '', name: str = '
 
 
 def live(title: str, caption: str, name: str) -> str:
-    """Return the place of charts that have no picture, as HTML: a title, a caption in plain text, and their name."""
+    """Return the place of charts without a picture, as HTML: a title, a caption in plain text, and their name."""
     return (f'<figure class="live" id="{escape(name)}"><h3>{escape(title)}</h3>'
             f'<div class="charts" data-figure="{escape(name)}"></div>'
             f'<figcaption>{escape(caption)}</figcaption></figure>')
@@ -148,7 +149,7 @@ def grid(figures: Iterable[str]) -> str:
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool = True) -> str:
     """
-    Return a table as HTML, with a scroll bar of its own if it is wider than the page.
+    Return a table as HTML, with its own scroll bar if it is wider than the page.
 
     Parameters
     ----------
@@ -160,7 +161,7 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool
         Whether all columns but the first contain numbers.
     """
     def cells(kind: str, row: Iterable[str]) -> str:
-        kinds = ((kind if cell else 'td', cell) for cell in row)  # an empty head tells nothing
+        kinds = ((kind if cell else 'td', cell) for cell in row)  # an empty head says nothing
         return ''.join(f'<{kind}{" class=number" if numbers and n else ""}>{cell}</{kind}>'
                        for n, (kind, cell) in enumerate(kinds))
 
@@ -170,7 +171,7 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool
 
 
 def breakable(name: str) -> str:
-    """Return a name as HTML in which lines break behind underscores, and not within a word."""
+    """Return a name as HTML that breaks lines after underscores, and not within a word."""
     return escape(name).replace('_', '_<wbr>')
 
 
@@ -182,14 +183,14 @@ def warning(title: str, sentences: Iterable[str]) -> str:
 
 def made_with(made: Mapping[str, Any], parameters: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None) -> str:
     """
-    Return where the numbers of a page come from, folded, as HTML.
+    Return the origin of a page's numbers, folded, as HTML.
 
     Parameters
     ----------
     made : mapping of str to object
-        What `provenance` returns.
+        Result of `provenance`.
     parameters : mapping of str to mapping, or None
-        By the name of a controller, for a page that has no table of them.
+        By controller, for a page without a table of them.
     """
     versions = ', '.join(f'{name} {version}' for name, version in made['versions'].items() if version)
     listed = ''.join(f'<h3>{escape(name)}</h3><pre tabindex="0"><code>{escape(_lines(one))}</code></pre>'
@@ -199,6 +200,5 @@ def made_with(made: Mapping[str, Any], parameters: Mapping[str, Mapping[str, Map
 
 
 def _lines(parameters: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return parameters by node as lines."""
     return '\n'.join(f'{node}.{name}: {json.dumps(value)}' for node, values in parameters.items()
                      for name, value in values.items())

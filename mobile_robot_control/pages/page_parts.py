@@ -1,4 +1,4 @@
-"""Parts that pages have in common: the first screen, the charts, and what holds of numbers."""
+"""Shared parts of pages: the first screen, the charts, and the validity of numbers."""
 
 from collections.abc import Iterator, Sequence
 from html import escape
@@ -18,21 +18,21 @@ _SCRIPTS = ('basics.js', 'clock.js', 'scene.js', 'replay.js', 'report.js')
 
 
 def first_screen(title: str, runs: Sequence[Run], answer: str = '') -> str:
-    """Return title, answer, numbers and, where a run has moved, the replay with its data, as HTML."""
+    """Return title, answer, numbers and, if a run has moved, the replay with its data, as HTML."""
     inner = [f'<h1>{escape(title)}</h1>', f'<p class="answer">{escape(answer or sentence(runs))}</p>', _numbers(runs)]
     try:
         data = replay_data(runs)
         block = '' if data is None else page.json_block('run-data', data)
-    except Exception as error:  # whatever a run contains: the rest of the page is made
+    except Exception as error:  # whatever a run contains, the rest of the page is made
         reason = f'cannot be shown: {type(error).__name__}: {shortened(str(error))}'
         return f'<section class="first">{"".join(inner)}</section>\n{page.warning("Replay", [reason])}'
-    # shown by its script; without scripts the pictures below tell the same
+    # its script shows it; without scripts the pictures below show the same
     inner += ['<div class="replay" id="replay" hidden></div>'] if block else []
     return f'<section class="first">{"".join(inner)}</section>\n{block}'
 
 
 def replay_page(runs: Sequence[Run]) -> str:
-    """Return a page with the first screen of a report alone, as HTML."""
+    """Return a page with only the first screen of a report, as HTML."""
     title = ', '.join(run.name for run in runs)
     return page.page(title, [first_screen(title, runs)], replay_styles(), replay_scripts())
 
@@ -76,7 +76,7 @@ def chart_numbers(figures: Sequence[Figure], runs: Sequence[Run]) -> str:
 
 
 def chart_scripts() -> list[str]:
-    """Return the scripts of charts, in their order, for after those of the replay; the last one draws them."""
+    """Return the scripts of charts, in their order, to follow those of the replay; the last one draws them."""
     return [*map(asset, CHART_SCRIPTS), _START]
 
 
@@ -89,7 +89,7 @@ _HEAD = ('loop', 'gain margin', 'lower gain margin', 'delay margin', 'least gain
 
 
 def promise_parts(found: Promise) -> Iterator[str]:
-    """Yield what holds of numbers, as HTML."""
+    """Yield the promise about numbers, as HTML."""
     warnings = warnings_of(found)
     if warnings:
         yield page.warning('Not to be expected of a robot', warnings)
@@ -99,9 +99,9 @@ def promise_parts(found: Promise) -> Iterator[str]:
              quantity(loop['delay'] and loop['delay_time'], 's')]
             for name, loop in values['margins'].items() if isinstance(loop, dict)]
     yield page.html_table(_HEAD, rows)
-    yield ('<p class="soft">A gain margin is the factor on the output of a controller from which on its loop is not '
-           'stable, a delay margin the further delay; a dash where none is known or none was found. Times are those '
-           'on the lap where the margins are smallest.</p>')
+    yield ('<p class="soft">A gain margin is the factor on the output of a controller that destabilises its loop, a '
+           'delay margin the additional delay; a dash means that none is known or none was found. Times on the lap '
+           'are those of the smallest margins.</p>')
     modelled = [f'{effect}: {value}' for effect, value in values['modelled'].items()]
     left_out = values['margins']['not_in_margins']
     for title, texts in (('Modelled', modelled), ('Not modelled: the error of a robot that has any of it is unknown',

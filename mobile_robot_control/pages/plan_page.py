@@ -19,7 +19,7 @@ _OTHERS = 'others'
 
 
 def _parts_of(plan: Plan) -> list[tuple[str, Floats]]:
-    """Return the limits, at most as many as there are colours, and which points each is active from."""
+    """Return the active limits, at most as many as there are colours, each with a mask of its points."""
     names = list(plan.active)
     chosen = names if len(names) <= len(LINES) else names[:len(LINES) - 1]
     limit = np.array(plan.limit)
@@ -43,7 +43,7 @@ def _limits(plan: Plan, limit: float, signs: tuple[float, ...]) -> list[Curve]:
 
 
 def plan_figures(plan: Plan) -> list[Figure]:
-    """Return the pictures of a plan: the motion coloured by its limits, and the wheels."""
+    """Return the figures of a plan: the motion coloured by its limits, and the wheels."""
     timing = plan.limits
     names = tuple(name for name, _ in _parts_of(plan))
     speeds = [Panel(name, name, unit, (*_limits(plan, timing[limit], signs),
@@ -66,14 +66,14 @@ def plan_figures(plan: Plan) -> list[Figure]:
 
 
 def _pictures(plan: Plan) -> list[str]:
-    """Return a plan in a sentence and its pictures, as HTML."""
+    """Return a plan as a sentence and its pictures, as HTML."""
     return [f'<p>{plan.length:.3g} m in {plan.duration:.4g} s, at {len(plan.time)} points.</p>', *(
         page.picture(figure.title, figure.caption, page.drawing(as_svg(draw(figure))), name=f'plan-{figure.name}')
         for figure in plan_figures(plan))]
 
 
 def plans_of_runs(runs: Sequence[Run]) -> list[str]:
-    """Return the plans of the paths that runs began with, each once, as HTML."""
+    """Return the plans of the initial paths of runs, each once, as HTML."""
     found: dict[PathRequest, tuple[Configuration, list[str]]] = {}
     for run in runs:
         cart = run.parameters.reference_cart if run.parameters else None

@@ -1,7 +1,7 @@
 """
-Quantities as texts that are read at a glance; web/scene.js has the same rule for scripts.
+Quantities as short texts; web/scene.js has the same rule for scripts.
 
-In tables the exact value is under the pointer.
+In tables the exact value appears under the pointer.
 """
 
 import math
@@ -11,21 +11,21 @@ from typing import NamedTuple
 
 _NO_BREAK = '\u00a0'
 _PREFIXES = ((1e-4, 1e6, 'µ'), (0.1, 1e3, 'm'), (math.inf, 1.0, ''))
-"""Below which size a factor and its prefix are taken."""
+"""A factor and its prefix for sizes below a bound."""
 _MOST = 1e4
-"""From which number on a larger unit is better."""
+"""Number from which a larger unit is better."""
 
 
 class Unit(NamedTuple):
     """
-    A unit in which a quantity is shown.
+    A display unit of a quantity.
 
     Attributes
     ----------
     name : str
         Such as 'mm'.
     factor : float
-        By which a value in SI units is multiplied.
+        Multiplier of a value in SI units.
     """
 
     name: str
@@ -34,7 +34,7 @@ class Unit(NamedTuple):
 
 def readable_unit(values: Iterable[float | None], unit: str) -> Unit:
     """
-    Return the unit in which some values [SI] are shown, one for all of them, so that the smallest has few digits.
+    Return one display unit for some values [SI], so that the smallest has few digits.
 
     Examples
     --------
@@ -53,9 +53,9 @@ def readable_unit(values: Iterable[float | None], unit: str) -> Unit:
 
 def readable(value: float | None, unit: str, shown: Unit | None = None) -> str:
     r"""
-    Return a quantity with three digits and a prefix, on one line by no-break spaces; a dash where it is not known.
+    Return a quantity with three digits and a prefix, on one line by no-break spaces; a dash if it is unknown.
 
-    It is shown in a unit that is given, or in that of its own size.
+    Without a given unit, the unit follows from its own size.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def quantity(value: float | None, unit: str, shown: Unit | None = None) -> str:
     unit : str
         The SI unit.
     shown : Unit or None
-        In which it is shown; if None, by its own size.
+        Display unit; if None, chosen by the value's size.
     """
     if value is None:
         return '–'
@@ -111,7 +111,7 @@ def quantities(values: Sequence[float | None], unit: str) -> list[str]:
 
 def described_change(value: float, base: float, unit: str) -> str:
     r"""
-    Return by how much a value differs from another one, both in an SI unit, as a text: readable, and in per cent.
+    Return the difference of a value from another one, both in an SI unit, as a text: readable, and in per cent.
 
     Examples
     --------
@@ -128,5 +128,5 @@ def described_change(value: float, base: float, unit: str) -> str:
 
 
 def _joined(number: str, unit: str) -> str:
-    """Return a number and its unit, on one line; a degree sign follows at once."""
+    """Return a number and its unit, on one line; a degree sign follows without a space."""
     return (number + (unit if unit in ('', '°') else f' {unit}')).replace(' ', _NO_BREAK)

@@ -1,4 +1,4 @@
-"""The numbers that a page replays: motion, errors and torques of runs, thinned so that every extreme stays."""
+"""The data of a page's replay: motion, errors and torques of runs, thinned with every extreme kept."""
 
 import math
 from collections.abc import Sequence
@@ -17,9 +17,9 @@ from mobile_robot_control.runs.series import Series
 from mobile_robot_control.web.assets import pack
 
 _LAP, _TRACE = 600, 6000
-"""Points of a lap; of a recorded path at most."""
+"""Points of a lap; most points of a recorded path."""
 _SAME = 1e-3
-"""Of a curve's size: points that are nearer than this are one."""
+"""Of a curve's size: nearer points count as one."""
 
 
 def packed_path(runs: Sequence[Run]) -> dict[str, str]:
@@ -39,7 +39,7 @@ def packed_path(runs: Sequence[Run]) -> dict[str, str]:
 
 
 def _is_followed(course: Course, series: Series) -> bool:
-    """Return whether the recorded reference is that of a course: the cart did not wait, and was no other one."""
+    """Return whether the recorded reference follows a course: the cart did not wait, and had no other course."""
     x, y = series.line('reference', 'x'), series.line('reference', 'y')
     chosen = np.linspace(0, x.time.size - 1, min(x.time.size, 50)).astype(np.int_)
     asked = [course.reference(x.time[n]).pose for n in chosen]
@@ -48,7 +48,7 @@ def _is_followed(course: Course, series: Series) -> bool:
 
 
 def _lap(course: Course, series: Series) -> tuple[Floats, Floats]:
-    """Return x and y [m] of a lap of a course; of one that does not end where it begins, as much as was driven."""
+    """Return x and y [m] of a lap of a course; for an open course, only the driven part."""
     end = course.period
     first, last = (course.reference(time).pose for time in (0.0, end))
     if math.hypot(last.x - first.x, last.y - first.y) > _SAME * course.size:
@@ -60,33 +60,33 @@ def _lap(course: Course, series: Series) -> tuple[Floats, Floats]:
 SHAPES = ('circle', 'square', 'triangle', 'diamond', 'hexagon', 'pentagon')
 """Of the first, the second, ... robot: keys of mrc.SHAPES in web/scene.js."""
 _ROWS, _ROWS_OF_ALL = 12_000, 24_000
-"""Poses of one run at most, and about of all runs together: 20 a second over ten minutes."""
+"""Most poses of one run, and about those of all runs together: 20 a second over ten minutes."""
 _LARGEST = 1e30
-"""What 32-bit floats hold with room to spare; a larger number of a diverging run is not drawn."""
+"""Within the range of 32-bit floats; a larger number of a diverging run is not drawn."""
 _TRAIL = 20.0
-"""[s]: length of a trail where no lap is known."""
+"""[s]: length of a trail if no lap is known."""
 _COLOURED = 0.98
-"""Share of the errors that the colours of a trail tell apart; the rest have the strongest one."""
+"""Share of the errors that the colours of a trail resolve; the rest have the strongest colour."""
 
 
 def replay_data(runs: Sequence[Run], rows: int = _ROWS) -> dict[str, Any] | None:
     """
-    Return what web/replay.js shows, ready for JSON.
+    Return the data of web/replay.js, ready for JSON.
 
     Parameters
     ----------
     runs : sequence of Run
         At most as many as there are LINES and SHAPES.
     rows : int
-        Poses of a run at most.
+        Most poses of a run.
 
     Returns
     -------
     dict or None
         `start`, `end` and `trail`, the length of the trails [s]; `errorScale`, the error of their strongest colour [m];
-        `path`; and `runs`, each with the looks of its robot and packed columns: of those that are known `time`, `x`,
-        `y`, `heading`, `error`, `rightAngle`, `leftAngle`, `rightTorque`, `leftTorque` and the pose of the cart. None
-        where no run has two poses.
+        `path`; and `runs`, each with the looks of its robot and packed columns, if known: `time`, `x`, `y`, `heading`,
+        `error`, `rightAngle`, `leftAngle`, `rightTorque`, `leftTorque` and the pose of the cart. None if no run has two
+        poses.
     """
     most = min(rows, _ROWS_OF_ALL // len(runs))
     shown = [_of_run(n, run, most) for n, run in enumerate(runs)]
@@ -118,7 +118,7 @@ def _of_run(n: int, run: Run, most: int) -> tuple[dict[str, Any], Floats]:
     series, robot = run.series, run.parameters.plant.shared.robot if run.parameters else None
     x, y, heading = (series.line(series.motion, name) for name in ('x', 'y', 'heading'))
     rows = _rows(x.value, y.value, most)
-    # on the wall clock the robot is there before the curve begins
+    # on the wall clock the robot exists before the curve begins
     rows = rows[x.time[rows] >= 0.0] if series.origin else rows
     times = x.time[rows]
     columns = {'x': x.value[rows], 'y': y.value[rows], 'heading': np.unwrap(heading.value)[rows],
@@ -150,17 +150,17 @@ def _rows(x: Floats, y: Floats, most: int) -> NDArray[np.int_]:
 
 
 def _distance(series: Series) -> Line:
-    """Return the distance to the cart [m]; the true one where it is known."""
+    """Return the distance to the cart [m]; the true one if known."""
     ahead, aside = series.error('longitudinal'), series.error('lateral')
     return Line(ahead.time, np.hypot(ahead.value, aside.value))
 
 
 def largest_since(line: Line, times: Floats) -> Floats:
     """
-    Return, for each of ascending times, the value with the largest magnitude since the time before.
+    Return, for each of ascending times, the value with the largest magnitude since the previous time.
 
-    Where a line has none since then, its newest value is held for two and a half of its periods; after that, before
-    its first point and where it is nan, the value is nan.
+    If a line has no value since then, its newest value is held for two and a half of its periods; after that, before
+    its first point and at nan, the value is nan.
 
     Examples
     --------
@@ -188,7 +188,7 @@ def largest_since(line: Line, times: Floats) -> Floats:
 
 
 def _between(line: Line, times: Floats) -> Floats:
-    """Return a line at some times, straight between its points; nan outside of it."""
+    """Return a line at some times, interpolated linearly; nan outside of it."""
     if not line.time.size:
         return np.full(times.shape, np.nan)
     value: Floats = np.interp(times, line.time, line.value, left=np.nan, right=np.nan)
@@ -196,7 +196,7 @@ def _between(line: Line, times: Floats) -> Floats:
 
 
 def _limit(run: Run) -> float:
-    """Return the torque of a full bar [N m]: the motors' limit, or what is usual where a few peaks are much larger."""
+    """Return the torque of a full bar [N m]: the motors' limit, or the usual torque if a few peaks are much larger."""
     model = run.parameters.plant.model if run.parameters else None
     if model and model.max_wheel_torque > 0.0:
         return model.max_wheel_torque

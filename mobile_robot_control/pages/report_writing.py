@@ -37,7 +37,7 @@ from mobile_robot_control.system.texts import shortened
 def run_description(run: Run) -> str:
     """Return the controller, curve and rates of a run in a sentence without its full stop."""
     if run.parameters is None:
-        return f'{run.name}: not known what it ran with'
+        return f'{run.name}: configuration not known'
     control, cart = run.parameters.position_controller.control, run.parameters.reference_cart
     shared, placement = run.parameters.plant.shared, cart.curve.placement
     if awaits_path(cart):
@@ -51,7 +51,7 @@ def run_description(run: Run) -> str:
 
 
 def _rates(run: Run) -> tuple[float, float]:
-    """Return the rates of joint states and of commands [Hz], 0 where they are not known."""
+    """Return the rates of joint states and of commands [Hz], 0 if unknown."""
     if run.parameters is not None:
         shared = run.parameters.plant.shared
         return shared.velocity_rate, shared.position_rate
@@ -60,7 +60,7 @@ def _rates(run: Run) -> tuple[float, float]:
 
 
 def step_note(runs: Sequence[Run]) -> str:
-    """Return sentences that explain the steps of torques whose commands come less often; empty where none do."""
+    """Return sentences that explain torque steps due to less frequent commands; empty if there are none."""
     found: dict[tuple[float, float], list[str]] = {}
     for run in runs:
         fast, slow = _rates(run)
@@ -76,13 +76,13 @@ def step_note(runs: Sequence[Run]) -> str:
 
 
 MOST = len(LINES)
-"""Runs in one report: as many as there are colours to distinguish them."""
+"""Most runs in one report: the number of distinguishable colours."""
 Step = Callable[[str], None]
 """Called with the title of each figure before it is drawn."""
 
 
 class _Shown(NamedTuple):
-    """A figure that was written, or could not be drawn, as HTML."""
+    """A figure that was written, or failed, as HTML."""
 
     title: str
     html: str
@@ -90,16 +90,16 @@ class _Shown(NamedTuple):
 
 
 def _figures(figures: Sequence[RunFigure], runs: Sequence[Run], folder: Path, step: Step) -> Iterator[_Shown]:
-    """Write figures; yield each that is not empty, and where one cannot be drawn, the reason."""
+    """Write figures; yield each that is not empty, or the reason if drawing fails."""
     for kind in figures:
         step(kind.title)
         try:
             figure = kind.of_runs(runs)
-            # what no run contains has no frame
+            # a figure without data has no frame
             svg = draw_and_save(figure, folder / figure.name) if figure else ''
         except OSError:
             raise
-        except Exception as error:  # whatever a run contains: the other figures are drawn
+        except Exception as error:  # whatever a run contains, the other figures are drawn
             yield _Shown(kind.title, _not_drawn(kind.title, error), None)
         else:
             if figure:
@@ -119,10 +119,10 @@ def _title(runs: Sequence[Run]) -> str:
 
 
 def _charts(shown: Sequence[_Shown], runs: Sequence[Run]) -> str:
-    """Return the numbers of the charts of figures, as HTML, and where they cannot be had, the reason."""
+    """Return the data of the charts of figures, as HTML, or the reason if that fails."""
     try:
         return chart_numbers([one.figure for one in shown if one.figure], runs)
-    except Exception as error:  # as for figures, which are there still
+    except Exception as error:  # as for figures, which still exist
         return _not_drawn('Charts', error)
 
 
@@ -190,7 +190,7 @@ def _animations(runs: Sequence[Run], folder: Path, step: Step) -> Iterator[str]:
 
 
 def count_steps(runs: Sequence[Run], animation: bool = False) -> int:
-    """Return the number of figures and animations in a report: how often `write_report` calls its step."""
+    """Return the number of figures and animations in a report: the number of calls of `step` by `write_report`."""
     timing = len(TIMING_FIGURES) if any(timed(run.series) for run in runs) else 0
     return len(RUN_FIGURES) + timing + (len(runs) if animation else 0)
 
@@ -207,14 +207,13 @@ def write_report(
     runs : sequence of Run
         At least one, at most MOST.
     folder : Path
-        For `report.html`, the metrics in `report.json`, and the figures as PNG and SVG in `figures`; made if it does
-        not exist.
+        For `report.html`, the metrics in `report.json`, and the figures as PNG and SVG in `figures`; made if missing.
     step : callable
         Called with the title of each figure before it is drawn.
     animation : bool
         Whether to animate each run.
     absent : sequence of str
-        Which runs could not be read, and why.
+        Runs that could not be read, with the reason.
     command_line : str
         Recorded with the report.
 

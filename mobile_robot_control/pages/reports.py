@@ -1,4 +1,4 @@
-"""A report: runs read with progress, and their page and figures."""
+"""Reports: runs read with progress, and their page and figures."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ from mobile_robot_control.system.texts import distinct, printable
 
 
 class ReportRequest(NamedTuple):
-    """What a report is asked for; `sources` are the parameters of a run that has none recorded beside it."""
+    """The request of a report; `sources` are the parameters of runs recorded without any."""
 
     sources: ParameterSources
     runs: Annotated[tuple[str, ...], Field('', 'a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN '
@@ -43,7 +43,7 @@ def draw_report(
     runs : sequence of Run
         At least one.
     output : Path
-        Folder; made if it does not exist.
+        Made if missing.
     command_line : str
         Recorded with the report.
     animation : bool
@@ -51,7 +51,7 @@ def draw_report(
     quiet : bool
         Without a progress bar.
     absent : sequence of str
-        Which runs could not be read, and why.
+        Runs that could not be read, with the reason.
     """
     # imported late: Matplotlib takes a second, which only drawing should cost
     from mobile_robot_control.pages.report_writing import count_steps, write_report  # noqa: PLC0415
@@ -65,7 +65,7 @@ def draw_report(
 
 
 def refuse_too_many(runs: int) -> None:
-    """Raise ParameterError for more runs than a reader can tell apart."""
+    """Raise ParameterError for more runs than a reader can distinguish."""
     from mobile_robot_control.pages.report_writing import MOST  # noqa: PLC0415 (late, as above)
 
     if runs > MOST:
@@ -78,31 +78,31 @@ def report(
     topics: Mapping[str, str] | None = None,
 ) -> list[str]:
     """
-    Read runs and write their report; what is missing is printed to the standard error.
+    Read runs and write their report; print missing parts to the standard error.
 
     Parameters
     ----------
     named : sequence of (str, Path)
         Names and places.
     output : Path
-        Folder; made if it does not exist.
+        Folder; made if missing.
     command_line : str
         Recorded with the report.
     namespace : str
-        In which the nodes of a bag ran.
+        Of the nodes of a bag.
     assumed : Configuration or None
-        Parameters of a run that has none recorded beside it.
+        Parameters of runs recorded without any.
     animation : bool
         Whether to write animations.
     quiet : bool
         Without progress bars.
     topics : mapping of str to str
-        Topics of the loop that have another name in bags.
+        Other names of topics of the loop in bags.
 
     Returns
     -------
     list of str
-        Which runs could not be read, and why; the page lists them too.
+        Runs that could not be read, with the reason; the page lists them, too.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What became of a run, in words: from its metrics and parameters alone, without any array."""
+"""The outcome of a run in words: from its metrics and parameters alone, without any array."""
 
 from typing import Any
 
@@ -14,27 +14,27 @@ _ENDS = {
     'interrupted': 'was interrupted after {}', 'node_died': 'was broken off after {}, when a node gave no answer',
     'broken off': 'was recorded for {} only', RECORDED: 'was recorded for {}',
 }
-"""What became of a run that lasted so long, by its outcome."""
+"""Texts by outcome, with the duration of the run."""
 WHOLE = ('completed', 'not known', RECORDED)
-"""Outcomes of runs that lasted as long as they should."""
+"""Outcomes of runs with their full length."""
 
 
 def run_sentence(
     metrics: dict[str, Any], parameters: Configuration | None, on_wall_clock: bool = False, laws: int = 1
 ) -> str:
     """
-    Return what became of a run, without a full stop.
+    Describe the outcome of a run, without a full stop.
 
     Parameters
     ----------
     metrics : dict of str to object
-        As in metrics.json; only what could be measured.
+        As in metrics.json; only measured ones.
     parameters : Configuration or None
-        Of the run; None if they are not known.
+        Of the run; None if unknown.
     on_wall_clock : bool
         Whether it ran on the wall clock.
     laws : int
-        How many drove, one after the other.
+        Number of laws in sequence.
 
     """
     end = f'{run_end(metrics, parameters, on_wall_clock)}: {run_facts(metrics, parameters)}'
@@ -46,7 +46,7 @@ def run_sentence(
 
 
 def run_end(metrics: dict[str, Any], parameters: Configuration | None, on_wall_clock: bool) -> str:
-    """Return what became of a run, and when."""
+    """Describe the outcome of a run, with its time."""
     outcome, duration = metrics.get('outcome', 'not known'), metrics.get('duration')
     if duration is None:
         return f'was not measured (outcome {shortened(str(outcome), 40)})'
@@ -60,7 +60,7 @@ def run_end(metrics: dict[str, Any], parameters: Configuration | None, on_wall_c
 
 
 def run_facts(metrics: dict[str, Any], parameters: Configuration | None) -> str:
-    """Return errors and peak torque of a run in words."""
+    """Describe errors and peak torque of a run."""
     return f'{_errors(metrics)}, {_torque(metrics, parameters)}'
 
 

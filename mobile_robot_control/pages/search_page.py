@@ -1,4 +1,4 @@
-"""The page of a search: how it converged, the loop before and after, and what holds of it."""
+"""The page of a search: its convergence, the loop before and after, and the promise of the result."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,7 +30,7 @@ from mobile_robot_control.web.assets import asset
 
 
 def convergence(history: Sequence[Generation]) -> dict[str, list[Any]]:
-    """Return the history of a search as columns for web/search.js; a mean that is not known is None."""
+    """Return the history of a search as columns for web/search.js; an unknown mean is None."""
     return {
         'number': [generation.number for generation in history],
         'best': [generation.best for generation in history],
@@ -51,7 +51,7 @@ _PANELS = (PanelOf('distance', 'cm', distance_to_cart), PanelOf('heading error',
 
 def search_figure(title: str, history: Sequence[Generation], runs: Sequence[Run]) -> Figure:
     """
-    Return the picture of a search: best and mean score by generation, and the loop before and after.
+    Return the figure of a search: best and mean score by generation, and the loop before and after.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def search_figure(title: str, history: Sequence[Generation], runs: Sequence[Run]
     history : sequence of Generation
         At least one.
     runs : sequence of Run
-        Of the same length; the last one, which the search has found, takes the first colour.
+        Of the same length; the last one, the result of the search, has the first colour.
 
     """
     numbers = np.array([float(generation.number) for generation in history])
@@ -76,7 +76,7 @@ def search_figure(title: str, history: Sequence[Generation], runs: Sequence[Run]
 
 
 def _answer(runs: Sequence[Run], holds: Promise) -> str:
-    """Return what the search has changed, in sentences; '' where it cannot be compared."""
+    """Describe the effect of the search in sentences; '' if before and after cannot be compared."""
     before, after = (run.metrics.get('objective') for run in (runs[0], runs[-1]))
     if len(runs) < 2 or not before or after is None:
         return ''
@@ -130,9 +130,9 @@ def write_search_page(
     holds : Promise
         Of the gains found.
     svg : str
-        The picture of the search, for paper and where there are no scripts.
+        The figure of the search, for paper and for browsers without scripts.
     made : mapping of str to object
-        What `provenance` returns.
+        Result of `provenance`.
     """
     parts = _parts(title, history, runs, holds, svg, made)
     write_atomically(file, page.page(title, parts, [*replay_styles(), *chart_styles()],

@@ -36,29 +36,29 @@ from mobile_robot_control.tuning.splits import Split, best_split
 from mobile_robot_control.web.assets import asset, pack
 
 FAILURES, MEDIANS = 8, 3
-"""Runs that can be replayed, at most."""
+"""Most runs that can be replayed."""
 _LARGEST = 3.0e38
 _POINTS, _POSES = 400, 1000
-"""Of a distribution, and of a replay."""
+"""Points of a distribution, and poses of a replay."""
 _FAILED = {'completed': ('o', 16.0, 'failure: too far away'), 'diverged': ('x', 22.0, 'failure: diverged'),
            'law_failed': ('s', 16.0, 'failure of the law')}
 """Marker, its size and its label, by the outcome of a failed run."""
 _TITLE_WIDTH = 46
-"""Characters."""
+"""[characters]"""
 
 
 class Judgement(NamedTuple):
     """
-    How the runs of a study are judged.
+    The criteria for the runs of a study.
 
     Attributes
     ----------
     criterion : str
         Of success, in words.
     metrics : tuple of str
-        By which controllers are compared.
+        Metrics for the comparison of controllers.
     band : float
-        In which an error has settled [m].
+        Limit of a settled error [m].
     """
 
     criterion: str
@@ -75,11 +75,11 @@ class StudiedRuns(NamedTuple):
     scenarios : sequence of Scenario
         With a start.
     judged : sequence of Judged
-        Of the same length, or shorter where the study was interrupted.
+        Of the same length, or shorter after an interrupt.
     promise : Promise
-        What holds of them.
+        Their validity.
     replays : mapping of int to Run
-        By the index of a run, from 0 on: those that can be replayed, of all controllers the same ones.
+        By the index of a run, from 0: those that can be replayed, the same for all controllers.
     """
 
     scenarios: Sequence[Scenario]
@@ -90,10 +90,10 @@ class StudiedRuns(NamedTuple):
 
 def chosen_runs(controllers: Iterable[Sequence[Judged]]) -> list[int]:
     """
-    Return which runs of all controllers are replayed.
+    Return the runs of all controllers that are replayed.
 
-    They are the first in which any one fails, and of those in which all succeed three in the middle of the sum of their
-    late errors.
+    They are the first in which any controller fails and, of those in which all succeed, three in the middle of the sum
+    of their late errors.
     """
     ran = list(zip(*controllers, strict=False))
     failures = [n for n, runs in enumerate(ran) if not all(run.success for run in runs)][:FAILURES]
@@ -104,7 +104,7 @@ def chosen_runs(controllers: Iterable[Sequence[Judged]]) -> list[int]:
 
 
 def starts_figure(controllers: Mapping[str, StudiedRuns]) -> Figure:
-    """Return the map of a study: where the robot started, marked by how the run ended, and where most runs fail."""
+    """Return the map of a study: the starts, marked by outcome, and the region of most failures."""
     panels = []
     for name, runs in controllers.items():
         share = sum(run.success for run in runs.judged) / len(runs.judged)
@@ -117,7 +117,7 @@ def starts_figure(controllers: Mapping[str, StudiedRuns]) -> Figure:
 
 
 def _marks(runs: StudiedRuns) -> Iterator[Marks]:
-    """Yield the starts of runs by how they ended."""
+    """Yield the starts of runs by outcome."""
     starts = [(run, scenario.start) for scenario, run in zip(runs.scenarios, runs.judged, strict=False)
               if scenario.start is not None]
     yield Marks('success', 'o', 6.0, 0, _places(start for run, start in starts if run.success))
@@ -132,7 +132,7 @@ def _places(starts: Iterable[Pose]) -> Floats:
 
 
 def _split_lines(split: Split | None) -> list[str]:
-    """Return where most runs fail, as lines of a title; none where nothing is known."""
+    """Describe the region of most failures, as lines of a title; none if unknown."""
     if split is None:
         return []
     (there, drawn), (rest, others) = split.there, split.elsewhere
@@ -140,24 +140,24 @@ def _split_lines(split: Split | None) -> list[str]:
 
 
 def _distribution(values: Sequence[float]) -> list[float]:
-    """Return ascending values that are finite, at most some hundred of them, with the smallest and the largest."""
+    """Return finite values in ascending order, some hundred at most, including the smallest and the largest."""
     known = np.sort([value for value in values if math.isfinite(value)])
     return [float(value) for value in known[np.linspace(0, known.size - 1, min(known.size, _POINTS)).astype(int)]]
 
 
 def _labels(judgement: Judgement) -> dict[str, tuple[str, str]]:
-    """Return label and unit of each metric, first of those that are compared."""
+    """Return label and unit of each metric, compared ones first."""
     labels = metric_labels(judgement.band)
     return {name: labels[name] for name in dict.fromkeys([*judgement.metrics, *labels])}
 
 
 def _shown(runs: StudiedRuns, labels: Iterable[str]) -> list[str]:
-    """Return the names of the metrics that runs have."""
+    """Return the names of the metrics of runs."""
     return [metric for metric in labels if metric in runs.judged[0].metrics]
 
 
 def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, command_line: str = '') -> dict[str, Any]:
-    """Return what web/study.js shows, ready for JSON; replays are by the index of a run, from 0 on."""
+    """Return the data of web/study.js, ready for JSON; replays are by the index of a run, from 0."""
     labels = _labels(judgement)
     metrics = dict.fromkeys(metric for runs in controllers.values() for metric in _shown(runs, labels))
     return {'command': command_line, 'controllers': [_of_controller(name, runs, metrics, LINES[n % len(LINES)][0])
@@ -166,7 +166,6 @@ def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, com
 
 
 def _of_controller(name: str, runs: StudiedRuns, shown: Iterable[str], color: str) -> dict[str, Any]:
-    """Return what is shown of a controller."""
     done = list(zip(runs.scenarios, runs.judged, strict=False))
     starts = [scenario.start for scenario, _ in done if scenario.start is not None]
     metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _shown(runs, shown)}
@@ -196,7 +195,6 @@ def _table(numbers: Mapping[str, Mapping[str, Any]], labels: Mapping[str, tuple[
 
 
 def _paragraphs(texts: Sequence[str]) -> str:
-    """Return sentences as HTML."""
     return ''.join(f'<p>{escape(text)}</p>' for text in texts)
 
 
@@ -250,13 +248,13 @@ def write_study_page(
     file : Path
         HTML.
     controllers : mapping of str to StudiedRuns
-        By name, each with a run at least.
+        By name, each with at least one run.
     judgement : Judgement
-        How the runs are judged.
+        The criteria for the runs.
     svg : str
-        The map of starts, for paper and where there are no scripts.
+        The map of starts, for paper and for browsers without scripts.
     made : mapping of str to object
-        What `provenance` returns of all controllers by name.
+        Result of `provenance` for all controllers by name.
     interrupted : bool
         Whether runs are missing.
     """

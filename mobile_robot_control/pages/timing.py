@@ -13,18 +13,18 @@ from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 
 def timed(series: Series) -> bool:
-    """Return whether a run was recorded over DDS, so that messages have times of receipt."""
+    """Return whether a run was recorded over DDS, with times of receipt."""
     return any(signal.received.size for signal in series.signals.values())
 
 
 def _received(series: Series, topic: str) -> Floats:
-    """Return the wall times at which a topic's messages were received [s]."""
+    """Return the wall times of receipt of a topic's messages [s]."""
     received: Floats = series.signals[topic].received / 1e9
     return received
 
 
 def intervals(series: Series, topic: str) -> Line:
-    """Return the wall time between each message of a run over DDS and the one before it [ms]; empty if not recorded."""
+    """Return the wall time between consecutive messages of a run over DDS [ms]; empty if not recorded."""
     between = 1e3 * np.diff(_received(series, topic))
     return Line(series.time(topic)[1:1 + between.size], between)
 
@@ -40,8 +40,8 @@ def latency(series: Series, question: str, answer: str) -> Line:
     """
     Return the wall time between the receipt of a message and of its answer [ms], at the answer's time.
 
-    In lockstep it is the answer with the same stamp; on the wall clock the latency is the age of the newest question
-    when the answer was received.
+    In lockstep it is the answer with the same stamp; on the wall clock the latency is the age of the newest question at
+    the receipt of the answer.
     """
     asked, answered = _received(series, question), _received(series, answer)
     if not asked.size or not answered.size:

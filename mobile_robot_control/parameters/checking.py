@@ -1,4 +1,4 @@
-"""Parameters are checked as a whole, and every violation is named at once with value, unit, rule and remedy."""
+"""Checks of parameters as a whole; each violation is named with value, unit, rule and remedy."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any, TypeVar, get_type_hints
@@ -32,9 +32,9 @@ RuleFunction = TypeVar('RuleFunction', bound=Rule)
 
 def rule(function: RuleFunction) -> RuleFunction:
     """
-    Register a rule that holds between the fields of one group; a decorator.
+    Register a rule between the fields of one group; a decorator.
 
-    The function takes the group (its first annotation says which) and yields a text for each violation.
+    The function takes the group, given by its first annotation, and yields a text for each violation.
     """
     group = next(hint for name, hint in get_type_hints(function).items() if name != 'return')
     _RULES.setdefault(group, []).append(function)
@@ -45,16 +45,16 @@ def build(
     group: type[Parameters], values: Mapping[str, Any], without: Collection[Rule] = ()
 ) -> Parameters:
     """
-    Make a group from values by dotted name, checked as a whole; what is not given keeps its default.
+    Make a group from values by dotted name, checked as a whole; omitted fields keep their defaults.
 
     Parameters
     ----------
     group : type
         The declared NamedTuple.
     values : mapping of str to object
-        Values by dotted name, as read from YAML, ROS or a command line. Whole numbers serve where a float belongs.
+        Values by dotted name, as read from YAML, ROS or a command line. Integers are accepted for floats.
     without : collection of callable
-        Rules that need not hold.
+        Rules that are not checked.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def build(
     Raises
     ------
     ParameterError
-        Naming every violation at once: unknown names, types, bounds and, where all of these hold, the rules between
+        With every violation at once: unknown names, types, bounds and, if all of these are right, the rules between
         parameters.
 
     """
@@ -84,12 +84,12 @@ def build(
 
 
 def rule_violations(instance: Any) -> list[str]:
-    """List what breaks the rules between the fields of a group and of the groups within it."""
+    """List the violated rules between the fields of a group and of its inner groups."""
     return list(_broken_rules(instance, ()))
 
 
 def _assemble(group: type[Parameters], values: Mapping[str, Any], prefix: str) -> Parameters:
-    """Make a group and the groups within it from checked values."""
+    """Make a group and its inner groups from checked values."""
     arguments = {
         name: values[prefix + name] if isinstance(annotation, Field)
         else _assemble(kind, values, group_prefix(prefix, name, annotation))

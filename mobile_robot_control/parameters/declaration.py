@@ -6,8 +6,8 @@ One declaration feeds the check of YAML files, the ROS descriptor, the command l
     class Robot(NamedTuple):
         mass: Annotated[float, Field('kg', 'mass of the entire vehicle', above=0.0)] = 10.0
 
-A field whose type is itself a NamedTuple is a group: its fields are named with a dot (``robot.mass``), or without a
-prefix where it is annotated with ``INLINE``.
+A field with a NamedTuple as its type is a group: the names of its fields have its name and a dot as prefix
+(``robot.mass``), or no prefix if it is annotated with ``INLINE``.
 """
 
 from collections.abc import Collection, Iterator
@@ -17,24 +17,24 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hi
 
 class Field(NamedTuple):
     """
-    What a parameter is, beyond its type and default.
+    The properties of a parameter, beyond its type and default.
 
     Attributes
     ----------
     unit : str
         SI unit, '' for a pure number or a text.
     description : str
-        What it is or what a larger value does, and the chapter's symbol or source where there is one.
+        Its meaning or the effect of a larger value, and the chapter's symbol or source if there is one.
     above, minimum, maximum, below : float or None
         Bounds: value > above, value >= minimum, value <= maximum, value < below; for an array, of each element.
     length : int or None
         Number of elements of an array.
     choices : collection of str
-        The texts allowed, in the order to name them; empty allows any text but an empty one.
+        The allowed texts, in the order of messages; if empty, every text except '' is allowed.
     live : bool
         Whether it may change while the node runs.
     search : tuple
-        Low and high of a search for the parameter, for an array one pair for each element; () keeps it out of searches.
+        Lower and upper bound in a search for the parameter, for an array one pair for each element; () excludes it.
 
     """
 
@@ -51,7 +51,7 @@ class Field(NamedTuple):
 
 
 class Inline(NamedTuple):
-    """Marks a group whose fields carry no prefix."""
+    """Marks a group whose fields have no prefix."""
 
 
 INLINE = Inline()
@@ -70,7 +70,7 @@ class Declaration(NamedTuple):
     field : Field
         Unit, description, bounds.
     default : object
-        The value where no other is given.
+        The value if no other is given.
 
     """
 
@@ -82,13 +82,13 @@ class Declaration(NamedTuple):
 
 def members(group: type) -> Iterator[tuple[str, type, Any]]:
     """Yield name, bare type and annotation (Field, Inline or None) of each field of a group."""
-    # a group may have fields that depend on what is registered
+    # the fields of some groups depend on the registry
     yield from group.parameter_members() if hasattr(group, 'parameter_members') else _fields(group)
 
 
 @lru_cache(maxsize=128)
 def _fields(group: type) -> tuple[tuple[str, type, Any], ...]:
-    """Return the fields of a NamedTuple; kept, since a search asks for those of every individual."""
+    """Return the fields of a NamedTuple; cached, because a search needs them for every individual."""
     found = []
     for name, hint in get_type_hints(group, include_extras=True).items():
         annotation = get_args(hint)[1] if get_origin(hint) is Annotated else None
@@ -98,22 +98,22 @@ def _fields(group: type) -> tuple[tuple[str, type, Any], ...]:
 
 
 def group_prefix(prefix: str, name: str, annotation: Any) -> str:
-    """Return what stands before the names of a group's fields."""
+    """Return the prefix of the names of a group's fields."""
     return prefix if isinstance(annotation, Inline) else f'{prefix}{name}.'
 
 
 def declarations(group: type, prefix: str = '', defaults: Any = None) -> dict[str, Declaration]:
     """
-    List the parameters that a NamedTuple declares, groups within it included.
+    List the parameters that a NamedTuple declares, including those of its groups.
 
     Parameters
     ----------
     group : type
-        A NamedTuple whose fields are annotated with Field or are groups; each has a default.
+        A NamedTuple with fields that are groups or annotated with Field; each has a default.
     prefix : str
         Put before each name.
     defaults : group or None
-        Where the defaults are read; the class's own if None.
+        Source of the defaults; the class itself if None.
 
     Returns
     -------

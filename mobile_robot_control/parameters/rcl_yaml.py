@@ -1,4 +1,4 @@
-"""YAML as rcl reads and writes it: what rcl refuses, or reads in another way than YAML, is refused."""
+"""YAML as rcl reads and writes it: text that rcl refuses, or reads differently from YAML, is refused."""
 
 import re
 from contextlib import suppress
@@ -12,7 +12,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.system.texts import shortened
 
 _DEEPEST = 32
-"""Levels of nesting; a parameter's name has a few."""
+"""Levels of nesting; the name of a parameter has only a few."""
 _WORDS = {
     **dict.fromkeys(('y', 'Y', 'yes', 'Yes', 'YES', 'true', 'True', 'TRUE', 'on', 'On', 'ON'), True),
     **dict.fromkeys(('n', 'N', 'no', 'No', 'NO', 'false', 'False', 'FALSE', 'off', 'Off', 'OFF'), False),
@@ -22,11 +22,11 @@ _FLOAT = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 _NOT_FINITE = re.compile(r'[-+]?((?i:inf|infinity|nan(\(\w*\))?)|\.(inf|Inf|INF))|\.(nan|NaN|NAN)')
 _HEXADECIMAL = re.compile(r'[-+]?0x([0-9a-f]+\.?[0-9a-f]*|\.[0-9a-f]+)(p[-+]?\d+)?', re.IGNORECASE)
 _NORMAL = 2.0**-1022
-"""The smallest number that C's strtod reads without the error by which rcl takes the text instead."""
+"""The smallest number that C's strtod reads without an error; after an error rcl takes the text instead."""
 
 
 class _Refused(yaml.MarkedYAMLError):
-    """What rcl would refuse or read in another way."""
+    """YAML that rcl would refuse or read differently."""
 
     def __init__(self, mark: Any, problem: str) -> None:
         super().__init__(problem=problem, problem_mark=mark)
@@ -57,7 +57,7 @@ class _Loader(yaml.SafeLoader):
         if self._depth > _DEEPEST:
             raise _Refused(event.start_mark, f'nested more than {_DEEPEST} levels deep; write names with dots')
         node = super().compose_node(parent, index)
-        # neither has a form in the texts of C
+        # neither can be part of a C string
         if isinstance(node, yaml.ScalarNode) and any('\ud800' <= letter <= '\udfff' or letter == '\0'
                                                      for letter in node.value):
             raise _Refused(node.start_mark, f"'{shortened(node.value, 60)}' has half a character or a zero byte, which "
@@ -70,7 +70,7 @@ class _Loader(yaml.SafeLoader):
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node)
         if within_array:
-            raise _Refused(node.start_mark, 'an array contains an array or a mapping; write numbers or texts alone')
+            raise _Refused(node.start_mark, 'an array contains an array or a mapping; write only numbers or texts')
         if isinstance(node, yaml.SequenceNode):
             return [self.value(element, within_array=True) for element in node.value]
         values: dict[str, Any] = {}
@@ -84,14 +84,14 @@ class _Loader(yaml.SafeLoader):
         return values
 
     def _scalar(self, node: yaml.ScalarNode) -> Any:
-        """Return a text, a number, true or false, or None; refuse what nodes would read as something else."""
+        """Return a text, a number, true or false, or None; refuse a scalar that nodes would read differently."""
         if node.style in ("'", '"'):
             return node.value
         in_yaml = self.construct_object(node) if node.style is None else node.value
         if in_yaml is None:
             return None
         in_rcl = as_rcl(node.value)
-        # whole numbers beyond 64 bits are floats for rcl; NaN differs from itself
+        # integers beyond 64 bits are floats for rcl; NaN differs from itself
         same = repr(in_yaml) == repr(in_rcl) or (isinstance(in_yaml, int) and isinstance(in_rcl, float))
         if not same:
             text = shortened(node.value, 60)
@@ -116,7 +116,7 @@ for _side in (_Loader, _Dumper):
 
 
 def _represent_text(dumper: _Dumper, text: str) -> Any:
-    """Write a text, in quotes where rcl would read something else."""
+    """Write a text, in quotes if rcl would read it as something else."""
     style = None if isinstance(as_rcl(text), str) else "'"
     return dumper.represent_scalar('tag:yaml.org,2002:str', text, style=style)
 
@@ -125,13 +125,13 @@ _Dumper.add_representer(str, _represent_text)
 
 
 def _described(value: Any) -> str:
-    """Return a value with its kind, for messages."""
+    """Return a value with its type, for messages."""
     return f'the text {shortened(value, 60)!r}' if isinstance(value, str) else str(value)
 
 
 def as_rcl(text: str) -> bool | int | float | str:
     """
-    Return what rcl reads where a text stands without quotes.
+    Return the value that rcl reads for a text without quotes.
 
     Examples
     --------
@@ -146,7 +146,7 @@ def as_rcl(text: str) -> bool | int | float | str:
 
 
 def _whole_number(text: str) -> int | float | None:
-    """Return what C's strtol reads in base 0, a float beyond 64 bits; None where digits do not fit the base."""
+    """Return the number that C's strtol reads in base 0, a float beyond 64 bits; None if digits do not fit the base."""
     sign, digits = (-1 if text[0] == '-' else 1), text.lstrip('+-').lower()
     base = 16 if digits.startswith('0x') else 8 if digits.startswith('0') else 10
     if base == 8 and {'8', '9'} & set(digits):
@@ -156,7 +156,7 @@ def _whole_number(text: str) -> int | float | None:
 
 
 def _real_number(text: str) -> float | str:
-    """Return what C's strtod reads; the text where it reads none, or overflows or underflows."""
+    """Return the number that C's strtod reads; the text if there is none, or after an overflow or underflow."""
     number, mantissa = 0.0, ''
     if _NOT_FINITE.fullmatch(text):
         return float(text.replace('.', '').partition('(')[0])
@@ -170,7 +170,7 @@ def _real_number(text: str) -> float | str:
 
 
 def parse_yaml(text: str, source: str) -> Any:
-    """Read YAML; raise ParameterError with the source and the line if it is not YAML that rcl reads the same."""
+    """Read YAML; raise ParameterError with source and line if it is not YAML, or rcl would read it differently."""
     try:
         loader = _Loader(text)
         try:
@@ -190,6 +190,6 @@ def dump_yaml(tree: Any, width: float | None = None) -> str:
     """
     Write mappings, lists, texts and numbers as YAML that reads back the same, numbers to the last bit.
 
-    Lines are broken at `width` characters, at 80 where it is None.
+    Lines are broken at `width` characters, by default at 80.
     """
     return str(yaml.dump(tree, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=width))

@@ -1,5 +1,5 @@
 """
-Requests: what a command, or a function of the Python API, is asked for.
+Requests: the input of a command, or of a function of the Python API.
 
 A request is a NamedTuple whose fields are declared with `Field`, as parameters are::
 
@@ -9,9 +9,9 @@ A request is a NamedTuple whose fields are declared with `Field`, as parameters 
         scales: Annotated[tuple[float, ...], Field('m', 'sizes of the curves', above=0.0)] = (0.5, 1.0)
         start: Annotated[tuple[Pose, ...], Field('', 'start'), Reader(read_pose, 'DX,DY,DYAW', again=True)] = ()
 
-A field without a default must be given; one that may be None may be left out. A command line makes its options from
-these fields, and a function its checks of keywords. A group within a request, such as `sources`, is a value of its own,
-or has its fields among those of the request where it is annotated with ``INLINE``.
+A field without a default is required; a field with the default None is optional. A command line derives its options
+from these fields, and a function its checks of keywords. A group within a request, such as `sources`, is a value of its
+own; if it is annotated with ``INLINE``, its fields are among those of the request.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -29,14 +29,14 @@ Request = TypeVar('Request')
 
 class Reader(NamedTuple):
     """
-    How a value is read that is no number and no text.
+    The conversion of a value that is neither a number nor a text.
 
     Attributes
     ----------
     read : callable
-        Takes a text of a command line or a Python value; raises ValueError with a remedy where it is none.
+        Takes a text of a command line or a Python value; raises ValueError with a remedy if it is invalid.
     form : str
-        What a text must look like.
+        Form of the text.
     again : bool
         Whether an option of a command line takes one value, and is given again for the next.
 
@@ -56,15 +56,15 @@ class Option(NamedTuple):
     name : str
         Of the field.
     kind : type
-        float, int, bool or str; of each element where there are several.
+        float, int, bool or str; for several values, of each.
     field : Field
         Unit, description, bounds.
     default : object
-        None where there is none.
+        None if there is none.
     is_required, is_several : bool
-        Whether it must be given; whether it is a tuple.
+        Whether it is required; whether it is a tuple.
     reader : Reader or None
-        How it, or each element, is read.
+        Conversion of the value, or of each element.
 
     """
 
@@ -77,7 +77,7 @@ class Option(NamedTuple):
     reader: Reader | None
 
     def element(self, value: Any) -> Any:
-        """Return a value, or an element of it, of its type; raise ParameterError where it is not allowed."""
+        """Convert a value, or an element of it, to its type; raise ParameterError if it is not allowed."""
         if self.reader is not None:
             try:
                 return self.reader.read(value)
@@ -91,7 +91,7 @@ class Option(NamedTuple):
         return taken
 
     def value(self, given: Any) -> Any:
-        """Return what the field takes; raise ParameterError where that is not allowed."""
+        """Convert a value to that of the field; raise ParameterError if it is not allowed."""
         given = given.tolist() if hasattr(given, 'tolist') else given
         if given is None and not self.is_required:
             return self.default
@@ -106,7 +106,7 @@ class Option(NamedTuple):
 
 
 def options_of(request: type) -> dict[str, Option]:
-    """Return the fields of a request by name, those of its inline groups among them."""
+    """Return the fields of a request by name, including those of its inline groups."""
     return {option.name: option for option in _options(request)}
 
 
@@ -127,14 +127,15 @@ def _options(request: Any) -> Iterator[Option]:
 
 def make_request(request: type[Request], given: Mapping[str, Any]) -> Request:
     """
-    Make a request from values by the names of its fields, checked as a whole.
+    Make a request from values by field name, checked as a whole.
 
     Parameters
     ----------
     request : type
         The NamedTuple.
     given : mapping of str to object
-        What is left out, or None, keeps its default. A text, a number or a path serves where several belong.
+        Omitted fields, and those that are None, keep their defaults. A single text, number or path is accepted for a
+        tuple.
 
     Returns
     -------
@@ -144,7 +145,7 @@ def make_request(request: type[Request], given: Mapping[str, Any]) -> Request:
     Raises
     ------
     ParameterError
-        Naming every violation, with the remedy.
+        With every violation and its remedy.
 
     """
     options = options_of(request)
@@ -165,7 +166,7 @@ def make_request(request: type[Request], given: Mapping[str, Any]) -> Request:
 
 
 def assemble(request: type[Request], values: Mapping[str, Any]) -> Request:
-    """Make a request, and its inline groups, of checked values by name; those of other names are left."""
+    """Make a request and its inline groups from checked values by name; other names are ignored."""
     parts = {}
     for name, hint in get_type_hints(request, include_extras=True).items():
         annotation = get_args(hint)[1] if get_origin(hint) is Annotated else None

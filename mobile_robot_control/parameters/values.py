@@ -1,4 +1,4 @@
-"""The check of one value against its declaration, in words that name value, unit, rule and remedy."""
+"""The check of one value against its declaration; messages have name, value, unit, rule and remedy."""
 
 import math
 import sys
@@ -10,7 +10,7 @@ from mobile_robot_control.quantities import LARGEST, SMALLEST
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return 'did you mean ...?' with the known name nearest to a mistaken one, or all known names if none is near."""
+    """Return 'did you mean ...?' with the nearest known name, or all known names if none is near."""
     import difflib  # noqa: PLC0415 (a node starts sooner without)
 
     names = sorted(known)
@@ -19,7 +19,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def describe_bounds(field: Field) -> str:
-    """Return the values that a field allows in words, such as 'above 0.0 kg'; '' where any is allowed."""
+    """Describe the values that a field allows, such as 'above 0.0 kg'; '' if any is allowed."""
     unit = f' {field.unit}' if field.unit else ''
     parts = [f'{word} {limit}{unit}'
              for word, limit in (('above', field.above), ('at least', field.minimum), ('at most', field.maximum),
@@ -33,17 +33,17 @@ def describe_bounds(field: Field) -> str:
 
 
 def _number(value: Any) -> float | None:
-    """Return a number as float; None where it is none."""
+    """Return a number as float; None for anything else."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:
         return float(value)
-    except OverflowError:  # a whole number beyond all floats
+    except OverflowError:  # an integer beyond the range of floats
         return math.inf
 
 
 def _typed(declared: Declaration, value: Any) -> Any:
-    """Convert a value to its declared type; None where it has another."""
+    """Convert a value to its declared type; None if that is impossible."""
     if declared.kind is float:
         return _number(value)
     if declared.kind is tuple:
@@ -58,14 +58,14 @@ _KINDS = {float: 'a number', int: 'a whole number', bool: 'true or false', str: 
 
 
 def _as_yaml(value: Any) -> str:
-    """Return a value as a YAML file has it."""
+    """Return a value as in a YAML file."""
     if isinstance(value, bool):
         return str(value).lower()
     return str(list(value)) if isinstance(value, tuple) else str(value)
 
 
 def _out_of_range(field: Field, numbers: Iterable[float]) -> str:
-    """Return what is wrong with the size of numbers, whatever their own bounds are; '' if nothing is."""
+    """Describe why numbers are out of range, whatever their own bounds are; '' if they are not."""
     if not all(map(math.isfinite, numbers)):
         return 'is not finite; it must be a finite number'
     if any(abs(number) > max(LARGEST, field.maximum or 0.0) for number in numbers):
@@ -84,14 +84,14 @@ def check_value(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
     Parameters
     ----------
     declared : Declaration
-        What it must be.
+        Declaration of the parameter.
     value : object
-        As read from YAML, ROS or a command line. Whole numbers serve where a float belongs.
+        As read from YAML, ROS or a command line. Integers are accepted for floats.
 
     Returns
     -------
     value : object
-        Of the declared type; None where it has another.
+        Of the declared type; None if it cannot be converted.
     violations : list of str
         Each with name, value, rule and remedy.
 

@@ -1,4 +1,4 @@
-"""Laws and curves from outside: registered here, loaded from files, and handed on to processes started from here."""
+"""Laws and curves from outside: registered here, loaded from files, and passed on to child processes."""
 
 import os
 import threading
@@ -13,7 +13,7 @@ _LOADING = threading.Lock()
 
 class PluginSource(NamedTuple):
     """
-    A file of a law or a curve, for a process that may not see it.
+    The file of a law or a curve, for a process without access to it.
 
     Attributes
     ----------
@@ -31,12 +31,12 @@ class PluginSource(NamedTuple):
 
 def register(record: Any) -> Any:
     """
-    Register a position law or a curve under its name, for this process and for those that it forks.
+    Register a position law or a curve under its name, for this process and its forks.
 
     Parameters
     ----------
     record : Law or Curve
-        Replaces the one of the same name from the same file or notebook.
+        Replaces the record of the same name from the same file or notebook.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def register(record: Any) -> Any:
     Raises
     ------
     PluginError
-        If the record is incomplete, its name is taken by one from elsewhere, or it is neither a law nor a curve.
+        If the record is incomplete, another source has its name, or it is neither a law nor a curve.
 
     """
     for registry in REGISTRIES.values():
@@ -57,26 +57,26 @@ def register(record: Any) -> Any:
 
 
 def load_plugins(law_files: Sequence[str], curve_files: Sequence[str]) -> None:
-    """Load files of laws and of curves; raise PluginError for the first that is refused."""
+    """Load files of laws and of curves; raise PluginError for the first refused one."""
     for kind, files in (('law', law_files), ('curve', curve_files)):
         for file in files:
             REGISTRIES[kind].load_file(file)
 
 
 def plugin_environment() -> dict[str, str]:
-    """Return the environment variables by which child processes, such as nodes, load the same files."""
+    """Return the environment variables that make child processes, such as nodes, load the same files."""
     return {registry.variable: os.pathsep.join(registry.loaded_texts())
             for registry in REGISTRIES.values() if registry.loaded_texts()}
 
 
 def plugin_sources() -> tuple[PluginSource, ...]:
-    """Return the files that laws and curves were loaded from, for `load_sources` in another process."""
+    """Return the loaded files of laws and curves, for `load_sources` in another process."""
     return tuple(PluginSource(kind, file, text) for kind, registry in REGISTRIES.items()
                  for file, text in registry.loaded_texts().items())
 
 
 def load_sources(sources: Iterable[PluginSource]) -> None:
-    """Load files that another process has loaded, unless this one has the same content already."""
+    """Load the files of another process, unless this one has the same content already."""
     with _LOADING:
         for source in sources:
             registry = REGISTRIES[source.kind]

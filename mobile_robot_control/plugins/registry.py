@@ -1,8 +1,8 @@
 """
 Named records that may come from outside the package: position laws and curves.
 
-A record is built in, comes from an entry point of an installed package, from a Python file that a command or an
-environment variable names, or is registered by hand. A value of a parameter never imports code.
+A record is built in, comes from an entry point of an installed package or from a Python file named by a command or an
+environment variable, or is registered by hand. A value of a parameter never imports code.
 """
 
 import contextlib
@@ -25,19 +25,19 @@ BUILT_IN = 'mobile_robot_control'
 
 
 class PluginError(ParameterError):
-    """A record that is refused; each violation names where it comes from, the reason and the remedy."""
+    """A refused record; each violation has its origin, the reason and the remedy."""
 
 
 class Source(NamedTuple):
     """
-    Where the records of a registry come from.
+    The sources of a registry's records.
 
     Attributes
     ----------
     kind, attribute : str
         'law' or 'curve', for messages; name of the record in its module.
     entry_points, variable : str
-        Group of entry points; environment variable that names files, separated by `os.pathsep`.
+        Group of entry points; environment variable with file names, separated by `os.pathsep`.
 
     """
 
@@ -54,18 +54,18 @@ class Registry(Mapping[str, Record], Generic[Record]):
     Parameters
     ----------
     source : Source
-        Where further ones come from; they are looked for when the names are first needed.
+        The sources of further records; they are searched when the names are first needed.
     record : type
         Of the records.
     built_in : sequence of Record
         Each has a name.
     check, function_of : callable
-        Yields what is wrong with a record, in words; returns the function of a record.
+        Yields the faults of a record, in words; returns the function of a record.
 
     Attributes
     ----------
     failures : dict of str to str
-        Why an entry point or a file could not be registered.
+        Entry points and files that could not be registered, with the reason.
 
     """
 
@@ -86,7 +86,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     @property
     def variable(self) -> str:
-        """Name of the environment variable that names files."""
+        """Name of the environment variable with file names."""
         return self._source.variable
 
     @property
@@ -113,7 +113,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         return self.load_text(file, text)
 
     def changed_files(self) -> dict[str, str]:
-        """Return the present text of each loaded file that has another one on disk now, by path."""
+        """Return the new text of each loaded file that has changed on disk, by path."""
         found = {}
         for file, text in self.loaded_texts().items():
             with contextlib.suppress(OSError, UnicodeDecodeError):
@@ -124,17 +124,17 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def load_changed(self) -> dict[str, str]:
         """
-        Load the files again that have changed on disk.
+        Load again the files that have changed on disk.
 
         Returns
         -------
         dict of str to str
-            The checksum of the text of each record that was loaded again, by its name.
+            The checksum of the text of each reloaded record, by its name.
 
         Raises
         ------
         PluginError
-            If a file is refused; its record stays as it was.
+            If a file is refused; its record stays unchanged.
 
         """
         import hashlib  # noqa: PLC0415 (nodes start without it)
@@ -143,11 +143,11 @@ class Registry(Mapping[str, Record], Generic[Record]):
                 for file, text in self.changed_files().items()}
 
     def load_text(self, file: str, text: str) -> Record:
-        """Import the text of a Python file, which need not exist here, and register its record, as `load_file`."""
+        """Import the text of a Python file, which may be missing here, and register its record; see `load_file`."""
         module = ModuleType(f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", file)}')
         module.__file__, sys.modules[module.__name__] = file, module
         try:
-            # what it prints must not be among the results of a command
+            # output during the import must not mix with the results of a command
             with contextlib.redirect_stdout(sys.stderr):
                 exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own)
             record: Record = getattr(module, self._source.attribute)
@@ -166,7 +166,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         return f'{where}: cannot be imported ({located_error(error)}); mend it, or leave it out'
 
     def register(self, record: Record, origin: str = '') -> None:
-        """Register a record, or replace the one of the same name and origin, which is its file or notebook if ''."""
+        """Register a record, or replace that of the same name and origin; '' stands for its file or notebook."""
         violations = list(self._check(record))
         if violations:
             raise PluginError(f'{origin}: {violation}' if origin else violation for violation in violations)
@@ -179,7 +179,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         self._version += 1
 
     def _discover(self) -> None:
-        """Load what the environment and installed packages offer; what fails stops nothing."""
+        """Load the records of the environment and of installed packages; failures stop nothing."""
         if self._discovered:
             return
         self._discovered = True
@@ -205,16 +205,16 @@ class Registry(Mapping[str, Record], Generic[Record]):
         print(f'not loaded: {printable(reason)}', file=sys.stderr)
 
     def origin(self, name: str) -> str:
-        """Return where a record was defined: a file, '__main__' or 'mobile_robot_control'."""
+        """Return the origin of a record: a file, '__main__' or 'mobile_robot_control'."""
         self._discover()
         return self._origins[name]
 
     def checksum(self, name: str) -> str:
-        """Return a checksum of the source that a record comes from: a file, or all loaded modules of its package."""
+        """Return a checksum of a record's source: a file, or all loaded modules of its package."""
         return source_checksum(self._function_of(self[name]))
 
     def loaded_texts(self) -> dict[str, str]:
-        """Return the text of each file that a record was loaded from, by path, for other processes to load them."""
+        """Return the text of each file with a loaded record, by path, so that other processes can load it."""
         self._discover()
         return dict(self._loaded)
 
@@ -236,7 +236,7 @@ REGISTRIES: dict[str, Registry[Any]] = {}
 
 
 def name_violations(kind: str, name: object, reserved: frozenset[str] = frozenset()) -> Iterator[str]:
-    """Yield what is wrong with the name of a record."""
+    """Yield the faults in the name of a record."""
     if not isinstance(name, str) or not re.fullmatch('[a-z][a-z0-9_]*', name):
         yield f'the name {name!r} of a {kind} is no ROS name; write lower-case letters, digits and underscores'
     elif name in reserved:

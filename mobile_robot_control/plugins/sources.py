@@ -1,4 +1,4 @@
-"""Where code from outside comes from: entry points, and the source of a function, to see whether it has changed."""
+"""The origin of code from outside: entry points, and the source of a function, to detect changes."""
 
 import os
 import sys
@@ -10,10 +10,10 @@ from mobile_robot_control.system.texts import describe_error
 
 
 def installed_entry_points(group: str) -> tuple[tuple[Any, ...], str]:
-    """Return the entry points of a group, and why they cannot be read; '' where they can."""
+    """Return the entry points of a group, and the reason if they cannot be read; '' otherwise."""
     if not any(group in text for text in _entry_point_files()):
         return (), ''
-    # takes a tenth of a node's start
+    # this import takes a tenth of a node's start
     from importlib import metadata  # noqa: PLC0415
 
     try:
@@ -23,7 +23,7 @@ def installed_entry_points(group: str) -> tuple[tuple[Any, ...], str]:
 
 
 def _entry_point_files() -> Iterator[str]:
-    """Yield the texts of all files of entry points; of an archive, whose files are not looked at, every group."""
+    """Yield the texts of all files of entry points; for an archive, which is not opened, every group."""
     for folder in sys.path:
         try:
             names = [name for name in os.listdir(folder or '.') if name.endswith(('.dist-info', '.egg-info'))]
@@ -41,7 +41,7 @@ def _entry_point_files() -> Iterator[str]:
 
 
 def origin_of(function: Any) -> str:
-    """Return the file that defines a function; '__main__' for one of a notebook, whose cells have a name each."""
+    """Return the file that defines a function; '__main__' for a notebook, whose cells have individual names."""
     code = getattr(function, '__code__', None)
     return '__main__' if code is None or function.__module__ == '__main__' else os.path.realpath(code.co_filename)
 
@@ -57,7 +57,7 @@ def source_checksum(function: Any) -> str:
 
 
 def _sources(function: Any) -> Iterator[bytes]:
-    """Yield the texts of the files; the code of the function where there are none."""
+    """Yield the texts of the files; without files, the code of the function."""
     package = function.__module__.partition('.')[0]
     ours = package in ('__main__', __name__.partition('.')[0])
     files = {os.path.realpath(function.__code__.co_filename)} if ours else {

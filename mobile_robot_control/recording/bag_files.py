@@ -1,4 +1,4 @@
-"""The messages of a bag from whatever files it is made of: mcap or sqlite3, packed or not, complete or damaged."""
+"""The messages of a bag from any kind of files: mcap or sqlite3, compressed or not, complete or damaged."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -31,14 +31,14 @@ class BagFiles:
     path : Path
         The bag's folder, or one file of it.
     progress : callable
-        Told how far the reading is.
+        Called with the progress of the reading.
 
     Attributes
     ----------
     problems : list of str
-        What could not be read, in words.
+        Read errors, in words.
     topics : set of str
-        Names of those met so far; of all of them after the last message.
+        Names of those found so far; after the last message, of all.
     """
 
     def __init__(self, path: Path, progress: ProgressCallback) -> None:
@@ -61,7 +61,6 @@ class BagFiles:
             yield from unpacked(self._of_file(file, wanted))
 
     def _of_file(self, file: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
-        """Yield the messages of one file."""
         if file.suffix == '.zstd':
             with TemporaryDirectory() as folder:
                 try:
@@ -78,7 +77,7 @@ class BagFiles:
             yield from self._by_rosbags(file, wanted)
 
     def _unpacked(self, messages: Iterator[Message]) -> Iterator[Message]:
-        """Yield messages that were packed one by one; what cannot be unpacked is empty, and counted as not readable."""
+        """Decompress messages one by one; a message that cannot be decompressed is empty, and counts as unreadable."""
         for message in messages:
             data = b''
             with suppress(ValueError):
@@ -86,7 +85,7 @@ class BagFiles:
             yield message._replace(data=data)
 
     def _compression(self) -> str:
-        """Return what is compressed, by metadata.yaml, such as 'message'; 'none' where that is missing or broken."""
+        """Return the compression mode in metadata.yaml, such as 'message'; 'none' if the file is missing or broken."""
         try:
             text = read_bounded(self._path / 'metadata.yaml', METADATA).decode()
             return str(yaml.safe_load(text)['rosbag2_bagfile_information']['compression_mode']).lower()
@@ -119,6 +118,6 @@ class BagFiles:
 
 
 def _unreadable(file: Path, error: Exception) -> BagError:
-    """Return the error of a file that is no part of a bag."""
+    """Return the error for a file that is no part of a bag."""
     return BagError(f'{file}: cannot be read as a bag ({shortened(str(error))}); '
                     'name one that `experiment` or `ros2 bag record` wrote')

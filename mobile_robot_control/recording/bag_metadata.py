@@ -39,7 +39,7 @@ class BagTopic:
 
 
 def quality(latched: bool) -> dict[str, Any]:
-    """Return the quality of service that a topic is played back with, as rosbag2 names it."""
+    """Return the quality of service for playback of a topic, in the terms of rosbag2."""
     return {
         'history': 'keep_last', 'depth': 1, 'reliability': 'reliable',
         'durability': 'transient_local' if latched else 'volatile',
@@ -87,7 +87,7 @@ class Metadata(NamedTuple):
                          metadata_yaml({'rosbag2_bagfile_information': self._content()}) + '\n')
 
     def _content(self) -> dict[str, Any]:
-        """Return the metadata as rosbag2 names it."""
+        """Return the metadata in the terms of rosbag2."""
         count = sum(topic.count for topic in self.topics)
         return {
             'version': 9,

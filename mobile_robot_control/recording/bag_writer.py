@@ -1,4 +1,4 @@
-"""Runs written as rosbag2 bags (mcap) from serialised messages, so that little is lost when the writing breaks off."""
+"""Runs as rosbag2 bags (mcap), written from serialised messages: an interruption loses little."""
 
 import errno
 import os
@@ -25,7 +25,7 @@ def ros_distribution() -> str:
     Returns
     -------
     str
-        Such as 'jazzy'; 'unknown', as rosbag2 has it, where neither is found.
+        Such as 'jazzy'; 'unknown', as in rosbag2, if neither is found.
 
     """
     sourced = os.environ.get('ROS_DISTRO')
@@ -41,15 +41,15 @@ def ros_distribution() -> str:
 
 
 _FLUSH = 500_000_000
-"""[ns] of wall time after which messages are handed to the operating system."""
+"""[ns] of wall time between transfers of messages to the operating system."""
 _CHUNK = 1 << 18
 
 
 class BagWriter:
     """
-    Writes serialised messages to a new mcap bag that stock ROS 2 reads; a context manager.
+    Writes serialised messages to a new mcap bag for stock ROS 2; a context manager.
 
-    What is older than half a second survives the end of this process, however it comes.
+    Messages older than half a second survive the end of this process, whatever ends it.
 
     Parameters
     ----------
@@ -59,13 +59,13 @@ class BagWriter:
     Attributes
     ----------
     failure : str
-        Why the writing broke off, naming the file, in words; '' before. Messages after that are lost.
+        Reason why the writing stopped, with the file; '' before. Later messages are lost.
     """
 
     def __init__(self, path: Path) -> None:
         self.failure = ''
         self._distribution = ros_distribution()
-        # of a distribution that rosbags does not know yet, the types are those of the newest that it knows
+        # for a distribution unknown to rosbags, the types are those of the newest known one
         self._types: Any = get_typestore(Stores.__members__.get(f'ROS2_{self._distribution.upper()}', Stores.LATEST))
         self._path, self._file = path, path / f'{path.name}.mcap'
         self._topics: dict[str, BagTopic] = {}
@@ -139,12 +139,12 @@ class BagWriter:
             topic, 'cdr', self._schemas[kind], {'offered_qos_profiles': bag_metadata.metadata_yaml([quality])}
         )
         self._topics[topic] = BagTopic(topic, kind, self._types.hash_rihs01(kind), quality, channel)
-        # written with every new topic, so that a bag that breaks off has one too
+        # written with every new topic, so that an interrupted bag has one, too
         self._metadata().write(self._path)
         return self._topics[topic]
 
     def _flush(self, now: int) -> None:
-        """Hand what was written to the operating system."""
+        """Transfer written data to the operating system."""
         self._flushed = now
         self._writer.flush()
         if os.fstat(self._stream.fileno()).st_nlink == 0:

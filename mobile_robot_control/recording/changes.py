@@ -1,4 +1,4 @@
-"""What changed a run, from the topic `events` of its bag."""
+"""The changes of a run, from the topic `events` of its bag."""
 
 import json
 from functools import partial
@@ -21,11 +21,11 @@ class Change(NamedTuple):
     Attributes
     ----------
     stamp : int
-        The first one that is affected [ns].
+        The first affected stamp [ns].
     node : str
         Its name, without a namespace.
     run : int
-        Which run of the node, from 0.
+        Run of the node, counted from 0.
     values : dict of str to object
         By key.
 
@@ -38,7 +38,7 @@ class Change(NamedTuple):
 
 
 def read_change(message: Message) -> Change:
-    """Return the change of a message on `events`; raise BagError where it is none."""
+    """Return the change in a message on `events`; raise BagError if it is none."""
     try:
         return Change(serialised_stamp(message.data), *read_or_refuse(
             message.kind, (partial(deserialise, message.kind), _read_statuses), message.data))

@@ -1,4 +1,4 @@
-"""The columns of each topic of a run, and how its messages are read into them."""
+"""The columns of each topic of a run, and the conversion of its messages to them."""
 
 import math
 from collections.abc import Callable
@@ -20,8 +20,8 @@ COLUMNS = {
     GROUND_TRUTH: LOOP_TOPICS['odom'].columns, TRUE_ERROR: LOOP_TOPICS['tracking_error'].columns,
 }
 """
-The topics of a run: those of the loop; the true motion, where it is recorded beside odometry that hides it; and the
-true error, where that of `tracking_error` differs from it, which no topic carries.
+The topics of a run: those of the loop; the true motion, if it is recorded beside odometry that hides it; and the true
+error, if it differs from `tracking_error`. No topic carries the latter.
 """
 _UNKNOWN = (math.nan, math.nan)
 
@@ -32,7 +32,7 @@ def _odometry(message: Any) -> tuple[float, ...]:
 
 
 def _joints(message: Any) -> tuple[float, ...]:
-    """Return the columns of joint states; of a base that tells no efforts, they are nan."""
+    """Return the columns of joint states; for a base without efforts, they are nan."""
     efforts = read_torque(message) if len(message.effort) else _UNKNOWN
     return (*read_wheel_angles(message), *read_wheel_velocity(message), *efforts)
 

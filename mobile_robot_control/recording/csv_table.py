@@ -1,4 +1,4 @@
-"""A run as a table: one row a step of the velocity loop, columns named as the topics' fields."""
+"""A run as a table: one row for each step of the velocity loop, columns named like the topics' fields."""
 
 import csv
 import math
@@ -37,10 +37,10 @@ CSV_COLUMNS = (
 )
 """
 Time and stamp in s, everything else in SI units as in the topics. The columns of the position loop (from
-`odom.header.stamp` on) hold the values of the newest position tick. The torques of a base that takes none are empty.
+`odom.header.stamp` on) hold the values of the newest position tick. Torques are empty for a base without them.
 """
 TRUTH_COLUMNS = tuple(f'ground_truth.{field}' for field in _ODOMETRY)
-"""The true motion at the newest position tick: columns of a run whose odometry hides it, and of no other."""
+"""The true motion at the newest position tick: columns only of a run whose odometry hides it."""
 _TORQUES = slice(CSV_COLUMNS.index(f'joint_states.effort.{WHEEL_JOINTS[0]}'), CSV_COLUMNS.index('odom.header.stamp'))
 
 
@@ -65,9 +65,9 @@ def row_from_sample(sample: Sample) -> tuple[float, ...]:
 
 def write_csv(samples: Iterable[Sample], file: TextIO, with_truth: bool = False) -> Iterator[Sample]:
     """
-    Write samples as CSV, numbers to the last bit, and yield the same samples on.
+    Write samples as CSV, numbers to the last bit, and pass the same samples on.
 
-    TRUTH_COLUMNS are written if `with_truth`, of which every sample must then have one.
+    With `with_truth`, TRUTH_COLUMNS are written, too; every sample must then have a truth.
     """
     writer = csv.writer(file, lineterminator='\n')
     writer.writerow((*CSV_COLUMNS, *TRUTH_COLUMNS) if with_truth else CSV_COLUMNS)
@@ -88,19 +88,19 @@ _LONGEST_LINE = 1 << 16
 
 
 class NotATableError(ValueError):
-    """A file that is no CSV of a run; the text says why."""
+    """A file that is no CSV of a run; the text is the reason."""
 
 
 def _read_odometry(values: Sequence[float]) -> tuple[Pose, BodyVelocity]:
     """Return pose and velocity from the columns of an odometry message."""
     x, y, sine, cosine, linear, angular = values
-    # twice the half angle, wrapped as odometry messages are read
+    # twice the half angle, wrapped as in the reading of odometry messages
     return Pose(x, y, math.atan2(2.0 * sine * cosine, cosine * cosine - sine * sine)), BodyVelocity(linear, angular)
 
 
 def sample_from_row(values: Sequence[float]) -> Sample:
     """
-    Return a row of CSV_COLUMNS, and TRUTH_COLUMNS where there are any, as a sample, headings to rounding.
+    Return a row of CSV_COLUMNS, and of TRUTH_COLUMNS if present, as a sample, headings to rounding.
 
     The inverse of `row_from_sample`.
     """
@@ -119,7 +119,7 @@ def sample_from_row(values: Sequence[float]) -> Sample:
 
 
 def _lines(file: TextIO) -> Iterator[str]:
-    """Yield the lines of a file; raise csv.Error at one that is longer than any of a table."""
+    """Yield the lines of a file; raise csv.Error for a line longer than any of a table."""
     while line := file.readline(_LONGEST_LINE):
         if len(line) == _LONGEST_LINE:
             raise csv.Error(f'a line is longer than {_LONGEST_LINE} characters')
@@ -127,13 +127,13 @@ def _lines(file: TextIO) -> Iterator[str]:
 
 
 def _without_unknown_torques(values: list[float]) -> list[float]:
-    """Return the numbers of a row; without its torques where none of them is known."""
+    """Return the numbers of a row; without its torques if none of them is known."""
     known = not all(map(math.isnan, values[_TORQUES]))
     return values if known else [*values[:_TORQUES.start], *values[_TORQUES.stop:]]
 
 
 def _numbers(cells: list[str]) -> list[float]:
-    """Return the numbers of a row; raise ValueError where one is missing, but torques may all be."""
+    """Return the numbers of a row; raise ValueError if one is missing, except for all torques."""
     if cells[_TORQUES] == [''] * 4:
         cells[_TORQUES] = ['nan'] * 4
     return list(map(float, cells))
@@ -151,7 +151,7 @@ class Rows:
     Attributes
     ----------
     left_out : Counter of str
-        Rows that could not be used, by reason; counted while the rows are read.
+        Unusable rows, by reason; counted during the reading.
 
     Raises
     ------
@@ -175,7 +175,7 @@ class Rows:
         self._order = [names.index(name) for name in known]
 
     def __iter__(self) -> Iterator[Sample]:
-        """Yield a sample for each row that is whole, finite and later than the one before."""
+        """Yield a sample for each row that is whole, finite and later than the previous one."""
         newest = -math.inf
         try:
             for cells in self._reader:

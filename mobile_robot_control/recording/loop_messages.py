@@ -1,4 +1,4 @@
-"""The messages of the loop in a bag, kept as checksums: two runs are compared to the last bit."""
+"""The messages of the loop in a bag, stored as checksums, for a comparison of two runs to the last bit."""
 
 import hashlib
 from array import array
@@ -20,7 +20,7 @@ class TopicCourse(NamedTuple):
     Attributes
     ----------
     stamps : array of int
-        [ns], in the order of the bag; 0 after another begins a new run.
+        [ns], in the order of the bag; 0 after another stamp begins a new run.
     checksums : array of int
         Of the bytes.
 
@@ -32,7 +32,7 @@ class TopicCourse(NamedTuple):
 
 class LoopMessages(NamedTuple):
     """
-    What a bag holds of a lockstep loop.
+    The messages of a lockstep loop in a bag.
 
     Attributes
     ----------
@@ -48,27 +48,27 @@ class LoopMessages(NamedTuple):
 
     @property
     def total(self) -> int:
-        """Messages of all topics."""
+        """Number of messages of all topics."""
         return sum(len(course.stamps) for course in self.courses.values())
 
 
 def read_loop_messages(path: Path, namespace: str, topics: Collection[str]) -> LoopMessages:
     """
-    Read the loop topics and the events of a bag that is complete.
+    Read the loop topics and the events of a complete bag.
 
     Parameters
     ----------
     path : Path
         The bag's folder.
     namespace : str
-        In which the nodes ran.
+        Of the nodes.
     topics : collection of str
         Topics of the loop.
 
     Raises
     ------
     BagError
-        If the bag breaks off, is damaged, lacks a topic, or an event cannot be read.
+        If the bag is cut off or damaged, lacks a topic, or an event cannot be read.
 
     """
     prefix = namespace.rstrip('/') + '/'
@@ -100,7 +100,7 @@ def _add(course: TopicCourse, data: bytes) -> None:
 
 
 def first_difference(recorded: Mapping[str, TopicCourse], replayed: Mapping[str, TopicCourse]) -> str:
-    """Return where a replay differs first from what was recorded, in words; '' where it is equal to the last bit."""
+    """Describe the first difference of a replay from the recording; '' if they are equal to the last bit."""
     found = []
     for topic, course in recorded.items():
         other, run = replayed[topic], 0

@@ -1,4 +1,4 @@
-"""The messages of an mcap file, read from front to back, so that a file which was cut off is read up to there."""
+"""The messages of an mcap file, read from front to back, so that a truncated file is read up to its end."""
 
 import io
 import struct
@@ -16,29 +16,29 @@ from mobile_robot_control.system.files import BAG, open_bounded
 from mobile_robot_control.system.texts import shortened
 
 LARGEST = 1 << 28
-"""Bytes of a record, packed or not; recorders write chunks of one or a few megabytes."""
+"""Bytes of a record, compressed or not; recorders write chunks of one or a few megabytes."""
 _PIECE = 1 << 20
 _UNSUSPICIOUS, _RATIO = 1 << 26, 100
-"""Bytes, and times the packed size: numbers do not shrink to a hundredth."""
+"""Bytes, and times the compressed size: numbers do not shrink to a hundredth."""
 
 
 class TooLargeError(ValueError):
-    """Something that unpacks to more than it may."""
+    """Content that decompresses to more than its limit."""
 
 
 def unpack(chunk: Chunk) -> bytes:
     """
-    Return the records of an mcap chunk, as far as it goes where it was cut off.
+    Return the records of an mcap chunk; of a truncated one, those up to its end.
 
-    Raises TooLargeError if it unpacks to more than LARGEST or than it declares, and ValueError, or what the compression
-    raises, where it is damaged.
+    Raises TooLargeError if it decompresses to more than LARGEST or than it declares, and ValueError, or the error of
+    the compression, if it is damaged.
     """
     declared = chunk.uncompressed_size
     if declared > LARGEST:
         raise TooLargeError(f'a chunk of {declared} bytes is larger than {LARGEST}')
     if chunk.compression == '':
         return chunk.data
-    # one byte more than declared, so that a larger one is noticed
+    # one byte more than declared, so that a larger content is noticed
     data = _unpacked(chunk.compression, chunk.data, declared + 1)
     if len(data) > declared:
         raise TooLargeError(f'a chunk unpacks to more than the {declared} bytes that it declares')
@@ -46,8 +46,8 @@ def unpack(chunk: Chunk) -> bytes:
 
 
 def _unpacked(compression: str, data: bytes, most: int) -> bytes:
-    """Return at most so many unpacked bytes."""
-    # imported late: mcap brings both, and most bags need neither
+    """Return at most so many decompressed bytes."""
+    # imported late: mcap installs both, and most bags need neither
     if compression == 'zstd':
         import zstandard  # noqa: PLC0415
 
@@ -64,7 +64,7 @@ def _unpacked(compression: str, data: bytes, most: int) -> bytes:
 
 
 def unpack_message(data: bytes) -> bytes:
-    """Return a message that was packed by itself; raise ValueError if it is damaged or unpacks to over LARGEST."""
+    """Decompress a message; raise ValueError if it is damaged or decompresses to over LARGEST."""
     unpacked = _unpacked('zstd', data, LARGEST + 1)
     if len(unpacked) > LARGEST:
         raise TooLargeError(f'a message unpacks to more than {LARGEST} bytes')
@@ -73,9 +73,9 @@ def unpack_message(data: bytes) -> bytes:
 
 def unpack_file(file: Path, folder: Path) -> Path:
     """
-    Unpack a file that was packed by zstd as a whole into a folder, as far as it goes; return the unpacked file.
+    Decompress a file that was compressed by zstd as a whole into a folder, as far as possible; return the new file.
 
-    Raises TooLargeError if it unpacks to implausibly much, OSError if it cannot be read or there is no room, and
+    Raises TooLargeError if it decompresses to implausibly much, OSError if it cannot be read or there is no room, and
     ValueError if it is damaged from the start.
     """
     import zstandard  # noqa: PLC0415 (late, as above)
@@ -95,19 +95,19 @@ def unpack_file(file: Path, folder: Path) -> Path:
 
 
 ProgressCallback = Callable[[int, int], None]
-"""Takes how much has been read, and of how much."""
+"""Takes the amount read, and the total."""
 _HEAD = struct.Struct('<BQ')
 _MESSAGE = struct.Struct('<HIQQ')
 _FOOTER = struct.Struct('<BQQQI')
 
 
 class BagError(ValueError):
-    """A path that is no bag; the text names it and says what to name instead."""
+    """A path that is no bag; the text names it, and what to name instead."""
 
 
 class Message(NamedTuple):
     """
-    A message as it was recorded.
+    A recorded message.
 
     Attributes
     ----------
@@ -137,12 +137,12 @@ class McapStream:
     path : Path
         The file; it is not changed.
     progress : callable
-        Told how far the reading is, in bytes.
+        Called with the progress of the reading, in bytes.
 
     Attributes
     ----------
     problems : list of str
-        What could not be read, in words; complete after the last message.
+        Read errors, in words; complete after the last message.
     """
 
     def __init__(self, path: Path, progress: ProgressCallback) -> None:
@@ -169,7 +169,7 @@ class McapStream:
                         self._define(opcode, body)
 
     def topics(self) -> list[str]:
-        """List the topics met so far in alphabetical order."""
+        """List the topics found so far in alphabetical order."""
         return sorted({topic for topic, _ in self._channels.values()})
 
     def _define(self, opcode: int, body: memoryview) -> None:
@@ -181,18 +181,18 @@ class McapStream:
             elif opcode == Opcode.CHANNEL:
                 channel = Channel.read(ReadDataStream(io.BytesIO(body)))
                 self._channels[channel.id] = (channel.topic, self._schemas.get(channel.schema_id, ''))
-        except Exception as error:  # mcap has no common error for odd bytes
+        except Exception as error:  # mcap has no common error for faulty bytes
             self._note_damage(error)
 
     def _note_damage(self, error: Exception) -> None:
-        """Report that a part was left out, each kind of damage once."""
+        """Report a part that was left out, once for each kind of damage."""
         reason = shortened(str(error)) or 'it ends early'
         problem = f'a part of {self._path.name} is damaged and was left out ({reason})'
         if problem not in self.problems:
             self.problems.append(problem)
 
     def _define_from_summary(self, file: BinaryIO, size: int) -> None:
-        """Read the topics from the file's end, where it has one: the part that introduces them may be damaged."""
+        """Read the topics from the file's end, if there is one: the part that introduces them may be damaged."""
         file.seek(max(0, size - _FOOTER.size - len(MCAP0_MAGIC)))
         footer = file.read()
         if len(footer) == _FOOTER.size + len(MCAP0_MAGIC) and footer.endswith(MCAP0_MAGIC):
@@ -203,7 +203,7 @@ class McapStream:
                     self._define(kind, body)
 
     def _blocks(self, file: BinaryIO) -> Iterator[memoryview]:
-        """Yield the records of the data section, those in chunks unpacked."""
+        """Yield the records of the data section, those in chunks decompressed."""
         size = file.seek(0, io.SEEK_END)
         self._define_from_summary(file, size)
         file.seek(0)
@@ -234,13 +234,13 @@ class McapStream:
     def _unpacked(self, chunk: bytes, whole: bool) -> memoryview:
         """Return the records of a chunk."""
         try:
-            # of a chunk that was cut off, the complete messages are taken
+            # from a truncated chunk, the complete messages are taken
             packed = Chunk.read(ReadDataStream(io.BytesIO(chunk)))
             data = unpack(packed)
             if whole and packed.uncompressed_crc not in (0, zlib.crc32(data)):
                 raise ValueError('its checksum is wrong')
             return memoryview(data)
-        except Exception as error:  # every compression has errors of its own
+        except Exception as error:  # every compression has its own errors
             if whole or isinstance(error, TooLargeError):
                 self._note_damage(error)
             return memoryview(b'')

@@ -54,7 +54,7 @@ class _Choices(Collection[str]):
 
 
 class CurveParameters(NamedTuple):
-    """Which curve the reference cart drives, and its placement."""
+    """The curve that the reference cart drives, and its placement."""
 
     curve: Annotated[
         str, Field('', f'the curve, or {PATH} for waypoints{_NEXT_RUN}', choices=_Choices(), live=True)
@@ -117,8 +117,8 @@ def accelerated_at(curve: CurveFunction, time: float, placement: Placement) -> R
     """
     Compute the reference cart at a time as `reference_at` does, and its acceleration.
 
-    The linear acceleration is exact. So is the angular one if the curve gives third derivatives; otherwise it is a
-    symmetric difference, which is exact to 1e-8 of its size on the curves of this package.
+    The linear acceleration is exact. So is the angular one if the curve has third derivatives; otherwise it is a
+    symmetric difference, exact to 1e-8 of its size on the curves of this package.
     """
     rate = 2.0 * math.pi / placement.period
     s = 2.0 * math.pi * (time / placement.period + placement.phase)
@@ -139,12 +139,12 @@ def accelerated_at(curve: CurveFunction, time: float, placement: Placement) -> R
 
 def with_period(placement: Placement, period: float, time: float) -> Placement:
     """
-    Return a placement with another lap time, its phase such that the cart goes on where it is.
+    Return a placement with another lap time, its phase such that the cart continues from its present position.
 
     Parameters
     ----------
     placement : Placement
-        Up to now.
+        The present one.
     period : float
         Lap time from now on [s].
     time : float
@@ -158,7 +158,7 @@ _POINTS = 64
 _GIVEN = 6
 """Fields of a CurvePoint that every curve gives."""
 _SLOWEST = 1e-6
-"""Of the largest speed on the curve: a slower point is one where the cart stands, and has no heading."""
+"""Of the largest speed on the curve: at a slower point the cart stands, and has no heading."""
 
 
 def _squared_speed(curve: CurveFunction, s: float) -> float:
@@ -184,7 +184,7 @@ def _slowest_point(curve: CurveFunction, begin: float) -> tuple[float, float]:
 
 
 def _failure(curve: CurveParameters) -> str:
-    """Return where a curve raises or is not finite, in words; '' if it never does in a lap."""
+    """Describe where a curve raises or is not finite; '' if it never does in a lap."""
     for n in range(_POINTS + 1):
         s = 2.0 * math.pi * (curve.placement.phase + n / _POINTS)
         try:
@@ -196,7 +196,7 @@ def _failure(curve: CurveParameters) -> str:
 
 
 def _standstill(curve: CurveParameters) -> str:
-    """Return where the cart stands, in words; '' if it never does."""
+    """Describe where the cart stands still; '' if it never does."""
     placement = curve.placement
     begin = 2.0 * math.pi * placement.phase
     s, share = _slowest_point(CURVES[curve.curve], begin)
@@ -208,7 +208,7 @@ def _standstill(curve: CurveParameters) -> str:
 
 
 def too_fast_to_send(curve: CurveParameters) -> Iterator[str]:
-    """Yield why the accelerations of a lap are more than messages may hold."""
+    """Yield the accelerations of a lap that exceed the bounds of messages."""
     placement = curve.placement
     lap = (accelerated_at(CURVES[curve.curve], placement.period * n / _POINTS, placement) for n in range(_POINTS))
     most = max(abs(value) for reference in lap for value in reference.acceleration)
@@ -219,7 +219,7 @@ def too_fast_to_send(curve: CurveParameters) -> Iterator[str]:
 
 @rule
 def _lap_can_be_followed(curve: CurveParameters) -> Iterator[str]:
-    """Refuse a cart without a heading, and one that leaves what messages may hold: the run would wait for ever."""
+    """Refuse a cart without a heading, or beyond the bounds of messages: its run would wait for ever."""
     if curve.curve == PATH:
         return
     placement, unfit = curve.placement, _failure(curve) or _standstill(curve)

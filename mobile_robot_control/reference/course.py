@@ -1,4 +1,4 @@
-"""What the reference cart drives: a curve with a lap time, or a path with its timing."""
+"""The course of the reference cart: a curve with a lap time, or a path with its timing."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
@@ -11,19 +11,19 @@ from mobile_robot_control.reference.path_parameters import PathRequest
 
 
 class Course(Protocol):
-    """What the reference cart drives."""
+    """The course of the reference cart."""
 
     @property
     def period(self) -> float:
-        """Time for one lap, or for all of a path [s]."""
+        """Time for one lap, or for the whole path [s]."""
 
     @property
     def size(self) -> float:
-        """A length by which distances from it are judged [m]."""
+        """A length as scale for distances from the course [m]."""
 
     @property
     def closed(self) -> bool:
-        """Whether it ends where it begins, and goes on."""
+        """Whether the course ends at its start and continues."""
 
     def reference(self, time: float) -> Reference:
         """Return the reference at a time [s], without its acceleration."""
@@ -60,7 +60,7 @@ class CurveCourse(NamedTuple):
 
     @property
     def closed(self) -> bool:
-        """Whether a lap ends where it begins; a mere function is taken for closed."""
+        """Whether a lap ends where it begins; a bare function counts as closed."""
         return getattr(self.curve, 'closed', True)
 
     def reference(self, time: float) -> Reference:
@@ -74,12 +74,12 @@ class CurveCourse(NamedTuple):
 
 class Standing(NamedTuple):
     """
-    A cart that stands until a path comes.
+    A cart that stands until a path arrives.
 
     Attributes
     ----------
     pose : Pose
-        Where.
+        Pose of the cart.
 
     """
 
@@ -89,16 +89,16 @@ class Standing(NamedTuple):
     closed: bool = False
 
     def reference(self, _time: float) -> Reference:
-        """Return the reference, which stands."""
+        """Return the reference at rest."""
         return Reference(self.pose, BodyVelocity(0.0, 0.0), NO_ACCELERATION)
 
     def accelerated(self, time: float) -> Reference:
-        """Return the reference, which stands."""
+        """Return the reference at rest."""
         return self.reference(time)
 
 
 def make_course(curve: str, placement: Placement, path: PathRequest | tuple[()]) -> Course:
-    """Return what the cart drives: a path where one is requested, else a curve of CURVES."""
+    """Return the course of the cart: the requested path if there is one, else a curve of CURVES."""
     if not path:
         return CurveCourse(CURVES[curve], placement)
     from mobile_robot_control.reference.planned_path import plan  # noqa: PLC0415 (nodes without a path need no NumPy)
@@ -108,9 +108,9 @@ def make_course(curve: str, placement: Placement, path: PathRequest | tuple[()])
 
 def references_along(course: Course, horizon: int) -> Callable[[int, int], tuple[Reference, ...]]:
     """
-    Make a function of a time and a period [ns] that returns the reference then and at the next `horizon` ticks.
+    Make a function of a time and a period [ns] that returns the references at that time and the next `horizon` ticks.
 
-    Without a horizon there is no acceleration.
+    Without a horizon the references have no acceleration.
     """
     if horizon == 0:
         return lambda time, _period: (course.reference(time / 1e9),)

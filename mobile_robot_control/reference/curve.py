@@ -1,10 +1,10 @@
-"""What a curve is: its points, and its record."""
+"""The record of a curve, and its points."""
 
 import math
 from typing import NamedTuple, Protocol
 
 PATH = 'path'
-"""In place of a curve's name: waypoints give the course."""
+"""Stands for a curve's name: waypoints give the course."""
 
 
 class CurvePoint(NamedTuple):
@@ -20,7 +20,7 @@ class CurvePoint(NamedTuple):
     ddx, ddy : float
         Second derivatives.
     dddx, dddy : float
-        Third derivatives, for the reference's acceleration; nan where a curve does not give them.
+        Third derivatives, for the reference's acceleration; nan if the curve does not give them.
 
     """
 
@@ -43,7 +43,7 @@ class CurveFunction(Protocol):
 
 class Curve(NamedTuple):
     """
-    A curve for the reference cart: a function of the curve parameter. A module of a curve has one, named CURVE.
+    A curve for the reference cart: a function of the curve parameter. The module of a curve has one, named CURVE.
 
     Attributes
     ----------

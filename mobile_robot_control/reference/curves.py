@@ -1,4 +1,4 @@
-"""The curves that the reference cart may drive, with exact derivatives: the built-in ones and the registry."""
+"""The curves of the reference cart, with exact derivatives: the built-in ones and the registry."""
 
 import math
 from collections.abc import Iterator
@@ -89,7 +89,7 @@ def circle(s: float) -> CurvePoint:
 @jitable
 def line(s: float) -> CurvePoint:
     """
-    Evaluate the straight line along x, x = s / (2π), which never closes.
+    Evaluate the straight line along x, x = s / (2π); it never closes.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def lissajous(s: float) -> CurvePoint:
 @jitable
 def sinusoid(s: float) -> CurvePoint:
     """
-    Evaluate the sine wave along x, x = s / (2π), y = sin s / (2π), which never closes.
+    Evaluate the sine wave along x, x = s / (2π), y = sin s / (2π); it never closes.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def sinusoid(s: float) -> CurvePoint:
 @jitable
 def rounded_rectangle(s: float) -> CurvePoint:
     """
-    Evaluate the rectangle of 2 by 1 whose corners are arcs of radius 0.2, at constant speed.
+    Evaluate the rectangle of 2 by 1 with corners of radius 0.2, at constant speed.
 
     Its curvature jumps where sides and corners join. A path of waypoints has no such jumps.
 
@@ -167,7 +167,7 @@ def rounded_rectangle(s: float) -> CurvePoint:
     corner = 0.5 * math.pi * radius
     half = 2.0 * (width + height + corner)
     rate = half / math.pi
-    # the second half of a lap is the first one, turned by π
+    # the second half of a lap is the first half, turned by π
     halves = s / math.pi
     number = math.floor(halves)
     way = (halves - number) * half
@@ -199,7 +199,7 @@ BUILT_IN = (
 
 
 def curve_violations(curve: Any) -> Iterator[str]:
-    """Yield what is wrong with the record of a curve."""
+    """Yield the faults in the record of a curve."""
     if not isinstance(curve, Curve):
         yield f'CURVE is of type {type(curve).__name__}; write CURVE = Curve(name, point)'
         return

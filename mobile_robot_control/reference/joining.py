@@ -1,7 +1,7 @@
 """
-A new path in mid-run: joined to the motion before it without a jump of position, heading, speed or angular speed.
+A new path in mid-run, joined to the previous motion without a jump of position, heading, speed or angular speed.
 
-The joint is a span of the B-spline whose first three control points give it position, heading and curvature of the
+The joint is a span of the B-spline. Its first three control points give it position, heading and curvature of the
 reference; it leads to the new path some way ahead.
 """
 
@@ -20,26 +20,26 @@ from mobile_robot_control.reference.path_shape import Point, Span, control_point
 from mobile_robot_control.reference.planned_path import ImpossibleError, PlannedPath, plan_grid, timed
 
 _LENGTHS = (1.0, 2.0)
-"""Of the joint, in units of path.join_distance, the first that can be driven."""
+"""Lengths of the joint, in units of path.join_distance; the first feasible one is used."""
 _SLACK = (1.0, 1.01)
-"""Share of the limits: between two points of its grid a motion before may have exceeded them by as much."""
+"""Shares of the limits; the previous motion may exceed them by this much between two points of its grid."""
 
 
 def join(request: PathRequest, before: Reference) -> PlannedPath:
     """
-    Plan a path that goes on from a reference.
+    Plan a path that continues a reference.
 
     Parameters
     ----------
     request : PathRequest
         The path; a closed one is driven from its first waypoint.
     before : Reference
-        Where the cart is, and how it moves.
+        Pose and motion of the cart.
 
     Raises
     ------
     ParameterError
-        Where the path begins too far away, has a cusp, or no motion along it keeps the limits.
+        If the path begins too far away, has a cusp, or no motion along it keeps the limits.
 
     """
     points, numbers = list(request.waypoints.points), list(range(len(request.waypoints.points)))
@@ -84,11 +84,11 @@ def stop(rest: Sequence[Span], request: PathRequest, before: Reference) -> Plann
     Parameters
     ----------
     rest : sequence of Span
-        Of the path, from where the cart is.
+        Rest of the path, from the cart on.
     request : PathRequest
         With the limits.
     before : Reference
-        How the cart moves.
+        Motion of the cart.
 
     """
     for slack in _SLACK:
@@ -99,9 +99,9 @@ def stop(rest: Sequence[Span], request: PathRequest, before: Reference) -> Plann
 
 
 def _stop(rest: Sequence[Span], request: PathRequest, speed: float) -> PlannedPath | None:
-    """Plan the shortest stop from a speed [m/s]; None where the limits do not allow one."""
+    """Plan the shortest stop from a speed [m/s]; None if the limits do not allow one."""
     def first_part(count: int) -> PlannedPath | None:
-        """Return the motion to a stop after so many intervals of the grid; None where there is none."""
+        """Return the motion to a stop within so many intervals of the grid; None if there is none."""
         part = grid.first(count)
         with suppress(ImpossibleError):
             return plan_grid(rest, part, request.timing, request.drive, np.full(count, np.inf), speed)
@@ -129,7 +129,7 @@ def _stop(rest: Sequence[Span], request: PathRequest, speed: float) -> PlannedPa
 
 
 def _nearest(points: Sequence[Point], at: Sequence[float], reach: float) -> tuple[float, float]:
-    """Return how far along the first part of a polyline a point is nearest, and its distance [m]."""
+    """Return the length along the first part of a polyline to the point nearest to `at`, and its distance [m]."""
     left = math.dist(points[0], at) + reach
     travelled, found = 0.0, (0.0, math.dist(points[0], at))
     for start, end in pairwise(points):
@@ -146,7 +146,7 @@ def _nearest(points: Sequence[Point], at: Sequence[float], reach: float) -> tupl
 
 
 def _from(points: Sequence[Point], length: float) -> tuple[Point, int]:
-    """Return the point of a polyline after a length [m], and the number of the next waypoint; the last one at most."""
+    """Return the point of a polyline after a length [m], the last one at most, and the number of the next waypoint."""
     for n, (start, end) in enumerate(pairwise(points), start=1):
         part = math.dist(start, end)
         if length < part:
@@ -160,7 +160,7 @@ def _between(start: Point, end: Point, share: float) -> Point:
 
 
 def _joint(before: Reference, first: Point) -> list[Point]:
-    """Return the control points of a span that begins as a reference moves, towards a point."""
+    """Return the control points of a span that begins with a reference's motion and leads to a point."""
     x, y, heading = before.pose
     v, omega = before.velocity
     rate = 0.5 * math.dist((x, y), first)

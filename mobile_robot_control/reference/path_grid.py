@@ -10,15 +10,15 @@ from mobile_robot_control.reference.path_shape import Bend, Span, bend
 
 Floats = NDArray[np.float64]
 MOST_POINTS = 100_000
-"""Of a grid."""
+"""Most points of a grid."""
 _INTERVALS = 800
-"""In a path without bends."""
+"""Intervals of a path without bends."""
 _TURN = 0.04
-"""[rad] in an interval at most."""
+"""Largest turn in an interval [rad]."""
 _SHARPEST = 0.3
-"""Curvature times length of an interval at most."""
+"""Largest product of curvature and length of an interval."""
 _CHANGE, _WEAK = 0.1, 2.0
-"""Change of the curvature in an interval at most, as a share of its size and of this one [1/m]."""
+"""Largest change of the curvature in an interval, as a share of the sum of its size and this one [1/m]."""
 _SAMPLES = 16
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
@@ -40,7 +40,7 @@ class PathGrid(NamedTuple):
     span : array of int, shape (N,)
         The span of each interval.
     u : array of float, shape (N, 2)
-        Where it begins and ends in its span.
+        Start and end of the interval in its span.
     rate : array of float, shape (N, 2)
         du / ds there [1/m].
     length : array of float, shape (N,)
@@ -58,7 +58,7 @@ class PathGrid(NamedTuple):
     sharpness: Floats
 
     def first(self, count: int) -> 'PathGrid':
-        """Return so many intervals from the start on."""
+        """Return the first intervals, so many."""
         return PathGrid(self.span[:count], *(each[:count] for each in self[1:]))
 
 
@@ -75,7 +75,6 @@ def _points(x: Floats, y: Floats, u: Floats) -> CurvePoint:
 
 
 def _bends(x: Floats, y: Floats, u: Floats) -> Bend:
-    """Return how spans bend at these."""
     return bend(_points(x, y, u), np.sqrt)
 
 
@@ -86,7 +85,7 @@ def lay_grid(spans: list[Span]) -> PathGrid:
     Raises
     ------
     TooSharpError
-        Where a bend would need more than MOST_POINTS.
+        If a bend needs more than MOST_POINTS.
 
     """
     x, y = _coefficients(spans)
@@ -95,7 +94,7 @@ def lay_grid(spans: list[Span]) -> PathGrid:
 
 
 def _first_counts(x: Floats, y: Floats) -> NDArray[np.int64]:
-    """Return the number of intervals of each span by its length and its turn."""
+    """Return the number of intervals of each span from its length and its turn."""
     u = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, (len(x), 1))
     speed, curvature, _ = _bends(x, y, u)
     lengths = speed.mean(axis=1)
@@ -105,7 +104,7 @@ def _first_counts(x: Floats, y: Floats) -> NDArray[np.int64]:
 
 
 def _refined(x: Floats, y: Floats, counts: NDArray[np.int64]) -> PathGrid:
-    """Return the grid with so many intervals in each span, or more where the path bends sharply."""
+    """Return the grid with so many intervals in each span, or more at sharp bends."""
     while True:
         if counts.sum() >= MOST_POINTS:
             raise TooSharpError(int(np.argmax(counts)))
@@ -117,7 +116,7 @@ def _refined(x: Floats, y: Floats, counts: NDArray[np.int64]) -> PathGrid:
         length = (half * (between * _WEIGHTS)).sum(axis=1)
         ends: Any = _points(x[span], y[span], u)
         speed, curvature, sharpness = bend(ends, np.sqrt)
-        # a path that turns back on a straight line has no curvature
+        # a path that reverses on a straight line has no curvature
         turns_back = ends.dx[:, 0] * ends.dx[:, 1] + ends.dy[:, 0] * ends.dy[:, 1] <= 0.0
         most = np.maximum(np.abs(curvature).max(axis=1), np.abs(inner).max(axis=1))
         change = np.abs(sharpness).max(axis=1) * length / (most + _WEAK)

@@ -12,23 +12,23 @@ NO_FILE = 'none'
 
 
 class PathParameters(NamedTuple):
-    """Which path the reference cart drives where its curve is `path`."""
+    """The path of the reference cart, for the curve `path`."""
 
     file: Annotated[
-        str, Field('', "CSV or YAML file of waypoints: x, y [m] and, if you like, speed [m/s]; relative to the file "
-                   'that names it; none for no path')
+        str, Field('', 'CSV or YAML file of waypoints: x, y [m] and optionally speed [m/s]; relative to the file that '
+                       'names it; none for no path')
     ] = NO_FILE
     closed: Annotated[bool, Field('', 'the last waypoint leads to the first one')] = False
     laps: Annotated[
         int, Field('', 'laps of a closed path, driven without a stop between them', minimum=1, maximum=1000)
     ] = 1
     corner_tolerance: Annotated[
-        float, Field('m', 'how far the path may be from a waypoint at which it turns: larger rounds corners more, and '
-                     'drives them faster', above=0.0)
+        float, Field('m', 'largest distance of the path from a waypoint at which it turns: larger rounds corners '
+                          'more, and drives them faster', above=0.0)
     ] = 0.05
     join_distance: Annotated[
-        float, Field('m', 'how far from the cart a path of the topic `path` may begin, and the length of the joint: '
-                     'larger takes more paths, and joins them more gently', above=0.0)
+        float, Field('m', 'largest distance from the cart to the start of a path on the topic `path`, and the length '
+                          'of the joint: larger accepts more paths, and joins them more gently', above=0.0)
     ] = 0.5
 
 
@@ -36,7 +36,7 @@ class Timing(NamedTuple):
     """
     Limits of the motion along a path; 0 means none.
 
-    A change acts from the next run on, on the wall clock from the next path on.
+    A change acts from the next run on; on the wall clock, from the next path on.
     """
 
     speed_factor: Annotated[
@@ -68,14 +68,14 @@ class Timing(NamedTuple):
         float, Field('rad/s', 'limit of the speed of each wheel: larger drives faster', minimum=0.0, live=True)
     ] = 0.0
     max_wheel_torque: Annotated[
-        float, Field('N m', "torque that each motor can give, of which torque_fraction is planned with, by the robot's "
-                     'equations: larger drives faster', minimum=0.0, live=True)
+        float, Field('N m', "torque of each motor, by the robot's equations; the plan uses the share torque_fraction "
+                            'of it: larger drives faster', minimum=0.0, live=True)
     ] = 0.0
 
 
 class Drive(NamedTuple):
     """
-    What the wheel torques of a motion depend on.
+    The robot's constants in the wheel torques of a motion.
 
     Attributes
     ----------
@@ -96,14 +96,14 @@ class Drive(NamedTuple):
 
 class PathRequest(NamedTuple):
     """
-    A path that is to be planned.
+    A request to plan a path.
 
     Attributes
     ----------
     waypoints : Waypoints
-        What it leads through.
+        Points of the path.
     path : PathParameters
-        How.
+        Its shape.
     timing : Timing
         Limits of its motion.
     drive : Drive
@@ -118,7 +118,7 @@ class PathRequest(NamedTuple):
 
 
 def path_violations(path: PathParameters, timing: Timing, stall_torque: float) -> Iterator[str]:
-    """Yield what a path lacks before it can be planned."""
+    """Yield the limits that a path still needs before it can be planned."""
     if not (timing.max_linear_velocity or timing.max_wheel_velocity):
         yield (f"curve = '{PATH}' needs a limit of the speed: set timing.max_linear_velocity or "
                'timing.max_wheel_velocity, or name a robot with --robot')

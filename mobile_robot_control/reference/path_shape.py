@@ -1,9 +1,9 @@
 """
 The shape of a path: waypoints joined with continuous curvature, as a uniform cubic B-spline.
 
-A cubic B-spline has continuous second derivatives, keeps within the hull of its control points and is straight where
-these are. Beside a corner that turns by θ, two control points on its legs at a distance d hold the curve within
-d sin(θ/2)/3 of the corner; waypoints that are closer are control points themselves.
+A cubic B-spline has continuous second derivatives, stays within the hull of its control points, and is straight where
+they are in line. At a corner that turns by θ, two control points on its legs at a distance d keep the curve within
+d sin(θ/2)/3 of the corner; closer waypoints are control points themselves.
 """
 
 import math
@@ -15,7 +15,7 @@ from mobile_robot_control.reference.curve import CurvePoint
 
 Point = tuple[float, float]
 _STRAIGHT = 1e-9
-"""[rad]: a smaller turn is none."""
+"""[rad]: a smaller turn counts as none."""
 
 
 class Span(NamedTuple):
@@ -25,7 +25,7 @@ class Span(NamedTuple):
     Attributes
     ----------
     x, y : tuple of float
-        Coefficients of 1, u, u² and u³ [m]; those of many spans as arrays.
+        Coefficients of 1, u, u² and u³ [m]; for many spans, arrays.
 
     """
 
@@ -57,7 +57,7 @@ def _rest(c: tuple[float, ...], u: float) -> tuple[float, ...]:
 
 class Bend(NamedTuple):
     """
-    How a curve bends at a point.
+    The bend of a curve at a point.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Bend(NamedTuple):
 
 
 def bend(point: Any, root: Callable[[Any], Any] = math.sqrt) -> Bend:
-    """Return how a curve bends at a CurvePoint with third derivatives; at one of arrays by NumPy's square root."""
+    """Return the bend at a CurvePoint with third derivatives; for arrays, pass NumPy's square root."""
     square = point.dx * point.dx + point.dy * point.dy
     speed = root(square)
     cube = square * speed
@@ -92,7 +92,7 @@ def _apart(one: Point, other: Point) -> float:
 
 
 def _reach(before: Point, corner: Point, after: Point, tolerance: float) -> float:
-    """Return how far from a corner its control points may be [m]; inf where the path goes straight on."""
+    """Return the largest distance of control points from their corner [m]; inf if the path goes straight on."""
     turn = abs(wrap_angle(math.atan2(after[1] - corner[1], after[0] - corner[0])
                           - math.atan2(corner[1] - before[1], corner[0] - before[0])))
     return 3.0 * tolerance / math.sin(0.5 * turn) if turn > _STRAIGHT else math.inf
@@ -100,16 +100,16 @@ def _reach(before: Point, corner: Point, after: Point, tolerance: float) -> floa
 
 def control_points(waypoints: Sequence[Point], closed: bool, tolerance: float) -> list[tuple[Point, int]]:
     """
-    Return the control points of a path, each with the number of the waypoint that it follows or is.
+    Return the control points of a path, each with the number of the waypoint that it is or follows.
 
     Parameters
     ----------
     waypoints : sequence of (float, float)
-        No two neighbours alike [m].
+        Positions [m]; no two neighbours are equal.
     closed : bool
-        Whether the last one leads to the first one.
+        Whether the last waypoint leads to the first.
     tolerance : float
-        How far the path may be from a waypoint [m].
+        Largest distance of the path from a waypoint [m].
 
     """
     count = len(waypoints)
@@ -133,7 +133,7 @@ def spans_of(points: Sequence[Point], closed: bool) -> list[Span]:
     """
     Return the spans of the uniform cubic B-spline of control points.
 
-    An open one begins at its first point and ends at its last; a closed one begins beside its first.
+    An open path begins at its first point and ends at its last; a closed one begins beside its first.
     """
     if closed:
         around = [points[-1], *points, points[0], points[1 % len(points)]]

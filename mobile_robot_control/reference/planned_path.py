@@ -1,4 +1,4 @@
-"""A path with its timing: the reference at every time of it."""
+"""A path with its timing: the reference at each time."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from mobile_robot_control.reference.path_shape import Span, bend, control_points
 from mobile_robot_control.reference.timing import Grid, Profile, StuckError, fastest
 
 _END = 1e-9
-"""Rest of a span that is none."""
+"""A rest of a span below this share counts as none."""
 
 
 class ImpossibleError(ValueError):
@@ -32,30 +32,30 @@ class PlannedPath:
     Parameters
     ----------
     spans : sequence of Span
-        Its shape.
+        Shape of the path.
     grid : PathGrid
-        Of these.
+        Grid of the spans.
     profile : Profile
-        Its motion.
+        Fastest motion on the grid.
     speed_factor : float
-        Speed as a share of that motion's.
+        Speed as a share of the fastest motion.
 
     Attributes
     ----------
     grid : PathGrid
         As given.
     times, speeds : array of float, shape (N + 1,)
-        When each point is reached [s], and how fast [m/s].
+        Time [s] and speed [m/s] at each point.
     accelerations : array of float, shape (N,)
         Along the path, in each interval [m/s²].
     limit : list of str
-        The limit that is active in each interval; '' where none is.
+        The active limit of each interval; '' for none.
     period, length : float
         Of the whole path [s], [m].
     size : float
-        A length by which distances from it are judged [m].
+        A length as scale for distances from the path [m].
     closed : bool
-        False: it ends in a stop, wherever that is.
+        False: the path ends in a stop, wherever that is.
 
     """
 
@@ -67,19 +67,19 @@ class PlannedPath:
             [[0.0], np.cumsum(2.0 * grid.length / (self.speeds[1:] + self.speeds[:-1]))])
         self.period, self.length = float(self.times[-1]), float(grid.length.sum())
         self.size, self.closed = 1.0, False
-        # arrays, which travel between processes at once
+        # arrays, which can be sent to other processes without conversion
         self._spans = np.array([(*span.x, *span.y) for span in spans])
         self._rows = np.stack([grid.u[:, 0], *_way(grid), self.speeds[:-1], self.accelerations], axis=1)
 
     def shares(self) -> dict[str, float]:
-        """Return the share of the time in which each limit is active, the largest first; '' where none is."""
+        """Return the share of the time in which each limit is active, the largest first; '' stands for none."""
         spans = np.diff(self.times)
         found = {name: float(sum(span for span, active in zip(spans, self.limit, strict=True) if active == name))
                  / self.period for name in set(self.limit)}
         return dict(sorted(found.items(), key=lambda one: (-one[1], one[0])))
 
     def reference(self, time: float) -> Reference:
-        """Return the reference at a time since the start [s], without its acceleration; it stands before and after."""
+        """Return the reference at a time since the start [s], without its acceleration; before and after, at rest."""
         return self.accelerated(time)._replace(acceleration=NO_ACCELERATION)
 
     def accelerated(self, time: float) -> Reference:
@@ -98,7 +98,7 @@ class PlannedPath:
 
 
     def remaining(self, time: float) -> list[Span]:
-        """Return the spans after a time since the start [s]; the first one begins where the path is then."""
+        """Return the spans after a time since the start [s]; the first one begins at the position then."""
         n, u, *_ = self._place(min(max(time, 0.0), self.period))
         first, *others = range(self.grid.span[n], len(self._spans))
         begun = [self._span(first).after(u)] if 1.0 - u > _END else []
@@ -109,7 +109,7 @@ class PlannedPath:
         return Span(tuple(cubics[:4]), tuple(cubics[4:]))
 
     def _place(self, time: float) -> tuple[int, float, float, float, float]:
-        """Return the interval at a time, where in its span that is, the time [s] since its start, and its motion."""
+        """Return the interval at a time, the place in its span, the time since its start [s], and the motion."""
         n = min(int(np.searchsorted(self.times, time, side='right')) - 1, len(self._rows) - 1)
         u, u1, u2, u3, speed, acceleration = self._rows[n].tolist()
         dt = time - float(self.times[n])
@@ -119,7 +119,7 @@ class PlannedPath:
 
 
 def _way(grid: PathGrid) -> tuple[Floats, Floats, Floats]:
-    """Return the cubics of u over the length of the path that have its values and rates at both ends of intervals."""
+    """Return the cubics of u over the path's length with u and its rate at both ends of each interval."""
     h, du = grid.length, grid.u[:, 1] - grid.u[:, 0]
     before, after = grid.rate[:, 0], grid.rate[:, 1]
     mean = du / h
@@ -142,16 +142,16 @@ def plan_spans(
     drive : Drive
         The robot.
     speed_limits : sequence of float or None
-        Of each span; inf where there is none [m/s].
+        Of each span; inf for none [m/s].
     start : float
         Speed at its start [m/s].
 
     Raises
     ------
     TooSharpError
-        Where a bend needs too many points.
+        If a bend needs too many points.
     ImpossibleError
-        Where no motion keeps the limits.
+        If no motion keeps the limits.
 
     """
     grid = lay_grid(list(spans))
@@ -162,7 +162,7 @@ def plan_spans(
 def plan_grid(
     spans: Sequence[Span], grid: PathGrid, timing: Timing, drive: Drive, speed_limits: Floats, start: float = 0.0
 ) -> PlannedPath:
-    """Time a path as `plan_spans` does on a grid of its spans, with limits of the speed in each interval [m/s]."""
+    """Time a path as `plan_spans` does, on a grid of its spans, with speed limits of the intervals [m/s]."""
     speed = np.minimum(np.append(speed_limits, np.inf), np.append(np.inf, speed_limits))
     try:
         profile = fastest(
@@ -180,13 +180,13 @@ def plan(request: PathRequest) -> PlannedPath:
     Raises
     ------
     ParameterError
-        Where the path has a cusp, or no motion along it keeps the limits; it names the waypoint.
+        If the path has a cusp, or no motion along it keeps the limits; it names the waypoint.
 
     """
     waypoints, path = request.waypoints, request.path
     points = control_points(waypoints.points, path.closed, path.corner_tolerance)
     spans = spans_of([point for point, _ in points], path.closed)
-    # the span after each control point, and so the waypoint that it follows
+    # the span after each control point, and so the number of the waypoint before it
     numbers = [number for _, number in points][:len(spans)]
     return timed(request, path.laps * spans, path.laps * numbers)
 
@@ -209,7 +209,7 @@ def timed(request: PathRequest, spans: Sequence[Span], numbers: Sequence[int], s
     Raises
     ------
     ParameterError
-        Where the path has a cusp, or no motion along it keeps the limits; it names the waypoint.
+        If the path has a cusp, or no motion along it keeps the limits; it names the waypoint.
 
     """
     waypoints, path = request.waypoints, request.path

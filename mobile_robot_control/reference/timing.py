@@ -1,15 +1,15 @@
 """
-Time-optimal timing: the fastest motion along a path that keeps every limit.
+Time-optimal timing: the fastest motion along a path within all limits.
 
 At a point of the path with curvature κ and κ' = dκ/ds, the square x = v² of the speed and the acceleration a along the
-path determine all that is limited: ω = κ v, dω/dt = κ a + κ' x and, by Eq. (13)-(14) of the chapter, the wheel torques.
-Each limit is a row c1 a + c2 x + c3 v <= c0. Between two points a is constant, x is linear in the length, and the rows
-of both ends hold.
+path determine every limited quantity: ω = κ v, dω/dt = κ a + κ' x and, by Eq. (13)-(14) of the chapter, the wheel
+torques. Each limit is a row c1 a + c2 x + c3 v <= c0. Between two points a is constant and x is linear in the length;
+the rows of both ends must hold.
 
-A backward pass computes at each point the largest speed from which the rest of the path can be driven; a forward pass
-accelerates as hard as it may below. The friction makes rows nonlinear in x, unlike those of TOPP-RA (H. Pham and
-Q.-C. Pham, A New Approach to Time-Optimal Path Parameterization based on Reachability Analysis, 2018), which this
-follows otherwise: a row is quadratic in v at either end, and its largest root is exact.
+A backward pass computes at each point the largest speed from which the rest of the path is feasible; a forward pass
+below it accelerates at the limit. Friction makes rows nonlinear in x, unlike in TOPP-RA (H. Pham and Q.-C. Pham, A New
+Approach to Time-Optimal Path Parameterization based on Reachability Analysis, 2018); otherwise this is its method. A
+row is quadratic in v at either end, and its largest root is exact.
 """
 
 import math
@@ -23,18 +23,18 @@ from mobile_robot_control.reference.path_parameters import Drive, Timing
 
 Floats = NDArray[np.float64]
 _EXACT, _CLOSE = 1e-9, 1e-7
-"""Shares of a limit by which the passes exceed it: the second one more than the first, which has set its speeds."""
+"""Shares of a limit by which the passes exceed it: the second more than the first, which has set its speeds."""
 _ROUNDED, _LAST_BITS = 1e-12, 2e-15
-"""Rounding errors of a row: at least, and as a share of its largest part."""
+"""Bounds of a row's rounding errors: absolute, and relative to its largest term."""
 _HALVINGS = 50
 _BACK = 0.99
 _ACTIVE = 0.99
-"""Share of a limit from which on it is active."""
+"""Share of a limit from which it counts as active."""
 
 
 class Grid(NamedTuple):
     """
-    A path as intervals, N of them.
+    A path of N intervals.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Grid(NamedTuple):
     sharpness : array of float, shape (N, 2)
         dκ/ds there, within the interval [1/m²].
     speed : array of float, shape (N + 1,)
-        Limit of the speed at each point, beside those of Timing; inf where there is none [m/s].
+        Speed limit at each point, in addition to those of Timing; inf for none [m/s].
 
     """
 
@@ -76,7 +76,7 @@ class Profile(NamedTuple):
     acceleration : array of float, shape (N,)
         Along the path, in each interval [m/s²].
     limit : list of str
-        The limit that is active in each interval; '' where none is.
+        The active limit of each interval; '' for none.
 
     """
 
@@ -86,7 +86,7 @@ class Profile(NamedTuple):
 
 
 class StuckError(ValueError):
-    """No motion keeps the limits; `interval` is the number of that where it ends."""
+    """No motion keeps the limits; `interval` is the number of the interval where it ends."""
 
     def __init__(self, interval: int, reason: str) -> None:
         super().__init__(reason)
@@ -117,7 +117,7 @@ def _torque_rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
         if timing.max_wheel_torque:
             rows += _both_ways('wheel torque', c1, c2, c3, share * timing.max_wheel_torque, friction)
         if drive.stall_torque:
-            # a motor gives less the faster it turns, and brakes the harder
+            # the torque of a motor falls with its speed, and its braking torque grows
             line = share * drive.stall_torque
             less = line * rim / (r * drive.no_load_speed)
             rows += _both_ways('torque-speed line', c1, c2, c3 + less, line, friction)
@@ -125,7 +125,7 @@ def _torque_rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
 
 
 def _rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
-    """Return all limits in which the acceleration has a part."""
+    """Return all limits that involve the acceleration."""
     ones, none = np.ones_like(grid.curvature), np.zeros_like(grid.curvature)
     rows = []
     if timing.max_linear_acceleration:
@@ -137,7 +137,7 @@ def _rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
 
 
 def _speed_limits(grid: Grid, timing: Timing, drive: Drive) -> dict[str, Floats]:
-    """Return the largest speed that each limit without the acceleration allows at both ends of each interval [m/s]."""
+    """Return the largest speed under each limit without acceleration, at both ends of each interval [m/s]."""
     bend = np.abs(grid.curvature)
     rim = 1.0 + half_separation(drive.robot) * bend
     found = {'waypoint speed': np.stack([grid.speed[:-1], grid.speed[1:]], axis=1)}
@@ -158,7 +158,7 @@ Quadratic = tuple[float, float, float]
 
 
 def _largest(rows: list[Quadratic], top: float) -> tuple[float, int]:
-    """Return the largest speed up to `top` that keeps all rows, -1.0 if none does, and the row that it touches."""
+    """Return the largest speed up to `top` within all rows, -1.0 if there is none, and the row that bounds it."""
     y, touched, again = top, -1, True
     while again:
         again = False
@@ -175,7 +175,7 @@ def _largest(rows: list[Quadratic], top: float) -> tuple[float, int]:
 
 
 def _root_below(a: float, b: float, c: float, y: float) -> float:
-    """Return the largest root of a y² + b y + c below a y where that is positive; -1.0 if none is."""
+    """Return the largest root of a y² + b y + c below a y at which it is positive; -1.0 if there is none."""
     discriminant = b * b - 4.0 * a * c
     if discriminant < 0.0:
         return -1.0
@@ -197,7 +197,7 @@ class _Passes:
         self.tops: list[float] = tops.tolist()
 
     def _before(self, n: int, after: float) -> tuple[float, int]:
-        """Return the largest speed at the start of an interval for a speed at its end, and the row that it touches."""
+        """Return the largest speed at the start of an interval for a speed at its end, and the row that bounds it."""
         square, half = after * after, self._half
         rows = [(c2 - e, c3, e * square - c0 - _EXACT) for e, c2, c3, c0 in self._rows[n][:half]]
         rows += [(-e, 0.0, (e + c2) * square + c3 * after - c0 - _EXACT) for e, c2, c3, c0 in self._rows[n][half:]]
@@ -211,19 +211,19 @@ class _Passes:
         return _largest(rows, self.tops[n + 1])[0]
 
     def _gains_by_less(self, n: int, row: int, after: float) -> bool:
-        """Return whether the start of an interval may be faster if its end is slower, by the row that it touches."""
+        """Return whether a slower end allows a faster start of an interval, by the row that bounds the start."""
         e, c2, c3, _ = self._rows[n][row]
         return e > 0.0 if row < self._half else 2.0 * (e + c2) * after + c3 > 0.0
 
     def _controllable(self, n: int) -> float:
-        """Return the largest speed at the start of an interval from which its end can be within its top."""
+        """Return the largest speed at the start of an interval for which its end can be within its top."""
         if self._after(n, self.tops[n], _EXACT) >= 0.0:
             return self.tops[n]
         low, high = 0.0, self.tops[n + 1]
         found, row = self._before(n, high)
         if found >= 0.0 and not self._gains_by_less(n, row, high):
             return found
-        # at the best speed at the end a row that asks for less meets one that asks for more
+        # at the best end speed, a row that demands less meets one that demands more
         best = self._before(n, low)[0]
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
@@ -263,7 +263,7 @@ class _Passes:
 def _active(
     rows: list[Row], limits: dict[str, Floats], speeds: Floats, acceleration: Floats
 ) -> list[str]:
-    """Return the name of the limit that each interval uses most, '' where none is used up."""
+    """Return the limit that each interval uses most, '' if none is active."""
     ends = np.stack([speeds[:-1], speeds[1:]], axis=1)
     used = [(name, np.max(ends / limit, axis=1)) for name, limit in limits.items()]
     for row in rows:
@@ -276,7 +276,7 @@ def _active(
 
 def fastest(grid: Grid, timing: Timing, drive: Drive, start: float = 0.0) -> Profile:
     """
-    Return the fastest motion along a path, to rest, that keeps all limits, `speed_factor` apart.
+    Return the fastest motion along a path, to rest, within all limits; `speed_factor` is not applied.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def fastest(grid: Grid, timing: Timing, drive: Drive, start: float = 0.0) -> Pro
     Raises
     ------
     StuckError
-        Where no speed keeps them.
+        If no speed keeps the limits.
 
     """
     limits, rows = _speed_limits(grid, timing, drive), _rows(grid, timing, drive)

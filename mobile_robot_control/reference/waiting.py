@@ -1,4 +1,4 @@
-"""The cart that waits: the time along its curve stands still while the robot does not come along."""
+"""The cart that waits: its time along the curve stands still until the robot follows."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -8,26 +8,26 @@ from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
 
 NEAR = 0.1
-"""[m]: a cart that waits goes on when the robot is as near as this ..."""
+"""[m]: a waiting cart continues when the robot is at most this far away ..."""
 ALIGNED = 0.3
-"""... and has its heading but for this [rad], or stands."""
+"""... and has its heading to within this angle [rad], or stands."""
 SILENT = 0.5
-"""[s] without odometry."""
+"""[s] without odometry: the robot counts as silent."""
 STANDING = 0.5
-"""[s] without a motion of the robot ..."""
+"""[s] without a motion of the robot: it counts as standing, unless it moves ..."""
 _MOVED, _TURNED = 0.02, 0.1
-"""... of this size [m], [rad]."""
+"""... by more than this [m], [rad]."""
 _AWAY, _STANDS, _COMING = 'the robot is not at the start', 'the robot stands', 'the robot is on its way to the cart'
 _RAMP = 1.0
-"""[s] in which a cart that goes on comes to its full speed."""
+"""[s] until a cart that continues reaches its full speed."""
 
 
 class WaitParameters(NamedTuple):
-    """Whether the cart waits for the robot."""
+    """The conditions under which the cart waits for the robot."""
 
     wait: Annotated[
-        bool, Field('', 'wall clock: the cart waits, its lap standing still, while the robot stands, is silent or is '
-                    'farther away than wait_distance')
+        bool, Field('', 'wall clock: the cart waits while the robot stands, is silent or is farther away than '
+                        'wait_distance; time along the lap then stands still')
     ] = False
     wait_distance: Annotated[
         float, Field('m', f'wall clock: distance of the robot beyond which the cart waits until it is within {NEAR} m: '
@@ -37,7 +37,7 @@ class WaitParameters(NamedTuple):
 
 class WaitingCart(NamedTuple):
     """
-    A cart on its curve, and what it has seen of the robot.
+    A cart on its curve, and its knowledge of the robot.
 
     Attributes
     ----------
@@ -46,13 +46,13 @@ class WaitingCart(NamedTuple):
     time : float
         Along the curve [s].
     rate : float
-        Of that time, from 0, where the cart waits, to 1.
+        Rate of that time, from 0, while it waits, to 1.
     why : str
-        Why it waits, in words; '' while it drives.
+        Reason of the wait; '' while it drives.
     place : Pose
-        Where the robot was when it last moved.
+        Pose of the robot at its last motion.
     since : float
-        Steady time of that [s].
+        Steady time of that motion [s].
 
     """
 
@@ -70,18 +70,18 @@ def begin_waiting(now: float, pose: Pose) -> WaitingCart:
 
 
 def after_a_pause(cart: WaitingCart, now: float) -> WaitingCart:
-    """Return a cart that has stood until a steady time [s], since nothing moved it."""
+    """Return a cart that has stood until a steady time [s], because nothing moved it."""
     return cart._replace(now=now, rate=0.0)
 
 
 def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, wait_distance: float) -> WaitingCart:
     """
-    Compute the cart's next step: on along its curve, or not.
+    Advance the cart along its curve, or let it wait.
 
     Parameters
     ----------
     cart : WaitingCart
-        At the step before.
+        At the previous step.
     now : float
         Steady time [s].
     age : float
@@ -89,14 +89,14 @@ def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, w
     pose : Pose
         Of the robot.
     at : Pose
-        Of the cart at the step before.
+        Of the cart at the previous step.
     wait_distance : float
         [m].
 
     Returns
     -------
     WaitingCart
-        Its time along the curve goes on from where it stood.
+        After a wait its time along the curve continues from where it stood.
 
     """
     moved = apart(pose, cart.place) > _MOVED or _turned(pose, cart.place) > _TURNED
@@ -108,7 +108,7 @@ def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, w
 
 
 def slowed(reference: Reference, rate: float) -> Reference:
-    """Return the reference of a cart whose time runs at a rate from 0 to 1; until it is 1, the rate grows."""
+    """Return the reference of a cart whose time runs at a rate from 0 to 1; below 1, the rate grows."""
     v, a = reference.velocity, reference.acceleration
     growth = 1.0 / _RAMP if 0.0 < rate < 1.0 else 0.0
     return Reference(
@@ -120,7 +120,7 @@ def slowed(reference: Reference, rate: float) -> Reference:
 
 
 def later(cart: WaitingCart, dt: float) -> WaitingCart:
-    """Return a cart after some time [s] if nothing makes it wait or go on."""
+    """Return a cart after some time [s] without a wait or the end of one."""
     rate = 0.0 if cart.why else min(1.0, cart.rate + dt / _RAMP)
     return cart._replace(now=cart.now + dt, time=cart.time + rate * dt, rate=rate)
 
@@ -136,7 +136,7 @@ def _turned(one: Pose, other: Pose) -> float:
 
 
 class _Robot(NamedTuple):
-    """Odometry's age [s]; how far the robot is from the cart [m] and its heading [rad]; whether it stands."""
+    """Odometry's age [s]; distance [m] and heading difference [rad] from the cart; whether the robot stands."""
 
     age: float
     apart: float
@@ -145,7 +145,7 @@ class _Robot(NamedTuple):
 
 
 def _reason(before: str, robot: _Robot, wait_distance: float) -> str:
-    """Return why the cart waits now, in words; '' if it drives. It waits until the robot is near, whatever it was."""
+    """Return the reason of a wait; '' if the cart drives. Any wait lasts until the robot is near."""
     if robot.age > SILENT:
         return 'odom is silent'
     if robot.apart > wait_distance:
@@ -154,6 +154,6 @@ def _reason(before: str, robot: _Robot, wait_distance: float) -> str:
         # a robot that stands near, but not along the curve, need not turn before the cart moves
         if robot.apart <= NEAR and (robot.turned <= ALIGNED or robot.stands):
             return ''
-        # what began the wait may be over
+        # the reason at the start of the wait may no longer hold
         return before if before == _AWAY else _STANDS if robot.stands else _COMING
     return _STANDS if robot.stands and robot.apart > NEAR else ''

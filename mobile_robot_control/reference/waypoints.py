@@ -1,4 +1,4 @@
-"""Waypoints of a path: read from a CSV or YAML file, each refused by its line."""
+"""Waypoints of a path, from a CSV or YAML file; errors name the line."""
 
 import math
 import os
@@ -16,25 +16,25 @@ from mobile_robot_control.system.texts import shortened
 
 WAYPOINTS = FileKind('file of waypoints', 1 << 24)
 YAML_SUFFIXES = ('.yaml', '.yml')
-"""Of files that are YAML; others are CSV."""
+"""Suffixes of YAML files; all others are CSV."""
 MOST = 50_000
-"""Waypoints of a path."""
+"""Most waypoints of a path."""
 _SAME = 1e-6
-"""[m]: nearer waypoints are the same one."""
+"""[m]: nearer waypoints count as equal."""
 
 
 class Waypoints(NamedTuple):
     """
-    What a path leads through.
+    The points of a path.
 
     Attributes
     ----------
     points : tuple of (float, float)
         Positions in the odometry frame, in their order [m].
     speeds : tuple of float
-        Upper limit of the speed from each on; inf where there is none [m/s].
+        Upper limit of the speed from each point on; inf for none [m/s].
     places : tuple of str
-        Where each was read, for messages.
+        Origin of each in its source, for messages.
 
     """
 
@@ -56,12 +56,12 @@ def read_waypoints(file: str | Path) -> Waypoints:
     Returns
     -------
     Waypoints
-        Without repeated neighbours. A speed holds from its waypoint on until another one has one.
+        Without repeated neighbours. A speed holds from its waypoint until the next waypoint with a speed.
 
     Raises
     ------
     ParameterError
-        Naming file and line.
+        With file and line.
 
     """
     source = str(file)
@@ -75,7 +75,7 @@ def read_waypoints(file: str | Path) -> Waypoints:
 
 
 def read_waypoints_once(file: str) -> Waypoints:
-    """Read a file of waypoints as `read_waypoints` does, again only if it has changed."""
+    """Read a file of waypoints as `read_waypoints` does; read it again only after a change."""
     try:
         found = os.stat(file)
     except (OSError, ValueError):
@@ -89,7 +89,7 @@ def _read_version(file: str, _changed: int, _size: int) -> Waypoints:
 
 
 def _csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield line number and fields of each row of a CSV text; its header is left out."""
+    """Yield line number and fields of each row of a CSV text, without its header."""
     begun = False
     for number, line in enumerate(text.splitlines(), start=1):
         fields = [field.strip() for field in line.partition('#')[0].replace(';', ',').split(',')]
@@ -138,19 +138,19 @@ def _yaml_fields(entry: Any) -> list[Any]:
 
 def checked_waypoints(rows: Sequence[tuple[str, Sequence[Any]]], source: str) -> Waypoints:
     """
-    Make waypoints of rows of two or three fields.
+    Convert rows of two or three fields to waypoints.
 
     Parameters
     ----------
     rows : sequence of (str, sequence)
-        Where each was read, and its fields.
+        Origin of each, and its fields.
     source : str
-        Of them all.
+        The common source.
 
     Raises
     ------
     ParameterError
-        Naming what is wrong, the first few.
+        With the first few violations.
 
     """
     violations: list[str] = []
@@ -180,7 +180,7 @@ def checked_waypoints(rows: Sequence[tuple[str, Sequence[Any]]], source: str) ->
 
 
 def _row_violation(fields: Sequence[Any]) -> str:
-    """Return what is wrong with the fields of a waypoint, in words; '' for nothing."""
+    """Describe the fault in the fields of a waypoint; '' if there is none."""
     told = ','.join(shortened(str(field), 20) for field in fields)
     if len(fields) not in (2, 3):
         return f"'{shortened(told, 60)}' has {len(fields)} fields; write x,y or x,y,speed"

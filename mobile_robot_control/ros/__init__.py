@@ -1,1 +1,1 @@
-"""The four nodes, what decides when they step, their inputs, and what serves them."""
+"""The four nodes: the timing of their steps, their inputs, and their services."""

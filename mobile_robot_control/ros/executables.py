@@ -26,7 +26,7 @@ def run_nodes(
     follow_parent : bool
         Whether to stop when the standard input closes.
     own : OwnNode or None
-        Not one of the four nodes, but this one.
+        Run this node instead of the four.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def run_nodes(
     if follow_parent:
         stop.follow_parent()
     try:
-        # an RMW that is not installed ends the process when rclpy is imported
+        # importing rclpy with an RMW that is not installed would end the process
         check_environment()
     except ParameterError as error:
         return refuse(' '.join(names), error.violations)

@@ -21,16 +21,17 @@ class OwnNode(NamedTuple):
         Of the node.
     step : callable
         ``step(state, inputs, parameters, dt)`` returns the next state and the outputs. `inputs` and outputs are
-        mappings of topics to what their messages hold, such as a BodyVelocity; `dt` is the period [s]. A pure function.
+        mappings of topics to the contents of their messages, such as a BodyVelocity; `dt` is the period [s]. A pure
+        function.
     inputs, outputs : mapping of str to str
-        Each topic, and the topic of docs/topics.md whose messages it has: its type, frames and rate. The first input is
-        the node's question, and sets its rate.
+        Each topic, and the topic of docs/topics.md with the same kind of message: its type, frames and rate. The first
+        input is the node's question, and sets its rate.
     parameters : type
-        A NamedTuple of fields annotated with Field, which `step` takes.
+        A NamedTuple of fields annotated with Field, for `step`.
     start : object
         The state at the start of a run.
     timeout : float
-        Age [s] from which on an input counts as silent, on the wall clock: the node rests, and its state begins anew.
+        Age [s] from which an input counts as silent, on the wall clock: the node rests, and its state starts again.
 
     """
 

@@ -1,4 +1,4 @@
-"""Start nodes, spin them, end them: the one spin loop."""
+"""Start, spin and end nodes: the one spin loop."""
 
 import gc
 import importlib
@@ -19,7 +19,7 @@ from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.system.supervisor import LEAVING, exit_after
 
 RCLError = rclpy_implementation.RCLError
-"""What rclpy raises where rcl refuses."""
+"""Raised by rclpy if rcl refuses."""
 _CLASSES = {
     'plant': 'Plant',
     'velocity_controller': 'VelocityController',
@@ -34,7 +34,7 @@ def one_line(error: BaseException) -> str:
 
 
 def make_executor() -> Executor:
-    """Make rclpy's EventsExecutor, which is faster; the single-threaded one where rclpy has none yet."""
+    """Make rclpy's EventsExecutor, which is faster; the single-threaded one in versions without it."""
     try:
         from rclpy.experimental.events_executor import EventsExecutor  # noqa: PLC0415 (absent before jazzy)
     except ImportError:
@@ -43,7 +43,7 @@ def make_executor() -> Executor:
 
 
 def make_node(name: str, own: Any = None, path_file: str = '') -> Any:
-    """Make one of the four nodes by its name, the cart with a file of waypoints if it is given; or one's own node."""
+    """Make one of the four nodes by its name, the cart with a file of waypoints if given; or one's own node."""
     if own is not None:
         return importlib.import_module('mobile_robot_control.ros.nodes.step_node').StepNode(own)
     module = importlib.import_module(f'mobile_robot_control.ros.nodes.{name}')
@@ -64,7 +64,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
     stop : Stop
         The request to end.
     own : OwnNode or None
-        Not one of the four nodes, but this one.
+        Run this node instead of the four.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     except ParameterError as error:
         return refuse(label, error.violations)
-    except Exception as error:  # rclpy raises bare RCLError for whatever rcl cannot parse
+    except Exception as error:  # rclpy raises bare RCLError for anything that rcl cannot parse
         return refuse(label, [one_line(error)])
     nodes: list[Any] = []
     code = 1
@@ -89,7 +89,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
         code = refuse(label, error.violations)
     except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3
         code = refuse(label, [str(error)])
-    except (RCLError, NameValidationException) as error:  # names, topics and peers as ROS was told to have them
+    except (RCLError, NameValidationException) as error:  # names, topics and peers given to ROS
         code = refuse(label, [f'{one_line(error)}; check the remappings (-r) and the ROS_* environment variables'])
     except LOAD_ERRORS as error:
         refuse(label, [load_fault(error)])
@@ -110,9 +110,9 @@ def _spin(nodes: Sequence[Any], stop: Stop) -> int:
     executor = make_executor()
     for node in nodes:
         executor.add_node(node)
-    # the objects made up to here stay: collecting garbage among them would hold the loop up
+    # the objects made so far stay: collecting garbage among them would delay the loop
     gc.freeze()
-    # EventsExecutor.spin() never returns on a signal: spin in short turns and look at the flag
+    # EventsExecutor.spin() never returns on a signal: spin in short turns and check the flag
     while not stop.requested and all(node.exit_code is None for node in nodes):
         executor.spin_once(timeout_sec=0.1)
         if stop.read_again:

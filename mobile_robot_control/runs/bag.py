@@ -1,4 +1,4 @@
-"""The reader of bags, whole or damaged: memory holds numbers, never messages."""
+"""The reader of bags, whole or damaged: it keeps numbers in memory, never messages."""
 
 from bisect import bisect_right
 from collections import Counter
@@ -31,11 +31,11 @@ from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS, LOOP_TOPICS
 
 NAMES = (*LOOP_TOPICS, GROUND_TRUTH)
-"""Topics that a bag is searched for."""
+"""Topics sought in a bag."""
 
 
 def held_topics(path: Path) -> set[str]:
-    """Return the absolute names of all topics of a bag; raise BagError if it is none."""
+    """Return the absolute names of all topics of a bag; raise BagError if it is no bag."""
     bag = BagFiles(path, lambda *_: None)
     for _ in bag.messages(lambda _: False):
         pass
@@ -49,16 +49,16 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Set[str]) -> 
     Parameters
     ----------
     namespace : str
-        In which the nodes ran; relative names are in it.
+        Of the nodes; relative names are in it.
     topics : mapping of str to str
         The other names of some of NAMES.
     held : set of str
-        Absolute names of the bag's topics; needed where there are other names.
+        Absolute names of the bag's topics; used only with other names.
 
     Returns
     -------
     tuple of dict of str to str, and list of str
-        The loop's name of each topic by its name in the bag, and what the bag lacks, in words.
+        The loop's name of each topic by its name in the bag, and the topics the bag lacks, in words.
     """
     prefix = namespace.rstrip('/') + '/'
     chosen, problems = {prefix + name: name for name in NAMES}, []
@@ -74,7 +74,7 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Set[str]) -> 
 
 
 def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Set[str]) -> Iterator[str]:
-    """Yield what to name where a bag has no odometry or no reference under the names that were looked for."""
+    """Yield remedies for a bag without odometry or reference under the names sought."""
     loop = [topic for topic, name in names.items() if name != GROUND_TRUTH]
     if not any(topic in held for topic in loop):
         yield (f'none of the topics {", ".join(loop)}; the bag holds {_listed(held)}: name the robot with --namespace, '
@@ -85,35 +85,34 @@ def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Set[
 
 
 def _listed(held: Set[str]) -> str:
-    """Return the names of topics in one line."""
     return shortened(', '.join(sorted(map(str, held)))) or 'nothing'
 
 
 _AGREE = NANOSECONDS
-"""[ns]: stamps that are nearer to their receipt than this are of the recorder's clock."""
+"""[ns]: stamps nearer to their receipt than this come from the recorder's clock."""
 
 
 def stamped_by_receipt(plain: Signal, clock: Signal) -> Signal:
     """
-    Return messages that were stamped with their receipt on the clock of another topic.
+    Convert messages that were stamped on receipt to the clock of another topic.
 
     Parameters
     ----------
     plain : Signal
-        Whose stamps are the times of receipt [ns].
+        Its stamps are the times of receipt [ns].
     clock : Signal
-        Such as odometry, with stamps and times of receipt.
+        For example odometry, with stamps and times of receipt.
 
     Returns
     -------
     Signal
-        As it is where the clock's stamps are wall times of the same clock. Where they are of simulated time, or of a
-        computer whose clock is wrong, each receipt is read on the clock, between the receipts of two of its messages;
-        what was received before the first or after the last of them is left out.
+        Unchanged if the clock's stamps are wall times of the same clock. If they are simulated time, or come from a
+        computer with a wrong clock, each receipt is interpolated on that clock, between the receipts of two of its
+        messages; messages received before the first or after the last of them are left out.
     """
     if not clock.received.size or abs(np.median(clock.received - clock.stamps)) < _AGREE:
         return plain
-    # whole numbers of Python: products of times in ns are larger than 64 bits
+    # Python's integers: products of times in ns exceed 64 bits
     pairs = sorted(zip(clock.received.tolist(), clock.stamps.tolist(), strict=True))
     times = [received for received, _ in pairs]
     kept: list[int] = []
@@ -130,11 +129,11 @@ def stamped_by_receipt(plain: Signal, clock: Signal) -> Signal:
 
 
 _LATEST = 1 << 63
-"""[ns]: times of receipt are kept in 64 bits."""
+"""[ns]: times of receipt are stored in 64 bits."""
 _PLAIN_TWIST = 'geometry_msgs/msg/Twist'
 _KINDS = {**{name: (topic.kind,) for name, topic in LOOP_TOPICS.items()},
           'cmd_vel': (LOOP_TOPICS['cmd_vel'].kind, _PLAIN_TWIST), GROUND_TRUTH: (LOOP_TOPICS['odom'].kind,)}
-"""Types that a topic may have."""
+"""Possible types of a topic."""
 _EVENTS_KIND = 'diagnostic_msgs/msg/DiagnosticArray'
 
 
@@ -149,7 +148,7 @@ class Recording(NamedTuple):
     changes : tuple of Change
         Events of the run, in the order of the bag.
     problems : tuple of str
-        What is missing, in words; empty for a complete run.
+        Missing parts, in words; empty for a complete run.
     """
 
     series: Series
@@ -163,7 +162,7 @@ class Recording(NamedTuple):
 
 
 class _Reading:
-    """Takes in the messages of a run."""
+    """Collects the messages of a run."""
 
     def __init__(self, any_frame: bool) -> None:
         self._any_frame = any_frame
@@ -175,7 +174,7 @@ class _Reading:
         self._without_stamp = False
 
     def take(self, name: str, message: Message) -> None:
-        """Take in one message of a topic; one that cannot be used is counted by its reason."""
+        """Add one message of a topic; count an unusable one by its reason."""
         try:
             stamp, values = self._read(name, *message[1:])
         except RefusedMessageError as refusal:
@@ -186,10 +185,10 @@ class _Reading:
             self._messages.add(name, stamp, values, message.received)
 
     def take_event(self, message: Message) -> None:
-        """Take in one message of a topic with the name of our events, which may be anybody's."""
+        """Add one message of a topic with the name of our events, which may come from anyone."""
         if message.kind == _EVENTS_KIND and isinstance(message.data, bytes):
             try:
-                # a recorder that begins anew receives them all again
+                # a recorder that starts again receives them all again
                 self._changes[message.data] = read_change(message)
             except BagError as error:
                 self._left_out[str(error)] += 1
@@ -200,7 +199,7 @@ class _Reading:
         return tuple(change for change in self._changes.values() if change.run == last)
 
     def _read(self, name: str, kind: Any, received: Any, data: Any) -> tuple[int, tuple[float, ...]]:
-        """Return stamp and numbers of a message; raise RefusedMessageError where it cannot be used."""
+        """Return stamp and numbers of a message; raise RefusedMessageError if it is unusable."""
         if kind not in _KINDS[name]:
             raise RefusedMessageError(f'is of type {shortened(str(kind), 60)}, not {" or ".join(_KINDS[name])}')
         if not (isinstance(received, int) and 0 <= received < _LATEST):
@@ -219,7 +218,7 @@ class _Reading:
         return READ['odom' if name == GROUND_TRUTH else name](message)
 
     def run(self) -> tuple[Series, list[str]]:
-        """Return what was taken in, and what could not be used, in words."""
+        """Return the collected run, and the unusable messages, in words."""
         signals, earlier_runs, disordered = self._messages.last_run()
         if self._without_stamp:
             signals['cmd_vel'] = stamped_by_receipt(signals['cmd_vel'], signals['odom'])
@@ -228,7 +227,7 @@ class _Reading:
         return Series(signals), [*self._problems(earlier_runs, disordered)]
 
     def _problems(self, earlier_runs: int, disordered: int) -> Iterator[str]:
-        """Yield what could not be used, in words."""
+        """Yield the unusable messages, in words."""
         for reason, count in self._left_out.items():
             yield f'{count} messages left out: {reason}'
         if disordered:
@@ -241,14 +240,14 @@ class _Reading:
                    + ('it is left out' if name == GROUND_TRUTH else 'errors between them mean nothing'))
 
     def _in_other_frames(self) -> list[str]:
-        """Return the topics whose poses are in another frame than those of odometry."""
+        """Return the topics with poses in another frame than those of odometry."""
         odom = '' if self._any_frame else self._frames.get('odom', '')
         return [name for name in ('reference', GROUND_TRUTH) if odom and self._frames.get(name, '') not in ('', odom)]
 
 
 class Contents(NamedTuple):
     """
-    Topics of the loop as a bag has them, whether they make a run or not.
+    Topics of the loop as in a bag, whether they form a run or not.
 
     Attributes
     ----------
@@ -257,9 +256,9 @@ class Contents(NamedTuple):
     changes : tuple of Change
         Events, in the order of the bag.
     problems : list of str
-        What could not be read or used, in words.
+        Read errors and unusable messages, in words.
     names : dict of str to str
-        The loop's name of each topic by the name that was looked for.
+        The loop's name of each topic by the name sought.
     held : set of str
         All topics of the bag.
     """
@@ -276,7 +275,7 @@ def read_contents(
     topics: Mapping[str, str] | None = None, any_frame: bool = False,
 ) -> Contents:
     """
-    Read the last run of a bag as `read_bag` does, without asking whether it is complete.
+    Read the last run of a bag as `read_bag` does, complete or not.
 
     With `any_frame` poses may be in different frames.
     """
@@ -304,24 +303,24 @@ def read_bag(
     path : Path
         The bag's folder, or one file of it; nothing is changed.
     namespace : str
-        In which the nodes ran.
+        Of the nodes.
     progress : callable
-        Told how far the reading is.
+        Called with the progress of the reading.
     topics : mapping of str to str
-        Topics of the loop, or `ground_truth`, that have another name in the bag; where the bag has none of that name,
-        the usual one is taken and reported.
+        Other names of topics of the loop, or of `ground_truth`, in the bag; if the bag has no topic of that name, the
+        usual one is used, with a report.
     partly : bool
-        Whether only a part of the run was to be recorded: time then begins with that part.
+        Whether the recording covers only a part of the run: time then starts with that part.
 
     Returns
     -------
     Recording
-        The last run that was recorded, and what is missing. A bag that breaks off is read up to there.
+        The last run in the bag, and its missing parts. A truncated bag is read up to its end.
 
     Raises
     ------
     BagError
-        If it is not a bag that can be read.
+        If the path is no readable bag.
     """
     series, changes, problems, names, held = read_contents(path, namespace, progress, topics)
     if partly:

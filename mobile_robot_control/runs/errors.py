@@ -1,4 +1,4 @@
-"""Tracking errors computed from poses and reference, where no topic carries them."""
+"""Tracking errors computed from poses and reference, if no topic carries them."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from mobile_robot_control.runs.gaps import MANY_PERIODS
 from mobile_robot_control.runs.series import Series, Signal, empty_signal, period
 
 _ROUNDING = 1e-9
-"""[m], [rad]: a pose loses less on its way through a quaternion."""
+"""[m], [rad]: more than a pose loses in a quaternion."""
 
 
 def _poses_between(before: Floats, after: Floats, share: Floats) -> Floats:
@@ -34,14 +34,14 @@ def error_signal(poses: Signal, reference: Signal) -> Signal:
     Returns
     -------
     Signal
-        Columns of `tracking_error` at the stamps of the poses. There is none before the first reference, after the
-        last one, and in gaps of it.
+        Columns of `tracking_error` at the stamps of the poses. There is no error before the first reference, after the
+        last one, and in its gaps.
 
     Notes
     -----
-    Between two messages the reference is taken to be on the straight line. On a curve of radius R at speed v and a
-    period T between them that costs at most v² T² / (8 R): 0.16 mm at 0.5 m/s, 0.5 m and 20 Hz. The newest message in
-    its place would cost up to v T: 25 mm.
+    Between two messages the reference is assumed on the straight line. On a curve of radius R at speed v and a period T
+    between them the error is at most v² T² / (8 R): 0.16 mm at 0.5 m/s, 0.5 m and 20 Hz. With the newest message
+    instead, it would be up to v T: 25 mm.
     """
     found = empty_signal('tracking_error')
     ticks = reference.stamps
@@ -64,20 +64,20 @@ def error_signal(poses: Signal, reference: Signal) -> Signal:
 
 def with_errors(series: Series, exact: bool) -> Series:
     """
-    Return a run with the errors that no topic of it carries.
+    Add the errors that no topic of a run carries.
 
     Parameters
     ----------
     series : Series
         Of a run.
     exact : bool
-        Whether odometry shows the true motion where `ground_truth` is not recorded.
+        Whether odometry shows the true motion if `ground_truth` is not recorded.
 
     Returns
     -------
     Series
-        The error where `tracking_error` was not recorded, and `true_error` where the truth is known and the position
-        controller saw another one: with noise, or with odometry that it has carried forward.
+        The error if `tracking_error` was not recorded, and `true_error` if the truth is known and the position
+        controller saw another one: with noise, or with extrapolated odometry.
     """
     made = dict(series.signals)
     reference = made['reference']
@@ -94,7 +94,7 @@ def with_errors(series: Series, exact: bool) -> Series:
 
 
 def _agree(one: Signal, other: Signal) -> bool:
-    """Return whether errors are the same, but for rounding, at the stamps that both have."""
+    """Return whether errors are equal, except for rounding, at their common stamps."""
     _, ours, theirs = np.intersect1d(one.stamps, other.stamps, assume_unique=True, return_indices=True)
     ahead, aside, turn = (one.values[ours] - other.values[theirs]).T
     turned = np.abs(np.pi - np.remainder(np.pi - turn, 2.0 * np.pi))

@@ -1,4 +1,4 @@
-"""What is missing from a recording: silent topics, late starts, gaps."""
+"""Missing parts of a recording: silent topics, late starts, gaps."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from mobile_robot_control.topics import LOOP_TOPICS
 MANY_PERIODS = 2.5
 """On the wall clock, a silence longer than this many periods is a gap."""
 _LATE_PERIODS = 20.0
-"""On the wall clock, one longer than this many is a fault."""
+"""On the wall clock, a silence longer than this many periods is a fault."""
 
 
 class Gap(NamedTuple):
@@ -39,7 +39,7 @@ def find_gaps(stamps: Stamps, start: int = 0) -> list[Gap]:
     stamps : array of int, shape (n,)
         Ascending [ns].
     start : int
-        The stamp that time is counted from [ns].
+        The stamp at which time is 0 [ns].
 
     Returns
     -------
@@ -62,7 +62,7 @@ def describe_gaps(series: Series) -> Iterator[str]:
         return
     first, last = min(int(stamps[0]) for stamps in present), max(int(stamps[-1]) for stamps in present)
     if start:
-        # nodes on the wall clock live on when the plant has ended, and the plant is there before the curve begins
+        # on the wall clock other nodes outlast the plant, and the plant exists before the curve begins
         first = start
         if series.has('joint_states'):
             last = int(series.signals['joint_states'].stamps[-1])
@@ -80,11 +80,9 @@ def describe_gaps(series: Series) -> Iterator[str]:
 
 
 def _silent(series: Series) -> list[str]:
-    """
-    Return the topics of the loop that carried nothing; a base that tells no efforts takes no `wheel_torques`.
-
-    On the wall clock a robot that is not of this package may have odometry alone, and its bag what its owner recorded.
-    """
+    """Return the silent topics of the loop; a base without efforts takes no `wheel_torques`."""
+    # on the wall clock a robot from outside this package may have odometry alone, and its bag the topics its owner
+    # chose
     if series.origin and not series.has('joint_states'):
         return []
     takes_none = series.has('joint_states') and not series.has_torques
@@ -93,9 +91,9 @@ def _silent(series: Series) -> list[str]:
 
 def count_missing(series: Series) -> int:
     """
-    Count the messages that are missing in the gaps of all topics that `describe_gaps` describes.
+    Count the messages missing in the gaps that `describe_gaps` describes, over all topics.
 
-    On the wall clock these are the long ones alone, of which each counts as many periods of its topic as it is long.
+    On the wall clock these are only the long gaps; each counts as its length in periods of its topic.
     """
     start = series.origin
     return sum(_missing(_faulty_gaps(series.signals[topic].stamps, start), period(series.signals[topic].stamps))
@@ -103,23 +101,22 @@ def count_missing(series: Series) -> int:
 
 
 def _patience(usual: int, start: int) -> int:
-    """Return how long a silence may be before it is a fault [ns], from the usual distance of a topic's stamps [ns]."""
+    """Return the longest silence that is no fault [ns], from the usual distance of a topic's stamps [ns]."""
     return int(usual * (_LATE_PERIODS if start else 1.5))
 
 
 def _faulty_gaps(stamps: Stamps, start: int) -> list[Gap]:
-    """Return the gaps that are faults: on the wall clock a node that is late now and then is none of the recording."""
+    """Return the gaps that are faults: on the wall clock, an occasional delay of a node is none of the recording."""
     patience = _patience(period(stamps), start)
     return [gap for gap in find_gaps(stamps, start) if (gap.end - gap.start) * 1e9 > patience]
 
 
 def _missing(found: list[Gap], usual: int) -> int:
-    """Return how many messages are missing in gaps of a topic with a usual distance of stamps [ns]."""
+    """Return the number of messages missing in gaps of a topic with a usual distance of stamps [ns]."""
     return sum(max(1, round((gap.end - gap.start) * 1e9 / usual) - 1) for gap in found)
 
 
 def _faults(topic: str, stamps: Stamps, first: int, last: int, start: int) -> Iterator[str]:
-    """Yield the faults of one topic."""
     usual = period(stamps)
     patience = _patience(usual, start)
     if stamps[0] - first > patience:

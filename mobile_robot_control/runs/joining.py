@@ -1,7 +1,7 @@
 """
-One time base for the topics of a run: which message holds at each row, and where robot and cart are between messages.
+One time base for the topics of a run: the valid message of each row, and the motion of robot and cart between messages.
 
-Recorded and simulated runs go through the same functions, so that their rows mean the same.
+Recorded and simulated runs pass through the same functions, so their rows have the same meaning.
 """
 
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from mobile_robot_control.topics import POSITION_TOPICS
 
 Places = NDArray[np.intp]
 _TICK = ('odom', 'reference', 'tracking_error')
-"""What a position tick needs; other topics are held where there are any."""
+"""Topics required for a position tick; other topics are held if present."""
 
 
 class Joined(NamedTuple):
@@ -35,9 +35,9 @@ class Joined(NamedTuple):
     tick : array of float, shape (m,)
         Times of the position ticks [s].
     at_ticks : dict of str to array of int, shape (m,)
-        By topic, the message whose values a tick has; -1 where there is none.
+        By topic, the message used at a tick; -1 for none.
     at_rows : dict of str to array of int, shape (n,)
-        The same of the topics whose values a row has.
+        By topic, the message used in a row.
 
     """
 
@@ -49,12 +49,12 @@ class Joined(NamedTuple):
     at_rows: dict[str, Places]
 
     def rows(self, begin: int, end: int) -> 'Joined':
-        """Return the rows from the n-th up to, and without, another one."""
+        """Return the rows from index `begin` up to, but without, `end`."""
         return self._replace(time=self.time[begin:end], number=self.number[begin:end],
                              at_rows={topic: place[begin:end] for topic, place in self.at_rows.items()})
 
     def values(self, topic: str) -> Floats:
-        """Return the columns of a topic at each row, shape (n, k); nan where there is no message."""
+        """Return the columns of a topic at each row, shape (n, k); nan without a message."""
         place = self.at_rows[topic] if topic in self.at_rows else self.at_ticks[topic][self.number]
         values = self.series.signals[topic].values
         if not len(values):
@@ -81,10 +81,10 @@ def join(series: Series) -> Joined:
     Returns
     -------
     Joined
-        In lockstep a row for each stamp that both fast topics have, with the newest position tick that all slow topics
-        have. On the wall clock, where every node has stamps of its own, one for each ``joint_states``, with the newest
-        of all others, from the time on when all have come. Odometry, reference and error are needed; without
-        ``joint_states``, or where they come less often than errors, there is a row for each error.
+        In lockstep a row for each stamp common to both fast topics, with the newest position tick common to all slow
+        topics. On the wall clock, where every node has its own stamps, a row for each ``joint_states``, with the newest
+        of all others, once all have come. Odometry, reference and error are required; without ``joint_states``, or if
+        they come less often than errors, there is a row for each error.
 
     """
     lockstep, clock = series.is_lockstep, series.signals[series.clock].stamps
@@ -129,7 +129,7 @@ def _held(joined: Joined) -> dict[str, Floats]:
 
 def moving_at(joined: Joined) -> dict[str, Floats]:
     """
-    Return where robot and cart are at the time of each row.
+    Return the motion of robot and cart at the time of each row.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def moving_at(joined: Joined) -> dict[str, Floats]:
     -------
     dict of str to array
         `pose`, `velocity`, `reference`, `reference_velocity` and `tracking_error`, interpolated; in gaps of the
-        recording, and for what is not known, those of the newest position tick.
+        recording, and for unknown values, those of the newest position tick.
 
     """
     held, series, time = _held(joined), joined.series, joined.time
@@ -151,14 +151,14 @@ def moving_at(joined: Joined) -> dict[str, Floats]:
         ticks = series.time(topic)
         if not ticks.size:
             return held
-        # the interval of each row; behind the last message, that message's own
+        # the interval of each row; after the last message, that message's own
         now = np.clip(np.searchsorted(ticks, time, side='right') - 1, 0, None)
         after = np.minimum(now + 1, ticks.size - 1)
         apart = ticks[after] - ticks[now]
         known &= apart <= MANY_PERIODS * np.median(np.diff(ticks)) if ticks.size > 1 else True
         x, y, heading, v, omega = (
             series.line(topic, name).value for name in ('x', 'y', 'heading', 'linear', 'angular'))
-        # a motion that diverges overflows
+        # a diverging motion overflows
         with np.errstate(over='ignore', invalid='ignore'):
             turn = heading[now] + _wrapped(heading[after] - heading[now])
             passed = time - ticks[now]
@@ -183,19 +183,8 @@ def _wrapped(angle: Floats) -> Floats:
 
 
 def _hermite(start: Floats, end: Floats, rates: Floats, passed: Floats, apart: Floats) -> Floats:
-    """
-    Return the cubic through values and rates at both ends of an interval (Hermite).
-
-    Parameters
-    ----------
-    start, end : array, shape (n,)
-        Values.
-    rates : array, shape (2, n)
-        At both ends [1/s].
-    passed, apart : array, shape (n,)
-        Time since the start, and length of the interval [s]; of length 0, the rate of the start is held.
-
-    """
+    """Return the cubics through values, shape (n,), and rates [1/s], shape (2, n), at both ends of intervals [s]."""
+    # in an interval of length 0, the rate of the start is held
     s = np.divide(passed, apart, out=np.zeros_like(passed), where=apart > 0.0)
     change, begun, ended = end - start, rates[0] * apart, rates[1] * apart
     cubic = s * (begun + s * (3.0 * change - 2.0 * begun - ended + s * (begun + ended - 2.0 * change)))

@@ -1,4 +1,4 @@
-"""The reader of messages: what was recorded, in whatever order, becomes the topics of the last run."""
+"""The collector of messages: in any order, they become the topics of the last run."""
 
 from array import array
 from collections.abc import Iterable, Mapping
@@ -10,7 +10,7 @@ from mobile_robot_control.recording.columns import COLUMNS
 from mobile_robot_control.runs.series import Signal, Stamps
 
 _SURE = 50
-"""So many stamps after a fall, behind as many before it, are a new run whose start was missed."""
+"""So many stamps after a fall, with as many before it, show a new run whose start was missed."""
 
 
 class LastRun(NamedTuple):
@@ -20,11 +20,11 @@ class LastRun(NamedTuple):
     Attributes
     ----------
     signals : dict of str to Signal
-        By topic; empty for one that was silent in it.
+        By topic; empty for a topic that was silent in the run.
     earlier_runs : int
         Runs left out because another began after them.
     disordered : int
-        Messages that came after a later stamp of their topic; they are put in order.
+        Messages that came after a later stamp of their topic; they are sorted.
 
     """
 
@@ -34,14 +34,14 @@ class LastRun(NamedTuple):
 
 
 class Messages:
-    """The messages of the loop's topics, in the order in which they come."""
+    """The messages of the loop's topics, in their order of arrival."""
 
     def __init__(self) -> None:
         self._columns = {topic: (array('q'), array('q'), array('d')) for topic in COLUMNS}
 
     def add(self, topic: str, stamp: int, values: Iterable[float], received: int | None = None) -> None:
         """
-        Take in one message; the repeat of the one before it is dropped.
+        Add one message; a repetition of the previous one is dropped.
 
         Parameters
         ----------
@@ -62,7 +62,7 @@ class Messages:
                 times.append(received)
 
     def last_run(self) -> LastRun:
-        """Return the last run that they contain; after that no message can be added."""
+        """Return the last run among the messages; no message can be added afterwards."""
         # without a copy: an hour has some hundred megabytes
         return last_run({topic: Signal(np.frombuffer(stamps, np.int64), np.frombuffer(times, np.int64),
                                        np.frombuffer(numbers).reshape(-1, len(COLUMNS[topic])))
@@ -70,7 +70,7 @@ class Messages:
 
 
 class _Part(NamedTuple):
-    """The last run of one topic: where it begins, which it is, where its stamps fell last, and how often."""
+    """The last run of one topic: its start, its number, the place of the last fall of stamps, and their count."""
 
     begin: int
     starts: int
@@ -79,11 +79,11 @@ class _Part(NamedTuple):
 
 
 def _last_part(stamps: Stamps) -> _Part:
-    """Find where the last run of a topic begins: at stamp 0 after any other, or where stamps fell and stayed below."""
+    """Find the start of a topic's last run: at stamp 0 after any other, or where stamps fell and stayed below."""
     found = _Part(0, 0, None, 0)
     falls = (np.flatnonzero(np.diff(stamps) < 0) + 1).tolist()
     for fall, following in zip(falls, [*falls[1:], stamps.size], strict=False):
-        # where a bag lacks the start of a later run: its stamps fell, and stay below the former ones
+        # in a bag without the start of a later run, its stamps fall, and stay below the former ones
         missed = (fall - found.begin >= _SURE and following - fall >= _SURE
                   and stamps[fall + _SURE - 1] < stamps[fall - _SURE:fall].min())
         found = (_Part(fall, found.starts + 1, None, found.disordered) if stamps[fall] == 0 or missed
@@ -98,7 +98,7 @@ def last_run(received: Mapping[str, Signal]) -> LastRun:
     Parameters
     ----------
     received : mapping of str to Signal
-        Topics of COLUMNS, their messages in the order in which they came, without repeats in a row.
+        Topics of COLUMNS, with their messages in order of arrival, without consecutive repeats.
 
     """
     parts = {topic: _last_part(signal.stamps) for topic, signal in received.items()}
@@ -109,8 +109,9 @@ def last_run(received: Mapping[str, Signal]) -> LastRun:
     for topic, signal in received.items():
         begin, starts, fell, _ = parts[topic]
         if starts < newest:
-            # each topic begins anew by itself. The recorder missed this one's stamp 0: the run is what came since the
-            # stamps last fell; or it was not recorded before: then its messages still come when the last run has begun
+            # each topic restarts by itself. The recorder missed this one's stamp 0: the run is what came since the last
+            # fall of stamps; or the topic was not recorded before: then its messages still come when the last run has
+            # begun
             goes_on = signal.received.size and begun and signal.received[-1] > max(begun)
             begin = fell if fell is not None else begin if goes_on else signal.stamps.size
         signals[topic] = _in_order(signal.part(begin, signal.stamps.size))
@@ -118,7 +119,7 @@ def last_run(received: Mapping[str, Signal]) -> LastRun:
 
 
 def _in_order(signal: Signal) -> Signal:
-    """Sort by stamp where necessary; of several messages with one stamp the first stays."""
+    """Sort by stamp if necessary; of several messages with one stamp the first stays."""
     if (np.diff(signal.stamps) > 0).all():
         return signal
     stamps, order = np.unique(signal.stamps, return_index=True)

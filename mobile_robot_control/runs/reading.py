@@ -32,13 +32,12 @@ from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import printable
 
 _WALL_CLOCK_TOLERANCE = 0.5
-"""[s]: by how much a complete run on the wall clock may be shorter than asked for."""
+"""[s]: largest shortfall of a complete run on the wall clock."""
 Configure = Callable[[Path], Configuration]
 """Reads a parameter file."""
 
 
 def _from_csv(path: Path, progress: ProgressCallback) -> Recording:
-    """Read a CSV file."""
     reader, size = SampleReader(), path.stat().st_size
     with open_bounded(path, TABLE) as file:
         try:
@@ -57,7 +56,6 @@ def _from_csv(path: Path, progress: ProgressCallback) -> Recording:
 def _from_bag(
     path: Path, namespace: str, topics: Mapping[str, str] | None, progress: ProgressCallback, outcome: str | None
 ) -> Recording:
-    """Read a bag."""
     try:
         return read_bag(path, namespace, progress, topics, partly=outcome == RECORDED)
     except BagError as error:
@@ -65,7 +63,7 @@ def _from_bag(
 
 
 def _parameters(file: Path, configure: Configure) -> tuple[Configuration | None, list[str]]:
-    """Return the parameters beside a run, and why they cannot be read."""
+    """Return the parameters beside a run, and the reason if they cannot be read."""
     try:
         return configure(file), []
     except ParameterError as error:
@@ -74,7 +72,7 @@ def _parameters(file: Path, configure: Configure) -> tuple[Configuration | None,
 
 
 def _complete(series: Series, exact: bool) -> tuple[Series, list[str]]:
-    """Return a run with the errors that were not recorded, and sentences about how they were found."""
+    """Add the errors that were not recorded to a run, and describe their origin."""
     absent = [topic for topic in ('odom', 'reference') if not series.has(topic)]
     if absent:
         return series, [f'there is no {" and no ".join(absent)}, and so no tracking error and no metrics']
@@ -91,7 +89,7 @@ def _complete(series: Series, exact: bool) -> tuple[Series, list[str]]:
 def _measured(
     series: Series, outcome: str | None, parameters: Configuration | None, exact: bool
 ) -> tuple[dict[str, Any], list[str]]:
-    """Return the metrics, as `simulate` and `experiment` compute them, and what is missing for them."""
+    """Return the metrics, as `simulate` and `experiment` compute them, and the reasons for missing ones."""
     slow, fast = (period(series.signals[topic].stamps) / 1e9 for topic in ('tracking_error', 'joint_states'))
     if parameters:
         shared = parameters.plant.shared
@@ -128,20 +126,20 @@ def read_run(
     name : str
         For legends and tables.
     namespace : str
-        In which the nodes of a bag ran.
+        Of the nodes of a bag.
     configure : callable
         Reads the parameter file beside the run.
     progress : callable
-        Called with how much has been read, and of how much.
+        Called with the amount read, and the total.
     outcome : str or None
-        How the run ended; if None, as recorded beside it.
+        Of the run; if None, the recorded one.
     topics : mapping of str to str
-        Topics of the loop, or `ground_truth`, that have another name in a bag.
+        Other names of topics of the loop, or of `ground_truth`, in a bag.
 
     Returns
     -------
     Run
-        With the reasons for everything that is missing.
+        With the reasons for everything missing.
 
     Raises
     ------
@@ -160,7 +158,7 @@ def read_run(
     if not any(map(recording.series.has, recording.series.signals)):
         raise UnreadableRunError(f'{path}: {"; ".join(recording.problems)}')
     parameters, unknown = _parameters(beside, configure) if beside else (None, [])
-    # a table has columns for the truth where odometry is not exact; of the bag of another robot nothing is known
+    # a table has columns for the truth if odometry is not exact; for the bag of another robot this is unknown
     exact = has_exact_odometry(parameters.plant) if parameters else not is_bag(run)
     series, notes = _complete(recording.series, exact)
     metrics, missing = _measured(series, outcome, parameters, exact)
@@ -187,18 +185,18 @@ def load_run(
     path : Path
         A bag, the folder of an experiment or a CSV file.
     namespace : str
-        In which the nodes of a bag ran.
+        Of the nodes of a bag.
     outcome : str or None
-        How it ended; where None, as written beside it.
+        Of the run; if None, the recorded one.
     quiet : bool
         Without a progress bar.
     topics : mapping of str to str
-        Topics of the loop that have another name in a bag.
+        Other names of topics of the loop in a bag.
 
     Raises
     ------
     UnreadableRunError
-        If nothing can be drawn of it.
+        If there is nothing to draw.
     """
     with tqdm(total=100, desc=f'read {name}', disable=quiet or None, leave=False, unit='%') as bar:
         def progress(done: int, total: int) -> None:

@@ -1,4 +1,4 @@
-"""A run: topics, arrays on one time base, metrics and parameters, whether it was simulated or read."""
+"""A run, simulated or read: topics, arrays on one time base, metrics and parameters."""
 
 from functools import cached_property
 from importlib import import_module
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from mobile_robot_control.configuration.sources import File
 
 _PAGES = 'mobile_robot_control.pages.inline_page'
-"""Imported by name when a page is asked for: pages are made of runs."""
+"""Imported by name on demand: pages are made of runs."""
 _POSE, _VELOCITY, _WHEELS = ('x', 'y', 'heading'), ('linear', 'angular'), ('right', 'left')
 _ERROR = ('longitudinal', 'lateral', 'heading')
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -36,9 +36,9 @@ class Event(NamedTuple):
     Attributes
     ----------
     time : float
-        The first one that is affected [s].
+        The first affected time [s].
     node : str
-        That applied them.
+        Node that applied them.
     values : dict of str to object
         By parameter, or `disturbance`.
 
@@ -50,7 +50,7 @@ class Event(NamedTuple):
 
 
 class _Contents(NamedTuple):
-    """What a run consists of; see `Run`."""
+    """The parts of a run; see `Run`."""
 
     name: str
     series: Series
@@ -66,9 +66,9 @@ class Run(_Contents):
     A run of the closed loop: its topics, arrays on one time base, metrics and parameters.
 
     The arrays have a row for each step of the velocity loop, with the values of its time. Between position ticks poses,
-    velocities and `tracking_error` are interpolated, poses by cubics; commands and what odometry showed are held, as on
-    the topics. What is not known, such as the torques of a base that takes velocity commands, is nan. They are made
-    when they are first asked for.
+    velocities and `tracking_error` are interpolated, poses by cubics; commands and odometry are held, as on the topics.
+    Unknown values, such as the torques of a base that takes velocity commands, are nan. The arrays are made on first
+    use.
 
     Attributes
     ----------
@@ -77,16 +77,15 @@ class Run(_Contents):
     series : Series
         Its topics, each with its own stamps.
     problems : tuple of str
-        Sentences about what is missing, or why the run did not reach its end.
+        Sentences about missing parts, or about an early end.
     metrics : dict of str to object
-        As `simulate --json` prints them; only what could be measured.
+        As in `simulate --json`; only measured ones.
     parameters : Configuration or None
-        Of the run; None where they were not recorded.
+        Of the run; None if not recorded.
     provenance : dict of str to object
-        Call, versions and parameters that it was made with; of a run that was read, as it was recorded; {} where
-        nothing is known.
+        The call, versions and parameters that produced the run; for a run from a file, as recorded; {} if unknown.
     events : tuple of Event
-        What changed it while it ran; only a bag tells.
+        Changes during the run; only a bag contains them.
 
     """
 
@@ -119,7 +118,7 @@ class Run(_Contents):
 
     @property
     def velocity(self) -> Floats:
-        """Velocities v [m/s] and ω [rad/s] of the robot, shape (n, 2); true as `pose` is."""
+        """Velocities v [m/s] and ω [rad/s] of the robot, shape (n, 2); true if `pose` is."""
         return self._moving['velocity']
 
     @property
@@ -154,12 +153,12 @@ class Run(_Contents):
 
     @cached_property
     def odometry(self) -> Floats:
-        """The pose that the position controller received, shape (n, 3) [m], [rad]."""
+        """The pose in the position controller's odometry, shape (n, 3) [m], [rad]."""
         return self._held('odom', slice(0, 3))
 
     @cached_property
     def measured_error(self) -> Floats:
-        """The error that the position law took, that of `odometry`, shape (n, 3) [m], [rad]."""
+        """The error seen by the position law, that of `odometry`, shape (n, 3) [m], [rad]."""
         return self._held('tracking_error', slice(0, 3))
 
     def __repr__(self) -> str:
@@ -220,9 +219,9 @@ class Run(_Contents):
         Parameters
         ----------
         folder : path
-            For `report.html`, `report.json` and `figures`; what is there is replaced.
+            For `report.html`, `report.json` and `figures`; existing ones are replaced.
         *others : Run
-            Up to five that are compared with this one.
+            Up to five, for comparison with this one.
         animation : bool
             Whether to animate each run.
 
@@ -231,7 +230,7 @@ class Run(_Contents):
         ParameterError
             If there are too many.
         OSError
-            If it cannot be written.
+            If the files cannot be written.
 
         """
         return import_module(_PAGES).report([self, *others], Path(folder), animation)
@@ -245,25 +244,25 @@ class Run(_Contents):
 
     def save(self, file: 'File') -> None:
         """
-        Write the table of the command `simulate`, which `load` and `report` take.
+        Write the table of the command `simulate`, for `load` and `report`.
 
-        Numbers are written to the last bit. The parameters and the metrics go beside it, in FILE.parameters.yaml and
-        FILE.metrics.json. Files that are there are replaced.
+        Numbers are written to the last bit. Parameters and metrics go beside the table, in FILE.parameters.yaml and
+        FILE.metrics.json. Existing files are replaced.
 
         Parameters
         ----------
         file : path
-            Ends in .csv.
+            With the ending .csv.
 
         Raises
         ------
         ParameterError
-            If it has another ending.
+            For another ending.
         OSError
-            If it cannot be written.
+            If the files cannot be written.
 
         """
-        # imported late: it takes a run itself
+        # imported late: it imports this module
         from mobile_robot_control.runs.run_files import save_run  # noqa: PLC0415
 
         save_run(self, file)
@@ -286,7 +285,7 @@ class Run(_Contents):
 
 
 def as_dataframe(columns: dict[str, Any]) -> Any:
-    """Return a table of pandas; raise ModuleNotFoundError where that is not installed."""
+    """Return a table of pandas; raise ModuleNotFoundError if that is not installed."""
     try:
         import pandas  # type: ignore[import-not-found,import-untyped,unused-ignore]  # noqa: PLC0415
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""The figures of a report: which columns of one run, or of several overlaid, each of them shows."""
+"""The figures of a report: the columns that each shows, of one run or of several overlaid."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -25,12 +25,12 @@ from mobile_robot_control.runs.series import Series
 
 Quantity = Callable[[Series], Line]
 _BUCKETS, _DIFFERENCE_BUCKETS = 2000, 1000
-"""Of a line, and of a difference: each keeps its smallest and its largest value."""
+"""Buckets of a line, and of a difference: each bucket keeps its smallest and its largest value."""
 _PATH, _POSES = 3000, 14
 """Points of a path, and poses along the path of a single run."""
 _BOTH = ('true', 'measured')
 TORQUE_FIGURE = 'torque'
-"""The figure that knows the limits of its quantity."""
+"""The figure with limits of its quantity."""
 
 
 class PanelOf(NamedTuple):
@@ -46,9 +46,9 @@ class PanelOf(NamedTuple):
     reference : callable or None
         Returns the line of the reference, drawn grey under the others.
     command : callable or None
-        Returns the line of a law's command, or of whatever else is compared with the first, drawn dotted over it.
+        Returns the line of a law's command, or of another quantity to compare with the first, drawn dotted over it.
     logarithmic : bool
-        Whether to use a symmetric logarithmic scale where a few peaks are much larger than everything else.
+        Whether to use a symmetric logarithmic scale if a few peaks are much larger than everything else.
     labels : tuple of str
         Of the first line and of the dotted one in the legend of a single run.
     """
@@ -71,10 +71,10 @@ class PanelOf(NamedTuple):
         return Panel(name or self.label, self.label, self.unit, curves, bend=bend, span=span)
 
     def _curves(self, runs: Sequence[Run], values: Sequence[Line]) -> Iterator[Curve]:
-        """Yield what is shown, from back to front."""
+        """Yield the curves, from back to front."""
         if self.reference:
             carts = (Curve(REFERENCE, n, 'reference', self.reference(run.series)) for n, run in enumerate(runs))
-            # one for all
+            # one for all runs
             yield from [_thinned(cart) for cart in carts if is_drawn(cart.line)][:1]
         dotted = [self.command(run.series) if self.command else None for run in runs]
         for n, (line, over) in enumerate(zip(values, dotted, strict=True)):
@@ -94,7 +94,7 @@ def _thinned(curve: Curve, buckets: int = _BUCKETS) -> Curve:
 
 def difference(line: Line, first: Line) -> Line:
     """
-    Return a line minus another one, at its own times; the other one is taken to be straight between its points.
+    Return a line minus another one, at its own times; the other one is interpolated linearly.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def over_time(
     panels: Sequence[PanelOf], runs: Sequence[Run], span: tuple[float, float] | None = None, height: float = 1.75
 ) -> Figure | None:
     """
-    Return those panels over time for which any run has something to draw; None if there are none.
+    Return those panels over time that any run has data for; None if there are none.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def over_time(
 
 
 def path_panel(runs: Sequence[Run], name: str = 'path', title: str = '') -> Panel:
-    """Return the paths of runs in the plane, with poses along that of a single run, evenly in time."""
+    """Return the paths of runs in the plane; for a single run with poses along it, evenly in time."""
     curves: list[Curve] = []
     poses: list[Pose] = []
     for n, series in enumerate(run.series for run in runs):
@@ -176,11 +176,11 @@ class RunFigure(NamedTuple):
     title, caption : str
         Above and below it.
     panels : tuple of PanelOf
-        What it shows over time, from top to bottom; none shows the path.
+        Panels over time, from top to bottom; none for the figure of the path.
     height : float
         Of a panel [in].
     of_truth : str
-        What the caption adds where the truth of a run is known beside what odometry shows.
+        Addition to the caption if the truth of a run is known beside odometry.
     """
 
     name: str
@@ -206,13 +206,13 @@ class RunFigure(NamedTuple):
 
 
 def _limits(runs: Sequence[Run]) -> tuple[tuple[int, float], ...]:
-    """Return the limits of wheel torque that runs were configured with, each with its run [N m]."""
+    """Return the configured limits of wheel torque, each with its run [N m]."""
     limits = enumerate(map(torque_limit, runs))
     return tuple((n, limit) for n, limit in limits if limit is not None)
 
 
 def torque_limit(run: Run) -> float | None:
-    """Return the smallest limit of a wheel's torque [N m] that a run was configured with; None without any."""
+    """Return the smallest configured limit of a run's wheel torque [N m]; None without any."""
     if run.parameters is None:
         return None
     model = run.parameters.plant.model
@@ -226,22 +226,21 @@ def column(topic: str, name: str, scale: float = 1.0) -> Quantity:
 
 
 def _scaled(line: Line, scale: float) -> Line:
-    """Return a line with its values times a factor."""
     return Line(line.time, scale * line.value)
 
 
 def heading_error(series: Series) -> Line:
-    """Return e3 [rad], broken where it jumps between -π and π; the true one where it is known."""
+    """Return e3 [rad], broken at jumps between -π and π; the true one if known."""
     return broken_at_jumps(series.error('heading'))
 
 
 def distance_to_cart(series: Series) -> Line:
-    """Return the distance to the cart [cm]; the true one where it is known."""
+    """Return the distance to the cart [cm]; the true one if known."""
     return _distance(series.error('longitudinal'), series.error('lateral'))
 
 
 def _measured_distance(series: Series) -> Line:
-    """Return the distance to the cart that the controller saw [cm]; empty where it is all that there is."""
+    """Return the distance to the cart that the controller saw [cm]; empty if there is no true one beside it."""
     return _distance(series.measured_error('longitudinal'), series.measured_error('lateral'))
 
 

@@ -1,4 +1,4 @@
-"""The files of a run: found from any path that names it, and written."""
+"""The files of a run: found from any path to it, and written."""
 
 import json
 import os
@@ -26,17 +26,17 @@ _BAGS = ('.mcap', '.db3')
 
 
 class UnreadableRunError(ValueError):
-    """Raised for a path that is no readable run; the message states what it is and what to name instead."""
+    """Raised for a path that is no readable run; the message says what it is, and what to name instead."""
 
 
 def locate(path: Path) -> Path:
     """
-    Return the CSV file, the bag's folder, or the file of a bag without metadata that a path names.
+    Return the CSV file, the bag's folder, or the file of a bag without metadata for a path.
 
-    The path is one of these, a file in a bag's folder, or the folder of an experiment; UnreadableRunError is raised
-    otherwise.
+    The path is one of these, a file in a bag's folder, or the folder of an experiment; otherwise UnreadableRunError is
+    raised.
     """
-    # os.path takes whatever the system refuses for a path that does not exist
+    # os.path accepts paths that the system refuses
     if not os.path.exists(path):
         raise UnreadableRunError(f'{path}: does not exist; name a bag, a folder of `experiment` or a CSV of `simulate`')
     if path.is_dir():
@@ -57,12 +57,12 @@ def companion(run: Path, ending: str) -> Path | None:
 
 
 def is_bag(run: Path) -> bool:
-    """Return whether what `locate` returned is a bag, or a file of one, rather than a table."""
+    """Return whether a result of `locate` is a bag, or a file of one, rather than a table."""
     return run.is_dir() or run.suffix in _BAGS
 
 
 def beside_a_run(file: Path | None) -> tuple[str | None, dict[str, Any]]:
-    """Read the outcome and the provenance from a file of metrics; None and {} where they are not in it."""
+    """Read the outcome and the provenance from a file of metrics; None and {} if they are missing."""
     try:
         content = parse_json(read_bounded(file, METRICS)) if file else {}
     except (OSError, ValueError):
@@ -82,7 +82,7 @@ def name_of(text: str) -> tuple[str, Path]:
     ('fuzzy', 'best')
     """
     name, separator, place = text.partition('=')
-    # os.path refuses no path, such as a link to itself
+    # os.path accepts any path, such as a link to itself
     if name and separator and not os.path.exists(text):
         return name, Path(place)
     path = Path(text)
@@ -102,7 +102,7 @@ def save_run(run: Run, file: File) -> None:
             pass
     beside = path.with_suffix('.parameters.yaml')
     if run.parameters is None:
-        # those of another run
+        # files of another run
         beside.unlink(missing_ok=True)
     else:
         save_configuration(beside, run.parameters)

@@ -1,4 +1,4 @@
-"""The reader of samples, simulated or read from a table, and the way back: a run sample by sample."""
+"""The conversion of samples, simulated or from a table, to a run, and back."""
 
 from array import array
 from collections.abc import Iterable, Iterator
@@ -25,18 +25,18 @@ from mobile_robot_control.topics import LOOP_TOPICS
 _TRUTH = (GROUND_TRUTH, TRUE_ERROR)
 _AT_STEPS = ('joint_states', 'wheel_torques')
 _BLOCK = 4096
-"""Rows that become samples at a time: lists of numbers are larger than arrays."""
+"""Rows converted to samples at a time: lists of numbers are larger than arrays."""
 
 
 class SampleReader:
-    """Keeps the numbers of samples as they pass; all of them have a truth, or none has."""
+    """Stores the numbers of samples as they pass; either all of them have a truth, or none."""
 
     def __init__(self) -> None:
         self._numbers = array('d')
         self._topics = tuple(LOOP_TOPICS)
 
     def taking(self, samples: Iterable[Sample]) -> Iterator[Sample]:
-        """Yield samples, and keep their numbers."""
+        """Yield samples, and store their numbers."""
         for sample in samples:
             tick, truth = sample.tick, sample.truth
             self._numbers.extend((
@@ -84,7 +84,7 @@ def samples_of(series: Series) -> Iterator[Sample]:
     Yields
     ------
     Sample
-        One for each row of its time base; of a topic without messages the numbers are nan.
+        One for each row of its time base; a topic without messages gives nan.
 
     """
     joined, at = join(series), -1

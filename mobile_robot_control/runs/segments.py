@@ -1,4 +1,4 @@
-"""The events of a run in words, and its parts: one for each law that drove."""
+"""The events of a run in words, and its parts, one for each law."""
 
 import json
 from typing import NamedTuple
@@ -23,7 +23,7 @@ class Segment(NamedTuple):
     begin, end : float
         Times [s].
     rms_error, max_error : float or None
-        Distance to the cart [m], as the run's metrics take it; None where it is not known.
+        Distance to the cart [m], as in the run's metrics; None if unknown.
     peak_torque : float or None
         Largest absolute torque of either wheel [N m].
 
@@ -43,7 +43,7 @@ def event_text(event: Event) -> str:
 
 
 def events_within(run: Run) -> list[Event]:
-    """Return the events that changed a run after its first message, in order of time."""
+    """Return the events after the first message of a run, in order of time."""
     if not run.events:
         return []
     first, last = run.series.span()
@@ -51,7 +51,7 @@ def events_within(run: Run) -> list[Event]:
 
 
 def segments(run: Run) -> list[Segment]:
-    """Return the parts of a run between changes of its law; none where the law is not known, or nothing changed."""
+    """Return the parts of a run between changes of its law; none if the law is unknown or never changed."""
     events = events_within(run)
     if run.parameters is None or not events:
         return []
@@ -66,7 +66,7 @@ def segments(run: Run) -> list[Segment]:
 
 
 def _segment(series: Series, law: str, begin: float, end: float) -> Segment:
-    """Return a part with its numbers: of the position ticks from its begin, and before its end."""
+    """Return a part with its numbers, from the position ticks from its begin on and before its end."""
     ahead, aside = series.error('longitudinal'), series.error('lateral')
     squared = (ahead.value**2 + aside.value**2)[(begin <= ahead.time) & (ahead.time < end)]
     torques = [series.torque(wheel) for wheel in ('right', 'left')]

@@ -1,4 +1,4 @@
-"""The topics of a run over its time: whatever the run was read from, each topic as columns with stamps of its own."""
+"""The topics of a run over time, from any source: each topic as columns with its own stamps."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from mobile_robot_control.topics import POSITION_TOPICS
 Stamps = NDArray[np.int64]
 _NOTHING = Line(np.zeros(0), np.zeros(0))
 _WALL = 10**15
-"""[ns]: eleven days; later stamps are those of a wall clock, not of a run."""
+"""[ns]: eleven days; later stamps come from a wall clock, not from a run."""
 
 
 class Signal(NamedTuple):
@@ -36,7 +36,7 @@ class Signal(NamedTuple):
     values: Floats
 
     def part(self, begin: int, end: int) -> 'Signal':
-        """Return the messages from the n-th up to, and without, another one."""
+        """Return the messages from index `begin` up to, but without, `end`."""
         return Signal(self.stamps[begin:end], self.received[begin:end], self.values[begin:end])
 
 
@@ -52,16 +52,16 @@ class Series:
     Parameters
     ----------
     signals : mapping of str to Signal
-        By topic; one that is left out has no messages.
+        By topic; omitted topics have no messages.
 
     Attributes
     ----------
     signals : dict of str to Signal
         By topic, all of COLUMNS.
     is_lockstep : bool
-        Whether the stamps are those of simulated time, which all nodes share, and not of clocks of their own.
+        Whether the stamps are simulated time, shared by all nodes, and not of separate clocks.
     origin : int
-        Stamp of t = 0 [ns]: 0 in lockstep; elsewhere the first stamp of `reference`, when the curve begins.
+        Stamp of t = 0 [ns]: 0 in lockstep; elsewhere the first stamp of `reference`, the start of the curve.
     """
 
     def __init__(self, signals: Mapping[str, Signal]) -> None:
@@ -98,9 +98,10 @@ class Series:
 
     def begun_when_recorded(self) -> tuple['Series', int]:
         """
-        Return a run of which only a part was recorded, with time from the beginning of that part, and its stamp [ns].
+        Return a partly recorded run, with time from the beginning of the recording, and the stamp of that beginning
+        [ns].
 
-        It begins at the first stamp that all topics of the slow loop share, and ends at the last one where no other
+        It begins at the first stamp common to all topics of the slow loop. It ends at the last one, unless another
         topic lasts three periods longer; a run on the wall clock begins with its first reference anyway.
         """
         slow = [self.signals[topic].stamps for topic in POSITION_TOPICS if self.has(topic)]
@@ -118,17 +119,17 @@ class Series:
 
     @property
     def motion(self) -> str:
-        """The topic with the poses of the robot: the true ones where they are known beside those of odometry."""
+        """The topic with the poses of the robot: the true ones if they are known beside odometry."""
         return GROUND_TRUTH if self.has(GROUND_TRUTH) else 'odom'
 
     @property
     def hides_truth(self) -> bool:
-        """Whether the truth is known beside what odometry shows."""
+        """Whether the truth is known beside odometry."""
         return self.has(TRUE_ERROR)
 
     @property
     def has_torques(self) -> bool:
-        """Whether it is known which torques were applied: the efforts of `joint_states`."""
+        """Whether the applied torques are known: the efforts of `joint_states`."""
         return not bool(np.isnan(self.signals['joint_states'].values[:, -2]).all())
 
     @property
@@ -139,11 +140,11 @@ class Series:
         return 'joint_states' if comes else 'tracking_error'
 
     def error(self, column: str) -> Line:
-        """Return a column of the tracking error: of the true one where it is known beside the measured one."""
+        """Return a column of the tracking error: of the true one if it is known beside the measured one."""
         return self.line(TRUE_ERROR if self.hides_truth else 'tracking_error', column)
 
     def measured_error(self, column: str) -> Line:
-        """Return a column of the tracking error that the controller saw; empty where it is all that there is."""
+        """Return a column of the tracking error that the controller saw; empty if there is no true one beside it."""
         return self.line('tracking_error', column) if self.hides_truth else _NOTHING
 
     def headings(self) -> tuple[Line, Line]:
@@ -162,9 +163,9 @@ class Series:
 
     def torque(self, wheel: str) -> Line:
         """
-        Return the torque of the 'right' or 'left' wheel over each step [N m], at the step's start; empty if not known.
+        Return the torque of the 'right' or 'left' wheel over each step [N m], at the step's start; empty if unknown.
 
-        The effort of a `joint_states` message was applied over the step that ended at its stamp.
+        The effort of a `joint_states` message was applied over the step up to its stamp.
         """
         effort = self.line('joint_states', f'{wheel}_effort')
         return _NOTHING if np.isnan(effort.value).all() else Line(effort.time[:-1], effort.value[1:])

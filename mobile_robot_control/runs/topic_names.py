@@ -1,4 +1,4 @@
-"""Topics of the loop under the names that a bag has for them, as options give them."""
+"""The names of the loop's topics in a bag, as options give them."""
 
 import re
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ Topics = Annotated[tuple[tuple[str, str], ...], Field(
 
 
 def topic_names(pairs: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Return names of topics in a bag by those of the loop; raise ParameterError where one is named twice."""
+    """Return topic names in a bag by those of the loop; raise ParameterError if one occurs twice."""
     chosen: dict[str, str] = {}
     for name, topic in pairs:
         if chosen.get(name, topic) != topic:

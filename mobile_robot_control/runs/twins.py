@@ -1,4 +1,4 @@
-"""A real run and its simulated twin on one time base, and how far they are apart."""
+"""A real run and its simulated twin on one time base, and the distance between them."""
 
 import copy
 import math
@@ -12,37 +12,37 @@ from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.series import Series
 
 REAL, SIMULATED = 'real', 'simulated'
-"""The names of the runs that are twins."""
+"""The names of a pair of twins."""
 TWINS = 'real less simulated'
-"""In `report.json`."""
+"""Key in `report.json`."""
 _MOVES = 0.01
-"""[m] from which on a reference moves."""
+"""[m]: distance from which a reference counts as moving."""
 _SEARCHED, _COARSE, _FINE = 10.0, 0.05, 0.001
-"""[s]: how far from the beginnings of both motions the shift is looked for, and in which steps."""
+"""[s]: range of the search for the shift, around the beginnings of both motions, and its steps."""
 _STARTING = 10.0
-"""[s], a quarter of shorter runs, in which robots that start unlike come to the curve."""
+"""[s], a quarter of shorter runs, for robots with different starts to reach the curve."""
 _ALIKE = 0.05
-"""[m] that references of twins may be apart, RMS."""
+"""[m], RMS: largest distance between the references of twins."""
 
 
 class Twins(NamedTuple):
     """
-    How far a real run and its simulated twin are apart, over the time that both have but for its start.
+    The distance between a real run and its simulated twin, over their common time except for its start.
 
     Attributes
     ----------
     shift : float
-        By which the time of the real run was moved, so that both references agree [s].
+        Of the time of the real run, so that both references agree [s].
     references_apart : float
-        RMS distance of the references then [m].
+        RMS distance of the references after the shift [m].
     begin, end : float
         Of that time [s].
     rms_position, max_position, rms_heading : float
-        Of real less simulated poses [m], [m], [rad].
+        Of real minus simulated poses [m], [m], [rad].
     real_error, simulated_error : float
         RMS position errors [m].
     error : str
-        'true' or 'measured': what the real error is; odometry hides its own drift.
+        'true' or 'measured': the kind of the real error; odometry hides its own drift.
     """
 
     shift: float
@@ -58,7 +58,7 @@ class Twins(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """What they say, in words."""
+        """The comparison in words."""
         text = (f'From {self.begin:.3g} to {self.end:.3g} s the real robot is {100.0 * self.rms_position:.3g} cm from '
                 f'the simulated one (RMS; {100.0 * self.max_position:.3g} cm at most). RMS position error '
                 f'{100.0 * self.real_error:.3g} cm real ({self.error}), {100.0 * self.simulated_error:.3g} cm '
@@ -71,10 +71,10 @@ class Twins(NamedTuple):
 
 def with_twins(runs: Sequence[Run]) -> tuple[list[Run], Twins | None]:
     """
-    Return runs with the real one on the time base of the simulated one, and how far they are apart.
+    Return runs with the real one on the time base of the simulated one, and the distance between them.
 
-    Runs without both names are returned as they are, with None; where two with these names cannot be compared, the
-    problems of the real one say so.
+    Without both names, runs are returned unchanged, with None; if two with these names cannot be compared, the problems
+    of the real one explain it.
     """
     named = {run.name: run for run in runs}
     if not {REAL, SIMULATED} <= named.keys():
@@ -98,13 +98,13 @@ def _reference(series: Series) -> Floats:
 
 
 def _begin(reference: Floats) -> float:
-    """Return when a reference begins to move [s]."""
+    """Return the time at which a reference begins to move [s]."""
     away = np.hypot(*(reference[1:] - reference[1:, :1])) > _MOVES
     return float(reference[0, int(away.argmax())])
 
 
 def _shift(real: Floats, simulated: Floats) -> tuple[float, float]:
-    """Return by how much the time of a real reference is to be moved, and how far they are apart then, RMS [m]."""
+    """Return the shift of a real reference's time, and the remaining distance, RMS [m]."""
     times, x, y = simulated
 
     def apart(shift: float) -> float:

@@ -1,1 +1,1 @@
-"""The closed loop in one process, and what is measured on it."""
+"""The closed loop in one process, and its measurement."""

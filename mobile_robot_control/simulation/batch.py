@@ -1,4 +1,4 @@
-"""Many rollouts at once, compiled by numba where it is installed and plain where it is not."""
+"""Many rollouts at once, compiled by numba if it is installed, plain otherwise."""
 
 import os
 import pickle
@@ -31,22 +31,22 @@ from mobile_robot_control.simulation.trial import Outcome, Trial, prepared_loop
 from mobile_robot_control.system.texts import describe_error
 
 _BEGIN = 'Failed in nopython mode pipeline'
-"""Begins the report on each function; the innermost one comes last."""
+"""First words of the report on each function; the innermost report comes last."""
 
 
 def reason_of(error: Exception) -> str:
     r"""
-    Return why a function cannot be compiled, and where, in one line.
+    Return the reason why a function cannot be compiled, and its place, in one line.
 
     Parameters
     ----------
     error : Exception
-        Of numba: a report on each function from the outermost to the one that cannot be compiled, many lines each.
+        Of numba: reports of many lines on each function, from the outermost to the one that cannot be compiled.
 
     Returns
     -------
     str
-        The first line of the innermost report, with file and line where it names them.
+        The first line of the innermost report, with file and line if it names them.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def reason_of(error: Exception) -> str:
     told = [line for line in lines if line and not line.startswith('(step:')]
     if not told:
         return type(error).__name__
-    # a module is named with the path of its library
+    # numba names a module with the path of its library
     reason = re.sub(r"(<module '[^']+').*?>", r'\1>', told[0])
     found = next(filter(None, (re.search(r'^File "(.+)", line (\d+):$', line) for line in told)), None)
     return f'{reason}, at {os.path.realpath(found[1])}, line {found[2]}' if found else reason
@@ -89,7 +89,7 @@ def _accelerated_row(rows: Any, n: int) -> tuple[Reference]:
 
 @lru_cache(maxsize=32)
 def _rows(horizon: int) -> Callable[[Any, int], tuple[Reference, ...]]:
-    """Make a function that returns the n-th row of an array and those of the horizon after it as references."""
+    """Make a function that returns the n-th row of an array and the rows of its horizon as references."""
     if horizon == 0:
         return _accelerated_row
     nearer = _rows(horizon - 1)
@@ -105,11 +105,12 @@ _registered: set[Callable[..., Any]] = set()
 
 
 def _register(*functions: Callable[..., Any]) -> None:
-    """Register callees of a rollout with numba, once each; late, since njit stops at an undecorated callee."""
+    """Register callees of a rollout with numba, once each and late, since njit stops at an undecorated callee."""
     for function in functions:
         if function not in _registered:
             _registered.add(function)
-            # forced inline: otherwise the loop's hundred constants go over the stack in every step, for half again
+            # forced inline: otherwise each step copies the loop's hundred constants over the stack, half as much time
+            # again
             register_jitable(forceinline=function not in APART)(function)
 
 
@@ -120,14 +121,14 @@ def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Calla
     _register(*JITABLE, _accelerated_row, references_at, step)
     position_tick, velocity_tick = make_position_tick(step, form), make_velocity_tick(form)
     _register(position_tick, velocity_tick)
-    # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth;
-    # never cached on disk: the cache does not see a change of a callee in another file
+    # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth of the time; never
+    # cached on disk: the cache does not see a change of a callee in another file
     return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, velocity_tick, references_at, form))
 
 
 @lru_cache(maxsize=32)
 def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a law's compiled step, done so often on one observation: ``(state, observation, gains, dt, times)``."""
+    """Return a law's compiled step, repeated on one observation: ``(state, observation, gains, dt, times)``."""
     _register(*JITABLE, step)
 
     def repeated(state: Any, observation: Observation, gains: Any, dt: float, times: int) -> tuple[Any, BodyVelocity]:
@@ -141,7 +142,7 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function compiled that calls marked ones; as it is where numba is not installed."""
+    """Compile a function of marked callees; return it unchanged if numba is not installed."""
     if not COMPILES:
         _warn_that_it_is_slow()
         return function
@@ -151,26 +152,26 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 
 @lru_cache(maxsize=32)
 def plain_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
-    """Return the rollout of a law's step as Python runs it; references are given as they are."""
+    """Return the rollout of a law's step in plain Python; it takes references unconverted."""
     ticks = form.horizon + 1
     return trial.make_rollout(step, lambda references, n: references[n:n + ticks], form)
 
 
 _uncompilable: dict[Callable[..., Any], str] = {}
-"""Steps that numba cannot compile, and why."""
+"""Steps that numba cannot compile, and the reason."""
 
 
 def compiles(one: Trial) -> bool:
-    """Return whether the law of a trial compiles; where it does not, print the reason once."""
+    """Return whether the law of a trial compiles; if it does not, print the reason once."""
     step: Callable[..., Any] = LAWS[one.law].step
     if not COMPILES or step in _uncompilable:
         return False
-    if not _can_prepare(one):  # a fault of these gains, which the trial reports itself
+    if not _can_prepare(one):  # the trial itself reports this fault of the gains
         return False
     try:
         given = _arrays(cart_motion(one._replace(steps=0)), one.form.indices)
         compiled_rollout(step, one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
-    except Exception as error:  # numba raises errors of its own, and others where it fails itself
+    except Exception as error:  # numba raises its own errors, and others from its own faults
         _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
               f'({_uncompilable[step]})', file=sys.stderr)
@@ -180,14 +181,14 @@ def compiles(one: Trial) -> bool:
 
 @lru_cache(maxsize=32)
 def _arrays(motion: CartMotion, with_path: bool) -> Any:
-    """Return the references of a motion as an array, shape (ticks, 7), with the points of its path if asked for."""
+    """Return the references of a motion as an array, shape (ticks, 7), with the points of its path if required."""
     rows = np.array([(*reference.pose, *reference.velocity, *reference.acceleration)
                      for reference in references(motion)]).reshape(-1, 7)
     return MeasuredMotion(rows, converted(given_motion(motion, True).path, np.array)) if with_path else rows
 
 
 def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
-    """Run trials on one core; with numba if `compile_them`, or where the law compiles if that is None."""
+    """Run trials on one core; with numba if `compile_them`, or if that is None and the law compiles."""
     chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
     outcomes = []
     for one in trials:
@@ -198,9 +199,9 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
 
 def pickled(trials: Sequence[Trial]) -> bytes:
     """
-    Return trials for another process; raise ParameterError where they cannot go there.
+    Pickle trials for another process; raise ParameterError if that is impossible.
 
-    It stands here and not in the thread that feeds a pool of processes: that one would wait for its result for ever.
+    It runs here and not in the thread that feeds a pool of processes: that thread would wait for the result for ever.
     """
     try:
         return pickle.dumps(list(trials))
@@ -212,12 +213,12 @@ def pickled(trials: Sequence[Trial]) -> bytes:
 
 
 def run_pickled(trials: bytes) -> list[Outcome]:
-    """Run trials that another process of this package has pickled."""
+    """Run trials pickled by another process of this package."""
     return run_trials(pickle.loads(trials))  # noqa: S301 (from our own pool or client)
 
 
 def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
-    """Return the rollout of the law of a trial, and what makes what it is given of a motion."""
+    """Return the rollout of a trial's law, and the function that converts a motion to its input."""
     step: Callable[..., Any] = LAWS[one.law].step
     if compiles(one) if compile_it is None else compile_it:
         return compiled_rollout(step, one.form), _arrays
@@ -225,7 +226,7 @@ def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outc
 
 
 def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, Form], Trial]:
-    """Return the first trial of each law and form, if possible one whose gains can be prepared."""
+    """Return the first trial of each law and form, preferably with gains that can be prepared."""
     first: dict[tuple[str, Form], Trial] = {}
     for one in trials:
         kind = one.law, one.form
@@ -235,7 +236,6 @@ def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, Form], Trial]:
 
 
 def _can_prepare(one: Trial) -> bool:
-    """Return whether the law of a trial can prepare its gains."""
     try:
         prepared_loop(one)
     except ParameterError:
@@ -244,24 +244,23 @@ def _can_prepare(one: Trial) -> bool:
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count() or 1
 
 
 @lru_cache(maxsize=1)
 def _warn_that_it_is_slow() -> None:
-    """Warn the user, once."""
     print("numba is not installed: rollouts take some hundred times longer; install the extra 'fast'", file=sys.stderr)
 
 
 class Pool:
     """
-    Runs trials on several cores: threads where the rollout is compiled, processes where it is plain.
+    Runs trials on several cores: in threads if the rollout is compiled, in processes if it is plain.
 
     Parameters
     ----------
     workers : int
-        How many; 0 means one a core.
+        Their number; 0 means one a core.
     """
 
     def __init__(self, workers: int = 0) -> None:
@@ -273,10 +272,10 @@ class Pool:
             _warn_that_it_is_slow()
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
-        """Run trials; the outcomes are in the same order, and to the last bit the same for any number of workers."""
+        """Run trials; order and last bits of the outcomes do not depend on the number of workers."""
         if self._workers == 1 or not trials:
             return run_trials(trials)
-        # compile before the threads would all do so
+        # compile once, before all threads would
         plain = [one for one in _first_of(trials).values() if not compiles(one)]
         executor = self._process_pool() if plain else self._thread_pool()
         size = -(-len(trials) // (_CHUNKS_A_WORKER * self._workers))
@@ -295,7 +294,7 @@ class Pool:
             self._processes.shutdown()
             self._processes = None
         if self._processes is None:
-            # Ctrl-C reaches every process of a terminal: the caller decides what it means
+            # Ctrl-C reaches every process of a terminal: only the caller handles it
             self._processes = ProcessPoolExecutor(
                 self._workers, initializer=_begin_worker, initargs=(plugin_sources(),))
             self._version = LAWS.version
@@ -309,6 +308,6 @@ class Pool:
 
 
 def _begin_worker(sources: Sequence[PluginSource]) -> None:
-    """Prepare a process: it ignores Ctrl-C, and has the laws and curves of the files that its parent has loaded."""
+    """Prepare a process: ignore Ctrl-C, and load the files of laws and curves that its parent has loaded."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     load_sources(sources)

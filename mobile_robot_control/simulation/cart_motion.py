@@ -1,4 +1,4 @@
-"""The references of a trial: the same for thousands of them."""
+"""The references of trials, shared by thousands of them."""
 
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -18,13 +18,13 @@ class CartMotion(NamedTuple):
     Attributes
     ----------
     course : Course
-        What the cart drives.
+        Course of the cart.
     period : int
         Of the position loop [ns].
     ticks : int
-        Of the position loop.
+        Number of ticks of the position loop.
     horizon : int
-        Ticks beyond these for which there is a reference; with one or more, references have accelerations.
+        Further ticks with a reference; if it is not zero, references have accelerations.
     """
 
     course: Course
@@ -34,21 +34,21 @@ class CartMotion(NamedTuple):
 
 
 def cart_motion(trial: Trial) -> CartMotion:
-    """Return the motion of the reference cart in a trial; equal for trials that have the same."""
+    """Return the motion of the reference cart in a trial; trials with the same motion have equal ones."""
     return CartMotion(course_of_trial(trial), period_nanoseconds(1.0 / trial.loop.position_dt),
                       -(-trial.steps // trial.ratio), trial.form.horizon)
 
 
 @lru_cache(maxsize=32)
 def references(motion: CartMotion) -> tuple[Reference, ...]:
-    """Return the reference at every position tick and in the horizon; cached, since thousands of trials share it."""
+    """Return the reference at every position tick and in the horizon; cached for thousands of trials."""
     at = motion.course.accelerated if motion.horizon else motion.course.reference
     return tuple(at(n * motion.period / 1e9) for n in range(motion.ticks + motion.horizon))
 
 
 @lru_cache(maxsize=32)
 def given_motion(motion: CartMotion, with_path: bool) -> Any:
-    """Return what a plain rollout is given of a motion: the references at its ticks, with the path if asked for."""
+    """Return the input of a plain rollout: the references at its ticks, with the path if required."""
     if not with_path:
         return references(motion)
     path = GrowingPath(motion.course)

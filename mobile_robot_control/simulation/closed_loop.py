@@ -1,4 +1,4 @@
-"""What the closed loop of all four nodes is made of: its constants, its state and its samples."""
+"""The closed loop of all four nodes: its constants, its state and its samples."""
 
 from typing import Any, NamedTuple
 
@@ -43,13 +43,13 @@ class Loop(NamedTuple):
     position_dt : float
         Period of the position loop [s].
     odom_latency, longest_age : float
-        By which odometry is carried forward where latency is compensated, beside its repeats, and at most [s].
+        Extrapolation of odometry under latency compensation, beside its repeats, and its upper limit [s].
     drive, sensors : NamedTuple or tuple
-        Constants of what moves the robot and of its sensors; () where they are ideal.
+        Constants of motors or base, and of the sensors; () for ideal ones.
     lead : float
         Time by which a feedforward leads the command [s].
     nominal : Robot or tuple
-        The robot as the feedforward of the torques knows it; () where there is none.
+        The robot's constants in the feedforward of the torques; () without it.
     """
 
     plant: DiscretePlant
@@ -71,14 +71,14 @@ class Loop(NamedTuple):
 
 class Coming(NamedTuple):
     """
-    The motion that the reference makes in a position period.
+    The motion of the reference during a position period.
 
     Attributes
     ----------
     acceleration : BodyAcceleration
         ``cmd_accel`` [m/s²], [rad/s²].
     since : int
-        The step of the velocity loop at which the period begins.
+        Step of the velocity loop at the period's start.
     """
 
     acceleration: BodyAcceleration
@@ -98,13 +98,13 @@ class LoopState(NamedTuple):
     command : BodyVelocity
         The newest command.
     drive : NamedTuple or tuple
-        Of what moves the robot: torques asked for and not yet applied, motors, or a base.
+        Of the motors, with torques asked for and not yet applied, or of the base.
     sensors : NamedTuple or tuple
-        Of the sensors; () where they are ideal.
+        Of the sensors; () if they are ideal.
     held : HeldOdometry or tuple
-        What latency compensation remembers of odometry; () where it is off.
+        Last odometry, for latency compensation; () without it.
     coming : Coming or tuple
-        What a feedforward of the torques takes; () where there is none.
+        Input of the feedforward of the torques; () without it.
     """
 
     plant: PlantState
@@ -136,7 +136,7 @@ class Sample(NamedTuple):
     time : float
         Stamp [s].
     tick : PositionTick
-        The newest position tick; it is of this time where ``tick.time == time``.
+        The newest position tick; it is of this time if ``tick.time == time``.
     command : BodyVelocity
         ``cmd_vel`` of that tick.
     right_angle, left_angle : float
@@ -144,9 +144,9 @@ class Sample(NamedTuple):
     wheels : WheelVelocity
         [rad/s].
     applied, torque : WheelTorque
-        Over the step that ended, and asked for over that which begins [N m]; nan where a base takes no torque.
+        Applied over the previous step, and asked for over the next one [N m]; nan for a base without torques.
     truth : Truth or None
-        At that tick, where odometry or the error of the tick differ from it.
+        At that tick, if odometry or the error of the tick differ from it.
     """
 
     time: float

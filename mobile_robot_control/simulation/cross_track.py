@@ -1,4 +1,4 @@
-"""The distance from a robot to the path of the reference cart, near the place where the cart is."""
+"""The distance of a robot from the path of the reference cart, near the cart."""
 
 import math
 
@@ -7,7 +7,7 @@ from mobile_robot_control.simulation.path_table import QUARTER, PathTable
 
 _ITERATIONS = 40
 _ROOT = 1e-10
-"""Of a step: a nearest point that is known so well has a distance that is exact to rounding."""
+"""Of a step: with a nearest point of this accuracy the distance is exact to rounding."""
 
 
 @jitable
@@ -28,7 +28,7 @@ def _from_robot(table: PathTable, i: int, u: float, x: float, y: float) -> tuple
 
 @jitable
 def distance_to_place(table: PathTable, x: float, y: float, place: float) -> float:
-    """Return the distance of a position to the point of the path at a place in steps of the table [m]."""
+    """Return the distance of a position from the path's point at a place in steps of the table [m]."""
     n = math.floor(place)
     hx, hy, _, _ = _from_robot(table, n - table.first, place - n, x, y)
     return math.sqrt(hx * hx + hy * hy)
@@ -66,28 +66,28 @@ def nearest_on_path(
     table: PathTable, x: float, y: float, begin: float, end: float, bound: float
 ) -> tuple[float, float]:
     """
-    Find the point of a part of the path that is nearest to a position.
+    Find the point nearest to a position on a part of the path.
 
     Parameters
     ----------
     table : PathTable
-        Of the path; it has the points before `begin` and after `end`.
+        Of the path; it includes the points before `begin` and after `end`.
     x, y : float
         Position [m].
     begin, end : float
-        Where the part begins and ends, in steps of the table.
+        Start and end of the part, in steps of the table.
     bound : float
-        What is not nearer than this is not looked for [m].
+        Only nearer points are searched [m].
 
     Returns
     -------
     tuple of float
-        The distance [m], and the place in steps of the table; the bound and nan where nothing is nearer.
+        The distance [m], and the place in steps of the table; the bound and nan if no point is nearer.
 
     Notes
     -----
-    No point of the part is left out: from a point that is D away the path cannot come nearer than B within
-    (D - B) / speed steps, which are skipped; every other step is searched.
+    No point of the part is missed: from a point at a distance D, the path cannot come nearer than B within (D - B) /
+    speed steps, which are skipped; every other step is searched.
     """
     nearest, place = bound, math.nan
     n = math.floor(begin)
@@ -99,7 +99,7 @@ def nearest_on_path(
         if skipped >= 1.0:
             n += int(min(skipped, 4.0 * QUARTER))
             continue
-        # within a whole step there is a nearest point where the distance falls at its begin and rises at its end
+        # within a whole step there is a nearest point if the distance falls at its begin and rises at its end
         if n < begin or n + 1 > end or (
             ax * table.dx[i] + ay * table.dy[i] < 0.0
             < (table.x[i + 1] - x) * table.dx[i + 1] + (table.y[i + 1] - y) * table.dy[i + 1]
@@ -116,21 +116,21 @@ def nearest_on_path(
 @jitable
 def cross_track(table: PathTable, x: float, y: float, time: float, bound: float) -> float:
     """
-    Return the distance of a position to the path within a quarter lap before and after where the cart is [m].
+    Return the distance of a position from the path within a quarter lap before and after the cart [m].
 
-    The other branch where a path crosses itself is farther along it, and does not count. Of an open path the part
-    before its start does not count either.
+    Where a path crosses itself, the other branch is farther along it and does not count. The part before the start of
+    an open path does not count either.
 
     Parameters
     ----------
     table : PathTable
-        Of the path, as far as a quarter lap after the cart.
+        Of the path, at least to a quarter lap after the cart.
     x, y : float
         Position [m].
     time : float
         Of the cart along the curve [s].
     bound : float
-        Distance of the position to the cart, which the result does not exceed [m].
+        Distance of the position from the cart, an upper limit of the result [m].
     """
     at = time / table.step
     return nearest_on_path(table, x, y, max(at - QUARTER, float(table.first)), at + QUARTER, bound)[0]

@@ -23,7 +23,7 @@ class Variation(NamedTuple):
     total : float
         Sum of all changes, of both wheels [N m], or [m/s] at their rims.
     command, torque : BodyVelocity, WheelTorque
-        The newest ones.
+        The newest values.
 
     """
 
@@ -34,7 +34,7 @@ class Variation(NamedTuple):
 
 @jitable
 def unvaried(variation: Variation, _command: BodyVelocity, _torque: WheelTorque, _robot: Robot) -> Variation:
-    """Return a variation as it is: the form of runs whose variation is not asked for."""
+    """Return a variation unchanged, for runs that do not measure it."""
     return variation
 
 
@@ -47,7 +47,7 @@ def varied_torque(variation: Variation, command: BodyVelocity, torque: WheelTorq
 
 @jitable
 def varied_command(variation: Variation, command: BodyVelocity, torque: WheelTorque, robot: Robot) -> Variation:
-    """Add the change of the speeds of both wheels' rims that a command asks for [m/s]; the first is from rest."""
+    """Add the change of both wheels' rim speeds that a command asks for [m/s]; the first is from rest."""
     before, now = wheel_velocity(variation.command, robot), wheel_velocity(command, robot)
     changed = robot.wheel_radius * (abs(now.right - before.right) + abs(now.left - before.left))
     return Variation(variation.total + changed, command, torque)
@@ -56,7 +56,7 @@ def varied_command(variation: Variation, command: BodyVelocity, torque: WheelTor
 def variation_step(
     varies: bool, takes_velocity: bool
 ) -> Callable[[Variation, BodyVelocity, WheelTorque, Robot], Variation]:
-    """Return what sums the variation of a run: of the torque, or of the command where a base takes no torque."""
+    """Return the function that sums a run's variation: of torques, or of commands to a base without torques."""
     if not varies:
         return unvaried
     return varied_command if takes_velocity else varied_torque
@@ -69,7 +69,7 @@ class PerformanceIndices(NamedTuple):
     Attributes
     ----------
     ticks, inside : float
-        How many position ticks were counted, and at how many of them d was within the band.
+        Number of position ticks, and of those at which d was within the band.
     absolute : float
         ∫ d dt [m s].
     timed_absolute, timed_squared : float
@@ -77,11 +77,11 @@ class PerformanceIndices(NamedTuple):
     settled : float
         Time since which d has been within the band [s]; infinite if it is not.
     squared_cross_track, max_cross_track : float
-        ∫ c² dt [m² s] of the cross-track error c, and the largest |c| [m]; nan of a path that is not known.
+        ∫ c² dt [m² s] of the cross-track error c, and the largest |c| [m]; nan if the path is unknown.
     torque, command : Variation
-        Of the torques applied [N m], and of the speeds of the wheels' rims that the command asks for [m/s].
+        Of the torques applied [N m], and of the wheels' rim speeds in commands [m/s].
     band : float
-        In which d has settled [m].
+        Limit of a settled d [m].
     """
 
     ticks: float = 0.0
@@ -98,7 +98,7 @@ class PerformanceIndices(NamedTuple):
 
 
 class MeasuredMotion(NamedTuple):
-    """The motion of the cart that a trial with performance indices is given: references at its ticks, and the path."""
+    """The cart's motion in a trial with performance indices: references at its ticks, and the path."""
 
     references: Any
     path: PathTable
@@ -142,13 +142,13 @@ def add_tick(indices: PerformanceIndices, apart: float, across: float, time: flo
 
 @jitable
 def given_alone(given: Any) -> Any:
-    """Return the references that a trial without performance indices is given."""
+    """Return the references in the input of a trial without performance indices."""
     return given
 
 
 @jitable
 def given_with_path(given: MeasuredMotion) -> Any:
-    """Return the references that a trial with performance indices is given."""
+    """Return the references in the input of a trial with performance indices."""
     return given.references
 
 
@@ -156,13 +156,13 @@ def given_with_path(given: MeasuredMotion) -> Any:
 def no_tick(
     indices: tuple[()], _error: TrackingError, _pose: Pose, _n: int, _given: Any, _dt: float
 ) -> tuple[()]:
-    """Return no indices: the form of runs whose indices are not asked for."""
+    """Return no indices, for runs that do not measure them."""
     return indices
 
 
 @jitable
 def no_step(indices: tuple[()], _command: BodyVelocity, _torque: WheelTorque, _robot: Robot) -> tuple[()]:
-    """Return no indices, as `no_tick` does."""
+    """Return no indices; see `no_tick`."""
     return indices
 
 
@@ -170,7 +170,7 @@ def no_step(indices: tuple[()], _command: BodyVelocity, _torque: WheelTorque, _r
 def add_true_tick(
     indices: PerformanceIndices, error: TrackingError, pose: Pose, n: int, given: MeasuredMotion, dt: float
 ) -> PerformanceIndices:
-    """Add the n-th position period of a cart whose path is given, with the true error and pose at its start."""
+    """Add the n-th position period of a cart on a given path, with the true error and pose at its start."""
     # on the grid of whole nanoseconds, as the time of samples
     time = n * round(1e9 * dt) / 1e9
     apart = position_error(error)
@@ -195,7 +195,7 @@ def index_values(
     indices: PerformanceIndices, totals: Totals, takes_torque: bool, settles: bool = True
 ) -> dict[str, float]:
     """
-    Return the performance indices by name, in SI units; what is not known is not finite.
+    Return the performance indices by name, in SI units; unknown ones are not finite.
 
     Parameters
     ----------
@@ -206,10 +206,10 @@ def index_values(
     takes_torque : bool
         Whether there is a torque.
     settles : bool
-        Whether the run ended in such a way that its error may have settled.
+        Whether the end of the run lets its error settle.
     """
     known = 1.0 if totals.time > 0.0 else math.nan
-    # the largest of numbers does not tell that one of them is nan
+    # a maximum does not show that one of the numbers is nan
     on_path = known * (math.nan if math.isnan(indices.squared_cross_track) else 1.0)
     values = (
         known * indices.absolute,

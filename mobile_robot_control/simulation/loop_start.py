@@ -1,4 +1,4 @@
-"""The closed loop of a configuration: which functions it is made of, its constants, and its state at t = 0."""
+"""The closed loop of a configuration: its functions, its constants, and its state at t = 0."""
 
 from mobile_robot_control.configuration.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.control.feedforward import lead
@@ -23,20 +23,20 @@ from mobile_robot_control.stamps import period_nanoseconds
 
 
 def form_of(configuration: Configuration) -> Form:
-    """Return which functions the loop of a configuration is made of."""
+    """Return the choice of functions in the loop of a configuration."""
     shared = configuration.plant.shared
     return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency,
                 shared.stamps_samples, shared.reference_horizon, shared.feedforward.enabled)
 
 
 def plant_grid(configuration: Configuration) -> Grid:
-    """Return the periods of the grids that the plant of a configuration moves on."""
+    """Return the periods of the plant's grids in a configuration."""
     shared = configuration.plant.shared
     return Grid(period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate))
 
 
 def start(configuration: Configuration) -> tuple[Loop, LoopState]:
-    """Return the constants of the rollout that a checked configuration asks for, and the state at t = 0, at rest."""
+    """Return the constants of the rollout of a checked configuration, and the state at t = 0, at rest."""
     shared, plant = configuration.plant.shared, configuration.plant
     law, gains = select(configuration.position_controller.control, 1.0 / shared.position_rate)
     model, grid, form = plant.model, plant_grid(configuration), form_of(configuration)
@@ -69,6 +69,6 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
 
 
 def shows_the_truth(configuration: Configuration) -> bool:
-    """Return whether odometry is exact and the law sees it as it is, so that its error is the true one."""
+    """Return whether odometry is exact and reaches the law unchanged, so that its error is the true one."""
     controller = configuration.position_controller
     return has_exact_odometry(configuration.plant) and not (controller.compensate_latency and controller.odom_latency)

@@ -1,4 +1,4 @@
-"""The metrics of a run: what `metrics.json` and `simulate --json` contain."""
+"""The metrics of a run: the content of `metrics.json` and of `simulate --json`."""
 
 import math
 from typing import Any, NamedTuple
@@ -11,9 +11,9 @@ from mobile_robot_control.simulation.totals import Totals, add_error, add_torque
 
 TRUE, MEASURED = 'true', 'measured'
 RECORDED = 'recorded'
-"""Outcome of a recording that someone begins and ends while a run goes on."""
+"""Outcome of a recording begun and ended by someone during a run."""
 FAILED_OUTCOMES = ('diverged', 'law_failed', 'node_died')
-"""Of runs after which the robot is not known to stay where it is; their error has not settled."""
+"""Outcomes after which the robot may not stay in place; the error of such a run has not settled."""
 
 
 class MeasuredRun(NamedTuple):
@@ -29,15 +29,15 @@ class MeasuredRun(NamedTuple):
     final_pose : Pose
         [m], [rad].
     initial_torque : WheelTorque
-        Over the first step [N m]; nan of a base that takes no torque.
+        Over the first step [N m]; nan for a base without torques.
     totals : Totals
         Sums and extremes.
     error : str
-        'true' or 'measured': of which pose the errors of the totals and the final one are, TRUE or MEASURED.
+        'true' or 'measured' (TRUE or MEASURED): the kind of pose behind the errors of the totals and the final pose.
     measured_squared_position : float or None
-        As of the totals, of the error that the controller saw [m² s]; None where it is the same.
+        As in the totals, of the error that the controller saw [m² s]; None if it is the same.
     indices : PerformanceIndices or None
-        Of the same error as the totals; None where they were not asked for.
+        Of the same error as the totals; None if not measured.
     """
 
     outcome: str
@@ -52,23 +52,23 @@ class MeasuredRun(NamedTuple):
 
 class RunMeter:
     """
-    Measures the samples of a run as they pass.
+    Measures the samples of a run as they arrive.
 
     Parameters
     ----------
     velocity_dt, position_dt : float
         Periods of the two loops [s].
     error : str
-        TRUE where the error of a tick without a truth beside it is the true one, MEASURED where that is not known.
+        Kind of error at a tick without a truth: TRUE if it is the true one, MEASURED if that is unknown.
     indices : IndexMeter or None
-        Measures the performance indices too; None where they are not asked for.
+        Measures the performance indices, too; None to leave them out.
 
     Attributes
     ----------
     totals : Totals
-        Over the periods that have ended: [0, time of the last sample).
+        Over completed periods: [0, time of the last sample).
     initial_torque : WheelTorque
-        Over the first step; zero before it has ended [N m]. nan of a base that takes no torque.
+        Over the first step; zero before its end [N m]. nan for a base without torques.
     last : Sample or None
         The newest sample.
 
@@ -86,9 +86,9 @@ class RunMeter:
 
     def add(self, sample: Sample) -> None:
         """
-        Count the period that a sample ends: it is one velocity period later than the last.
+        Count the period that a sample ends: the sample is one velocity period later than the last.
 
-        Torques and truths that are nan are not known, and count nothing.
+        Torques and truths of nan are unknown and not counted.
         """
         last, known = self.last, not math.isnan(sample.applied.right)
         if last is None:
@@ -119,7 +119,7 @@ class RunMeter:
         """
         Return the measured run up to the last sample.
 
-        The outcome is 'completed', 'diverged', 'interrupted' or 'node_died'. Raises ValueError if there was no sample.
+        The outcome is 'completed', 'diverged', 'interrupted' or 'node_died'. Raises ValueError without a sample.
         """
         if self.last is None:
             raise ValueError('a run without a sample has no metrics')
@@ -133,7 +133,7 @@ class RunMeter:
 
 
 def summary(run: MeasuredRun) -> dict[str, Any]:
-    """Return the metrics by name, in SI units; what is not finite is None."""
+    """Return the metrics by name, in SI units; non-finite values become None."""
     totals = run.totals
     mean = 1.0 / totals.time if totals.time > 0.0 else math.nan
     measured = totals.squared_position if run.measured_squared_position is None else run.measured_squared_position

@@ -1,4 +1,4 @@
-"""The path of the reference cart as a table of points, between which it is interpolated."""
+"""The path of the reference cart as a table of points, with interpolation between them."""
 
 import math
 from array import array
@@ -8,21 +8,21 @@ from typing import Any, NamedTuple
 from mobile_robot_control.reference.course import Course
 
 POINTS = 512
-"""In a lap; with cubics between them the path is exact to 1e-8 of its scale for the built-in curves."""
+"""Points of a lap; with cubics between them the path is exact to 1e-8 of its scale for the built-in curves."""
 QUARTER = POINTS // 4
 """Points in a quarter lap."""
 _BETWEEN = 1.01
-"""By how much the cart may be faster between two points than at the faster one of all."""
+"""Factor of the cart's speed between two points over that at the fastest point."""
 _MOST = 16 * POINTS
-"""Points that are kept although the cart has passed them."""
+"""Number of points that are kept after the cart has passed them."""
 _STANDING = 1e-12
-"""[m]: a path of which no point is known has a speed, too, by which may be divided."""
+"""[m]: least speed in a step, also of a path without a known point: it divides."""
 _UNKNOWN = (math.nan, math.nan, math.nan, math.nan)
 
 
 class PathTable(NamedTuple):
     """
-    Points of the cart's path, one for each step of time along the curve; point n is where the cart is at n steps.
+    Points of the cart's path, one for each step of time along the curve; point n is the cart's position after n steps.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class PathTable(NamedTuple):
     step : float
         From one point to the next [s].
     speed : float
-        The cart drives no farther than this in a step [m].
+        Upper limit of the distance driven in a step [m].
     """
 
     x: Any
@@ -48,18 +48,18 @@ class PathTable(NamedTuple):
 
 
 def converted(table: PathTable, convert: Callable[[Any], Any]) -> PathTable:
-    """Return a table whose sequences are converted, such as to arrays."""
+    """Return a table with its sequences converted, for example to arrays."""
     return table._replace(x=convert(table.x), y=convert(table.y), dx=convert(table.dx), dy=convert(table.dy))
 
 
 class GrowingPath:
     """
-    The table of a path, where it is asked for.
+    The table of a path, extended on demand.
 
     Parameters
     ----------
     course : Course
-        What the cart drives.
+        Course of the cart.
 
     Notes
     -----
@@ -83,15 +83,15 @@ class GrowingPath:
             self._first = first
         for n in range(self._first + len(self._rows[0]), math.floor(end / self._step) + QUARTER + 3):
             point = self._point(n)
-            # nan, which is not larger, is left out
+            # nan is not larger, and so left out
             self._speed = max(self._speed, math.hypot(*point[2:]))
             for column, value in zip(self._rows, point, strict=True):
                 column.append(value)
         return PathTable(*self._rows, self._first, self._step, _BETWEEN * self._speed)
 
     def _point(self, n: int) -> tuple[float, ...]:
-        """Return position and change in a step of a point; nan where the curve has none."""
-        # before the start of a closed path is its end
+        """Return position and change in a step of a point; nan if the curve has none there."""
+        # before the start of a closed path lies its end
         time = n * self._step + (self._course.period if n < 0 else 0.0)
         try:
             pose, velocity, _ = self._course.reference(time)

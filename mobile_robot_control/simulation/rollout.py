@@ -1,4 +1,4 @@
-"""The closed loop of all four nodes in one process, yielded sample by sample, and measured."""
+"""The closed loop of all four nodes in one process, as an iterator of samples, and its measurement."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -25,12 +25,12 @@ from mobile_robot_control.system.texts import located_error
 
 
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
-    """Do a step in place of a law that has failed."""
+    """Replace the step of a failed law: stand still."""
     return state, BodyVelocity(0.0, 0.0)
 
 
 def _pushed(loop: Loop, push: Push, k: int) -> Loop:
-    """Return the loop of one step in which a push acts."""
+    """Return the loop of one step with a push."""
     imperfect, plant = loop.imperfections, loop.plant
     return loop._replace(imperfections=imperfect._replace(
         disturbance=with_push(imperfect.disturbance, push, k, plant.dt, plant.robot)))
@@ -40,7 +40,7 @@ def rollout(
     configuration: Configuration, duration: float, pushes: Mapping[int, Push] = MappingProxyType({})
 ) -> Iterator[Sample]:
     """
-    Run the closed loop and yield what the topics carry.
+    Run the closed loop and yield the content of its topics.
 
     Parameters
     ----------
@@ -49,17 +49,17 @@ def rollout(
     duration : float
         [s]; the run has round(duration × velocity_rate) steps.
     pushes : mapping of int to Push
-        Steps of the velocity loop in which the robot is pushed; a base that takes velocity commands has no forces.
+        Steps of the velocity loop with a push on the robot; a base that takes velocity commands has no forces.
 
     Yields
     ------
     Sample
-        One for each time of the velocity grid, the last one at the run's end; fewer when the run diverges.
+        One for each time of the velocity grid, the last one at the run's end; fewer if the run diverges.
 
     Raises
     ------
     LawFailedError
-        If the position law raises, or its command is not finite; after the sample of that time, whose command is zero.
+        If the position law raises, or its command is not finite; after the sample of that time, with a zero command.
 
     Examples
     --------
@@ -74,12 +74,12 @@ def trial_rollout(
     trial: Trial, configuration: Configuration, pushes: Mapping[int, Push] = MappingProxyType({})
 ) -> Iterator[Sample]:
     """
-    Run a trial of a configuration and yield what the topics would carry; see `rollout`.
+    Run a trial of a configuration and yield the content of the topics; see `rollout`.
 
     Parameters
     ----------
     trial : Trial
-        Made of the configuration, in whatever scenario.
+        Made from the configuration, in any scenario.
     configuration : Configuration
         Checked.
     pushes : mapping of int to Push
@@ -92,7 +92,7 @@ def trial_rollout(
     references_at = references_along(course_of_trial(trial), trial.form.horizon)
     position_period = trial.ratio * velocity_period
     applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
-    noise = loop.imperfections.noise  # of the scenario
+    noise = loop.imperfections.noise  # that of the scenario
     exact = shows_the_truth(configuration) and not (any(noise.pose) or noise.velocity)
     for k in range(trial.steps + 1):
         nanoseconds = k * velocity_period
@@ -134,12 +134,12 @@ def measure(
     duration : float
         [s].
     samples : iterable of Sample or None
-        Of the same rollout, where it is also needed for something else.
+        Of the same rollout, if another user also needs them.
 
     Returns
     -------
     MeasuredRun
-        'completed', 'diverged' or 'law_failed'; see `summary` for the metrics by name.
+        'completed', 'diverged' or 'law_failed'; `summary` gives the metrics by name.
 
     """
     shared = configuration.plant.shared
@@ -159,7 +159,7 @@ def measure(
 
 
 def recorded(configuration: Configuration, duration: float) -> tuple[MeasuredRun, list[Sample]]:
-    """Run the closed loop to its end or until the law fails; return the measured run, and the samples up to there."""
+    """Run the closed loop to its end or a failure of the law; return the measured run and its samples."""
     samples: list[Sample] = []
 
     def kept() -> Iterator[Sample]:

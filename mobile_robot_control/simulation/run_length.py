@@ -1,12 +1,12 @@
-"""How long a run may be: one without a step, and one without an end in sight, are refused before they begin."""
+"""Bounds of a run's length: runs without a step, or without an end in sight, are refused at once."""
 
 from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.parameters.checking import ParameterError
 
 ONE_RUN = 1e9
-"""[steps] of a run by itself, which takes hours, with a progress bar."""
+"""[steps] of a single run: hours, with a progress bar."""
 EACH_OF_MANY = 1e8
-"""[steps] of each of many runs: compiled they take seconds, after which progress shows."""
+"""[steps] of each of many runs: compiled they take seconds, until progress shows."""
 
 
 def check_run_length(asked: str, seconds: float, velocity_rate: float, most: float) -> None:
@@ -22,7 +22,7 @@ def check_run_length(asked: str, seconds: float, velocity_rate: float, most: flo
     velocity_rate : float
         Steps of the run in a second [Hz].
     most : float
-        Steps that the run may have.
+        Largest number of steps.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def check_run_length(asked: str, seconds: float, velocity_rate: float, most: flo
 
 
 def check_laps(laps: float, parameters: Configuration) -> None:
-    """Check the length of each of many runs, as `check_run_length` does, by its laps."""
+    """Check the length of each of many runs from its laps, as `check_run_length` does."""
     period = course_of(parameters.reference_cart).period
     check_run_length(f'--laps {laps:g} of reference_cart.period = {period!r} s', laps * period,
                      parameters.plant.shared.velocity_rate, EACH_OF_MANY)

@@ -1,4 +1,4 @@
-"""Scenarios of a search or study: curves, starts, robots that differ from the nominal one, noise and delay."""
+"""Scenarios of a search or study: curves, starts, robots other than the nominal one, noise and delay."""
 
 import itertools
 from collections.abc import Sequence
@@ -35,15 +35,15 @@ class Scenario(NamedTuple):
         Offset of the robot's start from the reference cart's start, in the axes of the odometry frame [m], [rad]; None
         is the configured `initial_pose`.
     mass, friction : float
-        Factors on the configured robot's mass and inertia, and on its friction; on the lag and on the dead zone of a
-        base that takes velocity commands.
+        Factors on the configured robot's mass and inertia, and on its friction; for a base that takes velocity
+        commands, on its lag and on its dead zone.
     noise : Noise
         Of the measurements.
     delay : int
-        Of the torques, or added to the dead time of such a base [periods of the velocity loop].
+        Of the torques, or added to the dead time of such a base [velocity periods].
     robot : tuple of (str, float)
-        Parameters of the plant that differ from the configured ones, by names such as ``plant.base.lag[0]`` and
-        ``/**.robot.mass``; mass and friction count on top.
+        Parameters of the plant with other values than configured, by names such as ``plant.base.lag[0]`` and
+        ``/**.robot.mass``; the factors of mass and friction apply to them, too.
     """
 
     curve: str
@@ -57,7 +57,7 @@ class Scenario(NamedTuple):
 
 
 def with_robot(configuration: Configuration, values: Sequence[tuple[str, float]]) -> Configuration:
-    """Return a configuration whose plant has other values; raise ParameterError where one is out of its bounds."""
+    """Return a configuration with other values of its plant; raise ParameterError if one is out of bounds."""
     plant = configuration.plant
     groups = {'/**.robot.': flatten(plant.shared.robot), 'plant.': flatten(plant.model)}
     for name, value in values:
@@ -77,7 +77,7 @@ def configured_scenario(configuration: Configuration) -> Scenario:
 
 def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float, late: float) -> Trial:
     """
-    Make the trial of a configuration in a scenario; the robot starts at rest.
+    Make the trial of a configuration in a scenario, with the robot at rest at the start.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
     laps : float
         Length of the run.
     late : float
-        Laps after which the late totals count.
+        Laps after which the late totals begin.
     """
     cart = configuration.reference_cart
     placement = cart.curve.placement._replace(scale=scenario.scale)
@@ -131,7 +131,7 @@ def _varied_robot(robot: Robot, scenario: Scenario) -> Robot:
 
 
 def _varied_model(model: PlantModel, scenario: Scenario, dt: float) -> PlantModel:
-    """Return a plant with a scenario's noise and delay; what a base makes of mass and friction is lag and dead zone."""
+    """Return a plant with a scenario's noise and delay; for a base, mass and friction scale its lag and dead zone."""
     noisy = model.imperfections._replace(noise=scenario.noise)
     if model.drive == TORQUE:
         dry = model.friction._replace(coulomb=model.friction.coulomb * scenario.friction)

@@ -1,4 +1,4 @@
-"""A simulation that is asked for: the loop of some parameters for some time, up to its end or its failure."""
+"""Requested simulations: the loop of given parameters for a time, up to its end or its failure."""
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -15,11 +15,11 @@ from mobile_robot_control.simulation.rollout import measure, rollout
 from mobile_robot_control.simulation.run_length import ONE_RUN, check_run_length
 
 Pipe = Callable[[Iterable[Sample]], Iterable[Sample]]
-"""Passes the samples of a run on, and does something with them."""
+"""Passes the samples of a run on, with some side effect."""
 
 
 class SimulationRequest(NamedTuple):
-    """What a simulation is asked for."""
+    """The request of a simulation."""
 
     sources: ParameterSources
     duration: Annotated[float, Field('s', 'simulated time', above=0.0)]
@@ -27,14 +27,14 @@ class SimulationRequest(NamedTuple):
 
 class Simulated(NamedTuple):
     """
-    How a simulation ended.
+    The result of a simulation.
 
     Attributes
     ----------
     metrics : dict of str to object
         As `metrics.json`.
     failure : str
-        Why it did not reach its end, in words; '' where it did.
+        Reason of an early end; '' if the run reached its end.
 
     """
 
@@ -49,12 +49,12 @@ class Simulation:
     Parameters
     ----------
     request : SimulationRequest
-        What is asked for; ParameterError is raised where that cannot be run.
+        The request; ParameterError is raised if it cannot be run.
 
     Attributes
     ----------
     parameters : Configuration
-        That it runs with, its duration among them.
+        Of the run, its duration included.
     steps : int
         Samples of the whole run.
 
@@ -78,12 +78,12 @@ class Simulation:
         pipe : callable
             Takes the samples and yields them.
         is_stopped : callable
-            Called after every sample; the run ends where it returns True.
+            Called after every sample; True ends the run.
 
         Returns
         -------
         Simulated
-            Its metrics, and why it ended early.
+            Its metrics, and the reason of an early end.
 
         """
         failures: list[str] = []
@@ -98,7 +98,7 @@ class Simulation:
                 failures.append(str(error))
                 raise
 
-        # what a law prints must not be among the results
+        # output that a law prints must not mix with the results
         with redirect_stdout(sys.stderr):
             run = measure(self._configured, self._duration, pipe(samples()))
         if is_stopped() and run.outcome == 'diverged':

@@ -19,33 +19,33 @@ from mobile_robot_control.simulation.closed_loop import Coming, Loop, LoopState,
 from mobile_robot_control.simulation.metric_table import BAND
 
 FAILED = BodyVelocity(math.nan, math.nan)
-"""The command of a law that has failed."""
+"""The command of a failed law."""
 NO_TORQUE = WheelTorque(math.nan, math.nan)
 """The torque of a base that takes velocity commands."""
 
 
 class Form(NamedTuple):
     """
-    Which functions the loop is made of, beside the law; what is off is not compiled in.
+    The choice of functions in the loop, beside the law; effects that are off are not compiled in.
 
     Attributes
     ----------
     plant : PlantForm
         Of the simulated robot.
     compensates : bool
-        Whether the law sees odometry that is carried forward by its age.
+        Whether the law sees odometry extrapolated over its age.
     timed : bool
-        Whether this age is known; otherwise it is a latency, and the time for which odometry repeats a sample.
+        Whether this age is known; otherwise it is the latency, plus the time for which odometry repeats a sample.
     horizon : int
-        Position ticks ahead for which the law sees the reference; with one or more it sees accelerations, too.
+        Position ticks of reference that the law sees ahead; if it is not zero, it sees accelerations, too.
     feeds : bool
         Whether the reference's acceleration is fed forward.
     varies : bool
-        Whether the variation of torque or command is summed, of a run that is only measured.
+        Whether the variation of torque or command is summed, in a run without samples.
     indices : bool
-        Whether the performance indices are summed, of such a run.
+        Whether the performance indices are summed, in such a run.
     band : float
-        In which its error has settled [m].
+        Limit of a settled error [m].
     """
 
     plant: PlantForm = IDEAL
@@ -59,14 +59,14 @@ class Form(NamedTuple):
 
 
 IDEAL_FORM = Form()
-"""An ideal robot, and odometry taken as it is."""
+"""An ideal robot, and odometry used unchanged."""
 
 
 @jitable
 def _as_measured(
     held: tuple[()], pose: Pose, _velocity: BodyVelocity, _age: int, _loop: Loop
 ) -> tuple[tuple[()], Pose]:
-    """Return the pose as odometry shows it."""
+    """Return the pose of odometry unchanged."""
     return held, pose
 
 
@@ -74,7 +74,7 @@ def _as_measured(
 def _compensated(
     last: HeldOdometry, pose: Pose, velocity: BodyVelocity, _age: int, loop: Loop
 ) -> tuple[HeldOdometry, Pose]:
-    """Return the pose carried forward by the latency of odometry and its repeats."""
+    """Return the pose extrapolated over the latency of odometry and its repeats."""
     held = held_odometry(last, pose, velocity)
     age = held_age(loop.odom_latency + held.steps * loop.position_dt, loop.longest_age)
     return held, carried_forward(pose, velocity, age)
@@ -84,7 +84,7 @@ def _compensated(
 def _compensated_as_stamped(
     held: tuple[()], pose: Pose, velocity: BodyVelocity, age: int, loop: Loop
 ) -> tuple[tuple[()], Pose]:
-    """Return the pose carried forward by the time since it was sampled, and by a latency beside it."""
+    """Return the pose extrapolated over the time since its sample, plus a latency."""
     since = held_age(loop.odom_latency + age * loop.plant.dt, loop.longest_age)
     return held, carried_forward(pose, velocity, since)
 
@@ -93,7 +93,7 @@ def _compensated_as_stamped(
 def _unfed(
     asked: BodyVelocity, _references: tuple[Reference, ...], _k: int, _loop: Loop
 ) -> tuple[BodyVelocity, tuple[()]]:
-    """Return a law's command as it is."""
+    """Return a law's command unchanged."""
     return asked, ()
 
 
@@ -109,7 +109,7 @@ def _fed_lead(
 def _fed_both(
     asked: BodyVelocity, references: tuple[Reference, ...], k: int, loop: Loop
 ) -> tuple[BodyVelocity, Coming]:
-    """Return a law's command with the lead of a feedforward, and what the velocity law takes for its torques."""
+    """Return a law's command with the lead of a feedforward, and the velocity law's input for its torques."""
     acceleration = mean_acceleration(references[0], references[1])
     return advanced(asked, acceleration, loop.lead), Coming(acceleration, k)
 
@@ -120,9 +120,9 @@ def make_position_tick(
     """
     Make the slow loop's step for a law and a form, by closure.
 
-    It is ``position_tick(state, references, k, time, loop) -> (state, PositionTick, TrackingError)``, where references
-    are those of this tick and of the form's horizon, k counts the steps of the velocity loop, and the last is the true
-    error, which the sensors hide. Where the law has failed, the state's command is FAILED.
+    It is ``position_tick(state, references, k, time, loop) -> (state, PositionTick, TrackingError)``. The references
+    are those of this tick and of the form's horizon; k counts the steps of the velocity loop; the last result is the
+    true error, which the sensors hide. If the law has failed, the state's command is FAILED.
     """
     observed: Callable[..., Any] = _as_measured
     if form.compensates:
@@ -141,7 +141,7 @@ def make_position_tick(
         law, asked = law_step(
             state.law, Observation(error, reference, velocity, references[1:]), loop.law_gains, loop.position_dt)
         asked, coming = fed(asked, references, k, loop)
-        # limits would hide what is not a number
+        # limits would hide a nan
         command = limit_command(asked, state.command, loop.limits, loop.position_dt) if is_sound(asked) else FAILED
         return (
             LoopState(state.plant, state.pi, law, command, state.drive, state.sensors, held, coming),
@@ -154,14 +154,14 @@ def make_position_tick(
 
 @jitable
 def _law(state: LoopState, measured: BodyVelocity, _k: int, loop: Loop) -> tuple[VelocityPiState, WheelTorque]:
-    """Do a step of the velocity law."""
+    """Run a step of the velocity law."""
     return velocity_pi.step(
         state.pi, state.command, measured, loop.velocity_gains, loop.plant.robot, loop.command_limit, loop.plant.dt)
 
 
 @jitable
 def _fed_law(state: LoopState, measured: BodyVelocity, k: int, loop: Loop) -> tuple[VelocityPiState, WheelTorque]:
-    """Do a step of the velocity law with feedforward."""
+    """Run a step of the velocity law with feedforward."""
     return velocity_pi.fed_step(
         state.pi, state.command, state.coming.acceleration, (k - state.coming.since) * loop.plant.dt, measured,
         loop.velocity_gains, loop.nominal, loop.command_limit, loop.plant.dt)

@@ -1,4 +1,4 @@
-"""Sums and extremes over a run, and the chapter's objective made of them."""
+"""Sums and extremes over a run, and the chapter's objective from them."""
 
 import math
 from typing import NamedTuple
@@ -114,8 +114,8 @@ def objective(totals: Totals, literal: bool) -> float:
     """
     Return the functional F that the chapter's search minimises.
 
-    Implements Eq. (29) of the chapter, with a1 = 1, a2 = 5, a3 = 1, a_R = a_L = 1; without its torques for a base that
-    takes none.
+    Implements Eq. (29) of the chapter, with a1 = 1, a2 = 5, a3 = 1, a_R = a_L = 1; a base without torques has no torque
+    terms.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def objective(totals: Totals, literal: bool) -> float:
     """
     a1, a2, a3 = _ERROR_WEIGHTS
     a_right, a_left = _TORQUE_WEIGHTS
-    # of a base that takes no torque there is no highest one
+    # a base without torques has no highest one
     highest_right = totals.highest_right if totals.highest_right > -math.inf else 0.0
     highest_left = totals.highest_left if totals.highest_left > -math.inf else 0.0
     # Eq. (29): F = Σ a_i ∫ ln(1 + |e_i|) dt + a_R max τ_R + a_L max τ_L

@@ -1,4 +1,4 @@
-"""One rollout that is only measured: its inputs, its outcome and the loop itself, plain or to be compiled."""
+"""One rollout without samples: its inputs, its outcome and the loop itself, plain or to be compiled."""
 
 import math
 import sys
@@ -45,7 +45,7 @@ class Trial(NamedTuple):
     law, curve : str
         Of LAWS and CURVES.
     loop : Loop
-        What is constant; its gains as declared, since what `Law.prepare` returns need not go to another process.
+        Constants; its gains as declared, because the result of `Law.prepare` may not be sent to another process.
     state : LoopState
         At t = 0.
     steps : int
@@ -55,9 +55,9 @@ class Trial(NamedTuple):
     late : int
         The step from which the late totals count.
     form : Form
-        Which functions the loop is made of.
+        Choice of functions in the loop.
     path : PathRequest or tuple
-        What the cart drives in place of a curve; () where it drives one.
+        Path of the cart; () for a curve.
     """
 
     law: str
@@ -78,7 +78,7 @@ class Outcome(NamedTuple):
     Attributes
     ----------
     steps : int
-        Done; fewer than asked for where the motion diverged.
+        Completed steps; fewer than requested if the motion diverged.
     final_pose, initial_torque : Pose, WheelTorque
         True pose at the last position tick; torque over the first step [N m].
     totals, late : Totals
@@ -86,9 +86,9 @@ class Outcome(NamedTuple):
     law_failed : bool
         Whether it ended because the position law failed.
     variation : float
-        Of torque [N m] or command [m/s], where the form sums it.
+        Of torque [N m] or command [m/s], if the form sums it.
     indices : PerformanceIndices or tuple
-        Of the true error; () where the form sums none.
+        Of the true error; () if the form sums none.
     """
 
     steps: int
@@ -102,7 +102,7 @@ class Outcome(NamedTuple):
 
 
 def make_trial(configuration: Configuration, duration: float, late: float = 0.0) -> Trial:
-    """Make the trial of a checked configuration over a duration [s]; late totals count from a time [s]."""
+    """Make the trial of a checked configuration over a duration [s]; late totals begin at a time [s]."""
     shared = configuration.plant.shared
     loop, state = start(configuration)
     law, gains = declared_gains(configuration.position_controller.control)
@@ -120,12 +120,12 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
 
 
 def course_of_trial(trial: Trial) -> Course:
-    """Return what the cart drives in a trial."""
+    """Return the course of the cart in a trial."""
     return make_course(trial.curve, trial.loop.placement, trial.path)
 
 
 def prepared_loop(trial: Trial) -> Loop:
-    """Return what is constant in a trial's run, with prepared gains; raise ParameterError if `prepare` fails."""
+    """Return the constants of a trial's run, with prepared gains; raise ParameterError if `prepare` fails."""
     loop = trial.loop
     return loop._replace(law_gains=prepared_gains(LAWS[trial.law], loop.law_gains, loop.position_dt))
 
@@ -141,7 +141,7 @@ def bind(
     position_tick: Callable[..., Any], velocity_tick: Callable[..., Any],
     references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form,
 ) -> Callable[..., Outcome]:
-    """Make the rollout of both ticks, plain or compiled; `references_at` returns those of the n-th tick."""
+    """Make the rollout of both ticks, plain or compiled; `references_at` returns the references of the n-th tick."""
     has_torque = not form.plant.takes_velocity
     begun = PerformanceIndices(band=form.band) if form.indices else ()
     index_tick, index_step, references_in = (
@@ -184,12 +184,12 @@ def bind(
 
 
 def outcome_name(trial: Trial, outcome: Outcome) -> str:
-    """Return how a trial ended, as `outcome` in metrics.json."""
+    """Return the outcome of a trial, as in metrics.json."""
     return 'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged'
 
 
 def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
-    """Return the measured run of an outcome, as that of every other run; what odometry shows is not measured."""
+    """Return the measured run of an outcome, in the form of every other run; it has no measured errors."""
     return MeasuredRun(
         outcome_name(trial, outcome),
         outcome.steps * trial.loop.plant.dt,
@@ -202,7 +202,7 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
 
 
 def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcome:
-    """Run one trial with a rollout of its law and its references; of a law that raises nothing is measured."""
+    """Run one trial with a rollout of its law and its references; a law that raises leaves no measurements."""
     try:
         return roll(trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
     except BaseException as error:  # a law can raise anything
@@ -212,5 +212,5 @@ def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcom
 
 @lru_cache(maxsize=64)
 def _report_failure(law: str, reason: str) -> None:
-    """Print why a law fails in trials, once for each reason."""
+    """Print the reason of a law's failure in trials, once for each reason."""
     print(f"the law '{law}' failed in a trial: {reason}", file=sys.stderr)

@@ -1,1 +1,1 @@
-"""Files, texts, signals and the standard streams, as every part of the package uses them."""
+"""Files, texts, signals and the standard streams, for every part of the package."""

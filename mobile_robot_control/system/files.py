@@ -1,4 +1,4 @@
-"""Files of users: read within bounds, written so that they are complete or not there, and their errors in words."""
+"""Files of users: read within bounds, written completely or not at all, and their errors in words."""
 
 import errno
 import os
@@ -11,14 +11,14 @@ from typing import Any, BinaryIO, NamedTuple
 
 class FileKind(NamedTuple):
     """
-    A kind of file that is read.
+    A kind of input file.
 
     Attributes
     ----------
     name : str
         For messages.
     largest : int
-        Bytes; a larger file is none of this kind.
+        Largest size in bytes; a larger file is refused.
 
     """
 
@@ -31,13 +31,13 @@ PLUGIN = FileKind('Python file', 1 << 20)
 METRICS = FileKind('file of metrics', 1 << 20)
 METADATA = FileKind('metadata.yaml', 1 << 20)
 JOURNAL = FileKind('journal', 1 << 28)
-# these two are read piece by piece
+# these two are read in pieces
 TABLE = FileKind('table', 1 << 36)
 BAG = FileKind('bag', 1 << 40)
 
 
 def check_regular(file: Path) -> None:
-    """Raise OSError, naming the file, where it is there and is a device, a pipe or a folder."""
+    """Raise OSError, with the file's name, if it is a device, a pipe or a folder."""
     try:
         mode = os.stat(file).st_mode
     except FileNotFoundError:
@@ -52,7 +52,7 @@ def open_bounded(file: Path, kind: FileKind) -> BinaryIO:
     """
     Open a user's file for reading.
 
-    Raises OSError, naming the file, if it cannot be opened, is not a regular file, or is larger than its kind can be.
+    Raises OSError, with the file's name, if it cannot be opened, is not a regular file, or is too large for its kind.
     """
     check_regular(file)
     if os.stat(file).st_size > kind.largest:
@@ -64,10 +64,10 @@ def read_bounded(file: Path, kind: FileKind) -> bytes:
     """
     Return the content of a user's file.
 
-    Raises OSError, naming the file, if it cannot be read, is not a regular file, or is larger than its kind can be.
+    Raises OSError, with the file's name, if it cannot be read, is not a regular file, or is too large for its kind.
     """
     with open_bounded(file, kind) as opened:
-        # files of the kernel have more in them than their size
+        # files of the kernel have more content than their size
         content = opened.read(kind.largest + 1)
     if len(content) > kind.largest:
         raise _too_large(file, kind)
@@ -75,13 +75,13 @@ def read_bounded(file: Path, kind: FileKind) -> bytes:
 
 
 def _too_large(file: Path, kind: FileKind) -> OSError:
-    """Return the error of a file that is larger than its kind can be."""
+    """Return the error for a file that is too large for its kind."""
     return OSError(errno.EFBIG, f'is larger than a {kind.name} can be, {kind.largest} bytes', str(file))
 
 
 def parse_json(text: str | bytes) -> Any:
-    """Read JSON; raise ValueError if it is none, or is nested too deep."""
-    import json  # noqa: PLC0415 (nodes, which read no JSON, start without it)
+    """Read JSON; raise ValueError if it is invalid, or nested too deep."""
+    import json  # noqa: PLC0415 (nodes read no JSON, and start without it)
 
     try:
         return json.loads(text)
@@ -91,7 +91,7 @@ def parse_json(text: str | bytes) -> Any:
 
 def write_atomically(file: Path, content: str | bytes) -> None:
     """
-    Write a file so that a kill, a crash or a full disk leaves the version before it, or none.
+    Write a file so that a kill, a crash or a full disk leaves the previous version, or none.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def write_atomically(file: Path, content: str | bytes) -> None:
 
 @contextmanager
 def naming_errors(file: Path) -> Iterator[None]:
-    """Give an OSError that names no file, as of a write that fails, the name of this one."""
+    """Add the name of this file to an OSError without one, as after a failed write."""
     try:
         yield
     except OSError as error:
@@ -132,19 +132,19 @@ def naming_errors(file: Path) -> Iterator[None]:
 
 
 def explain(error: OSError) -> str:
-    """Return one line that names the file, the error and the remedy."""
+    """Return one line with the file, the error and the remedy."""
     where = f'{error.filename}: ' if error.filename else ''
     remedy = 'make room there, or name a place elsewhere' if is_disk_full(error) else 'name a place that can be written'
     return f'{where}{error.strerror or error}; {remedy}'
 
 
 def is_disk_full(error: OSError) -> bool:
-    """Return whether an error is that of a full disk or quota."""
+    """Return whether an error comes from a full disk or quota."""
     return error.errno in (errno.ENOSPC, errno.EDQUOT)
 
 
 def writable_file(path: str) -> Path:
-    """Return a file's path after checking that it can be written, before anything long; raise OSError if it cannot."""
+    """Return a file's path after an early check that it can be written; raise OSError if it cannot."""
     file = Path(path)
     check_regular(file)
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -153,7 +153,7 @@ def writable_file(path: str) -> Path:
 
 
 def encodable_path(path: str) -> str:
-    """Return a path that nodes are given, which ROS takes in UTF-8 alone; raise ValueError where it is not."""
+    """Return a path for nodes; raise ValueError if it is not UTF-8, the only encoding of ROS."""
     try:
         os.path.abspath(path).encode()
     except UnicodeEncodeError:

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as a flag, so that what was done is kept."""
+"""Ctrl-C and SIGTERM as a flag, so that completed work is kept."""
 
 import signal
 from typing import Any

@@ -1,4 +1,4 @@
-"""Progress bars, whatever the environment variables of tqdm are."""
+"""Progress bars, independent of the environment variables of tqdm."""
 
 import os
 import sys
@@ -6,7 +6,7 @@ import sys
 try:
     from tqdm import tqdm
 except ValueError as error:
-    # tqdm reads TQDM_MININTERVAL and the like while it is imported, and that fails where one is no number
+    # tqdm reads TQDM_MININTERVAL and the like during its import, which fails if one is no number
     odd = {name: os.environ.pop(name) for name in sorted(os.environ) if name.startswith('TQDM_')}
     print(f'not used: {", ".join(f"{name}={value!a}" for name, value in odd.items())} ({error})', file=sys.stderr)
     from tqdm import tqdm
@@ -31,7 +31,7 @@ class RunProgress:
         self._bar, self._end, self._shown = bar, end, 0.0
 
     def show(self, reached: float, least: float = 0.0) -> None:
-        """Show how far the run is [s], where it has moved by so much at least."""
+        """Show the progress of the run [s], if it has moved by at least so much."""
         done = max(0.0, min(reached, self._end))
         if done - self._shown >= least:
             self._bar.update(done - self._shown)

@@ -1,8 +1,8 @@
 """
-The ends of processes that hang in a library, DDS above all, where no Python code of theirs can notice.
+The ends of processes that hang in a library, most often DDS, where their Python code cannot notice it.
 
-`Supervisor` watches a whole run, with its nodes, from another process: this file, run as a script that imports nothing
-of the package. `exit_after` guards the last moment of a process, whose exit code must stay.
+`Supervisor` watches a whole run, with its nodes, from another process: this file as a script, without imports from the
+package. `exit_after` guards the last moment of a process, to keep its exit code.
 """
 
 import contextlib
@@ -15,11 +15,11 @@ import time
 from collections.abc import Iterator, Sequence
 
 LEAVING = 5
-"""[s] that a process has to leave DDS, where it may hang if many processes end."""
+"""[s] for a process to leave DDS, which may hang if many processes end."""
 _MONOTONIC, _IN_A_THREAD = 1, 2  # CLOCK_MONOTONIC, SIGEV_THREAD
 _GRACE = 20.0
-"""[s] that an experiment has to end after a signal or by itself, nodes included."""
-# the last are SIGINT and SIGTERM, as Python's wakeup fd has them
+"""[s] for an experiment to end after a signal or by itself, nodes included."""
+# the last are SIGINT and SIGTERM, as in Python's wakeup fd
 _MESSAGE = re.compile(rb'node (\d+)\n|(done)\n|([\x02\x0f])')
 
 
@@ -34,7 +34,7 @@ class Supervisor:
     grace : float
         Wall time that this process has to end, or to note progress, after SIGINT or SIGTERM [s].
     name : str
-        Of the command, before its error text.
+        Of the command, at the start of its error text.
 
     """
 
@@ -51,20 +51,20 @@ class Supervisor:
         assert self._process.stdin is not None  # noqa: S101 (for mypy: it is a pipe)
         self._pipe = self._process.stdin.fileno()
         os.set_blocking(self._pipe, False)
-        # the interpreter writes a signal's number there at once, even where its own handler never gets its turn
+        # the interpreter writes a signal's number there at once, even if its own handler never runs
         self._wakeup = signal.set_wakeup_fd(self._pipe, warn_on_full_buffer=False)
         return self
 
     def note_progress(self) -> None:
-        """Note that this process does not hang."""
+        """Note progress: this process does not hang."""
         self._send(b'.')
 
     def note_node(self, pid: int) -> None:
-        """Note a process to be killed where this one ends without ending it."""
+        """Note a process to kill if this one ends without ending it."""
         self._send(b'node %d\n' % pid)
 
     def _send(self, message: bytes) -> None:
-        # a pipe that is full or closed: the supervisor is stopped or killed, and the run goes on without it
+        # the pipe is full or closed: the supervisor is suspended or killed, and the run continues without it
         with contextlib.suppress(OSError):
             os.write(self._pipe, message)
 
@@ -82,12 +82,12 @@ def exit_after(seconds: int, code: int) -> Iterator[None]:
     End the process with an exit code if the block takes longer than so many seconds of wall time.
 
     Python's own threads and signal handlers would not do: a call that hangs in a library may hold the interpreter's
-    lock. On systems other than Linux nothing is ended.
+    lock. Only on Linux is anything ended.
     """
     import ctypes  # noqa: PLC0415 (the supervisor's own process does without)
 
     class Event(ctypes.Structure):
-        """Linux's `struct sigevent`: call a C function with a value, in a thread of its own."""
+        """Linux's `struct sigevent`: call a C function with a value, in its own thread."""
 
         _fields_ = (('value', ctypes.c_void_p), ('signal', ctypes.c_int), ('notify', ctypes.c_int),
                     ('function', ctypes.c_void_p), ('attributes', ctypes.c_void_p), ('room', ctypes.c_char * 64))
@@ -104,7 +104,7 @@ def exit_after(seconds: int, code: int) -> Iterator[None]:
         library = ctypes.CDLL(None)
         event = Event(value=code, notify=_IN_A_THREAD, function=ctypes.cast(library._exit, ctypes.c_void_p))
         made = library.timer_create(_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0
-    except (AttributeError, TypeError):  # another system than Linux, or an old one
+    except (AttributeError, TypeError):  # a system other than Linux, or an old one
         made = False
     if not made:
         yield
@@ -115,7 +115,7 @@ def exit_after(seconds: int, code: int) -> Iterator[None]:
 
 
 def leave_dds(code: int) -> int:
-    """Shut rclpy down if it was imported; return an exit code, or end the process with it where that hangs."""
+    """Shut rclpy down if it was imported; return an exit code, or end the process with it if that hangs."""
     rclpy = sys.modules.get('rclpy')
     if rclpy is not None:
         with exit_after(LEAVING, code):
@@ -124,7 +124,7 @@ def leave_dds(code: int) -> int:
 
 
 def _kill(pids: Sequence[int]) -> None:
-    """Kill processes, and wait until they are gone, not long."""
+    """Kill processes, and wait briefly for their end."""
     for pid in pids:
         with contextlib.suppress(OSError):
             os.kill(pid, signal.SIGKILL)
@@ -142,7 +142,7 @@ def _is_running(pid: int) -> bool:
 
 
 def _state(pid: int) -> str:
-    """Return a process's state as Linux has it: T or t stopped by a signal or a debugger, Z ended; '' elsewhere."""
+    """Return a process's state in Linux: T or t stopped by a signal or a debugger, Z ended; '' on other systems."""
     try:
         with open(f'/proc/{pid}/stat', encoding='utf-8', errors='replace') as file:
             return file.read().rpartition(')')[2].split()[0]
@@ -151,23 +151,20 @@ def _state(pid: int) -> str:
 
 
 def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
-    """
-    Watch a process: kill it where it hangs, and its nodes with it or after it.
-
-    It runs in a process of its own from before the nodes start until the run has ended.
-    """
+    """Watch a process: if it hangs, kill it and its nodes; kill nodes that outlast it."""
+    # runs in its own process, from before the start of the nodes until the end of the run
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     nodes: list[int] = []
     rest, deadline = b'', time.monotonic() + seconds
     while True:
-        # select takes no timeout of years
+        # select accepts no timeout of years
         if not select.select([0], [], [], min(max(0.0, deadline - time.monotonic()), 3600.0))[0]:
             if time.monotonic() < deadline:
                 continue
             if _state(watched) not in ('T', 't'):
                 break
-            # by Ctrl-Z or a debugger: it goes on later
+            # by Ctrl-Z or a debugger: it resumes later
             deadline = time.monotonic() + seconds
             continue
         received = os.read(0, 4096)
@@ -187,7 +184,7 @@ def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
                 nodes.append(int(node))
             if stop:
                 deadline = min(deadline, time.monotonic() + grace)
-        # a message that has come in part
+        # a partial message
         rest = text[text.rfind(b'node'):] if re.search(rb'node \d*$', text) else b''
     print(f'\n{name}: ROS 2 has not answered for too long; this process and its nodes are killed: the machine or '
           'its limits (ulimit) may leave too little room', file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Texts from elsewhere, such as names, paths and messages, made fit for a line of a log, a page or a figure."""
+"""Texts from elsewhere, such as names, paths and messages, prepared for a line of a log, a page or a figure."""
 
 import itertools
 import os
@@ -13,7 +13,7 @@ _PYTHON = os.path.dirname(os.__file__) + os.sep
 
 def printable(text: str) -> str:
     r"""
-    Return a text with the escape of every character that cannot be shown, so that it is one line and can be encoded.
+    Escape every character that cannot be shown, so that a text is one line and can be encoded.
 
     Examples
     --------
@@ -27,33 +27,33 @@ def printable(text: str) -> str:
 
 
 def shortened(text: str, longest: int = _LONGEST) -> str:
-    """Return a text as one printable line of at most so many characters, the rest cut off at an ellipsis."""
+    """Return a text as one printable line of at most so many characters, cut off with an ellipsis."""
     shown = printable(text[:longest])
     return shown if len(text) <= longest and len(shown) <= longest else f'{shown[:longest - 1]}…'
 
 
 def as_lines(texts: Iterable[str]) -> list[str]:
-    """Return sentences as lines of at most 100 characters, those that continue one indented."""
+    """Wrap sentences to lines of at most 100 characters; continuation lines are indented."""
     return [line for text in texts for line in textwrap.wrap(text, _WIDTH, subsequent_indent='  ')]
 
 
 def describe_error(error: BaseException) -> str:
     """
-    Return type and text of an error that code from outside has raised, as one printable line.
+    Return type and text of an error in code from outside, as one printable line.
 
-    A KeyboardInterrupt is raised again: it comes from the user, and not from that code.
+    A KeyboardInterrupt is raised again: it comes from the user, not from that code.
     """
     if isinstance(error, KeyboardInterrupt):
         raise error
     try:
         text = f'{type(error).__name__}: {error}'
-    except Exception:  # its text is made by code from outside, too
+    except Exception:  # code from outside makes its text, too
         text = type(error).__name__
     return shortened(text)
 
 
 def located_error(error: BaseException) -> str:
-    """Return `describe_error`, with the file and the line of the code from outside that has raised it."""
+    """Return `describe_error`, with file and line in the code from outside."""
     frame, raised = error.__traceback__, ('', 0)
     while frame is not None:
         file = frame.tb_frame.f_code.co_filename
@@ -76,7 +76,7 @@ def distinct(names: Sequence[str]) -> list[str]:
     made: list[str] = []
     for n, name in enumerate(names):
         numbers = itertools.count(names[:n + 1].count(name))
-        # a number that another name has already is left out
+        # numbers that lead to another name are skipped
         made.append(name if names.count(name) == 1 else next(
             numbered for number in numbers if (numbered := f'{name}_{number}') not in {*made, *names}))
     return made

@@ -1,1 +1,1 @@
-"""The search for gains, and Monte Carlo studies of how robust they are."""
+"""The search for gains, and Monte Carlo studies of their robustness."""

@@ -1,4 +1,4 @@
-"""Binary chromosomes: each gene is a whole number of twelve bits and encodes a point of the unit interval."""
+"""Binary chromosomes: each gene is an integer of twelve bits and encodes a point of the unit interval."""
 
 from typing import Any
 
@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 BITS = 12
-"""Of each gene, as in section 3.1 of the chapter."""
+"""Bits of a gene, as in section 3.1 of the chapter."""
 
 LOWEST_POINT = 1.0 / 2**BITS
-"""The lowest point that a gene encodes: not zero, which most gains must not be."""
+"""The lowest point of a gene: not zero, because most gains must not be zero."""
 
 Bits = NDArray[np.bool_]
 Points = NDArray[np.float64]
@@ -24,7 +24,7 @@ def points(bits: Bits) -> Points:
     Parameters
     ----------
     bits : array of bool, shape (individuals, genes × 12)
-        Each gene's most significant bit first.
+        The most significant bit of each gene comes first.
 
     Returns
     -------
@@ -42,5 +42,5 @@ def points(bits: Bits) -> Points:
 
 
 def random(individuals: int, genes: int, rng: np.random.Generator) -> Bits:
-    """Draw chromosomes, all equally likely, of shape (individuals, genes × 12)."""
+    """Draw uniformly distributed chromosomes, shape (individuals, genes × 12)."""
     return rng.random((individuals, genes * BITS)) < 0.5

@@ -11,18 +11,18 @@ from mobile_robot_control.simulation.trial import Outcome, Trial
 
 _CHUNKS_A_THREAD = 4
 _POLL_PERIOD = 1.0
-"""[s] between two checks whether there are workers."""
+"""[s] between two checks for workers."""
 
 
 def _run_with(sources: Sequence[PluginSource], trials: bytes) -> list[Outcome]:
-    """Run pickled trials in a worker, which loads the law files and curve files of the caller before it unpickles."""
+    """Run pickled trials in a worker, which first loads the caller's files of laws and curves, to unpickle them."""
     load_sources(sources)
     return batch.run_pickled(trials)
 
 
 class Cluster:
     """
-    Runs trials on a cluster; the batch of a worker that is lost is run again by another one.
+    Runs trials on a cluster; another worker repeats the batch of a lost one.
 
     Parameters
     ----------
@@ -46,21 +46,19 @@ class Cluster:
                                   '--scheduler out') from error
 
     def _threads(self) -> int:
-        """Return the number of threads of all workers."""
         workers = self._client.scheduler_info(n_workers=-1)['workers']
         return sum(worker['nthreads'] for worker in workers.values())
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
-        """Run trials; the outcomes are in the same order. Raises OSError where no worker came within the patience."""
+        """Run trials; the outcomes are in the same order. Raises OSError if no worker came within the patience."""
         size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
         chunks = [batch.pickled(trials[first:first + size]) for first in range(0, len(trials), size)]
-        # not pure: equal trials are run again, as on one machine; retries: a worker may die more than once
+        # not pure: equal trials run again, as on one machine; retries: a worker may die more than once
         futures = self._client.map(partial(_run_with, plugin_sources()), chunks, pure=False, retries=10)
         self._wait(futures)
         return [outcome for part in self._client.gather(futures) for outcome in part]
 
     def _wait(self, futures: Sequence[Any]) -> None:
-        """Wait until all chunks are done."""
         alive = time.monotonic()
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Controllers compared in the same scenarios: paired differences with their intervals, and what they show, in words."""
+"""Comparison of controllers in the same scenarios: paired differences, their intervals, and conclusions in words."""
 
 import itertools
 import math
@@ -10,7 +10,7 @@ from mobile_robot_control.tuning.monte_carlo import CONFIDENCE, Judged, metric_l
 from mobile_robot_control.tuning.tail_probabilities import binomial_interval, student_quantile
 
 COMPARED = ('late_max_position_error', 'rms_position_error')
-"""The metrics whose paired differences are taken, unless others are asked for."""
+"""The default metrics of paired differences."""
 _SAME = 'cannot be told apart'
 
 
@@ -25,9 +25,9 @@ class Difference(NamedTuple):
     compared : int
         Scenarios in which both succeed and both values are known.
     mean : float
-        Of the first's value minus the second's over those; nan where there is none.
+        Of the first's value minus the second's over those; nan without any.
     interval : tuple of float
-        Of that mean; infinite where fewer than two scenarios are left.
+        Of that mean; infinite with fewer than two scenarios.
     confidence : float
         Of the interval.
 
@@ -41,7 +41,7 @@ class Difference(NamedTuple):
 
     @property
     def sign(self) -> int:
-        """1 where the first's value is larger for certain, -1 where it is smaller, 0 where they are not told apart."""
+        """1 if the first's value is larger for certain, -1 if it is smaller, 0 if the two cannot be told apart."""
         low, high = self.interval
         return int(low > 0.0) - int(high < 0.0)
 
@@ -57,9 +57,9 @@ class Comparison(NamedTuple):
     runs : int
         Scenarios that both ran.
     both, only_first, only_second : int
-        Scenarios in which both succeeded, or one alone.
+        Scenarios in which both succeeded, or only one did.
     share : tuple of float
-        Interval of the share of `only_first` in the scenarios in which one alone succeeds; (0, 1) where there is none.
+        Interval of the share of `only_first` among the scenarios in which only one succeeds; (0, 1) without any.
     confidence : float
         Of that interval.
     differences : tuple of Difference
@@ -79,19 +79,19 @@ class Comparison(NamedTuple):
 
     @property
     def more_successful(self) -> str:
-        """The name of the one that succeeds in more scenarios; '' where the two cannot be told apart."""
+        """The name of the one that succeeds in more scenarios; '' if the two cannot be told apart."""
         low, high = self.share
         return self.first if low > 0.5 else self.second if high < 0.5 else ''
 
     def better(self, difference: Difference) -> str:
-        """Return the name of the one with the better value of a metric; '' where the two cannot be told apart."""
+        """Return the name of the one with the better value of a metric; '' if the two cannot be told apart."""
         sign = -difference.sign if METRIC_TABLE[difference.metric].better == 'larger' else difference.sign
         return ('', self.second, self.first)[sign]
 
 
 def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, float]:
     """
-    Return the bounds of Student's interval of a mean; infinite where there are fewer than two values.
+    Return the bounds of Student's interval of a mean; infinite for fewer than two values.
 
     Examples
     --------
@@ -111,9 +111,9 @@ def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, fl
 def _difference(
     metric: str, pairs: Sequence[tuple[Judged, Judged]], confidence: float
 ) -> Difference:
-    """Compare one metric over pairs of runs that both succeeded."""
+    """Compare one metric over pairs of successful runs."""
     values = [(a.metrics[metric], b.metrics[metric]) for a, b in pairs]
-    # an error that does not settle has no time, and a base that takes velocities no torque
+    # an error that does not settle has no settling time, and a base that takes velocities has no torque
     found = [a - b for a, b in values if math.isfinite(a) and math.isfinite(b)]
     return Difference(metric, len(found), math.fsum(found) / len(found) if found else math.nan,
                       mean_interval(found, confidence), confidence)
@@ -131,12 +131,12 @@ def compare(
     names : tuple of str
         Of the first and of the second.
     runs : tuple of sequence of Judged
-        Of each, in the order of the same scenarios; what one has more than the other is left out.
+        Of each, in the order of the same scenarios; surplus runs of one are left out.
     metrics : sequence of str
-        By which they are compared.
+        Names of the compared metrics.
     pairs : int
-        Of controllers that are compared in all. The intervals of all pairs and metrics hold together: of n each has
-        1/n of the probability to be wrong (Bonferroni); so do those of success, by themselves.
+        Number of compared pairs of controllers in all. The intervals of all pairs and metrics hold together: each of n
+        has 1/n of the probability of error (Bonferroni); so do those of success, among themselves.
 
     """
     ran = list(zip(*runs, strict=False))
@@ -163,9 +163,9 @@ def compare_all(controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[s
 
 def best_of(controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED) -> str:
     """
-    Return the name of the controller with most successes, of several the one with the best mean of the first metric.
+    Return the name of the controller with most successes; among equals, the one with the best mean of the first metric.
 
-    Scenarios that not all of them ran are left out, and of the metric those in which any one failed or has no value.
+    Scenarios that not all of them ran are left out; for the metric, also those in which any failed or has no value.
     """
     ran = list(zip(*controllers.values(), strict=False))
     successes = [sum(run.success for run in runs) for runs in zip(*ran, strict=True)]
@@ -183,7 +183,6 @@ def _shown(value: float, unit: str) -> str:
 
 
 def _difference_text(one: Comparison, found: Difference, unit: str) -> str:
-    """Return what a metric shows, in words."""
     known = ' and have a value' if found.compared < one.both else ''
     if found.compared < 2:
         return (f'not compared: {found.compared} of {one.runs} scenarios in which both succeed{known}, and two are '
@@ -203,7 +202,6 @@ def _difference_text(one: Comparison, found: Difference, unit: str) -> str:
 
 
 def _success_text(one: Comparison) -> str:
-    """Return what success and failure show, in words."""
     if one.only_first == one.only_second == 0:
         return f'{_SAME}: the same {one.both} of {one.runs} succeed'
     shown = f'{one.more_successful} succeeds more often' if one.more_successful else _SAME
@@ -211,7 +209,7 @@ def _success_text(one: Comparison) -> str:
 
 
 def _head(made: Sequence[Comparison], best: str) -> str:
-    """Return which pairs follow, and what their intervals mean."""
+    """Return the introduction: the pairs that follow, and the meaning of their intervals."""
     differences = made[0].differences
     with_best = f' with {best}, the best' if len(made) > 1 else ''
     intervals = len(made) * len(differences)
@@ -225,9 +223,9 @@ def comparison_texts(
     controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED, band: float = BAND
 ) -> Iterator[str]:
     """
-    Yield sentences: of two controllers their comparison, of more that of each with the best one; none of one.
+    Yield sentences: for two controllers their comparison, for more that of each with the best one; none for one.
 
-    `band` [m] is that in which an error has settled.
+    `band` [m] is the limit of a settled error.
     """
     made = compare_all(controllers, metrics)
     if not made:
@@ -246,9 +244,9 @@ def answer_text(
     controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED, band: float = BAND
 ) -> str:
     """
-    Return which of several controllers is the best, by how much and with which intervals; '' of one.
+    Return the best of several controllers, its advantage and the intervals, as a sentence; '' for one controller.
 
-    Of each other one the best is better by success, else by the first metric, or it cannot be told apart.
+    Compared with each other one, the best is better by success, else by the first metric, or cannot be told apart.
     """
     made = compare_all(controllers, metrics)
     if not made:
@@ -279,7 +277,7 @@ def answer_text(
 def comparison_values(
     controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED
 ) -> list[dict[str, Any]]:
-    """Return the comparison of each pair, as in `study.json`; None stands for what is not known."""
+    """Return the comparison of each pair, as in `study.json`; unknown values are None."""
     return [{
         'first': one.first, 'second': one.second, 'runs': one.runs,
         'both_succeed': one.both, 'only_first_succeeds': one.only_first, 'only_second_succeeds': one.only_second,

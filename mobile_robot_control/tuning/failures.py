@@ -1,4 +1,4 @@
-"""Where a controller fails in a study: in words, and as in `study.json`."""
+"""The scenarios in which a controller fails in a study: in words, and as in `study.json`."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -13,18 +13,18 @@ _ENDS = {'completed': 'too far from the reference over the last quarter', 'diver
 
 
 def _failed(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> list[tuple[int, Scenario, Judged]]:
-    """Return number from 1 on, scenario and run of those that failed."""
+    """Return number (from 1), scenario and run of the failures."""
     return [(number, scenario, run) for number, (scenario, run) in enumerate(
         zip(scenarios, judged, strict=False), 1) if not run.success]
 
 
 def scenario_text(scenario: Scenario) -> str:
-    """Return the conditions of a run in words."""
+    """Describe the conditions of a run."""
     return ', '.join(f'{quantity.words} {shown(name, quantity.of(scenario))}' for name, quantity in QUANTITIES.items())
 
 
 def failure_texts(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Iterator[str]:
-    """Yield sentences on where a controller fails; none where it does not."""
+    """Yield sentences on the failures of a controller; none if there are none."""
     failed = _failed(scenarios, judged)
     if not failed:
         return
@@ -46,7 +46,7 @@ def failure_texts(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> It
 
 
 def _range_text(name: str, found: Sequence[Any]) -> str:
-    """Return what a quantity ranges over, at least one value."""
+    """Describe the range of a quantity over at least one value."""
     low, high = found[0], found[-1]
     if isinstance(low, str):
         return ', '.join(found)
@@ -54,7 +54,7 @@ def _range_text(name: str, found: Sequence[Any]) -> str:
 
 
 def _ranges(scenarios: Sequence[Scenario], judged: Sequence[Judged], success: bool) -> dict[str, list[Any]]:
-    """Return the range of each quantity among failures or successes; all values of what is no number, [] of none."""
+    """Return the range of each quantity among failures or successes; for names all values, and [] without any run."""
     chosen = [scenario for scenario, run in zip(scenarios, judged, strict=False) if run.success is success]
 
     def of(quantity: Quantity) -> list[Any]:
@@ -65,7 +65,7 @@ def _ranges(scenarios: Sequence[Scenario], judged: Sequence[Judged], success: bo
 
 
 def failure_values(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> dict[str, Any]:
-    """Return where a controller fails, as in `study.json`."""
+    """Return the failures of a controller, as in `study.json`."""
     failed, split = _failed(scenarios, judged), best_split(scenarios, judged)
     return {
         'count': len(failed),

@@ -1,4 +1,4 @@
-"""The chapter's genetic algorithm on arrays of bits, independent of what they encode."""
+"""The chapter's genetic algorithm on arrays of bits, independent of their meaning."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -11,19 +11,19 @@ from mobile_robot_control.tuning.chromosome import Bits, Points
 
 Scores = NDArray[np.float64]
 Score = Callable[[Points], Scores]
-"""Scores a generation, of which smaller is better; ends the search by raising."""
+"""Scores a generation, smaller is better; ends the search by raising."""
 
 
 class GeneticSettings(NamedTuple):
     """
-    Rates of the operators, which the chapter names without numbers.
+    Rates of the operators; the chapter gives no numbers for them.
 
     Attributes
     ----------
     tournament : int
         Number of individuals that compete to be a parent.
     crossover : float
-        Probability that two parents mix; otherwise the child is a copy of the first.
+        Probability that two parents are mixed; otherwise the child is a copy of the first.
     mutations : float
         Expected number of bits that flip in a child.
     elite : int
@@ -37,7 +37,7 @@ class GeneticSettings(NamedTuple):
 
 
 def select_parents(scores: Scores, count: int, tournament: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Return the indices of `count` parents, each the one with the smallest score of `tournament` drawn at random."""
+    """Return the indices of `count` parents, each with the smallest score among `tournament` drawn at random."""
     drawn = rng.integers(len(scores), size=(count, tournament))
     return np.asarray(drawn[np.arange(count), np.argmin(scores[drawn], axis=1)])
 
@@ -46,7 +46,7 @@ def breed(population: Bits, scores: Scores, settings: GeneticSettings, rng: np.r
     """
     Make the next generation: tournament selection, uniform crossover, bit mutation, elitism.
 
-    Implements the algorithm that section 3.1 of the chapter names.
+    Implements the algorithm named in section 3.1 of the chapter.
 
     Parameters
     ----------

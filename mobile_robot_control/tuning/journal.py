@@ -1,8 +1,8 @@
 """
-The journal of a search: the scores of every generation, so that a search that was killed can be resumed.
+The journal of a search: the scores of every generation, from which a killed search can be resumed.
 
-A search depends on nothing but its settings and the scores of its generations. The journal contains these, one line a
-generation, each with a checksum. Resuming replays them, which takes no rollout, and continues from there.
+A search depends only on its settings and the scores of its generations. The journal contains these, one line a
+generation, each with a checksum. A resumed search replays them, without rollouts, and continues from there.
 """
 
 import json
@@ -28,7 +28,7 @@ def _line(content: Any) -> bytes:
 
 
 def _content(line: bytes) -> Any:
-    """Read the content of a line; raises ValueError if it is damaged."""
+    """Read the content of a line; raise ValueError if it is damaged."""
     checksum, _, text = line.rstrip(b'\n').partition(b' ')
     if not line.endswith(b'\n') or f'{zlib.crc32(text):08x}'.encode() != checksum:
         raise ValueError('checksum')
@@ -36,7 +36,7 @@ def _content(line: bytes) -> Any:
 
 
 def _scored(content: Any) -> tuple[int, Scores]:
-    """Return the checksum and the scores of a generation; raises ValueError if a line holds something else."""
+    """Return the checksum and the scores of a generation; raise ValueError if a line holds something else."""
     if not isinstance(content, dict) or set(content) != {'points', 'scores'}:
         raise ValueError('no generation')
     points, scores = content['points'], content['scores']
@@ -59,16 +59,16 @@ class Journal:
     Parameters
     ----------
     file : Path
-        Of the journal.
+        File of the journal.
     settings : mapping
-        Everything that the scores depend on, as JSON values; the same to resume.
+        Everything that the scores depend on, as JSON values; the same for a resumed search.
     resume : bool
-        Whether to continue the file if it exists; otherwise it begins anew.
+        Whether to continue an existing file; otherwise it is overwritten.
 
     Raises
     ------
     ParameterError
-        If the file is damaged or of another search.
+        If the file is damaged or belongs to another search.
     OSError
         If it cannot be read or written.
     """
@@ -107,12 +107,12 @@ class Journal:
         return b''.join(kept)
 
     def _damaged(self, number: int, lines: list[bytes]) -> ParameterError:
-        """Return the error of a line, counted from 0, that no search has written."""
+        """Return the error for a line, counted from 0, that no search has written."""
         return ParameterError([f'{self.file}: line {number + 1} of {len(lines)} is damaged; restore the file, or begin '
                                'anew without --resume'])
 
     def _check_settings(self, found: Any) -> None:
-        """Raise ParameterError unless the file is of a search with the same settings."""
+        """Raise ParameterError unless the file belongs to a search with the same settings."""
         if found == self._settings:
             return
         if not isinstance(found, dict):
@@ -124,7 +124,7 @@ class Journal:
         )
 
     def replay(self, points: Points) -> Scores | None:
-        """Return the scores of the next generation; None if it has not been scored, ParameterError if it differs."""
+        """Return the scores of the next generation; None if unscored; raise ParameterError if it differs."""
         if self._next == len(self._scored):
             return None
         checksum, scores = self._scored[self._next]
@@ -137,7 +137,7 @@ class Journal:
         return scores
 
     def add(self, points: Points, scores: Scores) -> None:
-        """Write the finite scores of a generation; if that raises OSError, the file is as before."""
+        """Write the finite scores of a generation; after an OSError the file is unchanged."""
         line = _line({'points': generation_checksum(points), 'scores': scores.tolist()})
         end = self._out.tell()
         try:

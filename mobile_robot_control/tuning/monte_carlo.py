@@ -17,10 +17,10 @@ from mobile_robot_control.simulation.trial import Outcome, Trial, outcome_name
 
 LARGEST_SEED = 2**64 - 1
 WITHIN = 0.10
-"""[m]: a run succeeds if the robot stays nearer to the reference than this from the late step on, unless asked."""
+"""[m]: by default, the limit of the distance to the reference, from the late step on, in a successful run."""
 
 CONFIDENCE = 0.95
-"""Of every interval of a study."""
+"""Confidence of every interval of a study."""
 
 
 class Judged(NamedTuple):
@@ -32,8 +32,8 @@ class Judged(NamedTuple):
     success : bool
         Whether the run was complete and near the reference late in it.
     metrics : dict of str to float
-        SI units; infinite if the motion diverged and for the settling time of an error that does not settle, nan for
-        the torque and energy of a base that takes no torque.
+        SI units; infinite if the motion diverged, and for the settling time of an error that does not settle; nan for
+        the torque and energy of a base without torques.
     outcome : str
         'completed', 'diverged' or 'law_failed'.
     """
@@ -49,7 +49,7 @@ def _rms(integral: float, time: float) -> float:
 
 
 def _of_torque(value: float, totals: Totals) -> float:
-    """Return a value; nan where no torque was applied."""
+    """Return a value; nan for a run without torques."""
     return value if totals.highest_right > -math.inf else math.nan
 
 
@@ -69,15 +69,15 @@ METRICS = (*_METRICS, *INDICES)
 
 
 def metric_labels(band: float = BAND) -> dict[str, tuple[str, str]]:
-    """Return label and SI unit of each metric of a study; `band` [m] is that in which an error has settled."""
+    """Return label and SI unit of each metric of a study; `band` [m] is the limit of a settled error."""
     return {name: (METRIC_TABLE[name].label_in(band), METRIC_TABLE[name].unit) for name in METRICS}
 
 
 def judge(trial: Trial, outcome: Outcome, within: float = WITHIN) -> Judged:
     """
-    Return whether a trial succeeded, and its metrics; with the performance indices if its form has them.
+    Judge a trial: its success, and its metrics; with the performance indices if its form has them.
 
-    It succeeded if it is complete, and nearer to the reference than `within` [m] from the late step on.
+    It succeeds if it is complete, and nearer to the reference than `within` [m] from the late step on.
     """
     complete = outcome.steps == trial.steps
     found = {name: value(outcome) if complete else math.inf for name, value in _METRICS.items()}
@@ -106,14 +106,14 @@ def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
 
 
 def success_text(name: str, summary: Mapping[str, Any]) -> str:
-    """Return the success of a controller, as `summarise_runs` has it, in words."""
+    """Describe the success of a controller, from the result of `summarise_runs`."""
     low, high = (100.0 * bound for bound in summary['success_interval'])
     return (f'{name}: {100.0 * summary["success_rate"]:.2f} % of {summary["runs"]} runs succeed '
             f'(95 % interval {low:.2f} to {high:.2f} %)')
 
 
 def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
-    """Return the statistics of one controller's runs, at least one, as in `study.json`; what is not finite is None."""
+    """Return the statistics of one controller's runs, at least one, as in `study.json`; non-finite values are None."""
     successes = sum(run.success for run in judged)
     return {
         'runs': len(judged),
@@ -126,7 +126,7 @@ def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
 
 
 def _quantiles(values: Sequence[float], larger_is_better: bool) -> dict[str, float | None]:
-    """Return median, 95 % quantile and worst of some values; None for those that are infinite, or not known."""
+    """Return median, 95 % quantile and worst of some values; None for infinite or unknown ones."""
     ordered = sorted(values, key=lambda value: -value if larger_is_better and value < math.inf else value)
 
     def at(fraction: float) -> float | None:
@@ -153,7 +153,7 @@ class ScenarioDistribution(NamedTuple):
     noise : Noise
         Of all scenarios; the seeds are drawn.
     longest_delay : int
-        Delays are drawn from 0 to this one [periods of the velocity loop].
+        Delays are drawn between 0 and this one [periods of the velocity loop].
     """
 
     curves: tuple[str, ...]

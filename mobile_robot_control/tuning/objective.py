@@ -24,22 +24,22 @@ from mobile_robot_control.tuning.search_space import VELOCITY, Gene
 RunTrials = Callable[[Sequence[Trial]], list[Outcome]]
 _SEEDS = 20
 DEFAULT_SMOOTH = {'torque': 0.0, 'velocity': 0.5}
-"""The weight `Goal.smooth` by how the plant is driven: Eq. (29) has a term for the torque, but none for the command."""
+"""Default of `Goal.smooth` by kind of plant: Eq. (29) has a term for the torque, but none for the command."""
 COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistics.fmean, 'worst': max}
 
 
 class Goal(NamedTuple):
     """
-    What a search optimises.
+    The target of a search.
 
     Attributes
     ----------
     controller : str
-        What is searched, of SEARCHES.
+        Target of the search, of SEARCHES.
     genes : tuple of Gene
         With their bounds.
     scenarios : tuple of Scenario
-        In which every individual runs.
+        The scenarios of every individual.
     laps : float
         Length of each run.
     combine : str
@@ -47,8 +47,8 @@ class Goal(NamedTuple):
     literal : bool
         True takes max τ in Eq. (29) as printed; False takes max |τ|.
     smooth : float
-        Weight of the variation per second that is added to Eq. (29): of the torques of both wheels [s/(N m)], or of the
-        speeds that the command asks for [s²/m] where the plant is driven by velocity.
+        Weight of the variation per second, added to Eq. (29): of the torques of both wheels [s/(N m)] or, for a base
+        that takes velocities, of the rim speeds in commands [s²/m].
     """
 
     controller: str
@@ -75,9 +75,9 @@ class Objective:
     Parameters
     ----------
     configuration : Configuration
-        The loop that will run the gains, checked.
+        The loop for the gains, checked.
     goal : Goal
-        What to optimise.
+        Target of the optimisation.
     run : callable
         Runs trials, on any number of cores or machines.
     """
@@ -89,11 +89,11 @@ class Objective:
         self._trials = [one._replace(form=one.form._replace(varies=goal.smooth > 0.0)) for one in trials]
         if goal.controller != VELOCITY:
             self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
-        # velocity gains that the search does not change have been checked with the configuration
+        # velocity gains outside the search have been checked with the configuration
         self._checks_velocity = any(gene.name.startswith('velocity_controller.') for gene in goal.genes)
 
     def gains(self, point: Sequence[float]) -> Gains:
-        """Return the gains that a point in (0, 1] encodes; the velocity loop may be unstable with them."""
+        """Return the gains of a point in (0, 1]; they may make the velocity loop unstable."""
         return search_gains.decode(self._goal.genes, point, self._gains)
 
     def __call__(self, points: Points) -> Scores:
@@ -117,13 +117,13 @@ class Objective:
         return self._score(self._run(self._with(gains)))
 
     def spread(self, configuration: Configuration) -> tuple[float, ...]:
-        """Return the RMS errors [m] of the configured run over some seeds, from the smallest on; () without noise."""
+        """Return the RMS errors [m] of the configured run over some seeds, ascending; () without noise."""
         if not is_random(configuration):
             return ()
         scenario = configured_scenario(configuration)
         trials = [scenario_trial(configuration, scenario._replace(noise=scenario.noise._replace(seed=seed)),
                                  self._goal.laps, 0.0)._replace(form=self._trials[0].form) for seed in range(_SEEDS)]
-        # a run that diverges has no error to compare
+        # a diverged run has no error to compare
         return tuple(sorted(math.sqrt(outcome.totals.squared_position / outcome.totals.time)
                             if outcome.steps == trial.steps else math.inf
                             for trial, outcome in zip(trials, self._run(trials), strict=True)))
@@ -154,11 +154,11 @@ class Objective:
             self._one_score(outcome, trial.loop.plant.dt) if outcome.steps == trial.steps else WORST
             for outcome, trial in zip(outcomes, self._trials, strict=True)
         ]
-        # one run that failed makes a mean over the scenarios meaningless
+        # a failed run makes the mean over the scenarios meaningless
         return WORST if WORST in scored else COMBINATIONS[self._goal.combine](scored)
 
     def _one_score(self, outcome: Outcome, dt: float) -> float:
-        """Return Eq. (29) of a complete run, and what is added for its roughness."""
+        """Return Eq. (29) of a complete run, plus the weighted variation."""
         score = objective(outcome.totals, self._goal.literal)
         if self._goal.smooth > 0.0:
             score += self._goal.smooth * outcome.variation / (outcome.steps * dt)

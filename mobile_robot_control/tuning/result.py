@@ -19,7 +19,7 @@ _ALWAYS = {
     'reference_cart': ('curve', 'scale', 'period'),
 }
 _SHARED = ('velocity_rate', 'position_rate', 'lockstep', 'robot.')
-"""Beginnings of the names of parameters that are written although they equal the defaults."""
+"""Prefixes of parameters that are written even if they equal the defaults."""
 
 
 def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -35,7 +35,7 @@ def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _differing(group: Any, kept: tuple[str, ...]) -> dict[str, Any]:
-    """Return the values that differ from the defaults or whose name begins with one of those kept."""
+    """Return the values that differ from the defaults, and those with one of the given prefixes."""
     defaults = declarations(type(group))
     return {name: value for name, value in flatten(group).items()
             if value != defaults[name].default or name.startswith(kept)}
@@ -50,7 +50,7 @@ def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str
     configuration : Configuration
         Checked.
     keep : mapping of str to sequence of str
-        Parameters by node that are written although they equal the defaults.
+        Parameters by node that are written even if they equal the defaults.
     notes : sequence of str
         Comments at the head of the file.
     """
@@ -59,7 +59,7 @@ def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str
     for node, group in configuration._asdict().items():
         kept = (*_ALWAYS[node], *keep.get(node, ()))
         own = {name: value for name, value in _differing(group, kept).items() if name not in declarations(Shared)}
-        if own:  # an empty section is refused
+        if own:  # an empty section would be refused
             tree[f'/**/{node}'] = {'ros__parameters': _nested(own)}
     # a note may contain a path, and a path a newline
     head = ''.join(f'# {printable(note)}\n' if note else '#\n' for note in notes)

@@ -12,7 +12,7 @@ from mobile_robot_control.simulation.scenarios import with_robot
 
 _TRIES = 100
 _STREAM = 1
-"""Of random numbers, beside that of the scenarios: these stay what they are."""
+"""Stream of random numbers apart from that of the scenarios, which so stay the same."""
 
 
 def draw_robots(
@@ -21,13 +21,13 @@ def draw_robots(
     """
     Yield the parameters of robots drawn from the estimates in a file of `identify`.
 
-    The first ones are the same for every count. A robot with a parameter out of its bounds, such as a negative lag, is
-    drawn again.
+    The first ones do not depend on the count. A robot with a parameter out of bounds, such as a negative lag, is drawn
+    again.
 
     Raises
     ------
     ParameterError
-        If the file has no estimates, the plant has none of these parameters, or no robot is within the bounds.
+        If the file has no estimates, the plant has none of its parameters, or no drawn robot is within the bounds.
     """
     names, values, covariance = read_estimates(file)
     spread, directions = np.linalg.eigh(covariance)

@@ -16,7 +16,7 @@ _ENDLESS = 10**9
 
 def _differential_evolution(score: Score, genes: int, population: int, seed: int) -> None:
     """Search by SciPy's differential evolution, generation by generation, with the arguments of `genetic.search`."""
-    # slow to import, and not needed for the genetic algorithm
+    # slow to import, and unused by the genetic algorithm
     from scipy.optimize import differential_evolution  # noqa: PLC0415
 
     def columns(points: Points) -> Scores:
@@ -30,14 +30,14 @@ def _differential_evolution(score: Score, genes: int, population: int, seed: int
             updating='deferred', vectorized=True,
         )
     except RuntimeError as error:
-        # SciPy wraps a ValueError that `score` raises
+        # SciPy wraps a ValueError raised by `score`
         raise error.__cause__ or error from None
 
 
 ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': _differential_evolution}
 
 WORST = 1e9
-"""The score of an individual that cannot be scored."""
+"""The score of an individual without a finite score."""
 
 
 class SearchSettings(NamedTuple):
@@ -66,7 +66,7 @@ class SearchSettings(NamedTuple):
 
 class Generation(NamedTuple):
     """
-    The scores of a generation in brief.
+    A summary of the scores of a generation.
 
     Attributes
     ----------
@@ -75,9 +75,9 @@ class Generation(NamedTuple):
     best : float
         Smallest score of all generations so far.
     mean : float
-        Over the individuals of this generation that could be scored; NaN if none could.
+        Over the individuals of this generation with a score; NaN if there is none.
     lost : int
-        Number of individuals that could not be scored.
+        Number of individuals without a score.
     """
 
     number: int
@@ -126,7 +126,7 @@ def run_search(
     score : callable
         Scores the points of a generation, shape (population, genes).
     journal : Journal or None
-        Replays the scores of a search that is resumed, and keeps the new ones.
+        Replays the scores of a resumed search, and stores the new ones.
     progress : callable
         Called with every generation.
     stopped : callable
@@ -177,12 +177,12 @@ def run_search(
 
 
 def _clean(scores: Scores) -> Scores:
-    """Return the scores with WORST in place of those that are not finite or worse than it."""
+    """Return the scores with WORST in place of non-finite and larger ones."""
     return np.where(np.isfinite(scores), np.minimum(scores, WORST), WORST)
 
 
 def no_result(found: Found) -> str:
-    """Return why a search that ended by itself has found nothing, in words; '' where it has."""
+    """Explain why a completed search has found nothing; '' if it has."""
     if found.point is None:
         return 'the time limit is too short for one generation'
     return '' if found.score < WORST else (

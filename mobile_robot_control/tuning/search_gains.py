@@ -1,4 +1,4 @@
-"""The gains that a point of the search space encodes."""
+"""The gains at a point of the search space."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -12,13 +12,13 @@ from mobile_robot_control.tuning.search_space import Gene, Place, place_of
 
 
 class Gains(NamedTuple):
-    """What a search may change: the gains of the velocity law and of the position laws."""
+    """The gains that a search may change: those of the velocity law and of the position laws."""
 
     velocity: VelocityGains
     control: PositionControl
 
     def group(self, node: str, name: str) -> Any:
-        """Return the group of gains that a node has under a name."""
+        """Return a group of gains of a node by name."""
         return self.velocity if node == 'velocity_controller' else getattr(self.control, name)
 
     def with_group(self, node: str, name: str, group: Any) -> 'Gains':
@@ -35,7 +35,7 @@ def _places(genes: tuple[Gene, ...]) -> tuple[Place, ...]:
 
 def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains:
     """
-    Return the gains that a point encodes.
+    Return the gains at a point.
 
     Parameters
     ----------
@@ -44,13 +44,13 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
     point : sequence of float
         In (0, 1].
     gains : Gains
-        Kept where no gene changes them.
+        Values for all numbers that no gene changes.
 
     Returns
     -------
     Gains
-        Put in order by the laws' `repair`. Whether they keep the rules of their groups, see `violations`; whether the
-        velocity loop is stable depends on the robot and the rate.
+        After the laws' `repair`. They may still break rules of their groups, see `violations`; stability of the
+        velocity loop depends on the robot and the rate.
     """
     drawn: dict[tuple[str, str], dict[str, Any]] = {}
     for gene, place, u in zip(genes, _places(tuple(genes)), point, strict=True):
@@ -72,7 +72,7 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
 
 
 def _with_kept(group: Any, before: Any, genes: Sequence[Gene], node: str, name: str) -> Any:
-    """Return a group in which the numbers that no gene changes are as before."""
+    """Return a group with the previous values of all numbers that no gene changes."""
     places = {(place.field, place.element) for place in _places(tuple(genes))
               if (place.node, place.group) == (node, name)}
     kept: dict[str, Any] = {}
@@ -92,13 +92,12 @@ def violations(genes: Sequence[Gene], gains: Gains) -> list[str]:
 
 
 def rounded(gains: Gains) -> Gains:
-    """Return gains rounded to six significant digits, more than a gene resolves."""
+    """Return gains rounded to six significant digits, finer than the resolution of a gene."""
     short: Gains = _rounded(gains)
     return short
 
 
 def _rounded(value: Any) -> Any:
-    """Round every number in nested tuples."""
     if isinstance(value, float):
         return float(f'{value:.6g}')
     if isinstance(value, PositionControl):

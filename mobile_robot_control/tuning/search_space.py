@@ -1,4 +1,4 @@
-"""The search space: which gains are searched, and within which bounds."""
+"""The search space: the searched gains, and their bounds."""
 
 import math
 import re
@@ -17,18 +17,18 @@ VELOCITY = 'velocity'
 """The search for the velocity gains alone; every other search has the name of a position law."""
 _VELOCITY_POPULATION = 51
 _EDGE = 0.01
-"""Of the width of a search."""
+"""Share of a search's width that counts as its edge."""
 
 
 class Gene(NamedTuple):
     """
-    One number that is searched.
+    One searched number.
 
     Attributes
     ----------
     name : str
-        Node and dotted parameter, such as velocity_controller.gains.k1; an element of an array has its number from 1
-        on in brackets, such as position_controller.fuzzy.b[1].
+        Node and dotted parameter, such as velocity_controller.gains.k1; an element of an array has its number, from 1,
+        in brackets, such as position_controller.fuzzy.b[1].
     low, high : float
         Bounds; the lower one is never reached.
     """
@@ -44,7 +44,7 @@ class Gene(NamedTuple):
 
 
 def at_the_edge(genes: Sequence[Gene], point: Sequence[float]) -> Iterator[str]:
-    """Yield, in words, the genes that a point in (0, 1] puts at an edge of their search."""
+    """Report the genes that a point in (0, 1] puts at an edge of their search."""
     for gene, u in zip(genes, point, strict=True):
         if not _EDGE < u < 1.0 - _EDGE:
             yield (f'{gene.name} is at the {"lower" if u < _EDGE else "upper"} edge of its search, {gene.low:g} to '
@@ -53,14 +53,14 @@ def at_the_edge(genes: Sequence[Gene], point: Sequence[float]) -> Iterator[str]:
 
 class Place(NamedTuple):
     """
-    Where the number of a gene belongs.
+    The place of a gene's number among the parameters.
 
     Attributes
     ----------
     node, group, field : str
         Names.
     element : int or None
-        Index in an array, from 0 on; None for a single number.
+        Index in an array, from 0; None for a single number.
     """
 
     node: str
@@ -70,7 +70,7 @@ class Place(NamedTuple):
 
 
 def place_of(name: str) -> Place:
-    """Return where the number of a gene belongs, by the gene's name."""
+    """Return the place of a gene's number from the gene's name."""
     node, group, field = name.split('.')
     field, _, element = field.rstrip(']').partition('[')
     return Place(node, group, field, int(element) - 1 if element else None)
@@ -81,7 +81,7 @@ def _unbracketed(name: str) -> str:
 
 
 class _Searches(Collection[str]):
-    """What can be searched: the velocity gains alone, and each position law, those of files that come later too."""
+    """The possible searches: the velocity gains alone, and each position law, including laws loaded later."""
 
     def __contains__(self, name: object) -> bool:
         return name == VELOCITY or name in LAWS
@@ -97,12 +97,12 @@ SEARCHES = _Searches()
 
 
 def population_of(search: str) -> int:
-    """Return the individuals of a generation, in the chapter's searches those of the chapter."""
+    """Return the individuals of a generation; for the chapter's searches, the chapter's number."""
     return _VELOCITY_POPULATION if search == VELOCITY else LAWS[search].population
 
 
 def _genes_of(node: str, prefix: str, group: type) -> list[Gene]:
-    """Return the genes of a group of gains, from the ranges that its fields declare."""
+    """Return the genes of a group of gains, from the ranges of its fields."""
     genes = []
     for name, declared in declarations(group).items():
         field, dotted = declared.field, f'{node}.{prefix}.{name}'
@@ -115,16 +115,16 @@ def _genes_of(node: str, prefix: str, group: type) -> list[Gene]:
 
 def search_genes(search: str, with_velocity: bool = False, drive: str = TORQUE) -> tuple[Gene, ...]:
     """
-    Return the genes of a search: those of its law's groups, and of the velocity law where the search includes them.
+    Return the genes of a search: those of its law's groups, and of the velocity law if the search includes them.
 
     Parameters
     ----------
     search : str
         Of `searches`.
     with_velocity : bool
-        Include the velocity gains even where the law's own searches leave them alone.
+        Include the velocity gains even if the law's own searches leave them out.
     drive : str
-        What the plant takes; a base that takes velocities has no velocity gains.
+        Kind of plant; a base that takes velocities has no velocity gains.
 
     """
     genes: list[Gene] = []
@@ -138,20 +138,20 @@ def search_genes(search: str, with_velocity: bool = False, drive: str = TORQUE) 
 
 
 def feedforward_genes(named: Iterable[str]) -> tuple[Gene, ...]:
-    """Return the genes of a feedforward's delays, of which only those are searched whose bounds are named."""
+    """Return the genes of a feedforward's delays; only those with given bounds are searched."""
     return tuple(gene for gene in _genes_of('position_controller', 'feedforward', Feedforward)
                  if _short_forms(gene.name) & set(named))
 
 
 def _short_forms(name: str) -> set[str]:
-    """Return what may be written for the name of a gene: its ends after a dot, also without brackets."""
+    """Return the abbreviations of a gene's name: its ends after a dot, also without brackets."""
     parts = name.split('.')
     ends = {'.'.join(parts[n:]) for n in range(len(parts))}
     return ends | {_unbracketed(end) for end in ends}
 
 
 def _resolve(option: str, genes: Sequence[Gene], given: str, arrays: bool = False) -> list[str]:
-    """Return the names of the genes that a name means; raise ParameterError unless that is one gene or one array."""
+    """Return the genes that a name stands for; raise ParameterError unless that is one gene or one array."""
     names = [gene.name for gene in genes]
     if given in names:
         return [given]
@@ -168,7 +168,6 @@ def _resolve(option: str, genes: Sequence[Gene], given: str, arrays: bool = Fals
 
 
 def _declaration(name: str) -> Declaration:
-    """Return the declaration of the parameter of a gene."""
     place = place_of(name)
     if place.node == 'velocity_controller':
         return declarations(VelocityGains)[place.field]
@@ -176,9 +175,9 @@ def _declaration(name: str) -> Declaration:
 
 
 def _outside(name: str, low: float, high: float) -> str:
-    """Return what is wrong with the bounds of a gene; '' if nothing is."""
+    """Describe the fault in the bounds of a gene; '' if there is none."""
     field = _declaration(name).field
-    # the lower bound is never reached
+    # the lower bound itself is never reached
     least = max((bound for bound in (field.above, field.minimum) if bound is not None), default=-math.inf)
     most = math.inf if field.maximum is None else field.maximum
     if least <= low < high <= most:
@@ -188,7 +187,7 @@ def _outside(name: str, low: float, high: float) -> str:
 
 def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) -> tuple[Gene, ...]:
     """
-    Return genes with other bounds, low and high by name, or by a short name that only one gene has.
+    Return genes with other bounds, low and high by name, or by an unambiguous short name.
 
     Raises ParameterError if a name is unknown or ambiguous, or if bounds allow a value that the controller refuses.
     """
@@ -208,6 +207,6 @@ def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) ->
 
 
 def without(genes: Sequence[Gene], kept: Collection[str]) -> tuple[Gene, ...]:
-    """Return genes without those that a search leaves alone, named as for `bounded`, or as a whole array."""
+    """Return genes without the excluded ones, named as for `bounded`, or as a whole array."""
     left_out = {name for given in kept for name in _resolve('keep', genes, given, arrays=True)}
     return tuple(gene for gene in genes if gene.name not in left_out)

@@ -1,4 +1,4 @@
-"""A search that is asked for: its loop, its goal, its scenarios and its settings."""
+"""Requested searches: loop, goal, scenarios and settings."""
 
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, NamedTuple
@@ -50,7 +50,7 @@ def _read_bounds(value: Any) -> tuple[str, tuple[float, float]]:
 
 
 class ScenarioRequest(NamedTuple):
-    """The scenarios: every combination is tried; what is left out is as configured."""
+    """The scenarios of a search, in every combination; omitted fields are as configured."""
 
     curves: Annotated[tuple[str, ...], Field('', 'curves', choices=CURVES)] = ()
     scales: Annotated[tuple[float, ...], Field('m', 'sizes of the curves', above=0.0)] = ()
@@ -69,7 +69,7 @@ class ScenarioRequest(NamedTuple):
 
 
 class SearchRequest(NamedTuple):
-    """What a search is asked for; `controller` is a position law, or 'velocity'."""
+    """The request of a search; `controller` is a position law, or 'velocity'."""
 
     sources: ParameterSources
     controller: Annotated[str, Field(
@@ -104,7 +104,7 @@ def _scenarios(request: SearchRequest, parameters: Configuration) -> Iterator[Sc
     curves: Sequence[str] = asked.curves or (nominal.curve,)
     scales: Sequence[float] = asked.scales or (nominal.scale,)
     delays: Sequence[int] = asked.delays or (nominal.delay,)
-    # where no start is given, the robot starts with the cart, whatever the curve
+    # by default the robot starts with the cart, on every curve
     given = 'initial_pose' in request.sources.values()['plant']
     starts = asked.start or (None if given else Pose(0.0, 0.0, 0.0),)
     yield from scenario_grid(nominal, curves, scales, starts, asked.mass, asked.friction, delays)
@@ -120,14 +120,14 @@ class Search:
     Parameters
     ----------
     request : SearchRequest
-        What is asked for; ParameterError is raised where that cannot be searched.
+        The request; ParameterError is raised if it cannot be searched.
 
     Attributes
     ----------
     parameters : Configuration
-        The loop that it begins with.
+        The initial loop.
     goal : Goal
-        What it optimises.
+        Target of the optimisation.
     settings : SearchSettings
         Algorithm, sizes and seed.
 
@@ -150,7 +150,7 @@ class Search:
 
 
 def _searched(request: SearchRequest) -> Configuration:
-    """Return the configuration whose gains are searched; raise ParameterError where there is none."""
+    """Return the configuration of the searched gains; raise ParameterError if there is none."""
     parameters = request.sources.configuration()
     check_laps(request.laps, parameters)
     velocity = request.controller == search_space.VELOCITY
@@ -164,7 +164,6 @@ def _searched(request: SearchRequest) -> Configuration:
 
 
 def _goal(request: SearchRequest, parameters: Configuration) -> Goal:
-    """Return what is optimised."""
     bounds = dict(request.bounds)
     genes = search_space.search_genes(request.controller, request.with_velocity, parameters.plant.model.drive)
     genes = search_space.without(genes, request.keep)

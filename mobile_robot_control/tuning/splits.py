@@ -1,4 +1,4 @@
-"""The one split of random scenarios by a quantity that tells best in which of them a controller fails."""
+"""The split of random scenarios by the quantity that best separates a controller's failures."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -14,20 +14,20 @@ from mobile_robot_control.tuning.monte_carlo import CONFIDENCE, Judged
 from mobile_robot_control.tuning.tail_probabilities import log_hypergeometric_tail
 
 _PARTS = 20
-"""A quantity is split where a twentieth of the scenarios, two of them, ... lie below."""
+"""A quantity is split at each twentieth of the scenarios."""
 FEW = 3
-"""So many failures are listed, and no split is sought: any few scenarios have something in common."""
+"""Up to so many failures are listed, and no split is sought: any few scenarios have something in common."""
 _AT_START = Pose(0.0, 0.0, 0.0)
 
 
 class Quantity(NamedTuple):
     """
-    What varies from scenario to scenario.
+    A quantity that varies between scenarios.
 
     Attributes
     ----------
     words, unit : str
-        As in texts.
+        Name and unit in texts.
     of : callable
         Returns its value in a scenario, a number or a name.
 
@@ -53,7 +53,7 @@ QUANTITIES: dict[str, Quantity] = {
 
 class Split(NamedTuple):
     """
-    Two parts of the scenarios, in one of which a controller fails more often.
+    A split of the scenarios into two parts, one with more failures.
 
     Attributes
     ----------
@@ -62,11 +62,11 @@ class Split(NamedTuple):
     side : str
         Of the part with more failures: 'is', 'at most' or 'above'.
     value : float or str
-        What the side is of.
+        Value that defines the side.
     there, elsewhere : tuple of int
         Failures and runs in that part, and in the other.
     chance : float
-        Upper bound of the probability that any split that was tried is so uneven by chance.
+        Upper bound of the probability that any of the tried splits is so uneven by chance.
 
     """
 
@@ -90,7 +90,7 @@ def shown(quantity: str, value: float | str) -> str:
 
 
 def _parts(values: Sequence[Any]) -> Iterator[tuple[str, float | str, NDArray[np.bool_]]]:
-    """Yield the parts of the scenarios that the values of a quantity make: side, value, and which ones are in it."""
+    """Yield the parts of the scenarios by the values of a quantity: side, value, and a mask of the scenarios."""
     array, distinct = np.array(values), sorted(set(values))
     if isinstance(distinct[0], str):
         yield from (('is', value, array == value) for value in distinct)
@@ -98,7 +98,7 @@ def _parts(values: Sequence[Any]) -> Iterator[tuple[str, float | str, NDArray[np
     if len(distinct) > _PARTS:
         ordered = sorted(values)
         distinct = [ordered[n * len(ordered) // _PARTS] for n in range(1, _PARTS)]
-    # as it is printed, so that what is printed is so
+    # limits have the printed precision, so that the printed split is exact
     for limit in sorted({float(f'{limit:.3g}') for limit in distinct}):
         above = array > limit
         yield 'above', limit, above
@@ -109,7 +109,7 @@ def best_split(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Split
     """
     Return the split of the scenarios by one quantity that is least likely by chance.
 
-    Each is judged by the exact test of Fisher, for all that were tried together (Bonferroni).
+    Each is judged by Fisher's exact test, corrected for the number of splits tried (Bonferroni).
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def best_split(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Split
     Returns
     -------
     Split or None
-        None where that one may well be chance too, and where few or all runs failed.
+        None if even that one may be chance, and if few or all runs failed.
     """
     failed = np.array([not run.success for run in judged], dtype=bool)
     failures, runs = int(failed.sum()), len(judged)
@@ -134,7 +134,7 @@ def best_split(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Split
             if not 0 < drawn < runs:
                 continue
             tried += 1
-            # where as many fail as everywhere there is nothing to test
+            # without a surplus of failures there is nothing to test
             if there * runs > failures * drawn:
                 log_chance = log_hypergeometric_tail(there, drawn, failures, runs)
                 if log_chance < found.chance:

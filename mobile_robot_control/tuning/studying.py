@@ -1,4 +1,4 @@
-"""A study that is asked for: controllers in the same drawn scenarios, run and judged."""
+"""Requested studies: controllers in the same drawn scenarios, run and judged."""
 
 import math
 import os
@@ -41,14 +41,14 @@ from mobile_robot_control.tuning.workers import TrialRunner, Workers
 
 class Compared(NamedTuple):
     """
-    One of the controllers of a study, on top of its other parameters.
+    A controller of a study, in addition to the other parameters.
 
     Attributes
     ----------
     name : str
-        In tables.
+        Name in tables.
     path : str
-        A parameter file; '' where there is none.
+        A parameter file; '' for none.
     values : mapping of str to object
         By ``NODE.PARAMETER``.
 
@@ -59,7 +59,7 @@ class Compared(NamedTuple):
     values: Mapping[str, object] = {}
 
     def added_to(self, sources: ParameterSources) -> ParameterSources:
-        """Return sources with these on top."""
+        """Return sources with this controller's parameters added."""
         return (sources.with_files(self.path) if self.path else sources).with_values(self.values)
 
 
@@ -72,7 +72,7 @@ def _read_compared(value: Any) -> Compared:
 
 
 class StudyRequest(NamedTuple):
-    """What a study is asked for."""
+    """The request of a study."""
 
     sources: ParameterSources
     runs: Annotated[int, Field('', 'random runs of each controller', minimum=1, maximum=10**6)]
@@ -106,7 +106,7 @@ class StudyRequest(NamedTuple):
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """By which controllers are compared, each once."""
+        """The compared metrics, each once."""
         return tuple(dict.fromkeys(self.metric))
 
     @property
@@ -116,7 +116,7 @@ class StudyRequest(NamedTuple):
 
     @property
     def nominal(self) -> ParameterSources:
-        """Where the parameters come from: the file of an identified robot is that of a robot."""
+        """The sources of the parameters: the file of an identified robot counts as its robot file."""
         robot = self.sources.robot or self.robot_uncertainty
         return self.sources._replace(robot=robot)
 
@@ -134,11 +134,11 @@ class StudiedController(NamedTuple):
     Attributes
     ----------
     scenarios : list of Scenario
-        Of all runs, those that an interrupt has left out too.
+        Of all runs, including those that an interrupt has cut off.
     judged : list of Judged
-        Of the runs that were done, at least one, in the order of the scenarios.
+        Of completed runs, at least one, in the order of the scenarios.
     promise : Promise
-        What was modelled, and the margins.
+        The modelled effects, and the margins.
     parameters : Configuration
         Of all runs.
     """
@@ -173,7 +173,7 @@ def drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[Sc
 
 
 def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
-    """Return the configurations to study by name; raise ParameterError where they cannot be run."""
+    """Return the configurations to study by name; raise ParameterError if they cannot be run."""
     named: dict[str, Configuration] = {}
     for compared in request.compare:
         # files of one name in different folders
@@ -199,20 +199,20 @@ def run_study(
     Parameters
     ----------
     request : StudyRequest
-        What is asked for.
+        The request of the study.
     controllers : mapping of str to Configuration
         By name, of `studied_controllers`.
     run : callable
         Runs trials.
     progress : callable
-        Called with how many runs were done since the last time.
+        Called with the number of runs since the last call.
     stopped : callable
         Called before every batch; the study ends if it returns True.
 
     Returns
     -------
     dict of str to StudiedController
-        Those of which any run was done.
+        Those with any completed run.
     """
     results: dict[str, StudiedController] = {}
     for name, parameters in controllers.items():
@@ -255,12 +255,11 @@ def study_values(
 
 
 def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]:
-    """Return the judged runs by controller."""
     return {name: studied.judged for name, studied in results.items()}
 
 
 def study_lines(request: StudyRequest, results: Mapping[str, StudiedController]) -> Iterator[str]:
-    """Yield what the command prints: success, failures and what holds of each controller, and the comparison."""
+    """Yield the output of the command: success, failures and promise of each controller, and the comparison."""
     for name, studied in results.items():
         yield success_text(name, summarise_runs(studied.judged))
         yield from as_lines(failure_texts(studied.scenarios, studied.judged))
@@ -275,7 +274,7 @@ def study_columns(results: Mapping[str, StudiedController]) -> Sequence[str]:
 
 
 def study_rows(results: Mapping[str, StudiedController]) -> Iterator[list[Any]]:
-    """Yield the rows of `runs.csv`, one a run; a metric that is not known is nan."""
+    """Yield the rows of `runs.csv`, one a run; unknown metrics are nan."""
     for controller, studied in results.items():
         for scenario, run in zip(studied.scenarios, studied.judged, strict=False):
             assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
@@ -285,5 +284,5 @@ def study_rows(results: Mapping[str, StudiedController]) -> Iterator[list[Any]]:
 
 
 def as_cell(value: Any) -> Any:
-    """Return a value as `runs.csv` has it: empty where it is nan."""
+    """Return a value for a cell of `runs.csv`: empty for nan."""
     return '' if isinstance(value, float) and math.isnan(value) else value

@@ -37,7 +37,7 @@ def incomplete_beta(a: float, b: float, x: float) -> float:
     """
     if x <= 0.0 or x >= 1.0:
         return float(x >= 1.0)
-    # the fraction converges fast on this side of the mean alone
+    # the fraction converges fast only on this side of the mean
     if x > (a + 1.0) / (a + b + 2.0):
         return 1.0 - incomplete_beta(b, a, 1.0 - x)
     front = math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)
@@ -55,7 +55,7 @@ def beta_quantile(a: float, b: float, probability: float) -> float:
 @lru_cache(maxsize=256)
 def student_quantile(confidence: float, freedom: int) -> float:
     """
-    Return the t within which, on both sides of 0, Student's distribution has a probability.
+    Return the t for which Student's distribution has a given probability within -t and t.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def binomial_interval(successes: int, trials: int, confidence: float) -> tuple[f
     """
     Return the bounds of the exact interval of Clopper and Pearson for the rate of successes.
 
-    It leaves out 1/2 exactly where the two-sided sign test rejects it at this confidence.
+    It excludes 1/2 exactly when the two-sided sign test rejects it at this confidence.
 
     Examples
     --------
@@ -92,14 +92,14 @@ def _log_binomial(n: int, k: int) -> float:
 
 def log_hypergeometric_tail(found: int, drawn: int, marked: int, total: int) -> float:
     """
-    Return the logarithm of the probability of at least so many marked ones among those drawn without replacement.
+    Return the logarithm of the probability of at least `found` marked ones among those drawn without replacement.
 
     Implements the one-sided exact test of Fisher.
 
     Parameters
     ----------
     found : int
-        Marked ones among the drawn, at least as many as are expected: below, the sum is long.
+        Marked ones among the drawn, at least the expected number: below it, the sum is long.
     drawn, marked, total : int
         Drawn ones; marked ones among all; all.
 

@@ -1,4 +1,4 @@
-"""Where the rollouts of a search or study run: on the cores of this machine, or on a cluster."""
+"""The place of the rollouts of a search or study: the cores of this machine, or a cluster."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ from mobile_robot_control.tuning.cluster import Cluster
 
 
 class Workers(NamedTuple):
-    """Where the rollouts run."""
+    """The place of the rollouts."""
 
     workers: Annotated[int | None, Field('', 'cores of this machine; all, if left out', minimum=1, maximum=1000)] = None
     scheduler: Annotated[str | None, Field('', "address of a Dask cluster, such as tcp://host:8786 (extra 'cluster')")
@@ -30,7 +30,7 @@ class TrialRunner(Protocol):
 
 @contextmanager
 def runner(workers: Workers) -> Iterator[TrialRunner]:
-    """Yield what runs trials, and close it in the end."""
+    """Yield a runner of trials, and close it at the end."""
     made: TrialRunner = Cluster(workers.scheduler) if workers.scheduler else Pool(workers.workers or 0)
     try:
         yield made

@@ -1,4 +1,4 @@
-"""The scripts and styles of pages, which are files of the package: nothing is fetched."""
+"""The scripts and styles of pages, all files of the package: nothing is fetched."""
 
 import base64
 import re
@@ -12,7 +12,7 @@ def pack(values: ArrayLike) -> str:
     """
     Return numbers as base64 of 32-bit floats, little-endian; nan stays nan.
 
-    A number keeps seven digits, a time of ten minutes 0.03 ms: enough for a picture, not for a table.
+    A number keeps seven digits, and a time of ten minutes 0.03 ms: enough for a picture, not for a table.
     """
     return base64.b64encode(np.ascontiguousarray(values, dtype='<f4').tobytes()).decode()
 

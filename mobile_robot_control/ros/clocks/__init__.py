@@ -1,1 +1,1 @@
-"""When a node steps: lockstep or the wall clock, and what belongs to one of them alone."""
+"""The timing of a node's steps, in lockstep or on the wall clock, and everything specific to one of them."""

@@ -1,4 +1,4 @@
-"""The time along the reference cart's curve: by stamps in lockstep; on the wall clock by a clock that may wait."""
+"""The reference cart's time along its curve: by stamps in lockstep; on the wall clock by a clock that may wait."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -7,20 +7,20 @@ from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.ros.services.condition import Condition
 
 PERIOD = 'period'
-"""The parameter that acts without a jump of the cart."""
+"""The parameter that changes without a jump of the cart."""
 References = tuple[Reference, ...]
 
 
 class Course(Protocol):
-    """Where the cart is at a time along its curve: CartCourse."""
+    """The cart's pose at a time along its curve: CartCourse."""
 
     def references(self, time: int) -> References:
-        """Return the references of a time [ns] and of the ticks of the horizon."""
+        """Return the references at a time [ns] and at the ticks of the horizon."""
 
 
 class LockstepTime:
     """
-    Stamps are the time.
+    The time is that of the stamps.
 
     Parameters
     ----------
@@ -43,30 +43,30 @@ class LockstepTime:
         return self._course.references(stamp)
 
     def waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
-        """Return whether parameters that were set act from the next run on."""
+        """Return whether changed parameters take effect at the next run."""
         return set(changed) != {PERIOD}
 
     def may_jump(self) -> bool:
-        """Return whether the cart may leave its curve for another one."""
+        """Return whether the cart may switch to another curve."""
         return True
 
     def note(self, pose: Pose) -> None:
-        """Take in the robot's pose when it comes."""
+        """Receive the robot's pose."""
 
     def begin_anew(self) -> None:
-        """Begin at the start of the curve."""
+        """Start again at the start of the curve."""
 
     def forget(self) -> None:
-        """Begin again with the next odometry."""
+        """Start again with the next odometry."""
 
     def condition(self) -> Condition | None:
-        """Return what a cart that waits reports."""
+        """Return the report of a waiting cart."""
         return None
 
 
 class WallClockTime(LockstepTime):
     """
-    The clock is the time, from the first odometry on.
+    The time is that of the clock, from the first odometry on.
 
     Parameters
     ----------
@@ -94,14 +94,14 @@ class WallClockTime(LockstepTime):
         return False
 
     def may_jump(self) -> bool:
-        """Return whether the cart stands at its start, still."""
+        """Return whether the cart still stands at its start."""
         return self._began is None
 
     def note(self, _pose: Pose) -> None:
-        """Begin with the first odometry."""
+        """Start with the first odometry."""
         if self._began is None:
             self._began = self._clock()
 
     def forget(self) -> None:
-        """Begin again with the next odometry."""
+        """Start again with the next odometry."""
         self._began = None

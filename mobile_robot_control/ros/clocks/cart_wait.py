@@ -23,12 +23,12 @@ from mobile_robot_control.ros.services.condition import Condition
 from mobile_robot_control.ros.services.robot_clock import SteadyClock
 
 _HELD_UP = 0.5
-"""[s], and three periods at least, between two steps: the node was held up, and the cart has stood meanwhile."""
+"""[s], and at least three periods, between two steps: the node was delayed, and the cart has stood meanwhile."""
 
 
 class CartWait(WallClockTime):
     """
-    Moves the cart by the robot's time while the robot comes along.
+    Moves the cart by the robot's time while the robot follows.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class CartWait(WallClockTime):
     clock : SteadyClock
         Of the node.
     monitor : InputMonitor
-        Has the age of odometry.
+        Provides the age of odometry.
     wait_distance : float
         [m].
     period : float
@@ -45,7 +45,7 @@ class CartWait(WallClockTime):
     reference_at : callable
         Returns the reference at a time along the curve [s].
     horizon : int
-        Steps ahead for which there is a reference.
+        Number of steps ahead with a reference.
 
     """
 
@@ -65,7 +65,7 @@ class CartWait(WallClockTime):
         return 0.0 if self._cart is None else self._cart.time
 
     def begin_anew(self) -> None:
-        """Bring the cart to the start of another curve, where it waits for the robot."""
+        """Place the cart at the start of another curve, where it waits for the robot."""
         self._at = self._reference_at(0.0).pose
         if self._cart is not None:
             self._cart = begin_waiting(self._clock(), self._pose)
@@ -75,7 +75,7 @@ class CartWait(WallClockTime):
         self._node.get_logger().warning(f'the cart waits: {self._words(cart)}')
 
     def note(self, pose: Pose) -> None:
-        """Take in the robot's pose; the first one brings the cart to its start."""
+        """Receive the robot's pose; the first one places the cart at its start."""
         self._pose = pose
         if self._cart is None:
             self._cart = begin_waiting(self._clock(), pose)
@@ -85,11 +85,11 @@ class CartWait(WallClockTime):
         return True
 
     def forget(self) -> None:
-        """Wait at the start, for the robot of another run."""
+        """Wait at the start for the robot of another run."""
         self.begin_anew()
 
     def references(self, _stamp: int = 0) -> tuple[Reference, ...]:
-        """Return the reference now, and those of the steps ahead."""
+        """Return the present reference, and those of the steps ahead."""
         now = self._clock()
         before = self._cart or begin_waiting(now, self._pose)
         if now - before.now > self._longest:
@@ -105,12 +105,12 @@ class CartWait(WallClockTime):
         return references
 
     def condition(self) -> Condition | None:
-        """Return what a cart that waits reports; None while it drives."""
+        """Return the report of a waiting cart; None while it drives."""
         if self._cart is None or not self._cart.why:
             return None
         return Condition(DiagnosticStatus.WARN, 'waiting', self._monitor.missing(), self._words(self._cart))
 
     def _words(self, cart: WaitingCart) -> str:
-        """Return why the cart waits, and what ends it."""
+        """Describe why the cart waits, and what ends the wait."""
         return (f'{cart.why}: {apart(self._pose, self._at):.2f} m lie between robot and cart, which goes on within '
                 f'{NEAR} m')

@@ -1,4 +1,4 @@
-"""Lockstep: a node steps once for each question of the plant, and repeats its answer when it is asked again."""
+"""Lockstep: a node steps once for each question of the plant, and repeats its answer if asked again."""
 
 import time
 from collections.abc import Mapping
@@ -9,35 +9,35 @@ from mobile_robot_control.ros.inputs.stamp_policy import LockstepStampPolicy, St
 from mobile_robot_control.ros.inputs.table import Input, Inputs
 
 _TOGETHER = 0.05
-"""[s] of wall time before a question in which an answer to the same one comes."""
+"""[s] of wall time before a question in which an answer to the same one may arrive."""
 _STEPS = (StampDecision.STEP, StampDecision.START, StampDecision.JOIN)
 Outputs = Mapping[str, Any]
-"""What a node publishes, by topic."""
+"""The outputs of a node, by topic."""
 
 
 class Stepped(Protocol):
-    """A node, as its driver handles it."""
+    """The interface of a node to its driver."""
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
-        """Begin a run whose first step has these inputs, or join one that is under way."""
+        """Begin a run with the inputs of its first step, or join one under way."""
 
     def take_changes(self) -> None:
-        """Take live changes of parameters from the next step on."""
+        """Apply live changes of parameters from the next step on."""
 
     def step(self, inputs: Inputs, dt: float) -> Outputs:
-        """Step by a period [s]; return what to publish."""
+        """Step by a period [s]; return the outputs."""
 
     def publish(self, stamp: int, outputs: Outputs) -> None:
         """Publish outputs with a stamp [ns]."""
 
     def note_run(self, decision: StampDecision, stamp: int) -> None:
-        """Note that a run begins, or is joined, at a stamp [ns]."""
+        """Note the start of a run, or a joined run, at a stamp [ns]."""
 
     def note_step(self, stamp: int) -> None:
-        """Note that the answer to a stamp [ns] is published."""
+        """Note a published answer to a stamp [ns]."""
 
     def note_other_start(self, topic: str) -> None:
-        """Note that a run begins since a message of stamp 0 on a topic has other numbers than the one before."""
+        """Note a new run, found from other numbers in a repeated message of stamp 0 on a topic."""
 
 
 class LockstepDriver:
@@ -49,7 +49,7 @@ class LockstepDriver:
     node : Stepped
         The node.
     inputs : mapping of str to Input
-        The question first: its period is that of the node. The others have this period or a multiple.
+        The question first: its period is that of the node. All periods are multiples of it.
     dt : float
         Period of the node in its formulas [s].
     position_period : int
@@ -81,10 +81,10 @@ class LockstepDriver:
         return self._policies[self._periods[topic]]
 
     def close(self) -> None:
-        """Publish nothing: a last zero would be taken for an answer."""
+        """Publish nothing: a last zero would be mistaken for an answer."""
 
     def take(self, topic: str, message: ValidInput) -> None:
-        """Take a message that is not refused; step and answer where it is the last one of its stamp."""
+        """Receive a valid message; with the last message of a stamp, step and answer."""
         stamp, decision, value = message
         if stamp == 0 == self._policy.accepted:
             self._take_first_again(topic, value)
@@ -96,19 +96,16 @@ class LockstepDriver:
             if stamp == 0:
                 self._drop_used()
         kept = self._kept.get(topic)
-        # of two answers of one stamp the first counts; of two questions, whose plant was started again, the second
+        # of two answers with one stamp the first counts; of two questions, from a restarted plant, the second
         if topic == self._question or kept is None or kept[0] != stamp:
             self._kept[topic] = stamp, value
             self._answer_question()
 
     def _take_first_again(self, topic: str, value: Any) -> None:
-        """
-        Take a message of stamp 0 after the answer to stamp 0: repeat the answer, or begin a new run.
-
-        A plant that was killed at stamp 0 and started again asks the same stamp. The answer is repeated only once all
-        inputs have come again, with the same numbers: with other ones they are of another run. What came before the
-        question, and longer ago than a plant needs to be started again, may be of the run that has ended.
-        """
+        """Receive a message of stamp 0 after the answer to stamp 0: repeat the answer, or begin a new run."""
+        # a plant that was killed at stamp 0 and restarted asks the same stamp again. The answer is repeated only after
+        # all inputs have arrived again with the same numbers: other numbers belong to another run. Messages that came
+        # before the question, by more than a restart of a plant takes, may belong to the previous run
         now = time.monotonic()
         if topic == self._question:
             self._again = {one: came for one, came in self._again.items() if now - came[1] <= _TOGETHER}
@@ -117,7 +114,7 @@ class LockstepDriver:
             return
         again = {one: came for one, (came, _) in self._again.items()}
         self._again = {}
-        # as texts, which tell 0.0 from -0.0
+        # as texts, which distinguish 0.0 from -0.0
         other = next((one for one in again if repr(again[one]) != repr(self._first[one])), None)
         if other is None:
             self._node.publish(0, self._answer)
@@ -127,13 +124,13 @@ class LockstepDriver:
         self._step(0, StampDecision.START)
 
     def _drop_used(self) -> None:
-        """Drop inputs of stamp 0 that a run has used which ended within its first position period."""
+        """Drop inputs of stamp 0 used by a run that ended within its first position period."""
         for topic, period in self._periods.items():
             if self._policies[period].accepted == 0 and self._kept.get(topic, (None,))[0] == 0:
                 del self._kept[topic]
 
     def _answer_question(self) -> None:
-        """Step and answer once all inputs of the question's stamp are there."""
+        """Step and answer as soon as all inputs of the question's stamp have arrived."""
         question = self._kept.get(self._question)
         if question is None:
             return
@@ -164,5 +161,5 @@ class LockstepDriver:
         self._node.note_step(stamp)
 
     def _age(self, topic: str) -> float:
-        """Return the age of an input [s], exactly as a rollout counts it."""
+        """Return the age of an input [s], exactly as in a rollout."""
         return (self._kept[self._question][0] - self._kept[topic][0]) // self._period * self._dt

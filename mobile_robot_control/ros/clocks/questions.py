@@ -1,4 +1,4 @@
-"""The plant in lockstep: it asks by publishing its state, and steps by the first answer of the present stamp."""
+"""The plant in lockstep: it asks by publishing its state, and steps on the first answer to the present stamp."""
 
 import time
 from collections.abc import Callable
@@ -17,30 +17,30 @@ from mobile_robot_control.ros.services.condition import Condition
 from mobile_robot_control.ros.services.timers import create_steady_timer
 
 REPEAT_AFTER = 0.1
-"""[s] of wall time without an answer."""
+"""[s] of wall time without an answer before a repetition."""
 
 
 class LockstepPacer:
     """
-    Holds simulated time back to a multiple of wall time, and repeats questions that are not answered.
+    Limits simulated time to a multiple of wall time, and repeats unanswered questions.
 
     Parameters
     ----------
     node : Node
         The plant's.
     policy : AnswerStampPolicy
-        Told of each question.
+        Receives each question.
     real_time_factor : float
         1 is wall speed, 0 as fast as possible.
     publish : callable
         Publishes the plant's messages of the present time.
     repeat : callable
-        Publishes them again; takes for how long [s] it has been asked without an answer.
+        Publishes them again; takes the time [s] since the first question without an answer.
 
     Attributes
     ----------
     overruns : int
-        How often the run fell too far behind the wall clock to catch up.
+        Number of times the run fell too far behind the wall clock to catch up.
 
     """
 
@@ -57,7 +57,7 @@ class LockstepPacer:
         self.change(real_time_factor)
 
     def change(self, real_time_factor: float) -> None:
-        """Pace by another factor from now on."""
+        """Change the factor from now on."""
         if real_time_factor == self._factor:
             return
         self._factor, self._due = real_time_factor, time.monotonic()
@@ -77,7 +77,7 @@ class LockstepPacer:
         self._ask_when_due()
 
     def remind(self) -> None:
-        """Repeat at once a question that is not answered."""
+        """Repeat an unanswered question at once."""
         if self._policy.asking:
             self._repeat(0.0)
 
@@ -93,18 +93,18 @@ class LockstepPacer:
 
     def _repeat_unanswered(self) -> None:
         if self._policy.asking and time.monotonic() - self._asked >= REPEAT_AFTER:
-            # counted, not measured: a plant that was stopped itself has neither asked nor listened meanwhile
+            # counted, not measured: a plant that was suspended has neither asked nor listened meanwhile
             self._repeats += 1
             self._repeat(self._repeats * REPEAT_AFTER)
 
 
 def _no_age(_topic: str) -> float:
-    """Return 0: an answer is of the present time."""
+    """Return 0: an answer belongs to the present time."""
     return 0.0
 
 
 class Asking(Protocol):
-    """The plant, as its driver handles it; times are simulated ones."""
+    """The plant's interface to its driver; times are simulated ones."""
 
     exit_code: int | None
 
@@ -124,13 +124,13 @@ class Asking(Protocol):
         """Move by a velocity period."""
 
     def publish_question(self) -> None:
-        """Publish what the present time asks."""
+        """Publish the question of the present time."""
 
     def repeat_question(self) -> None:
         """Publish the newest question again."""
 
     def publish_wheels(self) -> None:
-        """Publish `joint_states` that ask nothing."""
+        """Publish `joint_states` that are no question."""
 
     def begin_anew(self) -> None:
         """Begin a new run at 0."""
@@ -140,15 +140,15 @@ class Asking(Protocol):
 
 
 class Stalls(Protocol):
-    """Names the nodes that a run waits for: StallDetector."""
+    """Names the nodes that block a run: StallDetector."""
 
     named: list[str]
 
     def note_silence(self, silence: float, stamp: int, tick: int) -> None:
-        """Note that a stamp [ns], after a position tick [ns], has not been answered for a time [s]."""
+        """Note the time [s] without an answer to a stamp [ns], after a position tick [ns]."""
 
     def note_progress(self) -> None:
-        """Note that it was answered."""
+        """Note an answer."""
 
 
 class QuestionDriver:
@@ -164,16 +164,16 @@ class QuestionDriver:
     period : int
         Between two questions [ns].
     control : LockstepRunControl
-        Knows whether the run is held, or begins anew.
+        Knows whether the run is held, or restarts.
     stalls : Stalls
-        Told how long a question has not been answered.
+        Receives the time without an answer to a question.
     real_time_factor : float
         1 is wall speed, 0 as fast as possible.
 
     Attributes
     ----------
     pace : LockstepPacer
-        When questions are asked.
+        The timing of questions.
 
     """
 
@@ -186,13 +186,13 @@ class QuestionDriver:
         self.pace = LockstepPacer(node, self._policy, real_time_factor, plant.publish_question, self._repeat)
 
     def _repeat(self, silence: float) -> None:
-        """Ask again a question that has not been answered for a time [s]."""
+        """Repeat a question after a time [s] without an answer."""
         if not self._control.held:
             self._stalls.note_silence(silence, self._plant.now, self._plant.tick)
         self._plant.repeat_question()
 
     def condition(self) -> Condition | None:
-        """Return what a plant reports that waits for other nodes."""
+        """Return the report of a plant that waits for other nodes."""
         if not self._stalls.named:
             return None
         return Condition(DiagnosticStatus.ERROR if self._plant.now else DiagnosticStatus.STALE, 'waiting',
@@ -217,14 +217,14 @@ class QuestionDriver:
         self.pace.remind()
 
     def change(self, values: PlantParameters) -> None:
-        """Take the parameters after a live change."""
+        """Apply parameters after a live change."""
         self.pace.change(values.real_time_factor)
 
     def close(self) -> None:
-        """Publish nothing: a last zero would be taken for an answer."""
+        """Publish nothing: a last zero would be mistaken for an answer."""
 
     def take(self, topic: str, message: ValidInput) -> None:
-        """Take an answer: the first one to the present question moves the plant, unless it is held."""
+        """Receive an answer: the first one to the present question moves the plant, unless it is held."""
         if message.decision is not StampDecision.STEP or self._control.held:
             return
         plant = self._plant

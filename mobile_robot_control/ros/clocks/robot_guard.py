@@ -1,4 +1,4 @@
-"""What stands between law and robot: nothing in lockstep; on the wall clock stops, the approach, odd odometry."""
+"""The guard between law and robot: none in lockstep; on the wall clock stops, the approach, faulty odometry."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -29,11 +29,11 @@ from mobile_robot_control.ros.services.condition import Condition
 
 _ZERO = BodyVelocity(0.0, 0.0)
 _FAR = 0.5
-"""[m] from the cart: a start that is worth a line."""
+"""[m] from the cart: a start at a larger distance is logged."""
 
 
 class Law(Protocol):
-    """The position law in its run: LawRunner."""
+    """The running position law: LawRunner."""
 
     def command(
         self, observation: Observation, stamp: int | None, time_limit: float, acceleration: BodyAcceleration | None,
@@ -41,12 +41,12 @@ class Law(Protocol):
         """Return the law's command."""
 
     def approach(self, error: TrackingError, speed: float, control: PositionControl) -> BodyVelocity:
-        """Return the command towards a cart that waits."""
+        """Return the command towards a waiting cart."""
 
 
 class LockstepGuard:
     """
-    Lets the law command: in lockstep there is no robot to stop.
+    Passes the law's command on: in lockstep there is no robot to stop.
 
     Parameters
     ----------
@@ -64,11 +64,11 @@ class LockstepGuard:
         refuse_to_stop(node)
 
     def note(self, _stamp: int, _pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
-        """Take note of an odometry when it comes; return the velocity of the robot."""
+        """Receive odometry; return the velocity of the robot."""
         return velocity
 
     def is_held(self, _values: PositionControllerParameters) -> bool:
-        """Return whether the robot has to stand."""
+        """Return whether the robot must stand."""
         return False
 
     def is_ready(self) -> bool:
@@ -76,7 +76,7 @@ class LockstepGuard:
         return True
 
     def approach_speed(self, _values: PositionControllerParameters, _reference: Reference) -> float:
-        """Return the speed at which the robot approaches a cart that waits [m/s]; 0 where the law tracks it."""
+        """Return the robot's speed of approach to a waiting cart [m/s]; 0 if the law tracks it."""
         return 0.0
 
     def command(
@@ -87,7 +87,7 @@ class LockstepGuard:
         return self._law.command(observation, stamp, math.inf, acceleration)
 
     def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
-        """Log where a run starts far from the cart."""
+        """Log a start far from the cart."""
         cart, speed = reference.pose, self.approach_speed(values, reference)
         apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
         if apart <= _FAR:
@@ -100,16 +100,16 @@ class LockstepGuard:
             self._node.get_logger().warning(f'{where}; set plant.initial_pose, or place the curve elsewhere')
 
     def condition(self, _values: PositionControllerParameters, _problems: list[str], _drives: bool) -> Condition | None:
-        """Return the condition of a node whose robot stands, or whose odometry is odd."""
+        """Return the condition of a node with a standing robot or faulty odometry."""
         return None
 
     def forget(self) -> None:
-        """Forget a run whose simulated time has jumped back."""
+        """Forget a run after a jump back of simulated time."""
 
 
 class RobotGuard(LockstepGuard):
     """
-    Chooses the command of each tick on the wall clock: a stop, the approach to a cart that waits, or the law's.
+    Chooses the command of each tick on the wall clock: a stop, the approach to a waiting cart, or the law's.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class RobotGuard(LockstepGuard):
     conflict : callable
         Makes the OdomConflict of a run.
     act, note : callable
-        As of SafetyStop.
+        As in SafetyStop.
 
     """
 
@@ -140,30 +140,30 @@ class RobotGuard(LockstepGuard):
         return self._stop.reason
 
     def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
-        """Take note of an odometry when it comes; return the velocity of the robot, by its poses if they say other."""
+        """Receive odometry; return the velocity of the robot, from its poses if they contradict the twist."""
         self._conflict.note(stamp, pose, velocity)
         return self._twist.note(stamp, pose, velocity)
 
     def is_held(self, values: PositionControllerParameters) -> bool:
-        """Return whether the robot has to stand."""
+        """Return whether the robot must stand."""
         return bool(self.reason) or self._in_conflict(values)
 
     def _in_conflict(self, values: PositionControllerParameters) -> bool:
         return values.stop_on_odom_conflict and self._conflict.present
 
     def is_ready(self) -> bool:
-        """Return whether the law may begin: not before a stop from before this node is known."""
+        """Return whether the law may begin: only once it is known whether an earlier stop holds."""
         return self._stop.is_known()
 
     def approach_speed(self, values: PositionControllerParameters, reference: Reference) -> float:
-        """Return the speed at which the robot approaches a cart that waits [m/s]; 0 where the law tracks it."""
+        """Return the robot's speed of approach to a waiting cart [m/s]; 0 if the law tracks it."""
         return values.approach.speed if stands_still(reference) else 0.0
 
     def command(
         self, observation: Observation, _stamp: int, values: PositionControllerParameters,
         acceleration: BodyAcceleration | None = None,
     ) -> BodyVelocity:
-        """Return the command; zero where the robot has just been stopped for its distance from the reference."""
+        """Return the command; zero if the robot has just been stopped for its distance from the reference."""
         speed = self.approach_speed(values, observation.reference)
         if not self._stop.allows(distance(observation.error), values.limits.tracking_error, speed > 0.0):
             return _ZERO
@@ -172,7 +172,7 @@ class RobotGuard(LockstepGuard):
         return self._law.command(observation, None, values.input_timeout, acceleration)
 
     def condition(self, values: PositionControllerParameters, problems: list[str], drives: bool) -> Condition | None:
-        """Return the condition of a node whose robot stands, or whose odometry is odd."""
+        """Return the condition of a node with a standing robot or faulty odometry."""
         if self.reason:
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self.reason)
         if self._in_conflict(values):
@@ -182,5 +182,5 @@ class RobotGuard(LockstepGuard):
         return None
 
     def forget(self) -> None:
-        """Forget a run whose simulated time has jumped back; a stop stays."""
+        """Forget a run after a jump back of simulated time; a stop stays."""
         self._conflict = self._make_conflict()

@@ -1,4 +1,4 @@
-"""The course of the plant's run: held, stepped while it is held, begun anew."""
+"""The control of the plant's run: hold, step, restart."""
 
 from collections.abc import Callable
 
@@ -11,12 +11,12 @@ _WALL_CLOCK = 'on the wall clock time goes on by itself; it can be stepped in lo
 
 class RunControl:
     """
-    Decides whether time stands still, and where a new run begins; on the wall clock.
+    Decides whether time stands still, and when a new run begins; on the wall clock.
 
     Parameters
     ----------
     values : PlantParameters
-        What it was started with.
+        Initial parameters.
     now : callable
         Returns the simulated time [ns].
     go_on : callable
@@ -38,19 +38,19 @@ class RunControl:
         return self._values.paused or 0 < round(self._values.hold_at * 1e9) <= self._now()
 
     def change(self, values: PlantParameters) -> None:
-        """Take the parameters after a live change, and let the run go on where they do not hold it any more."""
+        """Apply parameters after a live change, and resume the run if they no longer hold it."""
         held = self.held
         self._values = values
         if held and not self.held:
             self._go_on()
 
     def reset(self) -> tuple[bool, str]:
-        """Begin a new run at once; return whether that is done, in words too."""
+        """Begin a new run at once; return whether that succeeded, with a text."""
         self._begin_anew()
         return True, f'the robot stands at {self._pose()}; on the wall clock the other nodes go on as they are'
 
     def step(self) -> tuple[bool, str]:
-        """Refuse to step; return why."""
+        """Refuse to step; return the reason."""
         return False, _WALL_CLOCK
 
     def _pose(self) -> list[float]:
@@ -58,7 +58,7 @@ class RunControl:
 
 
 class LockstepRunControl(RunControl):
-    """As RunControl, in lockstep: a new run begins where every node takes stamp 0 for one."""
+    """RunControl in lockstep: a new run begins where every node accepts stamp 0 as its start."""
 
     def __init__(
         self, values: PlantParameters, now: Callable[[], int], go_on: Callable[[], None],
@@ -76,16 +76,16 @@ class LockstepRunControl(RunControl):
 
     def begins_anew(self) -> bool:
         """
-        Return whether a new run begins in the place of the step from now.
+        Return whether a new run begins now, in place of a step.
 
-        It does where one is asked for, at an answered position tick but the first: by then every node has accepted a
-        stamp other than 0, so that stamp 0 begins a new run in each, and no command of stamp 0 is kept. Since topics
-        keep the order of each publisher, no message of stamp 0 can follow from the run that ends.
+        A requested run begins at an answered position tick other than the first. By then every node has accepted a
+        stamp other than 0, so stamp 0 begins a new run in each, and no command of stamp 0 is stored. Topics keep the
+        order of each publisher, so no message of stamp 0 from the previous run can follow.
         """
         return self._reset_asked and self._reset_at == self._now()
 
     def note_new_run(self) -> None:
-        """Note that a new run begins at 0."""
+        """Note the start of a new run at 0."""
         self._reset_asked, self._goal = False, 0
 
     @property
@@ -94,7 +94,7 @@ class LockstepRunControl(RunControl):
         return max(1, -(-self._now() // self._period)) * self._period
 
     def reset(self) -> tuple[bool, str]:
-        """Ask for a new run; return whether it will begin, and when in words."""
+        """Request a new run; return whether it will begin, and when, as a text."""
         message = f'a new run from {self._pose()} begins after t = {self._reset_at / 1e9:g} s'
         held, self._reset_asked = self.held, True
         if held:
@@ -102,7 +102,7 @@ class LockstepRunControl(RunControl):
         return True, message
 
     def step(self) -> tuple[bool, str]:
-        """Let a held run go on to the next position tick; return whether it does, and how far in words."""
+        """Let a held run advance to the next position tick; return whether it does, and how far, as a text."""
         if not super().held:
             return False, _NOT_HELD
         held = self.held

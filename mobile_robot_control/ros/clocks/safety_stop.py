@@ -49,7 +49,7 @@ class SafetyStop:
     Attributes
     ----------
     reason : str
-        Why the robot is stopped; '' while it is not.
+        Reason of the stop; '' without one.
 
     """
 
@@ -66,7 +66,7 @@ class SafetyStop:
 
     def allows(self, apart: float, limit: float, approaching: bool) -> bool:
         """
-        Return whether a robot may drive so far from the reference; where it may not, stop it.
+        Return whether a robot may drive at this distance from the reference; if not, stop it.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ class SafetyStop:
         limit : float
             `limits.tracking_error` [m], 0 for none.
         approaching : bool
-            Whether it approaches a cart that waits: the limit then holds from the nearest that it has come.
+            Whether it approaches a waiting cart: the limit then applies to the increase over its smallest distance.
 
         """
         self._closest = min(self._closest, apart) if approaching else math.inf
@@ -87,15 +87,16 @@ class SafetyStop:
 
     def is_known(self) -> bool:
         """
-        Return whether a stop from before this node began would be known by now.
+        Return whether it is known if an earlier stop, made before this node began, holds.
 
-        It is once a reference cart has published what it remembers, or where no cart of ours publishes the reference.
+        It is known once a reference cart has published its memory, or if no cart of this package publishes the
+        reference.
         """
         self._is_known = self._is_known or not self._link.has_other()
         return self._is_known
 
     def _on_memory(self, reason: str) -> None:
-        """Take over the stop that the cart remembers, unless this node has decided by itself since it began."""
+        """Adopt the stop that the cart remembers, unless this node has decided itself since its start."""
         if not self._is_known:
             self._is_known = True
             if reason:
@@ -108,11 +109,11 @@ class SafetyStop:
         return self._answer(response, '')
 
     def _answer(self, response: Any, reason: str) -> Any:
-        """Stop the robot, or release it without a reason; answer with what is then."""
+        """Stop the robot, or release it without a reason; answer with the resulting state."""
         self._change(reason)
         now = self._act()
         response.message = now if self.reason else f'released: {now}'
-        # a robot that is released too far from the reference is stopped again
+        # a robot released too far from the reference stops again
         response.success = bool(self.reason) == bool(reason)
         return response
 

@@ -1,4 +1,4 @@
-"""The stall detector: which node holds a lockstep run up."""
+"""The stall detector: it names the node that blocks a lockstep run."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -14,17 +14,17 @@ from mobile_robot_control.ros.services.qos import subscribe_to
 from mobile_robot_control.topics import LoopGraph, first_silent
 
 _STALL = 0.5
-"""[s]: a shorter silence is a busy machine's."""
+"""[s]: a shorter silence may come from a busy machine."""
 
 
 class StallDetector:
     """
-    Finds the node that holds a lockstep run up.
+    Finds the node that blocks a lockstep run.
 
-    From the first stall on it subscribes to the answers that do not go to the plant. Every node that runs answers a
-    repeated question, so the first link of the chain that stays silent is the missing one. The subscriptions stay: one
-    that is destroyed just before the plant is stopped for longer than DDS waits can leave the others unable to discover
-    the plant again (https://github.com/eProsima/Fast-DDS/issues/457).
+    From the first stall on it subscribes to the answers that do not go to the plant. Every running node answers a
+    repeated question, so the first silent link of the chain is the missing node. The subscriptions stay: if one is
+    destroyed just before the plant is suspended for longer than the timeout of DDS, other nodes may not discover the
+    plant again (https://github.com/eProsima/Fast-DDS/issues/457).
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ class StallDetector:
     Attributes
     ----------
     named : list of str
-        The nodes that have been named since the run last moved.
+        The nodes named since the run last moved.
 
     """
 
     def __init__(self, node: Node, timeout: float, loop: LoopGraph) -> None:
         self._node, self._timeout, self._loop = node, timeout, loop
-        # the answers in the order in which they are given; the last one goes to the plant
+        # the answers in their order; the last one goes to the plant
         self._chain = tuple(loop.topics[answer] for _, answer in loop.answers)
         self._newest: dict[str, int] = {}
         self._subscriptions: list[Subscription[Any]] = []
@@ -53,12 +53,12 @@ class StallDetector:
 
     def note_silence(self, silence: float, stamp: int, tick: int) -> None:
         """
-        Note that a question was not answered.
+        Note an unanswered question.
 
         Parameters
         ----------
         silence : float
-            Wall time since it was asked [s].
+            Wall time since the question [s].
         stamp, tick : int
             Of the present velocity and position tick [ns].
 
@@ -71,7 +71,7 @@ class StallDetector:
         missing = self.missing(tick)
         if missing != self._suspect:
             self._suspect, self._suspected_at = missing, silence
-        # a node that comes back is answered by the next one a moment later: that one is not missing
+        # the answer to a node that has just come back follows a moment later: the next node is not missing
         if silence - self._suspected_at > self._timeout and missing not in self.named:
             self.named.append(missing)
             self._node.get_logger().warning(
@@ -79,20 +79,20 @@ class StallDetector:
             )
 
     def missing(self, tick: int) -> str:
-        """Name the nodes, joined with ' and ', that a run at a position tick [ns] waits for."""
+        """Name the nodes, joined with ' and ', that block a run at a position tick [ns]."""
         absent = [topic.publisher for topic in self._chain if self._node.count_publishers(topic.name) == 0]
-        # the plant has no answer to the present question, so that one always counts as silent
+        # the plant has no answer to the present question, so one node always counts as silent
         return ' and '.join(absent) or str(first_silent(self._newest, tick, tick, self._loop))
 
     def note_progress(self) -> None:
-        """Note that the question was answered."""
+        """Note an answer to the question."""
         self._suspect = ''
         if self.named:
             self._node.get_logger().info(f'{" and ".join(self.named)} answered: the run goes on')
             self.named = []
 
     def _listener(self, topic: str) -> Callable[[bytes], None]:
-        """Make a callback that keeps the newest stamp of a topic."""
+        """Make a callback that stores the newest stamp of a topic."""
 
         def listen(message: bytes) -> None:
             with suppress(RefusedMessageError):

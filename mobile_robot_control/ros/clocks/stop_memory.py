@@ -1,8 +1,8 @@
 """
-The memory of a stop, outside of the process that made it.
+The memory of a stop, outside the process that made it.
 
-On the wall clock the position controller publishes why the robot is stopped, and the reference cart publishes it again.
-Both topics are latched: each node that is started again learns the stop from the other one.
+On the wall clock the position controller publishes the reason of a stop, and the reference cart repeats it. Both topics
+are latched: each of the two nodes learns the stop from the other one after a restart.
 """
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
@@ -23,18 +23,18 @@ _READ = bytes_reader('std_msgs/msg/String', shortened)
 
 class StopLink:
     """
-    One end of the exchange: publishes a reason on one topic, and takes those of the other node from another one.
+    One end of the exchange: publishes a reason on one topic, and receives those of the other node on another one.
 
     Parameters
     ----------
     node : Node
         Position controller or reference cart.
     validator : InputValidator
-        Of the node; counts what is not readable.
+        Of the node; counts unreadable messages.
     own, other : str
-        The topic of this node and that of the other one.
+        The topics of this node and of the other one.
     take : callable
-        Called with each reason that the other node publishes, '' for none.
+        Called with each reason from the other node, '' for none.
 
     """
 
@@ -46,7 +46,7 @@ class StopLink:
         node.create_subscription(String, other, self._on_reason, LATCHED, raw=True)
 
     def publish(self, reason: str) -> None:
-        """Publish why the robot is stopped, '' where it is not."""
+        """Publish the reason of a stop, '' without one."""
         self._publisher.publish(String(data=reason))
 
     def has_other(self) -> bool:
@@ -60,7 +60,7 @@ class StopLink:
 
 
 def remember_stops(node: Node, validator: InputValidator) -> None:
-    """Make the reference cart publish again what the position controller publishes; at first, that there is no stop."""
+    """Let the reference cart repeat the position controller's reasons; at first, it reports no stop."""
 
     def remember(reason: str) -> None:
         if reason:

@@ -1,4 +1,4 @@
-"""The wall clock: a node steps at its own rate with its newest inputs, and rests while one that it needs is silent."""
+"""The wall clock: a node steps at its own rate with its newest inputs, and rests while a needed one is silent."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -11,7 +11,7 @@ from mobile_robot_control.ros.inputs.stamp_policy import StampDecision, WallCloc
 from mobile_robot_control.ros.inputs.table import Input, Inputs
 
 LONGEST_LAG, _LONGEST_STEP = 0.1, 1.0
-"""[s]: a run or a node that falls further behind the wall clock, or simulated time, does not catch up."""
+"""[s]: a run or a node further behind the wall clock, or simulated time, does not catch up."""
 
 
 class Time(Protocol):
@@ -37,13 +37,13 @@ class FixedRateTimer:
     rate : float
         [Hz].
     tick : callable
-        The step. After a delay it is called as often as was missed, up to 0.1 s worth of it, or 1 s of simulated time,
-        whose clock may go on in large steps.
+        The step. After a delay it is called as often as it was missed, up to 0.1 s worth of it, or 1 s of simulated
+        time: that clock may advance in large steps.
 
     Attributes
     ----------
     overruns : int
-        Ticks that came a whole period late or were left out; those of simulated time are not counted.
+        Ticks that came a whole period late or were skipped; not counted in simulated time.
 
     """
 
@@ -61,39 +61,39 @@ class FixedRateTimer:
         else:
             self.overruns += int((now - self._due) / self._period) if now > self._due else 0
             self._due = max(self._due, now - LONGEST_LAG)
-        # half a period of slack: the timer and this count must not beat against each other
+        # half a period of slack: otherwise the timer and this count would beat against each other
         while self._due <= now + 0.5 * self._period:
             self._due += self._period
             self._tick()
 
 
 class OnWallClock(Stepped, Protocol):
-    """A node, as its driver handles it on the wall clock."""
+    """The interface of a node to its driver on the wall clock."""
 
     @property
     def parameters(self) -> Any:
-        """The present ones, for timeouts."""
+        """The present parameters, for timeouts."""
 
     def receive(self, topic: str, stamp: int, value: Any) -> Any:
-        """Take note of an input when it comes; return its content as steps shall use it."""
+        """Receive an input; return its content for the steps."""
 
     def is_held(self) -> bool:
-        """Return whether the robot has to stand, whatever the inputs are."""
+        """Return whether the robot must stand, whatever the inputs are."""
 
     def is_ready(self) -> bool:
         """Return whether the node may begin to step."""
 
     def resume(self) -> None:
-        """Go on after a rest."""
+        """Resume after a rest."""
 
     def rest(self) -> Outputs:
-        """Forget states that must not outlast a rest; return what stops the robot."""
+        """Forget states that must not outlast a rest; return the outputs that stop the robot."""
 
     def note_stop(self, *topics: str) -> None:
-        """Note that the robot stands since inputs are silent."""
+        """Note that the robot stands because of silent inputs."""
 
     def forget(self) -> None:
-        """Forget the states of a run whose simulated time has jumped back."""
+        """Forget the states of a run after a jump back of simulated time."""
 
 
 class WallClockDriver:
@@ -111,7 +111,7 @@ class WallClockDriver:
     stamps : Clock
         For the stamps of messages.
     tolerance : float
-        How far a stamp may be from now [s].
+        Largest difference of a stamp from now [s].
     age : callable
         Returns the time since a topic's newest message [s].
 
@@ -133,11 +133,11 @@ class WallClockDriver:
         return self._policy
 
     def take(self, topic: str, message: ValidInput) -> None:
-        """Keep a message as the newest of its topic."""
+        """Store a message as the newest of its topic."""
         self._kept[topic] = message.stamp, self._node.receive(topic, message.stamp, message.value)
 
     def tick(self) -> None:
-        """Step with the newest inputs, or make the robot stand."""
+        """Step with the newest inputs, or stop the robot."""
         stamp = self._stamps.now().nanoseconds
         silent = [topic for topic, one in self._inputs.items()
                   if topic not in self._kept or self._age(topic) > one.timeout(self._node.parameters)]
@@ -169,7 +169,7 @@ class WallClockDriver:
         self._node.publish(stamp, self._node.rest())
 
     def begin_anew(self) -> None:
-        """Forget what belongs to a run whose simulated time has jumped back."""
+        """Forget the data of a run after a jump back of simulated time."""
         self._kept.clear()
         self._in_run = self._drives = False
         self._node.forget()
@@ -184,12 +184,12 @@ class WallClockDriver:
         self._in_run = True
 
     def go_on(self) -> None:
-        """Do nothing: the next tick is on its way."""
+        """Do nothing: the next tick will come."""
 
     def change(self, _values: Any) -> None:
         """Do nothing: the wall clock has one pace."""
 
     def close(self) -> None:
-        """Make the robot of a node that ends stand."""
+        """Stop the robot of a node that ends."""
         if self._in_run:
             self._node.publish(self._stamps.now().nanoseconds, self._node.rest())

@@ -1,1 +1,1 @@
-"""What a node is given: its table of inputs, checked messages, their ages and what is odd about them."""
+"""The inputs of a node: their table, checked messages, their ages and their faults."""

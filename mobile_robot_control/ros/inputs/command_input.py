@@ -1,4 +1,4 @@
-"""The input `cmd_vel` as plain Twist, where `stamped_cmd_vel` is false."""
+"""The input `cmd_vel` as plain Twist, for `stamped_cmd_vel: false`."""
 
 from collections.abc import Callable
 
@@ -15,12 +15,12 @@ def stamped_on_receipt(
     validator: InputValidator, now: Callable[[], int], take: Callable[[bytes], None]
 ) -> Callable[[bytes], None]:
     """
-    Make a callback for plain Twists, which count as stamped when they are received.
+    Make a callback for plain Twists; they are stamped on receipt.
 
     Parameters
     ----------
     validator : InputValidator
-        Counts what is not readable.
+        Counts unreadable messages.
     now : callable
         Returns the present stamp [ns].
     take : callable

@@ -1,4 +1,4 @@
-"""How a node reads and writes the messages of each loop topic, in the one form that all nodes use."""
+"""The conversion of each loop topic's messages, shared by all nodes."""
 
 from collections.abc import Callable
 from functools import partial
@@ -13,19 +13,19 @@ from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 def bytes_reader(kind: str, *steps: Callable[[Any], Any]) -> Callable[[bytes], Any]:
     """
-    Return a function that reads a message from its bytes, without the object that rclpy would make of it.
+    Return a function that reads a message from its bytes, without an rclpy object.
 
     Parameters
     ----------
     kind : str
         Type of the message, such as 'nav_msgs/msg/Odometry'.
     *steps : callable
-        Read its content, each from the result of the one before; may raise RefusedMessageError.
+        Read its content, each from the result of the previous one; may raise RefusedMessageError.
 
     Returns
     -------
     callable
-        Takes bytes; raises RefusedMessageError as well where they are no such message.
+        Takes bytes; also raises RefusedMessageError if they are no such message.
 
     """
     return partial(parsing.read_or_refuse, kind, (partial(deserialise, kind), *steps))
@@ -52,9 +52,9 @@ def reader(topic: str, shared: Shared) -> Callable[[bytes], Any]:
 
 
 def writer(topic: str, shared: Shared) -> Callable[[int, Any], bytes]:
-    """Return a function that writes a stamp [ns] and what `reader` returns as a message of a loop topic."""
+    """Return a function that writes a stamp [ns] and a result of `reader` as a message of a loop topic."""
     write = _WRITERS[topic](shared)
-    # beside pose and velocity a Reference has its acceleration, which `reference_horizon` carries
+    # a Reference also has its acceleration, which `reference_horizon` carries
     return (lambda stamp, value: write(stamp, value[0], value[1])) if topic in ('odom', 'reference') else write
 
 

@@ -1,4 +1,4 @@
-"""The plant's input `disturbance`: pushes at the robot, each held over one velocity step."""
+"""The plant's input `disturbance`: pushes on the robot, each held over one velocity step."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -21,11 +21,11 @@ from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.topics import DISTURBANCE
 
 _MOST = 1000
-"""Pushes that wait for their steps."""
+"""Most pushes that wait for their steps."""
 
 
 class _Grid(StampPolicy):
-    """Takes every stamp of the velocity grid, in lockstep, and stamp 0, which asks for the next step."""
+    """Accepts every stamp of the velocity grid, in lockstep, and stamp 0, which stands for the next step."""
 
     def __init__(self, period: int) -> None:
         self._period = period
@@ -35,7 +35,7 @@ class _Grid(StampPolicy):
         return StampDecision.REFUSED if stamp < 0 or stamp % self._period else StampDecision.HOLD
 
     def refusal(self, stamp: int) -> RefusedMessageError:
-        """Return why a stamp [ns] is refused."""
+        """Return the reason to refuse a stamp [ns]."""
         return RefusedMessageError('stamp not on the grid', f'{stamp / 1e9} s; the period is {self._period / 1e9} s, '
                                    'and stamp 0 means the next step')
 
@@ -44,29 +44,29 @@ class _Grid(StampPolicy):
         return False
 
     def step(self, stamp: int) -> int:
-        """Return the step that a stamp [ns] means."""
+        """Return the step of a stamp [ns]."""
         return stamp // self._period
 
 
 class _Now(WallClockStampPolicy):
-    """Takes stamps of the wall clock, which ask for the next step, as stamp 0 does."""
+    """Accepts stamps of the wall clock, which, like stamp 0, stand for the next step."""
 
     def decide(self, stamp: int) -> StampDecision:
         """Return HOLD or REFUSED for a stamp [ns]."""
         return super().decide(stamp) if stamp else StampDecision.HOLD
 
     def age(self, stamp: int) -> float:
-        """Return the age of a stamp [s]; 0 for one of no clock."""
+        """Return the age of a stamp [s]; 0 for a stamp of no clock."""
         return super().age(stamp) if stamp else 0.0
 
     def step(self, _stamp: int) -> int:
-        """Return the step that a stamp [ns] of another clock means."""
+        """Return the step of a stamp [ns] of another clock."""
         return 0
 
 
 class DisturbanceInput:
     """
-    Keeps the pushes that are to come.
+    Stores the pushes to come.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ class DisturbanceInput:
     validator : InputValidator
         Of the plant.
     events : RunEvents
-        Told of each push that acts.
+        Receives each push that acts.
     takes_velocity : bool
-        Whether it is a base, which has no forces and takes no pushes.
+        Whether the plant is a base, which has no forces and accepts no pushes.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class DisturbanceInput:
         node.create_subscription(WrenchStamped, DISTURBANCE, self._on_disturbance, SUBSCRIBED, raw=True)
 
     def take(self, k: int, stamp: int) -> Push | None:
-        """Return the push of the k-th step, with all that are late, at a stamp [ns]; None where there is none."""
+        """Return the push of the k-th step, including late ones, at a stamp [ns]; None if there is none."""
         pushes = [self.waiting.pop(step) for step in sorted(self.waiting) if step <= k]
         if not pushes:
             return None
@@ -117,7 +117,7 @@ class DisturbanceInput:
             self.waiting[step] = Push(before.force + valid.value.force, before.torque + valid.value.torque)
 
     def _read(self, message: bytes) -> Any:
-        """Return the push of a message; raise RefusedMessageError where none can act."""
+        """Return the push of a message; raise RefusedMessageError if none can act."""
         if self._takes_velocity:
             raise RefusedMessageError('a base has no forces', "drive is 'velocity'; push a plant that takes torques")
         publishers = self._node.count_publishers(self._topic)

@@ -1,4 +1,4 @@
-"""The monitor of a node's inputs: how old each is, and which are silent."""
+"""The monitor of a node's inputs: their ages, and silent ones."""
 
 import math
 import time
@@ -11,21 +11,21 @@ from mobile_robot_control.ros.services.robot_clock import SteadyClock
 from mobile_robot_control.ros.services.timers import create_steady_timer
 
 _AHEAD, _LATE = 0.01, 0.1
-"""[s]: ages of stamps beyond which clocks differ."""
+"""[s]: stamps further ahead, or older, show that clocks differ."""
 _SECONDS = 3
-"""For which the smallest age is beyond."""
+"""[s] for which even the smallest age must be beyond."""
 
 
 class InputMonitor:
     """
-    Monitors a node's inputs: a silent one is named once in the log, and its return once.
+    Monitors a node's inputs: a silent one is logged once, and its return once.
 
     Parameters
     ----------
     node : Node
-        Whose inputs.
+        Node with the inputs.
     sources : mapping of str to str
-        Each input topic and the node that publishes it.
+        Each input topic and its publisher.
     timeout : float
         Wall time of silence [s].
     clock : SteadyClock
@@ -36,7 +36,7 @@ class InputMonitor:
     sources : mapping of str to str
         As given.
     latencies : dict of str to float
-        Of inputs that are older than their stamps show, as far as they are configured [s].
+        Configured latency of inputs that are older than their stamps show [s].
 
     """
 
@@ -54,7 +54,7 @@ class InputMonitor:
         create_steady_timer(min(0.5, timeout), self._report_silent, node)
 
     def note_input(self, topic: str, stamp_age: float) -> None:
-        """Note that a message of one of the topics was taken, and the age of its stamp then [s]."""
+        """Note an accepted message on a topic, and the age of its stamp [s]."""
         self._stamp_ages[topic] = stamp_age
         self._least[-1][topic] = min(stamp_age, self._least[-1].get(topic, math.inf))
         self._received_at[topic], self._taken_at[topic] = time.monotonic(), self._clock.now()
@@ -72,7 +72,7 @@ class InputMonitor:
         return self.age(topic) + self._stamp_ages[topic]
 
     def note_second(self) -> None:
-        """Begin another second, and find stamps that no message of the last ones explains."""
+        """Begin another second, and find stamps that none of the last messages explains."""
         if len(self._least) > _SECONDS:
             self._find_ill_timed()
         self._least.append({})
@@ -87,23 +87,23 @@ class InputMonitor:
                                 'or its publisher stamps ahead; let chrony or NTP set both clocks')
             elif least > latency + _LATE:
                 found[topic] = (f'{topic} is {least:.2f} s old or more when it comes, and {latency:g} s are '
-                                'configured: the clocks of two computers differ, or it is on its way for so long; let '
-                                'chrony or NTP set both clocks, or see what delays it')
+                                'configured: the clocks of two computers differ, or its transport takes so long; let '
+                                'chrony or NTP set both clocks, or find the cause of the delay')
         for topic, text in found.items():
             if topic not in self._ill_timed:
                 self._node.get_logger().warning(text)
         self._ill_timed = found
 
     def problems(self) -> list[str]:
-        """List what is wrong about time and stamps, in words."""
+        """List problems of time and stamps, in words."""
         return [*self._clock.problems(), *self._ill_timed.values()]
 
     def forget(self) -> None:
-        """Forget the inputs of a run that has ended."""
+        """Forget the inputs of the previous run."""
         self._taken_at = dict.fromkeys(self.sources, -math.inf)
 
     def missing(self) -> list[str]:
-        """List the nodes whose messages never came, or not for the timeout."""
+        """List the nodes without any message, or without one for the timeout."""
         return list(dict.fromkeys(source for topic, source in self.sources.items()
                                   if topic not in self._received or self._is_silent(topic)))
 

@@ -1,4 +1,4 @@
-"""Input validation: a node takes messages whose stamp and content are right, and counts the others by reason."""
+"""Input validation: a node accepts messages with valid stamp and content, and counts the others by reason."""
 
 import math
 import time
@@ -16,19 +16,19 @@ from mobile_robot_control.ros.services.publisher_watch import publisher_names
 _WARN_EVERY = 2.0
 """[s]"""
 _KEPT = 8
-"""Messages of each topic that are compared with later ones of their stamp."""
+"""Messages of each topic, stored for comparison with later ones of the same stamp."""
 
 
 class ValidInput(NamedTuple):
     """
-    A message that was taken.
+    An accepted message.
 
     Attributes
     ----------
     stamp : int
         [ns].
     decision : StampDecision
-        What the stamp means.
+        Meaning of the stamp.
     value : object
         The message's content.
 
@@ -41,21 +41,21 @@ class ValidInput(NamedTuple):
 
 class InputValidator:
     """
-    Takes messages whose stamp and content are right; counts the others by reason, and warns about each, throttled.
+    Accepts messages with valid stamp and content; counts the others by reason, and warns about each, throttled.
 
     Parameters
     ----------
     node : Node
-        Whose inputs.
+        Node with the inputs.
     monitor : InputMonitor
-        Told of what is taken; a refused message changes nothing, no timeout either.
+        Receives accepted messages; a refused one changes nothing, no timeout either.
     patience : float
-        Wall time without a message that could be taken after which a repeated stamp is joined, in lockstep [s].
+        Wall time without an accepted message after which a repeated stamp is joined, in lockstep [s].
 
     Attributes
     ----------
     refused : Counter of str
-        How many messages were refused, by 'topic: reason'.
+        Number of refused messages by 'topic: reason'.
 
     """
 
@@ -70,12 +70,12 @@ class InputValidator:
         self, topic: str, message: bytes, read: Callable[[bytes], Any], policy: StampPolicy
     ) -> ValidInput | None:
         """
-        Take a message or refuse it.
+        Accept or refuse a message.
 
         Parameters
         ----------
         topic : str
-            It came on.
+            Topic of the message.
         message : bytes
             Serialised, with a header.
         read : callable
@@ -86,7 +86,7 @@ class InputValidator:
         Returns
         -------
         ValidInput or None
-            None where it was refused.
+            None for a refused message.
 
         """
         try:
@@ -106,11 +106,8 @@ class InputValidator:
         return ValidInput(stamp, decision, value)
 
     def _asked_again(self, topic: str, stamp: int) -> bool:
-        """
-        Return whether a refused stamp has been asked again and again, by the only publisher, with nothing taken since.
-
-        Another plant on the same topics may have taken this node out of the run, and gone.
-        """
+        """Return whether the only publisher repeats a refused stamp, with no message accepted since."""
+        # another plant on the same topics may have pulled this node out of its run, and ended
         now = time.monotonic()
         refused, since = self._refused_stamps.get(topic, (stamp, now))
         self._refused_stamps[topic] = stamp, since if refused == stamp else now
@@ -118,11 +115,8 @@ class InputValidator:
         return waited and self._node.count_publishers(self._node.resolve_topic_name(topic)) == 1
 
     def _joined(self, topic: str, stamp: int, policy: StampPolicy) -> StampDecision:
-        """
-        Leave the run that a policy was in; return what a refused stamp then means, or raise its refusal.
-
-        It runs where a plant asks for the same refused stamp again and again: another run goes on than the node's own.
-        """
+        """Leave the policy's run; return the new meaning of a refused stamp, or raise its refusal."""
+        # when a plant repeats a refused stamp, a run other than the node's own is under way
         refusal = policy.refusal(stamp)
         decision = policy.decide(stamp) if policy.forget() else StampDecision.REFUSED
         if decision is StampDecision.REFUSED:
@@ -133,11 +127,8 @@ class InputValidator:
     def _compare(
         self, topic: str, stamp: int, message: bytes, value: Any, read: Callable[[bytes], Any], decision: StampDecision
     ) -> None:
-        """
-        Count a message with other numbers than the first of its stamp, which counts; stamp 0 may be of another run.
-
-        It is not refused: a node that was started again may answer otherwise, and the run must go on.
-        """
+        """Count a message that differs from the first of its stamp; stamp 0 may be of another run."""
+        # it is not refused: a restarted node may answer differently, and the run must continue
         taken = self._taken.setdefault(topic, {})
         if stamp == 0 or decision is StampDecision.JOIN:
             taken.clear()
@@ -148,14 +139,14 @@ class InputValidator:
             self.note_other_numbers(topic, stamp)
 
     def note_other_numbers(self, topic: str, stamp: int) -> None:
-        """Count a message that has other numbers than the first of its stamp [ns], and name its publishers."""
+        """Count a message that differs from the first of its stamp [ns], and name its publishers."""
         names = publisher_names(self._node, self._node.resolve_topic_name(topic))
         self.note_refusal(topic, RefusedMessageError(
             'other numbers for a stamp', f'stamp {stamp / 1e9} s, which was taken before, published by {names}: there '
             'is a second publisher, or one that does not repeat its message byte by byte (docs/lockstep.md)'))
 
     def read(self, topic: str, message: bytes, read: Callable[[bytes], Any]) -> Any:
-        """Return the content of a message without a stamp; None where it was refused."""
+        """Return the content of a message without a stamp; None for a refused message."""
         try:
             return read(message)
         except RefusedMessageError as refusal:
@@ -163,7 +154,7 @@ class InputValidator:
             return None
 
     def note_refusal(self, topic: str, refusal: RefusedMessageError, every: float = _WARN_EVERY) -> None:
-        """Count a refusal, and warn once in some time [s] at most for each topic and reason."""
+        """Count a refusal, and warn at most once in some time [s] for each topic and reason."""
         reason = f'{topic}: {refusal.reason}'
         self.refused[reason] += 1
         now = time.monotonic()

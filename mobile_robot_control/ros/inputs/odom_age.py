@@ -1,4 +1,4 @@
-"""How old odometry is: by its stamp, by what the parameters say, and by how often it repeats a sample."""
+"""The age of odometry: by its stamp, by parameters, and by repetitions of a sample."""
 
 from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.control.feedforward import advanced
@@ -14,7 +14,7 @@ from mobile_robot_control.stamps import period_nanoseconds
 
 class OdomAge:
     """
-    Measures the age of odometry; a sample that is repeated with a new stamp is as old as it was.
+    Measures the age of odometry; repeating a sample with a new stamp does not make it younger.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class OdomAge:
         self._held = NO_ODOMETRY
 
     def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
-        """Take in an odometry with its stamp [ns]."""
+        """Receive odometry with its stamp [ns]."""
         self._held = held_odometry(self._held, pose, velocity)
         if self._held.steps == 0:
             self._sampled = stamp
@@ -50,26 +50,26 @@ class OdomAge:
         return self._held.steps * self._period
 
     def note_step(self, stamp: int, pose: Pose, velocity: BodyVelocity, told: int | None) -> None:
-        """Take in the odometry of a step, and the time [ns] at which it was sampled where that is told."""
+        """Receive the odometry of a step, and the time [ns] of its sampling if known."""
         self.note(stamp, pose, velocity)
         self._told = told
 
     def present(self, reference: Reference, _age: int) -> Reference:
-        """Return a reference that is some nanoseconds old as it is now: in lockstep it is of now."""
+        """Extrapolate a reference of some age [ns] to now: in lockstep it is of now."""
         return reference
 
 
 class WallClockOdomAge(OdomAge):
-    """As OdomAge, where stamps are those of a clock, and each odometry is noted when it comes."""
+    """OdomAge for stamps of a clock; each odometry is noted on arrival."""
 
     def note_step(self, stamp: int, pose: Pose, velocity: BodyVelocity, told: int | None) -> None:
-        """Take no odometry twice."""
+        """Do nothing: odometry was noted on arrival."""
 
     def _since(self, stamp: int) -> float:
         return (stamp - self._sampled) / 1e9
 
     def present(self, reference: Reference, age: int) -> Reference:
-        """Return a reference that is some nanoseconds old as it is now; both must be of one time to be compared."""
+        """Extrapolate a reference of some age [ns] to now; reference and pose must be of the same time."""
         since = held_age(age / 1e9, self._longest)
         return Reference(
             carried_forward(reference.pose, advanced(reference.velocity, reference.acceleration, 0.5 * since), since),

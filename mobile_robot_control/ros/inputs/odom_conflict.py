@@ -1,4 +1,4 @@
-"""Odometry of several publishers that contradict each other: no robot moves from one message to the next."""
+"""Contradicting odometry of several publishers: no robot can move from one message to the next."""
 
 import math
 
@@ -11,16 +11,16 @@ from mobile_robot_control.ros.services.robot_clock import SteadyClock
 
 CONFLICT = 'odom has several publishers that contradict each other'
 _POSITION, _HEADING = 0.05, 0.1
-"""[m], [rad]: what noise and rounding may add to a motion."""
+"""[m], [rad]: allowance for noise and rounding in a motion."""
 _MARGIN = 1.5
-"""How much faster than both twists say a robot may have moved in between."""
+"""Factor of a robot's largest speed in between over both twists."""
 _VELOCITY, _ACCELERATION = 0.3, 20.0
-"""[m/s or rad/s], [m/s² or rad/s²]: changes of the twist that a robot may make."""
+"""[m/s or rad/s], [m/s² or rad/s²]: possible changes of a robot's twist."""
 
 
 def contradicts(stamp: int, pose: Pose, velocity: BodyVelocity, last: tuple[int, Pose, BodyVelocity]) -> bool:
     """
-    Return whether no robot gets from one odometry to another.
+    Return whether no robot can get from one odometry message to another.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def contradicts(stamp: int, pose: Pose, velocity: BodyVelocity, last: tuple[int,
     velocity : BodyVelocity
         Measured, in the robot's frame.
     last : tuple of int, Pose and BodyVelocity
-        The same of the message before.
+        The previous message.
 
     """
     dt = abs(stamp - last[0]) / 1e9
@@ -47,18 +47,18 @@ def contradicts(stamp: int, pose: Pose, velocity: BodyVelocity, last: tuple[int,
 
 class OdomConflict:
     """
-    Compares each odometry with the one before; one publisher may jump, such as a localisation that is corrected.
+    Compares each odometry with the previous one; a single publisher may jump, for example a corrected localisation.
 
     Parameters
     ----------
     node : Node
-        Whose odometry.
+        Node with the odometry.
     watch : PublisherWatch
         Counts its publishers.
     clock : SteadyClock
         Of the node.
     hold : float
-        Time for which a conflict is present after the last contradiction [s].
+        Time for which a conflict persists after the last contradiction [s].
 
     """
 
@@ -73,7 +73,7 @@ class OdomConflict:
         return self._clock.now() < self._until
 
     def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
-        """Take in an odometry, with its stamp [ns]."""
+        """Receive odometry with its stamp [ns]."""
         last, self._last = self._last, (stamp, pose, velocity)
         if last is not None and contradicts(stamp, pose, velocity, last) and self._watch.publishers('odom') > 1:
             if not self.present:

@@ -1,4 +1,4 @@
-"""The velocity that odometry shows: its twist, or the motion of its poses where the twist contradicts them."""
+"""The velocity from odometry: its twist, or the motion of its poses if the twist contradicts them."""
 
 import itertools
 import math
@@ -12,13 +12,13 @@ from mobile_robot_control.quantities import BodyVelocity, Pose
 _WINDOW, _LEAST = 1.0, 0.5
 """[s] of odometry that are compared: at most, and at least."""
 _SHARE = 0.25
-"""Of the larger motion: how far the two may differ ..."""
+"""Of the larger motion: allowed difference of the two ..."""
 _MOVED, _TURNED = 0.05, 0.1
-"""... beside noise and slip [m], [rad]."""
+"""... in addition to noise and slip [m], [rad]."""
 _FASTEST = 5.0, 15.0
-"""[m/s], [rad/s]: a pose that moves faster was put there, as by a reset or a localisation."""
+"""[m/s], [rad/s]: a faster pose was set, for example by a reset or a localisation."""
 _BASELINE = 0.1
-"""[s] over which a velocity is made of poses."""
+"""[s] over which poses give a velocity."""
 
 
 class OdomTwist:
@@ -33,7 +33,7 @@ class OdomTwist:
     Attributes
     ----------
     problem : str
-        What is wrong with the twist, in words; '' while nothing is.
+        Fault of the twist, in words; '' without one.
 
     """
 
@@ -43,10 +43,10 @@ class OdomTwist:
         self.problem = ''
 
     def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
-        """Take in an odometry with its stamp [ns]; return the velocity of the robot."""
+        """Receive odometry with its stamp [ns]; return the velocity of the robot."""
         time, taken = stamp / 1e9, self._taken
         if taken and (not 0.0 < time - taken[-1][0] < _LEAST or _jumps(*taken[-1][:2], time, pose)):
-            taken.clear()  # of another clock, before a pause, or before the robot was put elsewhere
+            taken.clear()  # of another clock, before a pause, or before the robot was moved
         taken.append((time, pose, velocity))
         while time - taken[0][0] > _WINDOW:
             taken.popleft()
@@ -55,7 +55,7 @@ class OdomTwist:
         return self._by_poses() if self.problem else velocity
 
     def _compare(self) -> None:
-        """Compare what the poses and the twists say of the same time."""
+        """Compare poses and twists over the same time."""
         moved = turned = promised = promised_turn = 0.0
         for (begin, before, _), (end, after, twist) in itertools.pairwise(self._taken):
             step = _motion(before, after)
@@ -76,7 +76,7 @@ class OdomTwist:
             self._node.get_logger().info('the twist of odom agrees with its poses again')
 
     def _by_poses(self) -> BodyVelocity:
-        """Return the mean velocity of the last moment."""
+        """Return the mean velocity over the last moment."""
         end, newest, velocity = self._taken[-1]
         begin, pose, _ = next((one for one in reversed(self._taken) if end - one[0] >= _BASELINE), self._taken[0])
         if end <= begin:
@@ -86,13 +86,13 @@ class OdomTwist:
 
 
 def _jumps(begin: float, before: Pose, end: float, after: Pose) -> bool:
-    """Return whether no robot drives from one pose to another, at times [s]."""
+    """Return whether no robot can drive from one pose to another, at times [s]."""
     moved, turned = math.hypot(after.x - before.x, after.y - before.y), abs(wrap_angle(after.heading - before.heading))
     return moved > _FASTEST[0] * (end - begin) + _MOVED or turned > _FASTEST[1] * (end - begin) + _TURNED
 
 
 def _motion(before: Pose, after: Pose) -> tuple[float, float]:
-    """Return how far a robot has moved along its heading [m], and turned [rad]."""
+    """Return the distance moved along the heading [m], and the turn [rad]."""
     turned = wrap_angle(after.heading - before.heading)
     middle = before.heading + 0.5 * turned
     return (after.x - before.x) * math.cos(middle) + (after.y - before.y) * math.sin(middle), turned

@@ -1,4 +1,4 @@
-"""The subscription to `path`, from publishers that keep their last message for later subscribers and from others."""
+"""The subscription to `path`, for publishers that keep their last message for later subscribers and for others."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -25,8 +25,8 @@ def subscribe_to_paths(node: Node, take: Callable[[bytes], None]) -> None:
     """
     Call a function with each message on `path`, serialised.
 
-    DDS connects a subscription that wants kept messages with publishers alone that keep them, and sends kept messages
-    to no other one: there are two, and a message that both get counts once.
+    A subscription to kept messages connects only with publishers that keep them, and no other subscription receives
+    kept messages. Hence there are two; a message on both counts once.
     """
     quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
     only_by_one: list[deque[bytes]] = [deque(maxlen=_MOST), deque(maxlen=_MOST)]

@@ -1,4 +1,4 @@
-"""Stamp policies: what a node does with a message, decided by its stamp and never by its order of arrival."""
+"""Stamp policies: a node treats a message by its stamp, never by its order of arrival."""
 
 import enum
 from typing import Protocol
@@ -9,7 +9,7 @@ from mobile_robot_control.messages.parsing import RefusedMessageError
 
 
 class StampDecision(enum.Enum):
-    """What a stamp means to a node."""
+    """The meaning of a stamp to a node."""
 
     STEP = 'the next one on the grid'
     START = 'a new run'
@@ -20,19 +20,19 @@ class StampDecision(enum.Enum):
 
 
 class StampPolicy(Protocol):
-    """Decides about stamps [ns]; deciding changes nothing."""
+    """Decides about stamps [ns]; a decision changes nothing."""
 
     def decide(self, stamp: int) -> StampDecision:
-        """Return what a stamp means."""
+        """Return the meaning of a stamp."""
 
     def refusal(self, stamp: int) -> RefusedMessageError:
-        """Return why a stamp is refused."""
+        """Return the reason to refuse a stamp."""
 
     def forget(self) -> bool:
-        """Leave the run that the policy was in, to join another one; return whether it can."""
+        """Leave the policy's run, to join another one; return whether that is possible."""
 
     def age(self, _stamp: int) -> float:
-        """Return the age of a stamp [s]; 0 where stamps are of no clock."""
+        """Return the age of a stamp [s]; 0 if stamps are of no clock."""
         return 0.0
 
 
@@ -57,7 +57,7 @@ class LockstepStampPolicy(StampPolicy):
         self.accepted: int | None = None
 
     def decide(self, stamp: int) -> StampDecision:
-        """Return what a stamp [ns] means."""
+        """Return the meaning of a stamp [ns]."""
         if stamp < 0 or stamp % self.period:
             return StampDecision.REFUSED
         if stamp == self.accepted:
@@ -69,19 +69,19 @@ class LockstepStampPolicy(StampPolicy):
         return StampDecision.STEP if stamp == self.accepted + self.period else StampDecision.REFUSED
 
     def refusal(self, stamp: int) -> RefusedMessageError:
-        """Return why a stamp [ns] is refused."""
+        """Return the reason to refuse a stamp [ns]."""
         if stamp < 0 or stamp % self.period:
             return RefusedMessageError('stamp not on the grid',
                                        f'{stamp / 1e9} s; the period is {self.period / 1e9} s')
         return RefusedMessageError('not the next stamp', f'{stamp / 1e9} s after {(self.accepted or 0) / 1e9} s')
 
     def forget(self) -> bool:
-        """Leave the run; the next stamp on the grid is joined or starts one."""
+        """Leave the run; the next stamp on the grid joins or starts one."""
         self.accepted = None
         return True
 
     def accept(self, stamp: int) -> None:
-        """Take a stamp [ns] as the one of the last step."""
+        """Make a stamp [ns] that of the last step."""
         self.accepted = stamp
 
 
@@ -99,7 +99,7 @@ class AnswerStampPolicy(StampPolicy):
     present : int
         Simulated time [ns].
     asking : bool
-        Whether the present time has been published and not yet answered.
+        Whether the present time has been published without an answer yet.
 
     """
 
@@ -109,8 +109,8 @@ class AnswerStampPolicy(StampPolicy):
         self._ended = 0
 
     def wait_to_ask(self, present: int) -> None:
-        """Go on to a simulated time [ns], which is not asked yet; an earlier one than the present begins a new run."""
-        # answers to the last question of the run that ended may still be on their way
+        """Advance to a simulated time [ns], not asked yet; an earlier time than the present begins a new run."""
+        # answers to the last question of the previous run may still arrive
         self._ended = self.present if present < self.present else 0
         self.present, self.asking = present, False
 
@@ -121,7 +121,7 @@ class AnswerStampPolicy(StampPolicy):
         return StampDecision.STEP if self.asking and stamp == self.present else StampDecision.AGAIN
 
     def refusal(self, stamp: int) -> RefusedMessageError:
-        """Return why a stamp [ns] is refused."""
+        """Return the reason to refuse a stamp [ns]."""
         return RefusedMessageError('not the present stamp', f'{stamp / 1e9} s at {self.present / 1e9} s')
 
     def forget(self) -> bool:
@@ -131,14 +131,14 @@ class AnswerStampPolicy(StampPolicy):
 
 class WallClockStampPolicy(StampPolicy):
     """
-    Holds messages whose stamps are neither old nor in the future, until the node's own clock asks for them.
+    Holds messages with stamps neither old nor in the future, until the node's own clock needs them.
 
     Parameters
     ----------
     clock : Clock
         The node's.
     tolerance : float
-        How far a stamp may be from now [s].
+        Largest difference of a stamp from now [s].
 
     """
 
@@ -150,7 +150,7 @@ class WallClockStampPolicy(StampPolicy):
         return StampDecision.HOLD if abs(self.age(stamp)) <= self._tolerance else StampDecision.REFUSED
 
     def refusal(self, stamp: int) -> RefusedMessageError:
-        """Return why a stamp [ns] is refused."""
+        """Return the reason to refuse a stamp [ns]."""
         age = self.age(stamp)
         reason = 'stamp too old' if age > 0.0 else 'stamp in the future'
         return RefusedMessageError(

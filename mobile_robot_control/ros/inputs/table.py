@@ -1,11 +1,11 @@
-"""What a node's table of inputs says of each, and the inputs that a step is given."""
+"""A row of a node's table of inputs, and the inputs of a step."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 
 def never(_values: Any) -> float:
-    """Return the timeout [s] of an input that does not grow too old."""
+    """Return the timeout [s] of an input that never becomes too old."""
     return float('inf')
 
 
@@ -20,9 +20,9 @@ class Input(NamedTuple):
     period : int
         Between two stamps in lockstep [ns].
     timeout : callable
-        Takes the node's parameters; returns the age [s] from which on a message is not used, on the wall clock.
+        Takes the node's parameters; returns the age [s] from which a message is not used, on the wall clock.
     needed : bool
-        Whether the robot has to stand without it, on the wall clock. In lockstep all inputs are needed.
+        Whether the robot must stand without it, on the wall clock. In lockstep all inputs are needed.
     stops : bool
         Whether its silence is reported as a stop, on the wall clock.
 
@@ -37,17 +37,17 @@ class Input(NamedTuple):
 
 class Inputs(NamedTuple):
     """
-    What a step is given.
+    The inputs of a step.
 
     Attributes
     ----------
     stamp : int
-        Of the step, and of what it publishes [ns].
+        Of the step and its outputs [ns].
     given : mapping of str to (int, object)
-        By topic the stamp [ns] and the content of a message; on the wall clock without those that are silent and not
-        needed.
+        By topic the stamp [ns] and the content of a message; on the wall clock, silent inputs that are not needed are
+        left out.
     age : callable
-        Returns the age of a topic's message [s]: in lockstep by the stamps, on the wall clock since it was received.
+        Returns the age of a topic's message [s]: in lockstep by the stamps, on the wall clock since its receipt.
 
     """
 
@@ -56,6 +56,6 @@ class Inputs(NamedTuple):
     age: Callable[[str], float]
 
     def value(self, topic: str) -> Any:
-        """Return the content of a message; None where there is none."""
+        """Return the content of a message; None without one."""
         given = self.given.get(topic)
         return None if given is None else given[1]

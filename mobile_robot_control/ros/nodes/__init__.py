@@ -1,1 +1,1 @@
-"""The nodes: what each does in a step, and what it publishes."""
+"""The nodes: the steps of each, and its outputs."""

@@ -1,4 +1,4 @@
-"""The course of the reference cart: its curve or its path, changed while it drives."""
+"""The course of the reference cart: its curve or its path, with changes during the run."""
 
 import math
 from typing import TYPE_CHECKING
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 _PATH_POINTS = 400
 _ARRIVED = 0.1
-"""[m] between the robot and the end of its path."""
+"""[m] from the end of its path: at a smaller distance the robot has arrived."""
 
 
 class CartCourse:
     """
-    Where the cart is at a time along its course.
+    The cart's pose at a time along its course.
 
     Parameters
     ----------
@@ -38,24 +38,24 @@ class CartCourse:
         self.begin(cart, Pose(0.0, 0.0, 0.0))
 
     def begin(self, cart: ReferenceCartParameters, pose: Pose) -> None:
-        """Begin a run on the course of parameters; a cart that awaits its path stands at the pose of the robot."""
+        """Begin a run on the course of the parameters; a cart that awaits its path stands at the robot's pose."""
         self._cart, self._given = cart, cart.curve
         self._begin_at(Standing(pose) if awaits_path(cart) else course_of(cart), 0)
         self._leads_on = not awaits_path(cart)
 
     def _begin_at(self, course: Course, begins: int) -> None:
-        """Drive a course from a time [ns] on."""
+        """Start a course at a time [ns]."""
         self._course, self._begins = course, begins
 
     def is_new(self, cart: ReferenceCartParameters) -> bool:
-        """Return whether a run with parameters would leave this course."""
+        """Return whether a run with these parameters would leave this course."""
         return cart.curve != self._given or self._begins > 0
 
     def change(self, cart: ReferenceCartParameters, time: float) -> None:
         """
-        Take changed parameters that do not move the cart, at a time along the curve [s].
+        Apply changed parameters without moving the cart, at a time along the curve [s].
 
-        With another lap time it goes on where it is; other limits are those of the next path.
+        With another lap time the cart continues from its place; other limits apply to the next path.
         """
         self._cart = cart
         period, course = cart.curve.placement.period, self._course
@@ -64,7 +64,7 @@ class CartCourse:
             self._given = self._given._replace(placement=self._given.placement._replace(period=period))
 
     def question(self, message: bytes, time: int) -> 'PathQuestion':
-        """Return the question how the cart goes on from a message on `path` at a time along the course [ns]."""
+        """Make the planning question for a message on `path` at a time along the course [ns]."""
         from mobile_robot_control.reference.planned_path import PlannedPath  # noqa: PLC0415 (needs NumPy)
         from mobile_robot_control.ros.services.path_planning import PathQuestion  # noqa: PLC0415 (needs NumPy)
 
@@ -74,14 +74,14 @@ class CartCourse:
             self._course.reference(since), self._course if isinstance(self._course, PlannedPath) else None, since)
 
     def check_takes_paths(self) -> None:
-        """Raise RefusedMessageError where the cart drives a curve."""
+        """Raise RefusedMessageError if the cart drives a curve."""
         curve = self._given.curve
         if curve != PATH:
             raise RefusedMessageError('the cart drives a curve',
                                       f"curve is '{curve}'; set curve = '{PATH}', with limits of timing")
 
     def take(self, answer: 'PathAnswer', begins: int) -> None:
-        """Go on as an answer that is no refusal says from a time along the course [ns] on."""
+        """Follow an answer that is no refusal from a time along the course [ns] on."""
         self._leads_on = bool(answer.points)
         self._begin_at(answer.planned or Standing(self.reference(begins / NANOSECONDS).pose), begins)
 
@@ -90,7 +90,7 @@ class CartCourse:
         return self._given.curve == PATH and time - self._begins >= self._course.period * NANOSECONDS
 
     def state(self, time: int, robot: Pose) -> str:
-        """Return in a word what the cart does at a time [ns], with the robot at a pose."""
+        """Return the cart's state in a word at a time [ns], for a pose of the robot."""
         if not self.has_ended(time):
             return 'running'
         end = self._course.reference(self._course.period).pose
@@ -108,7 +108,7 @@ class CartCourse:
         return references_along(self._course, self._horizon)(time - self._begins, self._period)
 
     def lap(self) -> list[Pose]:
-        """Return the poses of one lap, or of a whole path; none where the cart awaits its path."""
+        """Return the poses of one lap, or of a whole path; none if the cart awaits its path."""
         period = self._course.period
         if isinstance(self._course, Standing):
             return []

@@ -1,4 +1,4 @@
-"""The input `path` of the reference cart: which path acts when."""
+"""The input `path` of the reference cart: the start of each path."""
 
 import math
 import time
@@ -15,23 +15,23 @@ if TYPE_CHECKING:
     from mobile_robot_control.ros.services.planning_process import PlanningProcess
 
 _FAR = 86_400 * NANOSECONDS
-"""[ns]: a stamp that is farther ahead is of another clock."""
+"""[ns]: a stamp farther ahead is of another clock."""
 _MOST = 100
-"""Paths that wait for their ticks."""
+"""Most paths that wait for their ticks."""
 _SOON, _LEAD = 0.2, 0.5
-"""[s] ahead of now at which a path begins that is planned meanwhile: at least, and at first."""
+"""[s] from now to the start of a path, time to plan it: at least, and at first."""
 
 
 class Due(NamedTuple):
     """
-    A path that acts now.
+    A path that starts now.
 
     Attributes
     ----------
     answer : PathAnswer
-        How the cart goes on.
+        The planned motion.
     begins : int
-        Time along the course at which it does [ns].
+        Time of its start along the course [ns].
 
     """
 
@@ -41,7 +41,7 @@ class Due(NamedTuple):
 
 class LockstepPaths:
     """
-    Keeps paths for their position ticks, and plans them there.
+    Stores paths until their position ticks, and plans them there.
 
     Parameters
     ----------
@@ -61,10 +61,10 @@ class LockstepPaths:
 
     def receive(self, message: bytes) -> None:
         """
-        Keep a message for the first tick from its stamp on.
+        Store a message for the first tick from its stamp on.
 
-        Stamp 0, one that has passed and one of another clock mean the next tick; the first of a run is the robot's.
-        Raises RefusedMessageError where it has no stamp, or too many wait.
+        Stamp 0, a stamp that has passed and one of another clock mean the next tick; the first path of a run starts at
+        the robot. Raises RefusedMessageError without a stamp, or if too many paths wait.
         """
         following = (self._reached() or 0) + self._period
         tick = -(-serialised_stamp(message) // self._period) * self._period
@@ -73,13 +73,13 @@ class LockstepPaths:
         self._waiting[tick if following <= tick <= following + _FAR else following] = message
 
     def begin(self) -> None:
-        """Forget the paths of a run that has ended; those that came before the first one wait for it."""
+        """Forget the paths of the previous run; paths from before the first run wait for it."""
         if self._has_run:
             self._waiting.clear()
         self._has_run = True
 
     def due(self, stamp: int) -> Due | None:
-        """Return the path of a tick [ns], planned; None where there is none."""
+        """Return the path of a tick [ns], planned; None if there is none."""
         due = sorted(tick for tick in self._waiting if tick <= stamp)
         if not due:
             return None
@@ -89,15 +89,15 @@ class LockstepPaths:
         return Due(answer(self._course.question(message, stamp)), stamp)
 
     def prepare(self) -> None:
-        """Start what plans."""
+        """Start the planning."""
 
     def close(self) -> None:
-        """End what plans."""
+        """End the planning."""
 
 
 class WallClockPaths(LockstepPaths):
     """
-    Plans the newest path in a process of its own while the cart goes on; it begins a little later.
+    Plans the newest path in its own process while the cart drives on; the path starts a little later.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class WallClockPaths(LockstepPaths):
         self._lead, self._before = _LEAD, math.nan
 
     def prepare(self) -> None:
-        """Start the process that plans."""
+        """Start the planning process."""
         self._started()
 
     def _started(self) -> 'PlanningProcess':
@@ -128,18 +128,18 @@ class WallClockPaths(LockstepPaths):
         return self._process
 
     def receive(self, message: bytes) -> None:
-        """Take a message in place of those before; its stamp is not used."""
+        """Receive a message in place of earlier ones; its stamp is not used."""
         self._newest = message
 
     def begin(self) -> None:
-        """Forget a path that was planned for the course before."""
+        """Forget a path planned for the previous course."""
         self._ready = None
         if self._asked is not None:
             self._newest = self._newest or self._asked[0]
             self._asked = None
 
     def due(self, _stamp: int) -> Due | None:
-        """Return a path that begins now or has been refused; plan the newest one."""
+        """Return a path that starts now or has been refused; plan the newest one."""
         now = round(self._now() * NANOSECONDS)
         moves, self._before = now != self._before, now
         if self._asked is not None and self._asked[3].done():
@@ -155,7 +155,7 @@ class WallClockPaths(LockstepPaths):
         return due
 
     def _take_answer(self, now: int) -> None:
-        """Take the answer of the process; a path that should have begun before is planned again, for a later time."""
+        """Receive the answer of the process; a path too late for its start is planned again, for a later time."""
         assert self._asked is not None  # noqa: S101 (for mypy)
         (message, begins, asked, future), self._asked = self._asked, None
         took = time.monotonic() - asked
@@ -168,6 +168,6 @@ class WallClockPaths(LockstepPaths):
             self._ready = Due(future.result(), max(begins, now) if self._course.has_ended(begins) else begins)
 
     def close(self) -> None:
-        """End the process that plans."""
+        """End the planning process."""
         if self._process is not None:
             self._process.close()

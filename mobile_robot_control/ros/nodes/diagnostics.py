@@ -21,7 +21,7 @@ _OFTEN_SATURATED = 0.1
 
 
 class OverrunCounter(Protocol):
-    """What may come late: LockstepPacer in lockstep, FixedRateTimer on the wall clock."""
+    """A source of overruns: LockstepPacer in lockstep, FixedRateTimer on the wall clock."""
 
     overruns: int
 
@@ -33,17 +33,17 @@ class Diagnostics:
     Parameters
     ----------
     node : Node
-        Whose diagnostics.
+        Node of the diagnostics.
     validator : InputValidator
         Counts refused messages.
     monitor : InputMonitor
-        Has the ages of the inputs and of their stamps.
+        Provides the ages of the inputs and of their stamps.
     watch : PublisherWatch
-        Names other publishers, and endpoints that do not fit.
+        Names other publishers, and incompatible endpoints.
     pace : OverrunCounter or None
-        Where the node keeps a pace of its own.
+        If the node keeps its own pace.
     override : callable
-        Returns a Condition that only the node itself can know, or None.
+        Returns a Condition known only to the node itself, or None.
     running : callable
         Returns the state of a node that steps, in a word.
 
@@ -84,7 +84,7 @@ class Diagnostics:
         self._ever_stepped, self._stopped = True, []
 
     def note_stop(self, *topics: str) -> None:
-        """Note that the node stops the robot because these inputs are silent."""
+        """Note a stop of the robot because these inputs are silent."""
         self._stopped = list(dict.fromkeys(self._monitor.sources[topic] for topic in topics))
 
     def condition(self) -> Condition:
@@ -111,14 +111,14 @@ class Diagnostics:
                          '; '.join(self.problems()))
 
     def problems(self) -> list[str]:
-        """List what is wrong with endpoints and stamps, in words."""
+        """List problems of endpoints and stamps, in words."""
         return [*self._watch.problems(), *self._monitor.problems()]
 
     def _overruns(self) -> int:
         return self._pace.overruns if self._pace is not None else 0
 
     def end(self, condition: Condition) -> None:
-        """Publish the last report of a node that ends, and wait until it has arrived."""
+        """Publish the last report of a node that ends, and wait for its arrival."""
         self._publish(condition)
         flush(self._publisher)
 

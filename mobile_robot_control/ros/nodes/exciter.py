@@ -1,4 +1,4 @@
-"""The exciter: drives a robot for a recording, within a box by its odometry."""
+"""The exciter: it drives a robot for a recording, within a box by its odometry."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -26,25 +26,25 @@ from mobile_robot_control.topics import LOOP_TOPICS
 _ODOMETRY = LOOP_TOPICS['odom'].kind
 _STAMPED = LOOP_TOPICS['cmd_vel'].kind
 _SILENT = 0.5
-"""[s] of wall time without odometry after which the robot is stopped."""
+"""[s] of wall time without odometry before the robot is stopped."""
 _STANDS = BodyVelocity(0.005, 0.02)
-"""Below which a robot counts as standing [m/s], [rad/s]."""
+"""[m/s], [rad/s]: a slower robot counts as standing."""
 
 
 class Exciter(Node):
     """
-    Commands a robot, and hands what is to be recorded to a sink.
+    Commands a robot, and hands the messages to record to a sink.
 
     Parameters
     ----------
     namespace : str
         Of the robot.
     topics : mapping of str to str
-        Topics of the loop that have another name.
+        Other names of topics of the loop.
     area : Area
-        Where the robot may drive, and how fast.
+        Area and speed of the robot.
     stamped : bool
-        Whether commands are stamped, where the robot takes both.
+        Whether commands are stamped, if the robot takes both kinds.
     frame : str
         Of the commands.
     sink : callable
@@ -53,11 +53,11 @@ class Exciter(Node):
     Attributes
     ----------
     fault : str
-        Why the robot was stopped early, in words; '' before.
+        Reason of an early stop, in words; '' before.
     publisher : Publisher
-        Of the commands; None before the begin.
+        Of the commands; None before the start.
     way, turn, farthest : float
-        Driven [m] and turned [rad], and the largest distance from the start in x or y [m].
+        Distance [m] and turn [rad] so far, and the largest distance from the start in x or y [m].
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Exciter(Node):
             subscribe_to(self, topic, partial(self._take, topic, kind), SENSORS, kind)
 
     def missing(self) -> str:
-        """Return what is not there yet that a robot needs, in words; '' once it is."""
+        """Describe what is missing of a robot; '' if nothing is."""
         if self._start is None:
             return f'no odometry comes on {self._odom}; name it with --topic odom:=/NAME'
         topic = self.resolve_topic_name(self._command)
@@ -104,14 +104,14 @@ class Exciter(Node):
         return ' and '.join(name for name in names if '_UNKNOWN_' not in name)
 
     def begin(self) -> None:
-        """Begin where the robot stands; its odometry is there."""
+        """Begin at the robot's present pose; its odometry must have arrived."""
         self.publisher = publish_on(self, self._command, self._kind)
         self._write = writing.twist_writer(self._frame, self._kind == _STAMPED)
         self._began = time.monotonic()
         self._start = self._pose
 
     def step(self) -> None:
-        """Publish the next command; note a fault where the robot must stop."""
+        """Publish the next command; note a fault if the robot must stop."""
         assert self._start is not None  # noqa: S101 (for mypy: it has begun)
         now = time.monotonic()
         seen = Pose(*tracking_error(self._pose, self._start))
@@ -132,7 +132,7 @@ class Exciter(Node):
         self._publish(BodyVelocity(0.0, 0.0))
 
     def stands(self) -> bool:
-        """Return whether the robot stands, by odometry that is not old."""
+        """Return whether the robot stands, by recent odometry."""
         return (time.monotonic() - self._heard < _SILENT
                 and all(abs(value) < limit for value, limit in zip(self._velocity, _STANDS, strict=True)))
 

@@ -1,4 +1,4 @@
-"""The position law of a node in its run: stepped, changed without a jump, stopped where it fails."""
+"""The position law in a node: steps, changes without a jump, and a stop after a failure."""
 
 import time
 from collections.abc import Callable
@@ -17,7 +17,7 @@ _ZERO = BodyVelocity(0.0, 0.0)
 
 class LawRunner:
     """
-    Runs the law that the parameters name.
+    Runs the law of the parameters.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class LawRunner:
     Attributes
     ----------
     failure : str
-        Why the law has failed; '' while it has not.
+        Reason of a failure of the law; '' without one.
 
     """
 
@@ -44,11 +44,11 @@ class LawRunner:
         self.failure = ''
 
     def begin(self, control: PositionControl, under_way: bool) -> None:
-        """Begin a run, or join one that is under way; a law that has failed stays stopped."""
+        """Begin a run, or join one under way; a failed law stays stopped."""
         self._running = bumpless_transfer.begin(control, self._dt, under_way)
 
     def change(self, control: PositionControl) -> None:
-        """Take changed parameters from the next step on; a law that has failed begins again."""
+        """Apply changed parameters from the next step on; a failed law starts again."""
         self._running = bumpless_transfer.change(self._running, control, self._dt, restart=bool(self.failure))
         self.failure = ''
 
@@ -62,11 +62,11 @@ class LawRunner:
         Parameters
         ----------
         observation : Observation
-            What the law sees.
+            Input of the law.
         stamp : int or None
             Simulated time [ns], for the log; None on the wall clock.
         time_limit : float
-            Wall time that a step may take [s]; a longer one is a failure.
+            Wall time allowed for a step [s]; a longer step is a failure.
         acceleration : BodyAcceleration or None
             By which the command leads; None without feedforward.
 
@@ -84,7 +84,7 @@ class LawRunner:
         return command
 
     def approach(self, error: TrackingError, speed: float, control: PositionControl) -> BodyVelocity:
-        """Return the command towards a cart that waits, at a speed [m/s] at most; a law goes on from it smoothly."""
+        """Return the command towards a waiting cart, up to a speed [m/s]; the law continues from it smoothly."""
         if self.failure:
             return _ZERO
         self._approach, asked = approach_step(self._approach, error, speed)
@@ -94,7 +94,7 @@ class LawRunner:
         return command
 
     def _stop(self, reason: str, stamp: int | None) -> BodyVelocity:
-        """Note that the law has failed, and return the command of a robot that stands."""
+        """Note a failure of the law, and return the command of a standing robot."""
         self.failure = reason
         where = '' if stamp is None else f' at t = {stamp / 1e9:g} s'
         self._node.get_logger().error(

@@ -1,4 +1,4 @@
-"""What all nodes of the loop have in common: checked parameters, tables of topics, a driver, events, diagnostics."""
+"""The shared parts of all nodes of the loop: checked parameters, tables of topics, a driver, events, diagnostics."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -49,7 +49,7 @@ from mobile_robot_control.topics import (
 class _NodeParameters(Protocol):
     @property
     def shared(self) -> Shared:
-        """Parameters that all four nodes agree on."""
+        """Parameters shared by all four nodes."""
 
 
 NodeGroup = TypeVar('NodeGroup', bound=_NodeParameters)
@@ -69,14 +69,14 @@ class LoopNode(Node, Generic[NodeGroup]):
     group : type
         The NamedTuple that declares its parameters.
     overrides : mapping of str to object
-        Values in place of those that it was started with.
+        Values that replace the initial ones.
 
     Attributes
     ----------
     exit_code : int or None
-        Set when the node is done by itself; None before.
+        Set when the node ends by itself; None before.
     parameters : NodeGroup
-        The present ones.
+        The present parameters.
 
     """
 
@@ -109,19 +109,7 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._outputs: list[tuple[str, Publisher[Any], Callable[[int, Any], bytes]]] = []
 
     def _connect(self, inputs: Mapping[str, Input], outputs: Iterable[str], rate: float) -> None:
-        """
-        Make the driver, the publishers and the subscriptions of the node.
-
-        Parameters
-        ----------
-        inputs : mapping of str to Input
-            By topic; the first one is the question in lockstep.
-        outputs : iterable of str
-            Topics, in the order in which they are published.
-        rate : float
-            Of the node's steps [Hz].
-
-        """
+        """Make driver, publishers and subscriptions for a rate [Hz]; the first input is the question in lockstep."""
         self._driver = self._make_driver(inputs, rate)
         for topic in outputs:
             self._outputs.append((topic, self._publish_on(topic), self._writer(topic)))
@@ -145,7 +133,7 @@ class LoopNode(Node, Generic[NodeGroup]):
             incompatible_qos=partial(self._watch.note_unfit, topic, 'subscription')))
 
     def _subscribe(self, topic: str, one: Input) -> None:
-        """Subscribe to a loop topic; on the wall clock take what robots measure from best-effort publishers, too."""
+        """Subscribe to a loop topic; on the wall clock, measurements of robots also from best-effort publishers."""
         validate, take, policy = self._validator.validate, self._driver.take, self._driver.policy(topic)
 
         def receive(message: bytes) -> None:
@@ -165,14 +153,14 @@ class LoopNode(Node, Generic[NodeGroup]):
         return PLAIN if kind == LOOPS['torque'].topics['cmd_vel'].kind and not self._shared.stamped_cmd_vel else kind
 
     def _start(self) -> None:
-        """Begin to serve parameters and to publish diagnostics."""
+        """Start the parameter services and the diagnostics."""
         self._diagnostics = Diagnostics(
             self, self._validator, self._monitor, self._watch, self._pace, self._condition, self._running)
         CheckedParameterService(self, type(self.parameters), self._apply, self._refusals)
         self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
 
     def _check_topics(self) -> None:
-        """Raise ParameterError where remapping gives two topics one name."""
+        """Raise ParameterError if remapping gives two topics one name."""
         names: dict[str, list[str]] = {}
         for topic in {**ALL_LOOP_TOPICS, **OTHER_TOPICS, **OTHER_INPUTS}:
             names.setdefault(self.resolve_topic_name(topic), []).append(topic)
@@ -181,10 +169,10 @@ class LoopNode(Node, Generic[NodeGroup]):
         if violations:
             raise ParameterError(violations)
 
-    # what a driver calls, in the order of a run
+    # the interface to a driver, in the order of a run
 
     def note_run(self, decision: StampDecision, stamp: int = 0) -> None:
-        """Log that a run begins, begins anew or is joined at a stamp [ns]."""
+        """Log a run that begins, restarts or is joined at a stamp [ns]."""
         if decision is StampDecision.JOIN:
             self.get_logger().info(f'joined a run under way at t = {stamp / 1e9:g} s')
         else:
@@ -195,19 +183,19 @@ class LoopNode(Node, Generic[NodeGroup]):
                         if source == 'plant'}
 
     def note_other_start(self, topic: str) -> None:
-        """Count a question of stamp 0 that the same plant asks with other numbers; another plant may."""
+        """Count a question of stamp 0 that the same plant repeats with other numbers; another plant may."""
         if topic in self._askers and self._askers[topic] == self._watch.endpoints(topic):
             self._validator.note_other_numbers(topic, 0)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
-        """Begin a run whose first step has these inputs, or join one that is under way."""
+        """Begin a run with the inputs of its first step, or join one under way."""
 
     def take_changes(self) -> None:
-        """Take live changes of parameters from the next step on."""
+        """Apply live changes of parameters from the next step on."""
         self.parameters = self._changed
 
     def step(self, inputs: Inputs, dt: float) -> Outputs:
-        """Step by a period [s]; return what to publish, by topic."""
+        """Step by a period [s]; return the outputs by topic."""
         raise NotImplementedError
 
     def publish(self, stamp: int, outputs: Outputs) -> None:
@@ -217,7 +205,7 @@ class LoopNode(Node, Generic[NodeGroup]):
                 publisher.publish(write(stamp, outputs[topic]))
 
     def note_step(self, stamp: int) -> None:
-        """Note a step with a stamp [ns], and publish which changes act from there on."""
+        """Note a step with a stamp [ns], and publish the changes that act from there on."""
         self._diagnostics.note_step(self._saturated)
         if self._events.pending and self.parameters is self._changed:
             self._events.publish_pending(stamp)
@@ -225,11 +213,11 @@ class LoopNode(Node, Generic[NodeGroup]):
     # on the wall clock alone
 
     def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
-        """Take note of an input when it comes; return its content as steps shall use it."""
+        """Receive an input; return its content for the steps."""
         return value
 
     def is_held(self) -> bool:
-        """Return whether the robot has to stand, whatever the inputs are."""
+        """Return whether the robot must stand, whatever the inputs are."""
         return False
 
     def is_ready(self) -> bool:
@@ -237,18 +225,18 @@ class LoopNode(Node, Generic[NodeGroup]):
         return True
 
     def resume(self) -> None:
-        """Go on after a rest."""
+        """Resume after a rest."""
 
     def rest(self) -> Outputs:
-        """Forget states that must not outlast a rest; return what stops the robot."""
+        """Forget states that must not outlast a rest; return the outputs that stop the robot."""
         return {}
 
     def note_stop(self, *topics: str) -> None:
-        """Note that the robot stands since inputs are silent."""
+        """Note that the robot stands because of silent inputs."""
         self._diagnostics.note_stop(*topics)
 
     def forget(self) -> None:
-        """Forget the states of a run whose simulated time has jumped back."""
+        """Forget the states of a run after a jump back of simulated time."""
 
     def _begin_anew_in_time(self) -> None:
         self.get_logger().warning('/clock has jumped back: a new run begins with the next inputs')
@@ -256,16 +244,16 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._driver.begin_anew()
 
     def _awaited(self) -> list[str]:
-        """Return what the node waits for before a run begins."""
+        """Return the inputs that the node awaits before a run begins."""
         return [f'{topic} from {source}' for topic, source in self._monitor.sources.items()]
 
     def _reached(self) -> int | None:
-        """Return the newest simulated time [ns], where there is one."""
+        """Return the newest simulated time [ns], if there is one."""
         reached: int | None = self._driver.accepted
         return reached
 
     def _loop_graph(self) -> LoopGraph:
-        """Return the loop that the node is part of; all but the plant have the same topics in each."""
+        """Return the node's loop; all nodes but the plant have the same topics in each."""
         return with_options(LOOPS['torque'], self._shared)
 
     def _monitored(self) -> dict[str, str]:
@@ -273,7 +261,7 @@ class LoopNode(Node, Generic[NodeGroup]):
         return self._loop.inputs_of(self._own_name)
 
     def _condition(self) -> Condition | None:
-        """Return a condition that only the node itself can know, or None."""
+        """Return a condition known only to the node itself, or None."""
         return None
 
     def _running(self) -> str:
@@ -281,15 +269,15 @@ class LoopNode(Node, Generic[NodeGroup]):
         return 'running'
 
     def _last_condition(self) -> Condition:
-        """Return what the last diagnostics say."""
+        """Return the condition in the last diagnostics."""
         return Condition(DiagnosticStatus.OK, 'ended')
 
     def _refusals(self, _values: NodeGroup) -> Iterable[str]:
-        """Return why parameters cannot be taken now."""
+        """Return reasons to refuse parameters now."""
         return ()
 
     def _waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
-        """Return whether parameters that were set act from the next run on, and not from the next step."""
+        """Return whether changed parameters act from the next run on, and not from the next step."""
         return False
 
     def _apply(self, values: NodeGroup, changed: Mapping[str, Any]) -> None:
@@ -298,18 +286,18 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._change(values, waits)
 
     def _change(self, values: NodeGroup, _waits: bool) -> None:
-        """Take the parameters after a live change."""
+        """Apply parameters after a live change."""
         self.parameters = self._changed = values
 
     def read_again(self) -> None:
-        """Read the files again that the node has loaded code from."""
+        """Read the files of loaded code again."""
 
     def _clock_stamp(self) -> int:
         """Return the present stamp of the wall clock [ns]."""
         return int(self.get_clock().now().nanoseconds)
 
     def close(self) -> None:
-        """Make a robot on the wall clock stand, publish what must be published last, and wait until it has arrived."""
+        """Stop the robot on the wall clock, publish the last messages, and wait for their arrival."""
         self._driver.close()
         self._events.flush()
         self._diagnostics.end(self._last_condition())

@@ -26,7 +26,7 @@ from mobile_robot_control.ros.services.condition import Condition
 from mobile_robot_control.topics import LoopGraph
 
 _MEASURED: Outputs = {'odom': None, 'joint_states': None}
-"""What a step publishes: what the sensors show by then."""
+"""The outputs of a step: the measurements after it."""
 
 
 def _torque_timeout(values: PlantParameters) -> float:
@@ -99,12 +99,12 @@ class Plant(LoopNode[PlantParameters]):
 
     @property
     def now(self) -> int:
-        """Simulated time [ns], on the wall clock too."""
+        """Simulated time [ns], also on the wall clock."""
         return self._robot.k * self._period
 
     @property
     def tick(self) -> int:
-        """The position tick of the present time [ns]."""
+        """The present position tick [ns]."""
         return self.now - self.now % self._position_period
 
     @property
@@ -127,7 +127,7 @@ class Plant(LoopNode[PlantParameters]):
         """Begin a new run: the robot at rest at its initial pose and, in lockstep, simulated time at 0."""
         ended, pose = self._stamp() + self._period, self.parameters.initial_pose
         self._robot.begin(pose)
-        self._disturbances.waiting.clear()  # they were meant for the run that has ended
+        self._disturbances.waiting.clear()  # they belong to the previous run
         self._driver.restart()
         self._events.publish(ended, {'reset': pose})
         self.note_run(StampDecision.START)
@@ -159,7 +159,7 @@ class Plant(LoopNode[PlantParameters]):
         self._plant_publishers.publish_joint_states(now)
 
     def repeat_question(self) -> None:
-        """Publish the newest of both again, whichever node missed them."""
+        """Publish the newest wheels and odometry again, for the node that missed them."""
         self._plant_publishers.repeat_odometry()
         self.publish_wheels()
 
@@ -174,13 +174,13 @@ class Plant(LoopNode[PlantParameters]):
         return self._control.held
 
     def rest(self) -> Outputs:
-        """Publish `joint_states` alone while time stands still: without odometry no cart begins."""
+        """Publish only `joint_states` while time stands still: without odometry no cart begins."""
         if self._control.held:
             self.publish_wheels()
         return {}
 
     def publish(self, stamp: int, outputs: Outputs) -> None:
-        """Publish what is measured after a step."""
+        """Publish the measurements after a step."""
         if self.exit_code is not None or not outputs:
             return
         if self._robot.has_sensors:
@@ -195,7 +195,7 @@ class Plant(LoopNode[PlantParameters]):
         return Condition(DiagnosticStatus.ERROR, 'diverged') if self.exit_code == 1 else super()._last_condition()
 
     def close(self) -> None:
-        """End when the last messages have arrived."""
+        """End after the arrival of the last messages."""
         super().close()
         self._plant_publishers.flush()
 

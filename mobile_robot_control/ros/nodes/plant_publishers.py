@@ -1,4 +1,4 @@
-"""The plant's publishers: odometry and joint states as measured, and what follows from odometry."""
+"""The plant's publishers: measured odometry and joint states, and topics derived from odometry."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -38,7 +38,7 @@ def make_broadcaster(node: Node, frame: str, child_frame: str) -> Callable[[int,
 
 
 _LAST = 3.0
-"""[s] of wall time at most in which the last messages are to arrive; a recorder on a busy machine needs some of it."""
+"""[s] of wall time for the arrival of the last messages; a recorder on a busy machine needs some of it."""
 
 
 def _sums(first: Sequence[float], second: Sequence[float]) -> list[float]:
@@ -54,9 +54,9 @@ class PlantPublishers:
     node : Node
         The plant's.
     values : PlantParameters
-        What it was started with.
+        Initial parameters.
     robot : SimulatedRobot
-        That is measured.
+        The measured robot.
     publish_on : callable
         Makes the node's publisher on a loop topic.
 
@@ -89,7 +89,7 @@ class PlantPublishers:
         self._stamps_samples = shared.stamps_samples
 
     def publish_odometry(self, stamp: int) -> None:
-        """Publish, with a stamp [ns], the measured pose and, where odometry is not exact, the true one."""
+        """Publish, with a stamp [ns], the measured pose and, if odometry is not exact, the true one."""
         pose, twist = self._robot.measured_odometry()
         if self._odom_time is not None:
             self._time = self._write_time(stamp, self._robot.sampled * self._period)
@@ -100,7 +100,7 @@ class PlantPublishers:
         self.repeat_odometry()
 
     def publish_sample(self, stamp: int) -> None:
-        """Publish odometry where a sample has arrived that is not published yet, with the stamp of now [ns]."""
+        """Publish odometry if a new sample has arrived, with the present stamp [ns]."""
         if self._robot.sampled != self._sampled:
             self._sampled = self._robot.sampled
             self.publish_odometry(stamp)
@@ -130,6 +130,6 @@ class PlantPublishers:
         self._joint_states.publish(self._write_joints(stamp, angles, velocities, self._robot.applied))
 
     def flush(self) -> None:
-        """Wait, not long, until every subscriber has what was published."""
+        """Wait briefly until all messages have reached every subscriber."""
         every = (self._odom, self._joint_states, self._ground_truth, self._clock, self._odom_time)
         flush(*(publisher for publisher in every if publisher is not None), seconds=_LAST)

@@ -39,7 +39,7 @@ def _timeout(values: PositionControllerParameters) -> float:
 
 
 class PositionController(LoopNode[PositionControllerParameters]):
-    """Runs the position law that `controller_type` names."""
+    """Runs the position law of `controller_type`."""
 
     def __init__(self) -> None:
         super().__init__('position_controller', PositionControllerParameters)
@@ -70,7 +70,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._law.change(values.control)
 
     def read_again(self) -> None:
-        """Read the files of laws again that have changed; the law of one joins the run as after a live switch."""
+        """Read the changed files of laws again; their law joins the run as after a live switch."""
         try:
             read = LAWS.load_changed()
             control = self.parameters.control
@@ -86,7 +86,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self._change(values, waits=False)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
-        """Begin the law; one that has failed in another run begins again."""
+        """Begin the law; a law that failed in another run starts again."""
         self._law.failure = ''
         self._law.begin(self.parameters.control, under_way=joins)
         if not joins:
@@ -112,7 +112,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
 
     @staticmethod
     def _references(inputs: Inputs) -> tuple[Reference, ...]:
-        """Return the reference, and those of the horizon where there is one."""
+        """Return the reference, and those of the horizon, if any."""
         reference = Reference(*inputs.value('reference'))
         horizon = inputs.value('reference_horizon')
         if horizon is None:
@@ -121,7 +121,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         return (reference._replace(acceleration=now.acceleration), *later)
 
     def receive(self, topic: str, stamp: int, value: Any) -> Any:
-        """Take note of an odometry when it comes; return it with the velocity of the robot."""
+        """Receive odometry; return it with the velocity of the robot."""
         if topic != 'odom':
             return value
         pose, velocity = value
@@ -137,7 +137,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         return self._guard.is_ready()
 
     def resume(self) -> None:
-        """Begin the law again, whose robot has stood."""
+        """Start the law again after a stand of the robot."""
         self._law.begin(self.parameters.control, under_way=True)
 
     def rest(self) -> Outputs:
@@ -146,7 +146,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         return _STANDS
 
     def forget(self) -> None:
-        """Forget the ages and the conflict of a run whose simulated time has jumped back."""
+        """Forget the ages and the conflict of a run after a jump back of simulated time."""
         self._age.begin()
         self._guard.forget()
 
@@ -165,5 +165,5 @@ class PositionController(LoopNode[PositionControllerParameters]):
         return self._guard.condition(self.parameters, self._diagnostics.problems(), self._drives)
 
     def _last_condition(self) -> Condition:
-        # a run may end before the first report that an experiment receives
+        # a run may end before an experiment receives the first report
         return (self._condition() if self._law.failure else None) or super()._last_condition()

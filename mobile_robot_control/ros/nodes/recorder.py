@@ -1,4 +1,4 @@
-"""The recorder: takes every topic of its namespace as serialised messages."""
+"""The recorder: it receives every topic of its namespace as serialised messages."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -25,7 +25,7 @@ from mobile_robot_control.topics import EVENTS, MEASURED_TOPICS, SHARED_TOPICS, 
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
-"""Steps that a lockstep run may be ahead of what is recorded."""
+"""Steps by which a lockstep run may lead its recording."""
 NO_LIMIT = 1 << 62
 """[ns]"""
 _DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
@@ -39,26 +39,26 @@ class Recorder(Node):
     Parameters
     ----------
     namespace : str
-        What to record.
+        Namespace to record.
     sink : callable
         Takes topic, type, wall time of receipt [ns], CDR, and whether the topic is latched.
     is_known : callable
-        Returns whether the sink takes a type.
+        Returns whether the sink accepts a type.
     loop : LoopGraph
-        What is certainly recorded.
+        Loop with the topics that must be recorded.
 
     Attributes
     ----------
     newest : dict of str to int
         Stamp [ns] of the newest message on each loop topic, by its relative name.
     law_failure : str
-        What the position controller said of a law that has failed; '' before.
+        The position controller's report of a failed law; '' before.
     received : int
-        Wall time [ns] at which the last message of a loop topic was taken in.
+        Wall time [ns] of the last message of a loop topic.
     limit : int
-        Stamp [ns] at which a lockstep run is to hold, however far it is recorded.
+        Stamp [ns] at which a lockstep run must hold, however far it is recorded.
     first, last : int
-        Stamps [ns] before and after which no message of a loop topic is recorded.
+        First and last stamp [ns] of recorded messages of the loop topics.
 
     """
 
@@ -85,7 +85,7 @@ class Recorder(Node):
         create_steady_timer(0.25, self._discover, self)
 
     def topics_of_others(self, ours: int = 0) -> list[str]:
-        """List the loop topics, by absolute name, that have more publishers than ours."""
+        """List the loop topics, by absolute name, with more publishers than ours."""
         return [topic for topic in self._loop if self.count_publishers(topic) > ours]
 
     def all_discovered(self) -> bool:
@@ -94,26 +94,26 @@ class Recorder(Node):
                    for resolved, topic in self._loop.items())
 
     def has_every_topic(self) -> bool:
-        """Return whether a message has come on every loop topic, so that nothing more will be missed."""
+        """Return whether every loop topic has had a message, so that no more will be missed."""
         return set(self.newest) == set(self._graph.topics)
 
     def is_complete(self) -> bool:
-        """Return whether every loop topic that has carried a message is recorded up to `last`."""
+        """Return whether every loop topic that has had a message is recorded up to `last`."""
         return all(newest >= self.last for newest in self.newest.values())
 
     def has_every_node(self) -> bool:
-        """Return whether, besides, the diagnostics of all nodes are discovered, which may report a failed law."""
+        """Return whether, in addition, the diagnostics of all nodes are discovered, which may report a failed law."""
         return self.has_every_topic() and self.count_publishers('/diagnostics') >= len(self._graph.nodes)
 
     def resume(self, period: int = 0) -> Future[Any]:
         """
-        Ask a paused plant to go on. One that is not discovered yet does not receive it: ask until it answers.
+        Ask a paused plant to resume. A plant that is not discovered yet does not receive it: ask until it answers.
 
         Parameters
         ----------
         period : int
-            Of the velocity grid [ns], in lockstep: from now on the plant holds where publishers could no longer keep
-            for this recorder what it has not taken yet. 0 lets it go on whatever happens, as the wall clock does.
+            Of the velocity grid [ns], in lockstep: from now on the plant holds when publishers could no longer store
+            the messages that this recorder still has to take. 0 lets it run unconditionally, like the wall clock.
 
         Returns
         -------
@@ -129,7 +129,7 @@ class Recorder(Node):
         return self._set_on_plant(paused=True)
 
     def _farthest(self) -> int:
-        """Return the stamp [ns] up to which the plant may go on."""
+        """Return the stamp [ns] up to which the plant may run."""
         return min(self._complete_until() + self._ahead, self.limit)
 
     def _set_on_plant(self, **values: float) -> Future[Any]:
@@ -163,11 +163,11 @@ class Recorder(Node):
                 continue
             try:
                 self._record(topic, kinds[0], latched, reliable)
-            except Exception as error:  # a package that is not installed, a name that rcl does not take
+            except Exception as error:  # a package that is not installed, a name that rcl refuses
                 self.get_logger().warning(f'{topic} is not recorded: {shortened(str(error))}')
 
     def _take_best_effort(self) -> None:
-        """Subscribe anew to what a robot measures, where its driver publishes without repetitions."""
+        """Subscribe again to measurements of a robot, if its driver publishes them as best effort."""
         for topic, of_loop in self._loop.items():
             if of_loop.name in MEASURED_TOPICS and (
                     self._recorded[topic].qos_profile.reliability == ReliabilityPolicy.RELIABLE) and any(
@@ -177,13 +177,13 @@ class Recorder(Node):
                 self._record(topic, of_loop.kind, latched=False, reliable=False)
 
     def _note_diagnostics(self, message: bytes) -> None:
-        """Note what a node's diagnostics report; others publish there as well, whatever they like."""
+        """Note the diagnostics of a node; others may publish anything on the topic."""
         with suppress(RefusedMessageError):
             self._subscribers.update(read_or_refuse(
                 _DIAGNOSTICS, (partial(deserialise, _DIAGNOSTICS), self._read_diagnostics), message))
 
     def _read_diagnostics(self, diagnostics: DiagnosticArray) -> dict[str, int]:
-        """Return how many subscriptions to each loop topic its publisher has found; note a law that has failed."""
+        """Return the number of discovered subscriptions of each loop topic, by its publisher; note a failed law."""
         for status in diagnostics.status:
             if status.name == self._controller and status.message.startswith(LAW_FAILED):
                 self.law_failure = self.law_failure or f'position_controller: {shortened(status.message)}'
@@ -201,7 +201,7 @@ class Recorder(Node):
                 self.received = now
                 with suppress(RefusedMessageError):
                     self.newest[of_loop.name] = stamp = serialised_stamp(message)
-                # later in the run, or a reset has begun a new one
+                # later in the run, or after a reset has begun a new one
                 if (self._ahead and not self._ahead // 2 <= self._allowed - self._complete_until() <= self._ahead
                         and self._farthest() != self._allowed):
                     self._set_on_plant()

@@ -1,4 +1,4 @@
-"""The node `reference_cart`: moves the virtual robot that the real one follows."""
+"""The node `reference_cart`: it moves the virtual robot that the real one follows."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -36,7 +36,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     Parameters
     ----------
     path_file : str
-        File of waypoints in place of the parameter's value, which may be relative to the file that names it.
+        File of waypoints in place of the parameter's value, which may be relative to the file that contains it.
 
     """
 
@@ -46,7 +46,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._course = CartCourse(self.parameters, self._position_period)
         self._time = self._make_time(horizon)
         if not shared.lockstep:
-            # before `reference` is published: a position controller that finds `reference` has found this one, too
+            # before `reference` is published: a position controller that discovers `reference` has discovered this, too
             remember_stops(self, self._validator)
         self._connect({'odom': Input(reader('odom', shared), self._position_period)},
                       ['reference_horizon', 'reference'] if horizon else ['reference'], shared.position_rate)
@@ -95,7 +95,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._begin_course()
 
     def _begin_course(self) -> None:
-        """Begin on the curve of the parameters; a cart that waits, at its start."""
+        """Begin on the curve of the parameters; a waiting cart, at its start."""
         is_new = self._course.is_new(self.parameters)
         self._course.begin(self.parameters, self._pose)
         self._paths.begin()
@@ -104,7 +104,6 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._time.begin_anew()
 
     def _receive_path(self, message: bytes) -> None:
-        """Take a message on `path`."""
         try:
             self._course.check_takes_paths()
             self._paths.receive(message)
@@ -112,7 +111,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._validator.note_refusal(PATH_TOPIC, refusal)
 
     def _take_path(self, due: Due) -> None:
-        """Go on along a path, unless it is refused."""
+        """Continue along a path, unless it is refused."""
         answer = due.answer
         if answer.refusal:
             self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(*answer.refusal), every=0.0)
@@ -121,7 +120,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._taken = answer.points
 
     def note_step(self, stamp: int) -> None:
-        """Note a step, after its outputs are published, and tell of a path that acts from there on."""
+        """Note a step, after its outputs are published, and report a path that acts from there on."""
         super().note_step(stamp)
         points, self._taken = self._taken, None
         if points is None:
@@ -135,9 +134,9 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self.get_logger().info('the orientations and stamps of its poses are not used', once=True)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
-        """Begin at the start of the curve; one that joins a run has the place that the stamp tells."""
+        """Begin at the start of the curve; in a joined run, at the place of the stamp."""
         self._pose = inputs.value('odom')[0]
-        # a cart that awaits its path stands where the robot is, whenever it comes
+        # a cart that awaits its path stands at the robot, even in a joined run
         if not joins or awaits_path(self.parameters):
             self._begin_course()
 
@@ -151,12 +150,12 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         return {'reference': references[0], 'reference_horizon': references}
 
     def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
-        """Take note of the robot's pose when it comes."""
+        """Receive the robot's pose."""
         self._time.note(value[0])
         return value
 
     def forget(self) -> None:
-        """Begin again with the next odometry."""
+        """Start again with the next odometry."""
         self._course.begin(self.parameters, self._pose)
         self._paths.begin()
         self._time.forget()
@@ -168,6 +167,6 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         return self._course.state(round(self._time.now() * NANOSECONDS), self._pose)
 
     def close(self) -> None:
-        """End as all nodes do, and what plans paths."""
+        """End like all nodes, and end the planning of paths."""
         self._paths.close()
         super().close()

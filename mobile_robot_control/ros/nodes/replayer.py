@@ -1,4 +1,4 @@
-"""The replayer: applies to running nodes the changes of a recorded run."""
+"""The replayer: it applies the changes of a recorded run to running nodes."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -26,14 +26,14 @@ from mobile_robot_control.topics import DISTURBANCE, OTHER_INPUTS, PATH_TOPIC
 
 class Replayer(Node):
     """
-    Sets parameters, resets and pushes the plant, and leads the cart along paths.
+    Sets parameters, resets and pushes the plant, and sends paths to the cart.
 
     Parameters
     ----------
     namespace : str
         Of the nodes.
     nodes : collection of str
-        Whose parameters are to be set.
+        Nodes with parameters to set.
     shared : Shared
         With the frames.
     keys : collection of str
@@ -47,13 +47,13 @@ class Replayer(Node):
             node: self.create_client(SetParametersAtomically, f'{node}/set_parameters_atomically') for node in nodes}
         self._reset: Any = self.create_client(Trigger, 'plant/reset')
         self._write, self._frame = writing.wrench_writer(shared.base_frame_id), shared.odom_frame_id
-        # none that is not needed: a second one would make the plant refuse all pushes
+        # only topics in use: a second publisher would make the plant refuse all pushes
         self._topics: dict[str, Any] = {
             topic: self.create_publisher(kind, topic, PUBLISHED)
             for topic, kind in ((DISTURBANCE, WrenchStamped), (PATH_TOPIC, Path)) if topic in keys}
 
     def is_ready(self) -> bool:
-        """Return whether all services and the subscriptions to what is to be published are discovered."""
+        """Return whether all services and the subscriptions to its topics are discovered."""
         return (all(client.service_is_ready() for client in (*self._parameters.values(), self._reset))
                 and all(self._reaches_its_node(topic) for topic in self._topics))
 
@@ -75,15 +75,15 @@ class Replayer(Node):
         return answer
 
     def push(self, stamp: int, push: Push) -> None:
-        """Push the robot in the step that begins at a stamp [ns]."""
+        """Push the robot in the step that starts at a stamp [ns]."""
         self._topics[DISTURBANCE].publish(self._write(stamp, push))
 
     def lead(self, stamp: int, points: Iterable[tuple[float, float]]) -> None:
-        """Lead the cart along a path of positions [m] from a stamp [ns] on."""
+        """Send the cart a path of positions [m] from a stamp [ns] on."""
         path = writing.path_message(self._frame, [Pose(x, y, 0.0) for x, y in points])
         path.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
         self._topics[PATH_TOPIC].publish(path)
 
     def have_arrived(self) -> bool:
-        """Return whether every subscriber has all that was published, after a short wait."""
+        """Return whether all messages have reached every subscriber, after a short wait."""
         return all(publisher.wait_for_all_acked(Duration(seconds=0.05)) for publisher in self._topics.values())

@@ -26,7 +26,7 @@ from mobile_robot_control.stamps import period_nanoseconds
 
 
 def exceeds(values: tuple[float, ...], limit: float) -> bool:
-    """Return whether one of some values is beyond a limit; 0 means none."""
+    """Return whether any value is beyond a limit; 0 means none."""
     return limit > 0.0 and max(map(abs, values)) > limit
 
 
@@ -74,7 +74,7 @@ class SimulatedRobot:
 
     @property
     def diverged(self) -> bool:
-        """Whether the motion is beyond what can be simulated."""
+        """Whether the motion is beyond the range of the simulation."""
         return bool(dynamics.diverged(self.state))
 
     @property
@@ -84,9 +84,9 @@ class SimulatedRobot:
 
     def step(self, asked: BodyVelocity | WheelTorque, push: Push | None = None) -> bool:
         """
-        Move by one velocity period; return whether the robot gave less than was asked for [N m], [m/s], [rad/s].
+        Move by one velocity period; return whether the robot gave less than the request [N m], [m/s], [rad/s].
 
-        A push acts over this period beside what disturbs the robot anyway; not at a base, which has no forces.
+        A push acts over this period in addition to other disturbances; a base has no forces and ignores it.
         """
         if isinstance(asked, BodyVelocity):
             self.state, self._drive = self._step(self.state, self._drive, asked, self.k, self._constants)
@@ -106,21 +106,21 @@ class SimulatedRobot:
 
     @property
     def _shown(self) -> tuple[Any, PlantState, int, Any]:
-        """What the sensors take."""
+        """The arguments of the sensors."""
         return self._sensors, self.state, self.k, self._sensor_values
 
     @property
     def has_sensors(self) -> bool:
-        """Whether odometry comes at a rate of its own, or late, or drifts."""
+        """Whether odometry has its own rate, is late, or drifts."""
         return self._form.has_sensors
 
     @property
     def sampled(self) -> int:
-        """The step at which the odometry that is shown now was sampled."""
+        """The step at which the present odometry was sampled."""
         return shown_sample(self._sensors, self.k, self._sensor_values).k if self._form.has_sensors else self.k
 
     def variances(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return the diagonals of the covariances of pose and twist that the sensors add."""
+        """Return the diagonals of the covariances that the sensors add to pose and twist."""
         values = self._sensor_values
         if self._form.has_sensors:
             return sensed_pose_variances(values), sensed_twist_variances(values)

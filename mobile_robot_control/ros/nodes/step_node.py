@@ -31,7 +31,7 @@ class StepNode(LoopNode[Any]):
     Parameters
     ----------
     own : OwnNode
-        What it does.
+        The record to run.
 
     """
 
@@ -58,11 +58,11 @@ class StepNode(LoopNode[Any]):
         return writer(self._own.outputs[topic], self._shared)
 
     def begin(self, _inputs: Inputs, _joins: bool) -> None:
-        """Begin with the first state."""
+        """Begin with the initial state."""
         self._state = self._own.start
 
     def resume(self) -> None:
-        """Begin with the first state after a rest."""
+        """Begin with the initial state after a rest."""
         self._state = self._own.start
 
     def step(self, inputs: Inputs, dt: float) -> Outputs:

@@ -11,7 +11,7 @@ from mobile_robot_control.ros.inputs.table import Input, Inputs, never
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 
 _OLDEST_WHEELS, _OLDEST_ACCELERATION = 0.1, 0.5
-"""[s]: on the wall clock no torque is asked for by older velocities of wheels, and no older acceleration is used."""
+"""[s]: on the wall clock, older wheel velocities yield no torque, and older accelerations are not used."""
 
 _ZERO = BodyVelocity(0.0, 0.0)
 
@@ -29,7 +29,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         self._state = VelocityPiState()
         inputs = {'joint_states': Input(reader('joint_states', shared), self._period, lambda _: _OLDEST_WHEELS)}
         if shared.feedforward.enabled:
-            # accelerations may fall silent alone, where another node commands
+            # accelerations may be silent alone if another node commands
             inputs['cmd_accel'] = Input(reader('cmd_accel', shared), self._position_period,
                                         lambda _: _OLDEST_ACCELERATION, needed=False, stops=False)
         # a silent command means zero
@@ -60,6 +60,6 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         return {'wheel_torques': torque}
 
     def rest(self) -> Outputs:
-        """Empty the integrators; return torques that leave the wheels alone."""
+        """Empty the integrators; return torques that leave the wheels free."""
         self._state = VelocityPiState()
         return {'wheel_torques': WheelTorque(0.0, 0.0)}

@@ -1,1 +1,1 @@
-"""What every node needs of ROS: parameters, quality of service, diagnostics, timers, its start and its end."""
+"""The ROS parts of every node: parameters, quality of service, diagnostics, timers, its start and its end."""

@@ -1,12 +1,12 @@
-"""The condition of a node in a word, as /diagnostics has it, and the words that others look for there."""
+"""The condition of a node in a word, as in /diagnostics, and the words that others look for there."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 LAW_FAILED = 'law failed'
-"""State of a position controller whose law has failed."""
+"""State of a position controller with a failed law."""
 SUBSCRIBERS_KEY = 'listeners of '
-"""Before a topic, in the key of how many subscriptions to it the node has found."""
+"""Prefix of a topic in the key of its number of discovered subscriptions."""
 
 
 class Condition(NamedTuple):
@@ -17,14 +17,14 @@ class Condition(NamedTuple):
     ----------
     level : bytes
         One of DiagnosticStatus: OK; WARN, it works but something is wrong; ERROR, it cannot work; STALE, it has not
-        begun, for want of input.
+        begun, for lack of input.
     state : str
         In a word: running, waiting, stopped, paused, ended, diverged, law failed; of a cart on a path also standing
         and arrived.
     waits_for : sequence of str
         Node names.
     detail : str
-        Why, in words; '' where the state says it.
+        The reason, in words; '' if the state implies it.
 
     """
 

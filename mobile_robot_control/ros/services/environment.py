@@ -1,4 +1,4 @@
-"""The environment variables of ROS 2, checked before rclpy is imported: what it would die of is refused."""
+"""The environment variables of ROS 2, checked before rclpy is imported: bad values would end the process."""
 
 import os
 import re
@@ -18,13 +18,13 @@ def check_environment(log_folder: Path | None = None) -> None:
     Parameters
     ----------
     log_folder : Path or None
-        Takes the log files, of this process and those that it starts, where the folder that ROS would use cannot be
-        written; without it such a folder is refused.
+        Replacement for ROS's folder of log files, if that is not writable, for this process and its children; without a
+        replacement such a folder is refused.
 
     Raises
     ------
     ParameterError
-        Naming each variable that ROS 2 could not start with, its value and the remedy.
+        With each variable that would keep ROS 2 from starting, its value and the remedy.
 
     """
     violations = [*_domain_faults(), *_middleware_faults()]
@@ -49,14 +49,14 @@ def _domain_faults() -> Iterator[str]:
 def _middleware_faults() -> Iterator[str]:
     name = os.environ.get('RMW_IMPLEMENTATION', '')
     installed = sorted(set(_installed_middleware()))
-    # without an index of what is installed, rcl decides
+    # without an index of installed packages, rcl decides
     if name and installed and name not in installed:
         yield (f"RMW_IMPLEMENTATION = '{name}' is not installed; install it, or set the variable to "
                f'{" or ".join(installed)}')
 
 
 def _installed_middleware() -> Iterator[str]:
-    """Yield the RMW implementations in the ament index, which wheels have under Python's own prefix."""
+    """Yield the RMW implementations in the ament index; for wheels, it lies under Python's own prefix."""
     for prefix in filter(None, [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]):
         index = Path(prefix) / 'share' / 'ament_index' / 'resource_index' / 'rmw_typesupport'
         if index.is_dir():
@@ -64,10 +64,10 @@ def _installed_middleware() -> Iterator[str]:
 
 
 def _log_folder_fault() -> str:
-    """Return why ROS could not write its log files; '' where it can."""
+    """Explain why ROS could not write its log files; '' if it can."""
     remedy = 'set ROS_LOG_DIR to a folder that can be written'
     home = os.environ.get('HOME', '')
-    # the order in which rcl looks
+    # in the order of rcl
     folder = os.environ.get('ROS_LOG_DIR') or (os.environ.get('ROS_HOME', '') and f'{os.environ["ROS_HOME"]}/log')
     folder = folder or (home and f'{home}/.ros/log')
     if not folder or (folder.startswith('~') and not home):

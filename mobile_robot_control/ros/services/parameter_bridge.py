@@ -32,12 +32,12 @@ def _descriptor(declared: Declaration) -> ParameterDescriptor:
 
 def declare(node: Node, group: type[Group], others: Mapping[str, Any] = MappingProxyType({})) -> Group:
     """
-    Declare the parameters of a group on a node that was made without parameter services.
+    Declare the parameters of a group on a node without parameter services.
 
-    Returns the values that it was started with, with others in place of some of them, checked; whole numbers serve
-    where a float belongs. Raises ParameterError naming every violation at once.
+    Returns the node's initial values, some replaced by `others`, checked; integers are accepted for floats. Raises
+    ParameterError with every violation at once.
     """
-    # rclpy has no public access to what a node was started with before it is declared
+    # rclpy has no public access to a node's initial values before their declaration
     overrides = {name: parameter.value for name, parameter in node._parameter_overrides.items()} | dict(others)
     values = build(group, {name: value for name, value in overrides.items() if not _foreign(name, group)})
     for name, declared in declarations(group, defaults=values).items():
@@ -47,5 +47,5 @@ def declare(node: Node, group: type[Group], others: Mapping[str, Any] = MappingP
 
 
 def _foreign(name: str, group: type) -> bool:
-    """Return whether a parameter is ROS's own or, written under '/**', another node's of ours."""
+    """Return whether a parameter is ROS's own or, written under '/**', that of another of the four nodes."""
     return is_ros_parameter(name) or (name not in declarations(group) and is_declared(name))

@@ -25,22 +25,22 @@ _TYPES = [kind.value for kind in Parameter.Type]
 
 class CheckedParameterService(ParameterService):
     """
-    Replaces rclpy's own, which ends the node at a type that does not exist and omits names from its reasons.
+    Replaces rclpy's own, which ends the node at an unknown type and omits names from its reasons.
 
-    `set_parameters` applies a call whose values are right together as one change, so that the order within the call
-    does not matter; otherwise, as ROS has it, each parameter by itself. `set_parameters_atomically` applies all or
-    nothing. A parameter that cannot change may be given the value that it has, as `ros2 param load` does.
+    If the values of a call to `set_parameters` are valid together, they are applied as one change, and their order does
+    not matter; otherwise, as in ROS, each parameter is applied separately. `set_parameters_atomically` applies all or
+    nothing. A read-only parameter may be set to its present value, as `ros2 param load` does.
 
     Parameters
     ----------
     node : Node
-        Made without parameter services of its own, its parameters declared.
+        Made without parameter services, with its parameters declared.
     group : type
         The declared NamedTuple.
     apply : callable
-        Takes the new values of the group after each change, and those that were set by name, changed or not.
+        Takes the new values of the group after each change, and those set by name, changed or not.
     refusals : callable
-        Yields why the node, as it is now, cannot take values of the group.
+        Yields reasons why the node, in its present state, refuses values of the group.
 
     """
 
@@ -84,7 +84,7 @@ class CheckedParameterService(ParameterService):
         return result
 
     def _converted(self, message: Any) -> Parameter[Any]:
-        """Return a parameter, as float where a float is declared and a whole number was sent."""
+        """Return a parameter, with an integer converted if a float is declared."""
         name, value = message.name, self._value(message)
         kind = self._declared[name].kind if name in self._declared else None
         if kind is float:
@@ -94,12 +94,9 @@ class CheckedParameterService(ParameterService):
         return Parameter.from_parameter_msg(message)
 
     def _value(self, message: Any) -> Any:
-        """
-        Return the value of a parameter.
-
-        rclpy's client makes the text '1e-05' of the number in a file that `ros2 param load` reads; where numbers are
-        declared, it is read as one.
-        """
+        """Return the value of a parameter."""
+        # rclpy's client sends the text '1e-05' for such a number in a file of `ros2 param load`; if numbers are
+        # declared, it is read as one
         value = Parameter.from_parameter_msg(message).value
         declared = self._declared.get(message.name)
         text = f'[{", ".join(value)}]' if message.value.type == Parameter.Type.STRING_ARRAY.value else value
@@ -112,7 +109,7 @@ class CheckedParameterService(ParameterService):
         return value if check_value(declared, read)[1] else read
 
     def _is_unchanged(self, message: Any) -> bool:
-        """Return whether a parameter that cannot change is given the value that it has."""
+        """Return whether a read-only parameter is set to its present value."""
         name, node, declared = message.name, self._get_node(), self._declared.get(message.name)
         if message.value.type not in _TYPES or not node.has_parameter(name):
             return False
@@ -144,7 +141,7 @@ class CheckedParameterService(ParameterService):
 
     @staticmethod
     def _named(violations: Iterable[str], changed: Iterable[str]) -> Iterator[str]:
-        """Name the parameters that were to change, where a rule between parameters does not."""
+        """Name the parameters to change, if a rule between parameters does not."""
         names = list(changed)
         for violation in violations:
             yield violation if any(name in violation for name in names) else f'{", ".join(names)}: {violation}'

@@ -1,4 +1,4 @@
-"""How the reference cart goes on from a message on the topic `path`: a function of messages, for any process."""
+"""The reference cart's response to a message on the topic `path`: a function of messages, for any process."""
 
 from functools import partial
 from typing import NamedTuple
@@ -19,22 +19,22 @@ PATH_KIND = 'nav_msgs/msg/Path'
 
 class PathQuestion(NamedTuple):
     """
-    A message on `path`, and where the cart is that shall follow it.
+    A message on `path`, and the motion of the cart that will follow it.
 
     Attributes
     ----------
     message : bytes
-        Serialised, from anywhere.
+        Serialised, from any source.
     frame : str
         Of odometry.
     request : PathRequest
         Limits; its waypoints are not used.
     at : Reference
-        Where the cart is when the path shall begin, and how it moves.
+        Pose and motion of the cart at the start of the path.
     course : PlannedPath or None
-        That it drives then; None where it stands.
+        Its course then; None if it stands.
     time : float
-        Since the start of that [s].
+        Since the start of that course [s].
 
     """
 
@@ -48,16 +48,16 @@ class PathQuestion(NamedTuple):
 
 class PathAnswer(NamedTuple):
     """
-    How the cart goes on.
+    The cart's next motion.
 
     Attributes
     ----------
     planned : PlannedPath or None
-        None where it stands, or goes on as before.
+        None if it stands, or continues as before.
     points : list of (float, float)
-        Positions of the message; none mean a stop [m].
+        Positions of the message [m]; none for a stop.
     refusal : tuple of str
-        Why the message is refused, a reason and its detail; () where it is not.
+        A reason and its detail; () without a refusal.
 
     """
 
@@ -67,7 +67,7 @@ class PathAnswer(NamedTuple):
 
 
 def answer(question: PathQuestion) -> PathAnswer:
-    """Plan how the cart goes on from a message."""
+    """Plan the cart's next motion from a message."""
     try:
         points = read_or_refuse(
             PATH_KIND, (partial(deserialise, PATH_KIND), partial(read_path, frame=question.frame)), question.message)

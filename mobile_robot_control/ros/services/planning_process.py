@@ -1,4 +1,4 @@
-"""A process that plans paths beside a node on the wall clock, whose steps go on meanwhile."""
+"""A process that plans paths for a node on the wall clock, which continues its steps meanwhile."""
 
 import pickle
 import subprocess
@@ -9,7 +9,7 @@ from mobile_robot_control.ros.services.path_planning import PathAnswer, PathQues
 
 
 class PlanningProcess:
-    """Answers questions, one after the other; it ends with the process that has started it."""
+    """Answers questions, one after the other; it ends with its parent process."""
 
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(1)
@@ -17,7 +17,7 @@ class PlanningProcess:
         self._start()
 
     def _start(self) -> None:
-        # a session of its own: Ctrl-C is for the node
+        # its own session: Ctrl-C is for the node
         self._process = subprocess.Popen([sys.executable, '-m', __name__], stdin=subprocess.PIPE,  # noqa: S603 (ours)
                                          stdout=subprocess.PIPE, start_new_session=True)
 
@@ -26,7 +26,7 @@ class PlanningProcess:
         return self._thread.submit(self._exchange, question)
 
     def _exchange(self, question: PathQuestion) -> PathAnswer:
-        """Return the answer of the process; one that was killed is started again, once."""
+        """Return the answer of the process; restart a killed process once."""
         for again in (False, True):
             if self._closed:
                 break

@@ -18,20 +18,20 @@ from mobile_robot_control.topics import ALL_LOOP_TOPICS
 SUBSCRIBED = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 """
 Of subscriptions to loop topics: reliable, the newest few messages. The loop needs only the newest; but with a depth of
-one, a message from another publisher would replace it before it is taken.
+one, a message from another publisher would replace it before it is read.
 """
 
 SENSORS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""Of subscriptions to what a robot measures, on the wall clock: most drivers publish it without repetitions."""
+"""Of subscriptions to measurements of a robot, on the wall clock: most drivers publish them as best effort."""
 
 PUBLISHED = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 """
-Of publishers on loop topics: a slow subscriber, such as a recorder, can ask again for what it lost. Fast DDS tells
-subscribers what they should have after some 200 kB; what all of them have is dropped at once.
+Of publishers on loop topics: a slow subscriber, such as a recorder, can request lost messages again. Fast DDS announces
+messages to subscribers after some 200 kB; it drops those that all of them have at once.
 """
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Of what is published once and holds for later subscribers too."""
+"""Of topics with one message that also holds for later subscribers."""
 
 
 def message_class(kind: str) -> Any:
@@ -49,13 +49,13 @@ def subscribe_to(
     node: Node, topic: str, take: Callable[[bytes], None], quality: QoSProfile = SUBSCRIBED, kind: str = '',
     **options: Any,
 ) -> Subscription[Any]:
-    """Make a node's subscription to a loop topic, whose type need not be given; messages are taken as bytes."""
+    """Make a node's subscription to a loop topic; its type may be omitted, and messages are passed as bytes."""
     known = kind or ALL_LOOP_TOPICS[topic].kind
     return node.create_subscription(message_class(known), topic, take, quality, raw=True, **options)
 
 
 def flush(*publishers: Publisher[Any], seconds: float = 1.0) -> None:
-    """Wait, for some wall time at most, until every subscriber has what a node that is about to end has published."""
+    """Wait, for a limited wall time, until every subscriber has all messages of a node that is about to end."""
     deadline = time.monotonic() + seconds
     for publisher in publishers:
         publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))

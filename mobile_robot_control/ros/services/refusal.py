@@ -1,4 +1,4 @@
-"""How a process of nodes ends that is refused at its start."""
+"""The end of a process of nodes that is refused at its start."""
 
 import sys
 from collections.abc import Iterable
@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from mobile_robot_control.system.texts import printable
 
 LOAD_ERRORS = (ImportError, OSError, MemoryError)
-"""What an import of ROS's packages may raise where one is missing, or memory is."""
+"""Errors of an import of ROS's packages, if one is missing, or memory is short."""
 
 
 def load_fault(error: BaseException) -> str:
-    """Return one line for an import of ROS's packages that failed, with the remedy."""
+    """Return one line for a failed import of ROS's packages, with the remedy."""
     lines = str(error).strip().splitlines()
     return (f'ROS 2 cannot be loaded: {type(error).__name__}: {lines[0] if lines else "no memory"}; source ROS 2 '
             'or install its wheels, and leave it memory')

@@ -1,4 +1,4 @@
-"""The time in which a robot on the wall clock drives: the steady clock's or, with use_sim_time, that of /clock."""
+"""The time of a robot on the wall clock: the steady clock's or, with use_sim_time, that of /clock."""
 
 import time
 from collections.abc import Callable
@@ -11,17 +11,17 @@ from mobile_robot_control.ros.services.timers import create_steady_timer
 
 _PATIENCE = 2.0
 """[s] of wall time without a message on /clock."""
-_STANDS = '/clock stands still or is not published: with use_sim_time nothing moves until it goes on'
+_STANDS = '/clock stands still or is not published: with use_sim_time nothing moves until it advances'
 
 
 class SteadyClock:
     """
-    Tells the time of the steady clock; in lockstep, where stamps are the time, and `use_sim_time` changes nothing.
+    Tells the time of the steady clock; also in lockstep, where stamps are the time and `use_sim_time` has no effect.
 
     Parameters
     ----------
     node : Node
-        Whose ticks it times.
+        Node with the timed ticks.
 
     """
 
@@ -39,20 +39,20 @@ class SteadyClock:
         create_steady_timer(period, tick, self._node)
 
     def problems(self) -> list[str]:
-        """List what is wrong with the clock, in words."""
+        """List problems of the clock, in words."""
         return []
 
 
 class RobotClock(SteadyClock):
     """
-    Tells the time of a node's ticks, timeouts and waits; peers and processes are timed by the steady clock.
+    Tells the time of a node's ticks, timeouts and waits; the steady clock times peers and processes.
 
     Parameters
     ----------
     node : Node
-        Whose parameter `use_sim_time` counts.
+        Node with the parameter `use_sim_time`.
     begin_anew : callable
-        Called when simulated time has jumped back.
+        Called after a jump back of simulated time.
 
     Attributes
     ----------
@@ -79,18 +79,18 @@ class RobotClock(SteadyClock):
         return int(self._node.get_clock().now().nanoseconds) / 1e9 if self.is_simulated else super().now()
 
     def call_every(self, period: float, tick: Callable[[], None]) -> None:
-        """Call a function once a period [s] of the steady clock, or whenever /clock goes on."""
+        """Call a function once a period [s] of the steady clock, or whenever /clock advances."""
         if self.is_simulated:
             self._tick = tick
         else:
             super().call_every(period, tick)
 
     def problems(self) -> list[str]:
-        """List what is wrong with the clock, in words."""
+        """List problems of the clock, in words."""
         return [_STANDS] if self._stands else []
 
     def _listen(self) -> None:
-        """Log once where /clock is silent, and once where it goes on."""
+        """Log the silence of /clock once, and its return once."""
         stands = time.monotonic() - self._heard > _PATIENCE
         if stands and not self._stands:
             self._node.get_logger().warning(_STANDS)

@@ -1,4 +1,4 @@
-"""ROS arguments, read before rcl reads them: what rcl would ignore in silence is refused."""
+"""ROS arguments, read before rcl reads them: arguments that rcl would silently ignore are refused."""
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,17 +24,17 @@ class _Source(NamedTuple):
 
 def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> str:
     """
-    Check the arguments that nodes are about to be started with.
+    Check the arguments of nodes before their start.
 
-    Returns the file of waypoints that they name, from the folder of the file that names it; '' for none.
+    Returns the file of waypoints in them, relative to the folder of the file that names it; '' for none.
 
-    Raises ParameterError naming what rcl ignores in silence: arguments outside `--ros-args`, empty files, unknown
-    names, names in a wrong section, sections that do not reach a renamed node, and values that are written last but
-    lose; and what ROS does not take: a namespace or names, and texts that are not UTF-8.
+    Raises ParameterError for all that rcl ignores silently: arguments outside `--ros-args`, empty files, unknown names,
+    names in a wrong section, sections that do not reach a renamed node, and values that are written last but lose; and
+    for all that ROS refuses: a namespace or names, and texts that are not UTF-8.
     """
     odd = [argument for argument in arguments if any('\ud800' <= letter <= '\udfff' for letter in argument)]
     if odd:
-        raise ParameterError(f"'{printable(argument)}' is not UTF-8, which ROS takes alone; write it otherwise"
+        raise ParameterError(f"'{printable(argument)}' is not UTF-8, the only encoding of ROS; write it otherwise"
                              for argument in odd)
     options = _options(arguments)
     full = _full_names(names, options)
@@ -47,7 +47,7 @@ def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> str:
 
 
 def _options(arguments: Sequence[str]) -> _Options:
-    """Return each argument within `--ros-args` with the one after it; raise ParameterError for those outside."""
+    """Return each argument within `--ros-args` with the next one; raise ParameterError for those outside."""
     within, inside, outside = False, [], []
     for argument, following in itertools.zip_longest(arguments, arguments[1:], fillvalue=''):
         if argument == '--ros-args':
@@ -64,7 +64,7 @@ def _options(arguments: Sequence[str]) -> _Options:
 
 
 def _remapped(options: _Options, targets: Iterable[str], node: str) -> str | None:
-    """Return what the first rule for a node gives one of its names, such as '__ns'; None without a rule."""
+    """Return a node's new name by the first matching rule for a target such as '__ns'; None without a rule."""
     for option, rule in options:
         target, found, value = rule.partition(':=')
         if option in ('-r', '--remap') and found and target in {*targets, *(f'{node}:{name}' for name in targets)}:
@@ -73,7 +73,7 @@ def _remapped(options: _Options, targets: Iterable[str], node: str) -> str | Non
 
 
 def _full_names(names: Sequence[str], options: _Options) -> dict[str, str]:
-    """Return the full name of each of the four nodes, where those of this process may be renamed."""
+    """Return the full name of each of the four nodes; those of this process may be renamed."""
     full = {}
     for node in NODES:
         # rcl applies a rule without a node's name to every node of the process, and renames before it moves
@@ -118,12 +118,9 @@ def _rule(text: str, full: Mapping[str, str]) -> _Source:
 
 
 def _losing(sources: Sequence[_Source], node: str, full: Mapping[str, str]) -> Iterator[str]:
-    """
-    Yield the values that are written last for a node but lose.
-
-    rcl gives a section the position at which its name was first written, `-p` without a node being the section '/**'.
-    Of two sections for a node the one with the later position wins, whatever was written last.
-    """
+    """Yield the values that are written last for a node but lose."""
+    # rcl gives a section the position of its first occurrence; `-p` without a node is the section '/**'. Of two
+    # sections for a node the one with the later position wins, whatever was written last
     places: dict[str, int] = {}
     last: dict[str, _Source] = {}
     winning: dict[str, _Source] = {}

@@ -1,4 +1,4 @@
-"""What changes a run, published on `events` with the first stamp that it affects."""
+"""Changes of a run, published on `events` with the first stamp that they affect."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -18,7 +18,7 @@ from mobile_robot_control.topics import EVENTS, MOST_EVENTS, RUN_KEY
 
 KEPT = QoSProfile(
     depth=MOST_EVENTS, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Of `events`: they hold for later subscribers too."""
+"""Of `events`: they also hold for later subscribers."""
 
 
 class RunEvents:
@@ -28,7 +28,7 @@ class RunEvents:
     Parameters
     ----------
     node : Node
-        That applies them.
+        Node that applies the changes.
 
     Attributes
     ----------
@@ -50,24 +50,24 @@ class RunEvents:
         self.at_start: dict[str, Any] = {}
 
     def note(self, changes: Mapping[str, Any], at_start: bool = False) -> None:
-        """Note parameters that were set in one call, by name; those that change no number are left out."""
+        """Note parameters set in one call, by name, except those that change no number."""
         kept = {name: value for name, value in changes.items() if name not in PACE}
         if at_start:
             self.at_start |= kept
         elif kept:
             self.pending.append(kept)
-            # what waits for the next run finds the newest value there
+            # changes that wait for the next run take their newest values
             self.at_start |= {name: value for name, value in kept.items() if name in self.at_start}
 
     def begin_run(self, anew: bool) -> None:
-        """Note that a run begins, another one or the first, with what was to wait for it."""
+        """Note that a run begins, another one or the first, with the changes that wait for it."""
         self.run += anew
         if self.at_start:
             self.pending.append(self.at_start)
             self.at_start = {}
 
     def publish_pending(self, stamp: int) -> None:
-        """Publish what acts from a stamp [ns] on."""
+        """Publish the changes that act from a stamp [ns] on."""
         pending, self.pending = self.pending, []
         for changes in pending:
             self.publish(stamp, changes)
@@ -84,7 +84,7 @@ class RunEvents:
         self._publisher.publish(array)
 
     def flush(self) -> None:
-        """Wait, not long, until every subscriber has what was published."""
+        """Wait briefly until all messages have reached every subscriber."""
         if self._published:
             flush(self._publisher)
 

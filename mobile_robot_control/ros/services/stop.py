@@ -14,9 +14,9 @@ class Stop:
     Attributes
     ----------
     requested : bool
-        Whether a signal has come.
+        Whether a signal has arrived.
     read_again : bool
-        Whether SIGUSR1 has come: to read the files of laws again.
+        Whether SIGUSR1 has arrived: to read the files of laws again.
 
     """
 
@@ -27,7 +27,7 @@ class Stop:
         signal.signal(signal.SIGUSR1, self._request_reading)
 
     def follow_parent(self) -> None:
-        """Stop as well when the parent process has ended, which closes its end of the standard input."""
+        """Stop also when the parent process has ended, which closes its end of the standard input."""
 
         def wait() -> None:
             while os.read(sys.stdin.fileno(), 1):

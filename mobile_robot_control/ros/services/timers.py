@@ -1,4 +1,4 @@
-"""Timers by the steady clock, which is never set."""
+"""Timers by the steady clock, which no one sets."""
 
 import inspect
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from rclpy.timer import Timer
 
 
 class _Callback:
-    """Has its signature at hand: rclpy asks for it at every call, and finding it takes as long as a step."""
+    """Stores its signature: rclpy asks for it at every call, and computing it takes as long as a step."""
 
     __signature__ = inspect.Signature()
 
@@ -23,5 +23,5 @@ class _Callback:
 
 
 def create_steady_timer(seconds: float, function: Callable[[], Any], node: Node) -> Timer:
-    """Call a function without arguments every so many seconds in a node's turns."""
+    """Call a function without arguments periodically, every so many seconds, in a node's turns."""
     return node.create_timer(seconds, _Callback(function), clock=Clock(clock_type=ClockType.STEADY_TIME))
