@@ -5,12 +5,14 @@ import json
 
 import pytest
 
+from mobile_robot_control.api import search_files, study_files
 from mobile_robot_control.cli import report, simulate, study, tune
 from mobile_robot_control.cli.command_parser import make_parser, sources_of
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import configuration_text, load
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.experiment.folders import experiment_folders
+from mobile_robot_control.simulation import batch
 
 COMMANDS = {
     'simulate': ['--duration', '1'],
@@ -19,6 +21,14 @@ COMMANDS = {
     'study': ['--runs', '1', '--seed', '1', '--output'],
     'report': ['no_run', '--output'],
 }
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    """Compile and draw nothing."""
+    monkeypatch.setattr(batch, 'COMPILES', False)
+    for files in (search_files, study_files):
+        monkeypatch.setattr(files, 'draw_and_save', lambda *_: '')
 
 
 @pytest.fixture
@@ -80,7 +90,7 @@ def test_the_folder_of_an_experiment_names_its_robot(tmp_path):
 
 def test_what_is_tuned_names_its_robot_and_works_without_it(capsys, tmp_path, robot):
     made = tmp_path / 'made.yaml'
-    arguments = ['velocity', '--seed', '1', '--generations', '1', '--population', '5', '--laps', '0.1', '--workers=1']
+    arguments = ['velocity', '--seed', '1', '--generations', '1', '--population', '5', '--laps', '0.02', '--workers=1']
     assert tune.main([*arguments, '--robot', robot, '--output', str(made)]) == 0
     first = made.read_text().splitlines()[0]
     assert first.startswith(f'# velocity gains for the robot {robot} found by mobile_robot_control ')
@@ -96,7 +106,7 @@ def test_a_study_is_made_of_the_robot_with_the_compared_gains_on_top(capsys, tmp
     gains.write_text('/**/position_controller: {ros__parameters: {backstepping.p: 2.0}}')
     found = []
     for name, options in (('mine', ['--robot', robot]), ('default', [])):
-        assert study.main(['--runs', '1', '--seed', '1', '--workers', '1', '--laps', '0.1', '--compare', str(gains),
+        assert study.main(['--runs', '1', '--seed', '1', '--workers', '1', '--laps', '0.02', '--compare', str(gains),
                            '--output', str(tmp_path / name), *options]) == 0
         found.append(json.loads((tmp_path / name / 'study.json').read_text())['controllers'])
     capsys.readouterr()

@@ -6,6 +6,7 @@ import pytest
 import mobile_robot_control as mrc
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.scenarios import with_robot
 from mobile_robot_control.tuning.robot_uncertainty import draw_robots
 
@@ -26,11 +27,11 @@ def written(path, names=NAMES, values=VALUES, covariance=COVARIANCE):
 def test_robots_have_the_covariance_and_the_first_ones_are_the_same(tmp_path):
     file = written(tmp_path / 'found.yaml')
     configuration = ParameterSources(file).configuration()
-    robots = list(draw_robots(file, configuration, 4000, 7))
+    robots = list(draw_robots(file, configuration, 1000, 7))
     assert robots[:5] == list(draw_robots(file, configuration, 5, 7))
     drawn = np.array([[value for _, value in robot] for robot in robots])
     assert drawn.mean(axis=0) == pytest.approx(VALUES, rel=0.01)
-    assert np.cov(drawn.T) == pytest.approx(np.array(COVARIANCE), rel=0.1, abs=3e-6)
+    assert np.cov(drawn.T) == pytest.approx(np.array(COVARIANCE), rel=0.15, abs=3e-6)
     plant = with_robot(configuration, robots[0]).plant
     assert (*plant.model.base.lag, plant.shared.robot.wheel_separation) == tuple(drawn[0].tolist())
 
@@ -54,10 +55,10 @@ def test_a_file_that_does_not_fit_is_refused(change, told, tmp_path):
         list(draw_robots(file, ParameterSources(file).configuration(), 1, 1))
 
 
-def test_a_study_draws_robots_and_keeps_all_else(tmp_path):
+def test_a_study_draws_robots_and_keeps_all_else(tmp_path, monkeypatch):
+    monkeypatch.setattr(batch, 'COMPILES', False)
     file = written(tmp_path / 'found.yaml')
-
-    options = {'runs': 2, 'seed': 3, 'laps': 0.1, 'workers': 1}
+    options = {'runs': 2, 'seed': 3, 'laps': 0.02, 'workers': 1}
     plain = mrc.study(file, variation=0.0, **options).runs
     varied = mrc.study(robot_uncertainty=file, **options).runs
     assert 'plant.base.lag[0]' not in plain
