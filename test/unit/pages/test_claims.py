@@ -8,6 +8,7 @@ import claims_table
 import pytest
 from chapter_figures import claims
 from chapter_figures.runs import LAP, Runs, StepTick
+from each import each
 from harness import CONFIG
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
@@ -82,7 +83,7 @@ def test_all_claims_hold_for_runs_as_the_chapter_describes_them():
     assert all(_verdicts(_Runs(ordinary=60.0, other=1.8)).values())
 
 
-@pytest.mark.parametrize(('runs', 'broken'), [
+@each([
     (_Runs(ordinary=40.0, other=1.0), 'ordinary backstepping: both torques exceed 50 N m'),
     (_Runs(ordinary=60.0, other=10.0), 'hybrid backstepping: much less torque'),
     (_Runs(ordinary=60.0, other=10.0), 'hybrid backstepping: much less power'),
@@ -95,5 +96,6 @@ def test_all_claims_hold_for_runs_as_the_chapter_describes_them():
     (_Runs(60.0, 1.8, left=math.nan), 'the PI controller leaves no steady-state velocity error'),
     (_Runs(60.0, 1.8, commands=(1.0, 0.9)), 'fuzzy: much smaller velocity commands than ordinary backstepping'),
 ])
-def test_a_claim_that_does_not_hold_is_reported_so(runs, broken):
+def test_a_claim_that_does_not_hold_is_reported_so(case):
+    runs, broken = case
     assert not _verdicts(runs)[broken]

@@ -8,6 +8,7 @@ from pathlib import Path
 import law_results
 import law_searches
 import pytest
+from each import each
 from law_results import (
     CURVES,
     FED,
@@ -35,11 +36,8 @@ RESULTS = json.loads(PAGE.with_name(STORE).read_text(encoding='utf-8'))
 GAINS = {law: numbers['gains'] for law, numbers in RESULTS['laws'].items()}
 
 
-def test_the_table_is_made_of_what_is_stored():
+def test_the_table_is_what_is_stored_of_the_present_laws_searches_and_gains():
     assert PART.found(PAGE.read_text(encoding='utf-8')) == laws_markdown(RESULTS)
-
-
-def test_what_is_stored_is_of_the_present_laws_searches_and_gains():
     assert tuple(RESULTS['laws']) == NAMES == tuple(LAWS)
     assert len(NAMES) == 9
     assert RESULTS['fingerprint'] == laws_fingerprint(GAINS)
@@ -52,18 +50,8 @@ def test_what_is_stored_is_of_the_present_laws_searches_and_gains():
         assert configuration.velocity_controller.gains == kept
 
 
-def test_the_table_has_a_row_for_each_law_and_its_columns():
-    rows = [[cell.strip() for cell in line.strip('|').split('|')]
-            for line in laws_markdown(RESULTS).splitlines() if line.startswith('|')]
-    # without and with feedforward
-    assert [row[0] for row in rows] == ['law', '---', *NAMES] * 2
-    half = len(rows) // 2
-    assert len({len(row) for row in rows[:half]}) == len({len(row) for row in rows[half:]}) == 1
-    for curve in CURVES:
-        assert {f'{curve}: {what}' for what in ('RMS error', 'largest', 'settled', 'peak torque')} <= set(rows[0])
-
-
-@pytest.mark.parametrize('law', [*NAMES[:3], *(pytest.param(law, marks=pytest.mark.soak) for law in NAMES[3:])])
+@pytest.mark.parametrize('law', [pytest.param(law, marks=pytest.mark.soak) if n else law
+                                 for n, law in enumerate(NAMES)])
 def test_a_lap_has_the_numbers_that_are_stored(law):
     """One curve by the number of the law: both are measured by the long test."""
     curve = CURVES[NAMES.index(law) % 2]
@@ -145,7 +133,7 @@ def _hybrid():
             f'its RMS error is {difference:.0f} cm larger than that of the best, more than that of any other.')
 
 
-@pytest.mark.parametrize('claim', [_success, _fuzzy, _alike, _sliding, _hybrid])
+@each([_success, _fuzzy, _alike, _sliding, _hybrid], lambda claim: claim.__name__)
 def test_a_sentence_of_the_page_holds_for_the_numbers(claim):
     assert claim() in ' '.join(PAGE.read_text(encoding='utf-8').split())
 
@@ -196,22 +184,6 @@ def test_a_search_that_was_interrupted_goes_on_and_one_that_is_done_does_not_run
     assert len(found['position_controller']) == 1 + gene_count('kanayama')
 
 
-def test_stored_gains_are_measured_and_not_searched_again(monkeypatch, tmp_path):
-    page = tmp_path / 'page.md'
-    page.write_text(f'before\n{PART.marked("old", ["OLD"])}\nafter\n')
-    page.with_name(STORE).write_text(json.dumps(RESULTS))
-    monkeypatch.setattr(law_results, 'search_gains', None)
-    monkeypatch.setattr(law_results, 'measured', lambda gains: RESULTS | {'fingerprint': 'new', 'given': gains})
-    make_results([page])
-    assert json.loads(page.with_name(STORE).read_text())['given'] == GAINS
-    assert 'generated from new -->' in page.read_text()
-    assert 'OLD' not in page.read_text()
-    monkeypatch.setattr(law_results, 'search_gains', lambda law, _: {'searched': {'for': law}})
-    page.with_name(STORE).unlink()
-    make_results([page], tmp_path)
-    assert json.loads(page.with_name(STORE).read_text())['given'] == {law: {'searched': {'for': law}} for law in NAMES}
-
-
 def _pair(first, second, difference, interval, winner, left_out=0):
     return {'first': first, 'second': second, 'metrics': [{
         'difference': difference, 'difference_interval': interval, 'better': winner, 'left_out': left_out}]}
@@ -228,8 +200,24 @@ def test_a_difference_is_that_of_the_law_minus_the_best(pair, cell):
     assert difference_cell('fuzzy', {'best': 'fuzzy', 'comparisons': [pair]}) == 'the best'
 
 
-def test_a_row_calls_what_is_not_known_so():
+def test_a_table_has_a_row_for_each_law_and_calls_what_is_not_known_so():
+    rows = [[cell.strip() for cell in line.strip('|').split('|')]
+            for line in laws_markdown(RESULTS).splitlines() if line.startswith('|')]
+    # without and with feedforward
+    assert [row[0] for row in rows] == ['law', '---', *NAMES] * 2
     changed = copy.deepcopy(RESULTS)
     changed['laws']['lqr']['curves']['trifolium']['rms_position_error'] = None
     changed['laws']['lqr']['study']['metrics']['late_max_position_error']['95_percent'] = None
     assert law_cells('lqr', changed)[2] == law_cells('lqr', changed)[-2] == '–'
+
+
+def test_stored_gains_are_measured_and_not_searched_again(monkeypatch, tmp_path):
+    page = tmp_path / 'page.md'
+    page.write_text(f'before\n{PART.marked("old", ["OLD"])}\nafter\n')
+    page.with_name(STORE).write_text(json.dumps(RESULTS))
+    monkeypatch.setattr(law_results, 'search_gains', None)
+    monkeypatch.setattr(law_results, 'measured', lambda gains: RESULTS | {'fingerprint': 'new', 'given': gains})
+    make_results([page])
+    assert json.loads(page.with_name(STORE).read_text())['given'] == GAINS
+    assert 'generated from new -->' in page.read_text()
+    assert 'OLD' not in page.read_text()
