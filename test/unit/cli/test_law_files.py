@@ -37,11 +37,8 @@ def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):
     assert 0.0 < found.velocity_controller.gains.k1 <= 2.0
     for law in ('backstepping', 'hybrid_backstepping', 'fuzzy'):
         assert getattr(control, law) == getattr(default.position_controller.control, law)
-
-
-def test_gains_to_keep_stay_as_configured(tmp_path):
-    output = tmp_path / 'found.yaml'
-    keep = ['--keep', 'my_kanayama.k1', 'p', '-p', 'position_controller.my_kanayama.p:=3.0']
+    # gains to keep stay as they are configured
+    keep = ['--keep', 'my_kanayama.k1', 'p', '-p', 'position_controller.my_kanayama.p:=3.0', '--overwrite']
     assert tune.main([*SEARCH, *LAW, *keep, '--generations', '2', '--output', str(output)]) == 0
     gains = configure(load([output])).position_controller.control.my_kanayama
     assert (gains.p, gains.k1) == (3.0, 12.0)

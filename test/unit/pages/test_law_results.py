@@ -8,6 +8,7 @@ from pathlib import Path
 import law_results
 import law_searches
 import pytest
+from command_output import output_of
 from each import each
 from law_results import (
     CURVES,
@@ -184,31 +185,19 @@ def test_a_search_that_was_interrupted_goes_on_and_one_that_is_done_does_not_run
     assert len(found['position_controller']) == 1 + gene_count('kanayama')
 
 
-def _pair(first, second, difference, interval, winner, left_out=0):
-    return {'first': first, 'second': second, 'metrics': [{
-        'difference': difference, 'difference_interval': interval, 'better': winner, 'left_out': left_out}]}
-
-
-@pytest.mark.parametrize(('pair', 'cell'), [
-    (_pair('lqr', 'fuzzy', 0.012, [0.01, 0.014], 'fuzzy'), '1.20 cm (1.00 to 1.40)'),
-    (_pair('fuzzy', 'lqr', -0.012, [-0.014, -0.01], 'fuzzy', 3), '1.20 cm (1.00 to 1.40); 3 left out'),
-    (_pair('fuzzy', 'lqr', 0.012, [-0.014, 0.038], None), '-1.20 cm (-3.80 to 1.40), cannot be told apart'),
-    (_pair('fuzzy', 'lqr', None, None, None), 'not compared'),
-])
-def test_a_difference_is_that_of_the_law_minus_the_best(pair, cell):
-    assert difference_cell('lqr', {'best': 'fuzzy', 'comparisons': [pair]}) == cell
-    assert difference_cell('fuzzy', {'best': 'fuzzy', 'comparisons': [pair]}) == 'the best'
-
-
-def test_a_table_has_a_row_for_each_law_and_calls_what_is_not_known_so():
-    rows = [[cell.strip() for cell in line.strip('|').split('|')]
-            for line in laws_markdown(RESULTS).splitlines() if line.startswith('|')]
-    # without and with feedforward
-    assert [row[0] for row in rows] == ['law', '---', *NAMES] * 2
+def test_what_is_not_known_is_called_so():
     changed = copy.deepcopy(RESULTS)
     changed['laws']['lqr']['curves']['trifolium']['rms_position_error'] = None
     changed['laws']['lqr']['study']['metrics']['late_max_position_error']['95_percent'] = None
     assert law_cells('lqr', changed)[2] == law_cells('lqr', changed)[-2] == '–'
+    pair = {'first': 'fuzzy', 'second': 'lqr', 'metrics': [
+        {'difference': None, 'difference_interval': None, 'better': None, 'left_out': 0}]}
+    assert difference_cell('lqr', {'best': 'fuzzy', 'comparisons': [pair]}) == 'not compared'
+
+
+def test_a_command_that_fails_is_named_with_what_it_printed():
+    with pytest.raises(RuntimeError, match=r'simulate --robot nothing: exit code 2: .*there is no robot of this name'):
+        output_of('simulate --robot nothing', '--duration', '1')
 
 
 def test_stored_gains_are_measured_and_not_searched_again(monkeypatch, tmp_path):

@@ -7,7 +7,8 @@ import pytest
 from harness import CONFIG
 
 import mobile_robot_control as mrc
-from mobile_robot_control.pages.report_writing import write_report
+from mobile_robot_control.pages import report_writing
+from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.series import Series, Signal
 from mobile_robot_control.runs.twins import with_twins
 
@@ -32,8 +33,14 @@ def on_the_wall_clock(run):
     return run._replace(series=Series(signals))
 
 
-def test_twins_come_on_one_time_base_and_their_difference_is_told(tmp_path):
-    real, twin = on_the_wall_clock(simulated('real', 0.2)), simulated('simulated', 0.15)
+@pytest.fixture(scope='module')
+def twins():
+    return on_the_wall_clock(simulated('real', 0.2)), simulated('simulated', 0.15)
+
+
+def test_twins_come_on_one_time_base_and_their_difference_is_told(twins, tmp_path, monkeypatch):
+    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+    real, twin = twins
     (moved, _), found = with_twins([real, twin])
     assert found.shift == pytest.approx(3.0, abs=0.01)
     assert found.references_apart < 0.01
@@ -43,21 +50,21 @@ def test_twins_come_on_one_time_base_and_their_difference_is_told(tmp_path):
     apart = [np.interp(at, moved.time, moved.pose[:, n]) - np.interp(at, twin.time, twin.pose[:, n]) for n in (0, 1)]
     assert found.rms_position == pytest.approx(np.sqrt(np.mean(np.hypot(*apart)**2)), rel=0.1)
     assert found.real_error > found.simulated_error > 0.0
-    page = write_report([real, twin], tmp_path, lambda _: None).read_text()
+    page = report_writing.write_report([real, twin], tmp_path, lambda _: None).read_text()
     assert found.sentence in page
     assert json.loads((tmp_path / 'report.json').read_text())['real less simulated']['shift'] == found.shift
 
 
-def test_twins_on_different_curves_are_told_so_and_other_names_are_left_alone():
-    real = on_the_wall_clock(simulated('real', 0.2))
+def test_twins_on_different_curves_are_told_so_and_other_names_are_left_alone(twins):
+    real, twin = twins
     _, found = with_twins([real, simulated('simulated', 0.2, **{'reference_cart.curve': 'lemniscate'})])
     assert 'this compares different motions' in found.sentence
-    runs = [real, simulated('other', 0.2)]
+    runs = [real, twin._replace(name='other')]
     assert with_twins(runs) == (runs, None)
 
 
-def test_twins_without_a_common_time_are_told_so():
-    real, twin = on_the_wall_clock(simulated('real', 0.2)), simulated('simulated', 0.15)
+def test_twins_without_a_common_time_are_told_so(twins):
+    real, twin = twins
     alone = Series({topic: signal for topic, signal in real.series.signals.items() if topic != 'reference'})
     (told, _), found = with_twins([real._replace(series=alone), twin])
     assert found is None
