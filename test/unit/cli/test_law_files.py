@@ -82,18 +82,6 @@ def test_a_law_and_a_curve_from_files_are_studied(tmp_path):
     assert json.loads((tmp_path / 'study.json').read_text())['controllers']['my_kanayama']['runs'] == 3
 
 
-def test_simulate_ends_with_the_outcome_of_a_law_that_fails(tmp_path, capsys):
-    law = tmp_path / 'failing.py'
-    law.write_text((PLUGINS / 'kanayama.py').read_text().replace('    return state', '    1.0 / 0.0\n    return state'))
-    output = tmp_path / 'run.csv'
-    assert simulate.main(['--law', str(law), '-p', 'position_controller.controller_type:=my_kanayama',
-                          '--duration', '1', '--output', str(output)]) == 1
-    told = capsys.readouterr()
-    assert "the position law 'my_kanayama' failed at t = 0 s: ZeroDivisionError: float division by zero" in told.err
-    assert json.loads((tmp_path / 'run.metrics.json').read_text())['outcome'] == 'law_failed'
-    assert len(output.read_text().splitlines()) == 2  # the head, and the sample with the zero command
-
-
 @pytest.mark.parametrize(('option', 'text', 'words'), [
     ('--law', 'import nowhere', "cannot be imported (ModuleNotFoundError: No module named 'nowhere' in {file}, "
      'line 1); mend it, or leave it out'),

@@ -146,13 +146,6 @@ def test_the_folder_of_the_bag_is_not_written_to(made, capsys):
     assert (folder / 'bag' / 'bag.mcap').exists()
 
 
-@pytest.mark.parametrize('words', [['--output', 'x'], ['--replay', 'a', '--output', 'x', '--compare', 'b.yaml']])
-def test_usage_is_refused(words, capsys):
-    assert experiment.main(words) == 2
-    error = capsys.readouterr().err
-    assert '--duration is missing; it is needed without --replay' in error or '--replay is not allowed with' in error
-
-
 def test_the_first_difference_is_named(made, capsys):
     plan = planned(made())
     same = made(name='same')

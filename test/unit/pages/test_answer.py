@@ -50,7 +50,6 @@ def test_a_whole_run_is_told_by_law_curve_errors_torque_and_messages():
 @each([
     ('diverged', 'diverged after 3.2 s of 16 s'),
     ('law_failed', 'was stopped after 3.2 s of 16 s, when its position law failed'),
-    ('interrupted', 'was interrupted after 3.2 s of 16 s'),
     ('node_died', 'was broken off after 3.2 s of 16 s, when a node gave no answer'),
     ('broken off', 'was recorded for 3.2 s of 16 s only'),
     ('not known', 'drove for 3.2 s'),

@@ -180,6 +180,7 @@ def test_a_run_is_switched_off_in_every_chart_by_its_name_and_others_are_shown_a
     charts.evaluate('document.querySelector(".chart-bar .switch").click()')
     wait_until(lambda: BLUE in charts.evaluate(of(INKED, 'distance')), 30.0, 0.05)
     # differences of the other runs to the first are in place of their values
+    charts.evaluate('document.querySelector("#distance").scrollIntoView()')
     charts.evaluate('[...document.querySelectorAll(".chart-bar button")].pop().click()')
     wait_until(lambda: BLUE not in charts.evaluate(of(INKED, 'distance')), 30.0, 0.05)
     assert ORANGE in charts.evaluate(of(INKED, 'distance'))

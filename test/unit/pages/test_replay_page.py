@@ -8,7 +8,7 @@ import re
 import moving_picture
 import pytest
 from harness import CONFIG
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from measuring import configuration
 from PIL import Image
@@ -188,6 +188,7 @@ def test_the_page_may_run_no_other_script_and_fetch_nothing(browser, tmp_path):
     assert browser.requests() == [file.as_uri()]
 
 
+@settings(max_examples=30)
 @given(st.text() | st.sampled_from(['</script>', '<!--', '\u2028\u2029', '\udcff', '"\\']))
 def test_a_text_in_a_block_of_numbers_cannot_end_it_and_is_read_as_it_was(text):
     block = page.json_block('run-data', {'name': text})

@@ -55,6 +55,7 @@ def test_a_complete_bag_is_read_back_and_left_unchanged(whole, samples):
     recording = bag.read_bag(whole, progress=lambda *how_far: progress.append(how_far))
     assert not recording.problems
     _same(recording.samples, samples)
+    assert progress == sorted(progress)
     assert progress[-1][0] == progress[-1][1] > 0
     assert recording.series.signals['joint_states'].received[-1] == WALL + 1_000_000_000
     assert _files(whole) == before

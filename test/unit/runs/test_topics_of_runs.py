@@ -243,20 +243,6 @@ def test_with_the_truth_beside_odometry_the_same_samples_are_joined():
     assert list(describe_gaps(late)) == ['ground_truth starts late, at t = 0.02 s']
 
 
-def test_exact_odometry_is_the_truth_where_the_controller_has_carried_it_forward():
-    controller = {'compensate_latency': True, 'odom_latency': 0.05}
-    samples = list(rollout(configuration(position_controller=controller), 0.2))
-    bag = _without(_run(_messages(samples)), {'ground_truth', 'true_error'})
-    assert [sample.truth for sample in samples_of(with_errors(bag, exact=True))] == [
-        sample.truth for sample in samples]
-    assert all(sample.truth is None for sample in samples_of(with_errors(bag, exact=False)))
-
-
-def test_of_exact_odometry_as_the_controller_saw_it_nothing_is_added(samples):
-    run = _run(_messages(samples))
-    assert not with_errors(run, exact=True).has('true_error')
-
-
 @pytest.mark.parametrize('lost', [['wheel_torques'], ['wheel_torques', 'joint_states']])
 def test_without_torques_the_ticks_are_the_same(samples, lost):
     found = list(samples_of(_without(_run(_messages(samples)), lost)))
