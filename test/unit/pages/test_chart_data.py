@@ -59,6 +59,9 @@ def test_a_short_line_is_complete_and_its_gaps_have_times_of_their_own():
     assert line.time.tolist() == [0.0, 0.5, 1.0, 2.0]
     assert line.value[[0, 2, 3]].tolist() == [3.0, -3.0, -2.0]
     assert math.isnan(line.value[1])
+    # what no chart can hold is a gap
+    line = drawn(Line(np.arange(3.0), np.array([1e300, 1.0, -math.inf])))
+    assert np.isnan(line.value).tolist() == [True, False, True]
 
 
 def test_differences_are_to_the_first_run_at_the_same_time(pair):
