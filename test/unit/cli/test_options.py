@@ -1,10 +1,12 @@
 """Options shared by the commands, and errors as messages and exit codes."""
 
+import errno
+
 import numpy as np
 import pytest
 
 from mobile_robot_control import __version__
-from mobile_robot_control.cli import report, simulate, study, tune
+from mobile_robot_control.cli import experiment, report, simulate, study, tune
 from mobile_robot_control.cli.command_parser import make_parser, request_of, sources_of
 from mobile_robot_control.cli.main import make_main
 from mobile_robot_control.configuration.sources import parameter_sources
@@ -30,6 +32,7 @@ def _exit_code(run):
 @pytest.mark.parametrize(('error', 'code', 'messages'), [
     (ParameterError(['one', 'two']), 2, ['name: one', 'name: two']),
     (OSError(28, 'No space left on device', '/full/file'), 1, ['name: /full/file: No space left on device; make room']),
+    (OSError(errno.EDQUOT, 'Disk quota exceeded', '/full/file'), 1, ['make room']),
     (OSError(13, 'Permission denied', '/a/file'), 2, ['name: /a/file: Permission denied; name a place']),
     (ModuleNotFoundError('no', name='rosbags'), 2, ['module rosbags is missing', 'rosdep or pip']),
     (KeyboardInterrupt(), 1, ['name: interrupted']),
@@ -52,12 +55,15 @@ def test_later_files_and_overrides_take_precedence(tmp_path):
     assert (made.plant.shared.robot.mass, made.plant.shared.robot.inertia, made.plant.duration) == (2.0, 7.0, 4.0)
 
 
-def test_a_duration_must_be_positive(capsys):
+def test_a_duration_must_be_positive_and_a_folder_one_that_ros_can_take(capsys):
     for text, reason in (('0', 'it must be above 0.0 s'), ('nan', 'it must be a finite number'),
                          ('long', 'write a number [s]')):
         with pytest.raises(SystemExit):
             simulate.parser().parse_args(['--duration', text])
         assert reason in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        experiment.parser().parse_args(['--duration', '1', '--output', '\udcff'])
+    assert 'is not UTF-8, as ROS needs it' in capsys.readouterr().err
 
 
 def test_a_request_has_what_the_options_and_what_keywords_say():

@@ -64,6 +64,13 @@ def test_a_short_line_is_complete_and_its_gaps_have_times_of_their_own():
     assert np.isnan(line.value).tolist() == [True, False, True]
 
 
+def test_six_runs_are_told_apart_and_each_column_stands_once(pair):
+    data = charted([*pair, *pair, *pair])
+    for look in ('light', 'dark', 'dash', 'width'):
+        assert len({str(one[look]) for one in data['runs']}) == 6
+    assert len(set(data['columns'])) == len(data['columns'])
+
+
 def test_differences_are_to_the_first_run_at_the_same_time(pair):
     data = charted(pair)
     chart = next(chart for chart in data['charts'] if chart['figure'] == 'distance')

@@ -62,6 +62,14 @@ def test_runs_that_cannot_be_compared_have_no_difference():
     assert [' '.join(text(cell)) for cell in row['position error, largest']] == ['1 m', '0.5 m']
 
 
+def test_poses_and_the_ratio_of_peak_torques_have_their_rows():
+    rows = table({'final_pose': (1.0, 2.0, 0.5), 'peak_wheel_torque': {'right': 1.0, 'left': 0.5}},
+                 {'final_pose': (1.0, 2.0, 0.5), 'peak_wheel_torque': {'right': 0.25, 'left': 2.5}})
+    assert [text(cell)[-2:] for cell in rows['final y']] == [['2', 'm']] * 2
+    assert 'value="0.5"' in rows['final heading'][0]
+    assert [' '.join(text(cell)) for cell in rows['peak torque against the least']] == ['1 times', '2.5 times']
+
+
 @each([(2.0, 1.0, '+1 J, +100 %'), (1.0, 1.0, '±0 J'), (1.0, 0.0, '+1 J'), (-1.0, -2.0, '+1 J, +50 %')])
 def test_a_change_has_its_sign(case):
     value, base, shown = case

@@ -8,7 +8,8 @@ import pytest
 from measuring import configuration
 
 from mobile_robot_control.figures.lines import Line
-from mobile_robot_control.pages.replay_data import largest_since, replay_data
+from mobile_robot_control.figures.palette import LINES
+from mobile_robot_control.pages.replay_data import SHAPES, largest_since, replay_data
 from mobile_robot_control.runs.messages import Messages
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import collect
@@ -57,6 +58,7 @@ def test_a_long_run_is_thinned_and_keeps_its_extremes():
     assert _unpacked(data, 'rightTorque').min() == -7.0
     assert _unpacked(data, 'x').max() == 9.0
     assert len(json.dumps(data)) < 1_000_000
+    assert len(set(SHAPES)) == len(LINES)
 
 
 def test_six_long_runs_share_the_room_of_two():
