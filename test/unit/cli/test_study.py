@@ -85,11 +85,9 @@ def test_all_controllers_get_the_same_drawn_runs_and_files_agree_with_what_is_pr
     # of one scenario there is none
     assert rms['difference_interval'] is None
     unwrapped = printed.replace('\n  ', ' ')
-    unwrapped = printed.replace('\n  ', ' ')
     assert '\ncompared in the same scenarios; the 2 intervals of all pairs and metrics hold together with' in unwrapped
     assert '\nfirm and slack, position error, largest in the last quarter: ' in unwrapped
-    assert '\nfirm and slack, position error, largest in the last quarter: ' in unwrapped
-    assert 'success: cannot be told apart: firm alone in 5, slack alone in 0 of 120' in printed.replace('\n  ', ' ')
+    assert 'success: cannot be told apart: firm alone in 5, slack alone in 0 of 120' in unwrapped
     assert printed.count('\nposition loop: ') == 2
     for numbers in found['controllers'].values():
         assert {'velocity_loop', 'position_loop'} < set(numbers['margins'])

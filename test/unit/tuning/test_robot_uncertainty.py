@@ -27,11 +27,11 @@ def written(path, names=NAMES, values=VALUES, covariance=COVARIANCE):
 def test_robots_have_the_covariance_and_the_first_ones_are_the_same(tmp_path):
     file = written(tmp_path / 'found.yaml')
     configuration = ParameterSources(file).configuration()
-    robots = list(draw_robots(file, configuration, 1000, 7))
+    robots = list(draw_robots(file, configuration, 4000, 7))
     assert robots[:5] == list(draw_robots(file, configuration, 5, 7))
     drawn = np.array([[value for _, value in robot] for robot in robots])
     assert drawn.mean(axis=0) == pytest.approx(VALUES, rel=0.01)
-    assert np.cov(drawn.T) == pytest.approx(np.array(COVARIANCE), rel=0.15, abs=3e-6)
+    assert np.cov(drawn.T) == pytest.approx(np.array(COVARIANCE), rel=0.1, abs=3e-6)
     plant = with_robot(configuration, robots[0]).plant
     assert (*plant.model.base.lag, plant.shared.robot.wheel_separation) == tuple(drawn[0].tolist())
 
