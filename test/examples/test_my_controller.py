@@ -30,14 +30,11 @@ SEARCH = '''
 import sys
 import pytest
 from mobile_robot_control.cli import tune
-from mobile_robot_control.simulation import batch
 
 file, folder, tests = sys.argv[1:]
-batch.COMPILES = False
 assert tune.main(['my_kanayama', '--seed', '1', '--params-file', file, '--generations', '1', '--population', '5',
                   '--laps', '0.05',
                   '--keep', 'gains.k1', 'ti1', 'k2', 'ti2', '--output', f'{folder}/gains.yaml']) == 0
-batch.COMPILES = True
 sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', tests]))
 '''
 

@@ -9,25 +9,18 @@ from each import each
 from harness import numbers_in
 
 import mobile_robot_control as mrc
-from mobile_robot_control.api import search_files, study_files
 from mobile_robot_control.cli import study, tune
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.tuning import studying
+
+pytestmark = pytest.mark.usefixtures('plain')
 
 # a loop so short that plain Python runs it in a few milliseconds
 SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.period': 0.5,
          'reference_cart.scale': 0.05}
 SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={value}')]
-
-
-@pytest.fixture(autouse=True)
-def plain(monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
-    monkeypatch.setattr(study_files, 'draw_and_save', lambda *_: '')
 
 
 def _found(**options):

@@ -7,9 +7,7 @@ from harness import CONFIG
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mobile_robot_control.api import search_files
 from mobile_robot_control.cli import experiment, report, simulate, study, tune
-from mobile_robot_control.simulation import batch
 from mobile_robot_control.system.texts import distinct
 
 TUNE = ['velocity', '--seed', '1', '--generations', '1', '--population', '5', '--workers', '1']
@@ -68,9 +66,7 @@ def test_a_table_that_cannot_be_written_is_named(capsys):
     assert capsys.readouterr().err.startswith('simulate: /proc/self/mem: ')
 
 
-def test_a_path_is_printed_in_one_line(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
+def test_a_path_is_printed_in_one_line(plain, tmp_path, capsys):
     output = tmp_path / 'a\nb.yaml'
     assert tune.main([*TUNE, '--laps', '0.01', '--output', str(output)]) in (0, 1)
     assert '\\nb.yaml' in capsys.readouterr().out

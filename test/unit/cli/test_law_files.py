@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.api import search_files
 from mobile_robot_control.cli import simulate, study, tune
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation import batch
+
+pytestmark = pytest.mark.usefixtures('plain', 'registered')
 
 PLUGINS = Path(__file__).parents[2] / 'plugins'
 LAW = ['--law', str(PLUGINS / 'kanayama.py')]
@@ -17,12 +17,6 @@ SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p'
          '-p', 'reference_cart.scale:=0.05']
 SEARCH = ['my_kanayama', '--seed', '3', '--population', '7', '--workers', '1', '--bounds', 'gains.k1=0:2',
           '--bounds', 'k2=0:2', *SMALL]
-
-
-@pytest.fixture(autouse=True)
-def plain(registered, monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
 
 
 def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):

@@ -5,14 +5,14 @@ import json
 
 import pytest
 
-from mobile_robot_control.api import search_files, study_files
 from mobile_robot_control.cli import report, simulate, study, tune
 from mobile_robot_control.cli.command_parser import make_parser, sources_of
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import configuration_text, load
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.experiment.folders import experiment_folders
-from mobile_robot_control.simulation import batch
+
+pytestmark = pytest.mark.usefixtures('plain')
 
 COMMANDS = {
     'simulate': ['--duration', '1'],
@@ -21,14 +21,6 @@ COMMANDS = {
     'study': ['--runs', '1', '--seed', '1', '--output'],
     'report': ['no_run', '--output'],
 }
-
-
-@pytest.fixture(autouse=True)
-def plain(monkeypatch):
-    """Compile and draw nothing."""
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    for files in (search_files, study_files):
-        monkeypatch.setattr(files, 'draw_and_save', lambda *_: '')
 
 
 @pytest.fixture

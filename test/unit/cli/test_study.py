@@ -10,22 +10,14 @@ from harness import numbers_in
 
 from mobile_robot_control.api import study_files
 from mobile_robot_control.cli import study
-from mobile_robot_control.pages import report_writing
-from mobile_robot_control.runs.run_figures import RUN_FIGURES
-from mobile_robot_control.simulation import batch
+from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.tuning import studying
 
+pytestmark = pytest.mark.usefixtures('plain')
+
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
 SCALES = ['--scales', '0.05', '0.1', '--within', '0.5']
-
-
-@pytest.fixture(autouse=True)
-def plain(request, monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    if 'files' not in request.node.name:
-        monkeypatch.setattr(study_files, 'draw_and_save', lambda *_: '')
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
 
 
 def run(folder, *arguments):
@@ -37,7 +29,8 @@ def read(folder):
         return numbers_in(folder / 'study.json'), list(csv.DictReader(file))
 
 
-def test_all_controllers_get_the_same_drawn_runs_and_files_agree_with_what_is_printed(tmp_path, capsys):
+def test_all_controllers_get_the_same_drawn_runs_and_files_agree_with_what_is_printed(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(study_files, 'draw_and_save', draw_and_save)
     for name, gain in (('firm', 2.0), ('slack', 1e-6)):
         (tmp_path / f'{name}.yaml').write_text(
             f'/**/position_controller: {{ros__parameters: {{backstepping: {{p: {gain}, q: 1.0, f: 5.0, g: 5.0}}}}}}')

@@ -16,7 +16,8 @@ from mobile_robot_control.api import search_files
 from mobile_robot_control.cli import tune
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation import batch
+from mobile_robot_control.figures.drawing import draw_and_save
+from mobile_robot_control.pages.search_page import write_search_page
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
 
@@ -29,11 +30,9 @@ START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.
 
 
 @pytest.fixture(autouse=True)
-def plain(request, monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    if 'picture' not in request.node.name:
-        monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
-        monkeypatch.setattr(search_files, 'write_search_page', lambda *_: None)
+def without_page(plain, monkeypatch):
+    """Write no page."""
+    monkeypatch.setattr(search_files, 'write_search_page', lambda *_: None)
 
 
 def run(*arguments):
@@ -56,7 +55,9 @@ def lines(file):
         return 0
 
 
-def test_result_file_history_and_picture_agree(tmp_path, capsys):
+def test_result_file_history_and_picture_agree(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(search_files, 'draw_and_save', draw_and_save)
+    monkeypatch.setattr(search_files, 'write_search_page', write_search_page)
     output = tmp_path / 'deep' / 'found.yaml'
     assert run('--output', output, '--generations', 6) == 0
     parameters = configure(load([output]))
@@ -227,16 +228,11 @@ def _assert_same_as_uninterrupted(folder, generations):
     assert (folder / 'x.csv').read_bytes() == (folder / 'whole' / 'x.csv').read_bytes()
 
 
-def test_a_search_killed_once_and_resumed_gives_the_same_result(tmp_path):
-    kept = _kill_and_resume(tmp_path, 1, 300)
-    assert 0 < kept[0] < 300
-    _assert_same_as_uninterrupted(tmp_path, kept[-1] + 3)
-
-
-@pytest.mark.soak
-def test_a_search_killed_ten_times_and_resumed_gives_the_same_result(tmp_path):
-    kept = _kill_and_resume(tmp_path, 10, 2000)
+@pytest.mark.parametrize('kills', [1, pytest.param(10, marks=pytest.mark.soak)])
+def test_a_search_that_is_killed_and_resumed_gives_the_same_result(tmp_path, kills):
+    kept = _kill_and_resume(tmp_path, kills, 300 * kills)
     assert kept == sorted(kept)
+    assert 0 < kept[0] < 300 * kills
     _assert_same_as_uninterrupted(tmp_path, kept[-1] + 3)
 
 

@@ -10,14 +10,12 @@ from harness import CONFIG
 from mobile_robot_control.cli import experiment, report
 from mobile_robot_control.experiment import recorded_run
 from mobile_robot_control.experiment.result import ExperimentResult
-from mobile_robot_control.pages import report_writing
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.simulation.rollout import rollout
 
 
 @pytest.fixture
-def ran(monkeypatch):
+def ran(quick, monkeypatch):
     """The parameters of the experiments that were run, by name: in one process instead of over DDS."""
     parameters_by_name = {}
     monkeypatch.delenv('ROS_DOMAIN_ID')
@@ -29,7 +27,6 @@ def ran(monkeypatch):
         return ExperimentResult(*(('node_died', 'no answer') if output.name == 'broken' else ('completed', '')))
 
     monkeypatch.setattr(recorded_run, 'run_experiment', run)
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
     return parameters_by_name
 

@@ -15,6 +15,8 @@ from mobile_robot_control.runs.reading import load_run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, PanelOf
 from mobile_robot_control.runs.run_files import UnreadableRunError
 
+pytestmark = pytest.mark.usefixtures('quick')
+
 NAMES = ['$', '$x^$', '\\$^_{$', '_private', 'one\ntwo\x1b[2J', '\udcff\u2028\ufffe']
 
 
@@ -24,12 +26,6 @@ def table(tmp_path_factory):
     file = tmp_path_factory.mktemp('runs') / 'run.csv'
     assert simulate.main(['--duration', '0.1', '--output', str(file)]) == 0
     return file
-
-
-@pytest.fixture(autouse=True)
-def quick(monkeypatch):
-    """Draw one figure only."""
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
 
 
 def _drawn(output):

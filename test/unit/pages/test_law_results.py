@@ -26,11 +26,9 @@ from law_results import (
 )
 from law_searches import NAMES, gene_count, search_fingerprint, search_gains
 
-from mobile_robot_control.api import search_files
 from mobile_robot_control.cli import tune
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.simulation import batch
 
 PAGE = Path(__file__).parents[3] / 'docs' / 'results.md'
 RESULTS = json.loads(PAGE.with_name(STORE).read_text(encoding='utf-8'))
@@ -159,12 +157,10 @@ def test_another_search_or_gain_changes_the_fingerprints(monkeypatch, tmp_path):
     assert stored_gains(tmp_path / STORE) == {}
 
 
-def test_a_search_that_was_interrupted_goes_on_and_one_that_is_done_does_not_run_again(monkeypatch, tmp_path):
+def test_a_search_that_was_interrupted_goes_on_and_one_that_is_done_does_not_run_again(plain, monkeypatch, tmp_path):
     monkeypatch.setattr(law_searches, 'SEARCH', (
         '--seed 1 --population 5 --generations 3 --laps 0.5 -p /**.velocity_rate:=100.0 -p /**.position_rate:=50.0 '
         '-p reference_cart.period:=0.5 -p reference_cart.scale:=0.05 --workers 1 --keep k1 ti1 k2 ti2'))
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '<svg/>')
     ran = []
 
     def run(command, *more, progress=False):

@@ -222,8 +222,7 @@ def test_the_canvas_has_as_many_pixels_as_the_screen(show, browser):
     assert len(Image.open(io.BytesIO(base64.b64decode(picture))).convert('RGBA').getcolors(1 << 20)) > 20
 
 
-def test_the_same_runs_give_the_same_page(written, tmp_path, monkeypatch):
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+def test_the_same_runs_give_the_same_page(quick, tmp_path):
     parameters = configuration(plant={'duration': 0.1})
     first, second = (report_writing.write_report([
         Run('run', collect(rollout(parameters, 0.1)), (), {}, parameters)], tmp_path / name, lambda _: None)
@@ -257,9 +256,8 @@ def test_without_a_browser_the_moving_picture_is_left_as_it_is_with_the_remedy(t
     assert not (tmp_path / 'moving.gif').exists()
 
 
-def test_a_notebook_shows_replay_and_report_of_runs(browser, tmp_path, monkeypatch):
+def test_a_notebook_shows_replay_and_report_of_runs(browser, quick, tmp_path):
     formatters = pytest.importorskip('IPython.core.formatters')
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     run = mrc.simulate(duration=0.4)
     for n, shown in enumerate((run.replay(run, run), run.report(tmp_path / 'report', run))):
         found, _ = formatters.DisplayFormatter().format(shown)

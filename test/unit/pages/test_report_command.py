@@ -14,12 +14,12 @@ from rosbags.typesys import Stores, get_typestore
 
 from mobile_robot_control.cli import report, simulate
 from mobile_robot_control.configuration.files import configuration_text
-from mobile_robot_control.pages import report_writing
 from mobile_robot_control.pages.metrics_table import metrics_table
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
+
+pytestmark = pytest.mark.usefixtures('quick')
 
 LAW = {'position_controller': {'controller_type': 'hybrid_backstepping'}}
 START = '[0.8, -0.1, 0.3]'
@@ -38,13 +38,6 @@ def runs(tmp_path_factory):
     record(folder / 'run' / 'bag', rollout(parameters, DURATION))
     (folder / 'run' / 'parameters.yaml').write_text(configuration_text(parameters))
     return folder
-
-
-@pytest.fixture(autouse=True)
-def quick(monkeypatch):
-    """Draw one figure of each kind only: these tests do not look at the figures."""
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
-    monkeypatch.setattr(report_writing, 'TIMING_FIGURES', report_writing.TIMING_FIGURES[:1])
 
 
 def fingerprint(folder):

@@ -41,13 +41,6 @@ def samples():
     return list(rollout(PARAMETERS, DURATION))
 
 
-@pytest.fixture
-def quick(monkeypatch):
-    """Draw one figure only."""
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
-    monkeypatch.setattr(report_writing, 'TIMING_FIGURES', ())
-
-
 def base(path, samples, start=WALL, reference=True, odom_every=20, lost=0.1, kind=TWIST):
     """
     Write the bag of a base that takes cmd_vel.

@@ -7,8 +7,7 @@ import pytest
 from harness import CONFIG
 
 import mobile_robot_control as mrc
-from mobile_robot_control.pages import report_writing
-from mobile_robot_control.runs.run_figures import RUN_FIGURES
+from mobile_robot_control.pages.report_writing import write_report
 from mobile_robot_control.runs.series import Series, Signal
 from mobile_robot_control.runs.twins import with_twins
 
@@ -38,8 +37,7 @@ def twins():
     return on_the_wall_clock(simulated('real', 0.2)), simulated('simulated', 0.15)
 
 
-def test_twins_come_on_one_time_base_and_their_difference_is_told(twins, tmp_path, monkeypatch):
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
+def test_twins_come_on_one_time_base_and_their_difference_is_told(quick, twins, tmp_path):
     real, twin = twins
     (moved, _), found = with_twins([real, twin])
     assert found.shift == pytest.approx(3.0, abs=0.01)
@@ -50,7 +48,7 @@ def test_twins_come_on_one_time_base_and_their_difference_is_told(twins, tmp_pat
     apart = [np.interp(at, moved.time, moved.pose[:, n]) - np.interp(at, twin.time, twin.pose[:, n]) for n in (0, 1)]
     assert found.rms_position == pytest.approx(np.sqrt(np.mean(np.hypot(*apart)**2)), rel=0.1)
     assert found.real_error > found.simulated_error > 0.0
-    page = report_writing.write_report([real, twin], tmp_path, lambda _: None).read_text()
+    page = write_report([real, twin], tmp_path, lambda _: None).read_text()
     assert found.sentence in page
     assert json.loads((tmp_path / 'report.json').read_text())['real less simulated']['shift'] == found.shift
 

@@ -6,7 +6,6 @@ import pytest
 import mobile_robot_control as mrc
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.scenarios import with_robot
 from mobile_robot_control.tuning.robot_uncertainty import draw_robots
 
@@ -55,8 +54,7 @@ def test_a_file_that_does_not_fit_is_refused(change, told, tmp_path):
         list(draw_robots(file, ParameterSources(file).configuration(), 1, 1))
 
 
-def test_a_study_draws_robots_and_keeps_all_else(tmp_path, monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
+def test_a_study_draws_robots_and_keeps_all_else(plain, tmp_path):
     file = written(tmp_path / 'found.yaml')
     options = {'runs': 2, 'seed': 3, 'laps': 0.02, 'workers': 1}
     plain = mrc.study(file, variation=0.0, **options).runs
