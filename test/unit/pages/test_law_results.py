@@ -2,7 +2,6 @@
 
 import copy
 import json
-import shlex
 from pathlib import Path
 
 import law_results
@@ -24,9 +23,8 @@ from law_results import (
     measured,
     stored_gains,
 )
-from law_searches import NAMES, gene_count, search_fingerprint, search_gains
+from law_searches import NAMES, search_fingerprint, search_gains
 
-from mobile_robot_control.cli import tune
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.control.laws import LAWS
 
@@ -155,30 +153,6 @@ def test_another_search_or_gain_changes_the_fingerprints(monkeypatch, tmp_path):
     # what is stored is of other searches now, and nothing is known where nothing is stored
     assert stored_gains(PAGE.with_name(STORE)) == {}
     assert stored_gains(tmp_path / STORE) == {}
-
-
-def test_a_search_that_was_interrupted_goes_on_and_one_that_is_done_does_not_run_again(plain, monkeypatch, tmp_path):
-    monkeypatch.setattr(law_searches, 'SEARCH', (
-        '--seed 1 --population 5 --generations 3 --laps 0.5 -p /**.velocity_rate:=100.0 -p /**.position_rate:=50.0 '
-        '-p reference_cart.period:=0.5 -p reference_cart.scale:=0.05 --workers 1 --keep k1 ti1 k2 ti2'))
-    ran = []
-
-    def run(command, *more, progress=False):
-        ran.append(command)
-        return tune.main([*shlex.split(command)[1:], *more])
-
-    monkeypatch.setattr(law_searches, 'output_of', run)
-    file = tmp_path / search_fingerprint() / 'kanayama.yaml'
-    journal = file.with_name('kanayama.yaml.journal')
-    # ended by its time
-    assert run(law_searches.search_command('kanayama'), '--output', str(file), '--time-limit', '1e-9') == 1
-    assert journal.exists()
-    found = search_gains('kanayama', tmp_path)
-    assert not journal.exists()
-    assert search_gains('kanayama', tmp_path) == found
-    assert ran == [law_searches.search_command('kanayama')] * 2
-    assert found['position_controller']['controller_type'] == 'kanayama'
-    assert len(found['position_controller']) == 1 + gene_count('kanayama')
 
 
 def test_what_is_not_known_is_called_so():

@@ -231,7 +231,7 @@ def test_the_same_runs_give_the_same_page(quick, tmp_path):
 
 
 def test_units_are_the_same_in_the_sentence_and_in_the_replay(show):
-    values = [0.009667, 0.0, -1.2345, 0.00001234, 0.123456, 1234.5, 9.996e-5, 0.0999, 2e9]
+    values = [0.009667, 0.0, -1.2345, 0.00001234, 0.123456, 1234.5, 9.996e-5, 5e-4, 0.0999, 2e9]
     assert show(1)(f'{values}.map(value => mrc.withUnit(value, "N m"))') == [
         readable(value, 'N m').replace('\xa0', ' ') for value in values]
 
