@@ -105,6 +105,8 @@ def test_few_failures_are_listed_and_many_are_counted_by_kind():
         '10 of 300 fail: 1 too far from the reference over the last quarter, 6 diverged, '
         '3 with a position law that failed')
     assert failure_values(SCENARIOS, judged)['outcomes'] == {'completed': 1, 'diverged': 6, 'law_failed': 3}
+    assert next(failure_texts(SCENARIOS, [*judged[:291], *judged[299:]])) == (
+        '2 of 292 fail: 1 too far from the reference over the last quarter, 1 diverged')
 
 
 def test_where_none_or_all_fail_or_all_are_alike_nothing_is_split():
