@@ -6,6 +6,7 @@ import re
 from each import each
 
 from mobile_robot_control.pages.metrics_table import metrics_table
+from mobile_robot_control.pages.page import html_table
 from mobile_robot_control.pages.readable import described_change, quantity, readable_unit
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.series import Series
@@ -74,3 +75,7 @@ def test_poses_and_the_ratio_of_peak_torques_have_their_rows():
 def test_a_change_has_its_sign(case):
     value, base, shown = case
     assert described_change(value, base, 'J').replace('\xa0', ' ') == shown
+
+
+def test_names_break_behind_underscores():
+    assert '>hybrid_<wbr>backstepping<' in html_table(['', 'hybrid_backstepping'], [])

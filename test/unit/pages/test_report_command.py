@@ -201,7 +201,7 @@ def test_a_path_that_is_no_run_is_refused_with_a_remedy_which_works(runs, tmp_pa
         assert report.main([*words, '--output', str(tmp_path / 'out')]) == 2
         assert re.search(told, capsys.readouterr().err), told
     metrics, _ = reported(tmp_path / 'out', other, '--namespace', '/other')
-    assert metrics[tmp_path.name]['duration'] == pytest.approx(0.1)
+    assert metrics['another_robot']['duration'] == pytest.approx(0.1)
 
 
 def test_the_parameters_of_a_run_without_any_come_from_the_command_line(runs, tmp_path):
