@@ -144,12 +144,14 @@ def test_bad_usage_ends_with_exit_code_2(arguments):
 
 
 def test_what_cannot_be_searched_written_or_resumed_is_refused_and_nothing_is_changed(tmp_path, capsys):
-    for name, content in (('notes.yaml', 'my: notes\n'), ('begun.yaml.journal', 'something'),
+    fuzzy = '/**/position_controller: {ros__parameters: {controller_type: fuzzy}}\n'
+    for name, content in (('notes.yaml', 'my: notes\n'), ('fuzzy.yaml', fuzzy), ('begun.yaml.journal', 'something'),
                           ('odd.yaml.journal', 'garbage\nmore\n')):
         (tmp_path / name).write_text(content)
     before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
     for name, words, told in (
             ('notes.yaml', [], 'holds no backstepping controller'), ('begun.yaml', [], '--resume goes on'),
+            ('fuzzy.yaml', [], 'holds no backstepping controller'),
             ('odd.yaml', ['--resume'], 'line 1 of 2 is damaged'), ('notes.yaml/x.yaml', [], 'notes.yaml'),
             ('', [], 'is a folder'), ('x.yaml', ['--bounds', 'k9=0:1'], "no gene 'k9'"),
             ('x.yaml', ['--bounds', 'k1=2:1'], 'k1 = 2.0:1.0 is not allowed'),
