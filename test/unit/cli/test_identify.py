@@ -18,7 +18,7 @@ TOPICS = ['--topic', 'odom:=/base/odom', '--topic', 'cmd_vel:=/base/cmd_vel']
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory):
     random = np.random.default_rng(0)
-    return record(tmp_path_factory.mktemp('identify') / 'bag', random, Base(lag=(0.1, 0.1)), seconds=25.0)
+    return record(tmp_path_factory.mktemp('identify') / 'bag', random, Base(lag=(0.1, 0.1)), seconds=15.0)
 
 
 def test_it_writes_a_file_and_a_page_of_a_bag_that_was_cut_off(bag, tmp_path, capsys):
