@@ -171,17 +171,16 @@ def test_a_bag_with_odometry_and_reference_has_the_metrics_that_follow_from_its_
 
 
 def test_a_bag_without_odometry_is_drawn_without_it(runs, tmp_path):
-    topic = 'odom'
-    metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, topic, 'tracking_error'))
-    assert f'there is no {topic}, and so no tracking error and no metrics' in page
-    assert f'add --topic {topic}:=/NAME' in page
+    metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, 'odom', 'tracking_error'))
+    assert 'there is no odom, and so no tracking error and no metrics' in page
+    assert 'add --topic odom:=/NAME' in page
     assert 'peak_wheel_torque' not in metrics[tmp_path.name]
 
 
-def _copied(source, path, wanted, storage=StoragePlugin.MCAP):
+def _copied(source, path, wanted):
     """Copy a bag's topics with another writer."""
     types = get_typestore(Stores.ROS2_KILTED)
-    with Reader(source) as reader, Writer(path, version=9, storage_plugin=storage) as writer:
+    with Reader(source) as reader, Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         made = {connection.id: writer.add_connection(connection.topic, connection.msgtype, typestore=types)
                 for connection in reader.connections if wanted(connection.topic)}
         for connection, received, data in reader.messages():

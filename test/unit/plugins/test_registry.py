@@ -136,9 +136,12 @@ def test_a_file_that_cannot_be_loaded_is_named_with_its_reason(tmp_path, text, w
     assert file in str(refused.value)
     assert words in str(refused.value)
     assert 'mine' not in LAWS
-    for unreadable in (str(tmp_path / 'nowhere.py'), '.', '/dev/null/x'):
-        with pytest.raises(PluginError, match=r'cannot be read|is not a regular file|has no LAW'):
-            load_plugins([unreadable], [])
+
+
+@each(['nowhere.py', '.', '/dev/null/x'])
+def test_a_file_that_cannot_be_read_is_refused(file):
+    with pytest.raises(PluginError, match=r'cannot be read|is not a regular file|has no LAW'):
+        load_plugins([file], [])
 
 
 @pytest.mark.parametrize(('point', 'words'), [

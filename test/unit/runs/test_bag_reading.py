@@ -113,6 +113,9 @@ def test_a_file_without_a_message_is_reported_as_cut_off(tmp_path, content):
     assert not recording.samples
     assert any('cut off' in problem for problem in recording.problems)
     assert any('no message of the control loop' in problem for problem in recording.problems)
+
+
+def test_an_empty_bag_is_reported(tmp_path):
     with BagWriter(tmp_path / 'bag'):
         pass
     assert any('the bag holds nothing' in problem for problem in bag.read_bag(tmp_path / 'bag').problems)

@@ -249,6 +249,9 @@ def test_errors_are_those_of_the_command(capsys, keywords, options):
 def test_a_duration_without_a_step_or_an_end_is_refused(duration, refusal):
     with pytest.raises(mrc.ParameterError, match=refusal):
         mrc.simulate(duration=duration)
+
+
+def test_parameters_without_names_are_refused():
     with pytest.raises(mrc.ParameterError, match=r'parameters = .*: write them by NODE\.PARAMETER'):
         mrc.simulate(duration=0.1, parameters=['config/fuzzy.yaml'])
 
