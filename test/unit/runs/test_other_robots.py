@@ -33,7 +33,6 @@ BASE = {'odom': '/base/odom', 'cmd_vel': '/base/cmd_vel'}
 # without parameters neither the path nor the wheels are known
 UNKNOWN = {'initial_wheel_torque', 'peak_wheel_torque', 'peak_wheel_power', 'energy', 'torque_variation',
            'rms_cross_track_error', 'max_cross_track_error', 'command_variation'}
-INTEGRALS = ('iae', 'ise', 'itae', 'itse')
 
 
 @pytest.fixture(scope='module')
