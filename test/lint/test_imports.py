@@ -25,13 +25,12 @@ def _folder(path):
     return path.relative_to(PACKAGE).parts[0].removesuffix('.py')
 
 
-def folder_graph():
-    """Return the folders that each folder imports from."""
-    graph = {_folder(path): set() for path in FILES}
-    for path in FILES:
-        names = [name.split('.') for name in imported_names(path)]
-        graph[_folder(path)] |= {name[1] for name in names if name[0] == PACKAGE.name} & set(graph) - {_folder(path)}
-    return graph
+IMPORTED = {path: list(imported_names(path)) for path in FILES}
+GRAPH = {_folder(path): set() for path in FILES}
+"""The folders that each folder imports from."""
+for _path, _names in IMPORTED.items():
+    GRAPH[_folder(_path)] |= {name.split('.')[1] for name in _names if name.startswith(f'{PACKAGE.name}.')
+                              } & set(GRAPH) - {_folder(_path)}
 
 
 def test_no_import_is_relative():
@@ -42,7 +41,7 @@ def test_no_import_is_relative():
 
 def test_imports_between_folders_run_one_way():
     try:
-        TopologicalSorter(folder_graph()).prepare()
+        TopologicalSorter(GRAPH).prepare()
     except CycleError as error:
         raise AssertionError(f'these folders import each other: {" <- ".join(error.args[1])}') from error
 
@@ -51,15 +50,14 @@ def test_the_folders_of_nodes_import_downwards_alone():
     order = ['services', 'inputs', 'clocks', 'nodes']
     for path in (PACKAGE / 'ros').glob('*/*.py'):
         above = order[order.index(path.parent.name) + 1:]
-        found = [name for name in imported_names(path) for folder in above
+        found = [name for name in IMPORTED[path] for folder in above
                  if name.startswith(f'{PACKAGE.name}.ros.{folder}.')]
         assert not found, f'{path.relative_to(PACKAGE)} imports {", ".join(found)}'
 
 
 def test_formulas_stand_below_all_that_uses_them():
-    graph = folder_graph()
     below = {'quantities', 'angles', 'jit', 'stamps', 'system', 'parameters', 'plugins'}
-    assert graph['model'] | graph['control'] | graph['reference'] | graph['messages'] <= below | {'model'}
+    assert set().union(*(GRAPH[name] for name in ('model', 'control', 'reference', 'messages'))) <= below | {'model'}
 
 
 def test_ros_and_heavy_libraries_are_imported_where_they_belong():
@@ -67,7 +65,7 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong():
     for path in FILES:
         folder, compiles = _folder(path), path == PACKAGE / 'simulation' / 'batch.py'
         has_arrays = path.relative_to(PACKAGE).as_posix() in WITH_ARRAYS
-        for name in imported_names(path):
+        for name in IMPORTED[path]:
             first = name.partition('.')[0]
             if ((first in ROS and folder not in MAY_IMPORT_ROS) or (first == 'numba' and not compiles)
                     or (first in HEAVY - {'numba'} and folder not in MAY_IMPORT_HEAVY

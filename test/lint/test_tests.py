@@ -51,12 +51,6 @@ def test_without_the_fixture_domain_no_node_starts():
         rclpy.init()
 
 
-def test_a_test_with_the_fixture_domain_is_marked_as_over_dds(request, domain):
-    assert request.node.get_closest_marker('dds')
-    rclpy.init()
-    rclpy.shutdown()
-
-
 def test_no_test_is_given_a_domain_in_which_somebody_left_a_node():
     with own_domain() as found:
         left = int(found['ROS_DOMAIN_ID'])

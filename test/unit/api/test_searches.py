@@ -5,28 +5,22 @@ import json
 
 import numpy as np
 import pytest
+from each import each
 from harness import numbers_in
 
 import mobile_robot_control as mrc
-from mobile_robot_control.api import search_files, study_files
 from mobile_robot_control.cli import study, tune
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.scenarios import Scenario
 from mobile_robot_control.tuning import studying
+
+pytestmark = pytest.mark.usefixtures('plain')
 
 # a loop so short that plain Python runs it in a few milliseconds
 SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.period': 0.5,
          'reference_cart.scale': 0.05}
 SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={value}')]
-
-
-@pytest.fixture(autouse=True)
-def plain(monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
-    monkeypatch.setattr(study_files, 'draw_and_save', lambda *_: '')
 
 
 def _found(**options):
@@ -75,19 +69,7 @@ def test_a_search_prints_its_gains_in_a_line():
     assert repr(found) == '<Tuned backstepping: objective 1.25 after 3 generations, p = 0.5, gains.k1 = 0.25>'
 
 
-def test_one_gain_to_keep_needs_no_list():
-    small = {'generations': 1, 'population': 5, 'workers': 1, 'parameters': SMALL, 'laps': 0.4}
-    alone, listed = (mrc.tune('backstepping', seed=1, keep=keep, **small) for keep in ('ti1', ['ti1']))
-    assert alone.parameters == listed.parameters
-
-
-def test_a_search_without_a_result_is_an_error():
-    with pytest.raises(RuntimeError, match='no individual could be scored'):
-        mrc.tune('backstepping', seed=1, generations=1, population=5, workers=1,
-                 parameters=SMALL | {'plant.disturbance.step': [1e9, 1e9]})
-
-
-@pytest.mark.parametrize('law', LAWS)
+@each(LAWS)
 def test_every_law_is_searched(law):
     found = mrc.tune(law, seed=3, parameters=SMALL, generations=2, population=6, workers=1, laps=0.4,
                      bounds={} if law == 'fuzzy' else {'gains.k1': (0, 2), 'gains.k2': (0, 2)})
@@ -159,11 +141,10 @@ def test_a_study_has_the_numbers_of_the_command(tmp_path):
     assert list(by_name.controllers.values()) == list(found.controllers.values())
 
 
-def test_without_a_comparison_the_configured_law_is_studied():
-    found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1)
-    assert list(found.controllers) == ['backstepping']
-    assert found.controllers['backstepping']['runs'] == 2
-    assert found.comparisons == []
+def test_a_search_without_a_result_is_an_error():
+    with pytest.raises(RuntimeError, match='no individual could be scored'):
+        mrc.tune('backstepping', seed=1, generations=1, population=5, workers=1, keep='ti1',
+                 parameters=SMALL | {'plant.disturbance.step': [1e9, 1e9]})
 
 
 def test_one_file_curve_and_scale_need_no_list(tmp_path):

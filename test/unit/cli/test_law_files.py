@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.api import search_files
 from mobile_robot_control.cli import simulate, study, tune
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation import batch
+
+pytestmark = pytest.mark.usefixtures('plain', 'registered')
 
 PLUGINS = Path(__file__).parents[2] / 'plugins'
 LAW = ['--law', str(PLUGINS / 'kanayama.py')]
@@ -17,12 +17,6 @@ SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p'
          '-p', 'reference_cart.scale:=0.05']
 SEARCH = ['my_kanayama', '--seed', '3', '--population', '7', '--workers', '1', '--bounds', 'gains.k1=0:2',
           '--bounds', 'k2=0:2', *SMALL]
-
-
-@pytest.fixture(autouse=True)
-def plain(registered, monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
 
 
 def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):
@@ -37,11 +31,8 @@ def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):
     assert 0.0 < found.velocity_controller.gains.k1 <= 2.0
     for law in ('backstepping', 'hybrid_backstepping', 'fuzzy'):
         assert getattr(control, law) == getattr(default.position_controller.control, law)
-
-
-def test_gains_to_keep_stay_as_configured(tmp_path):
-    output = tmp_path / 'found.yaml'
-    keep = ['--keep', 'my_kanayama.k1', 'p', '-p', 'position_controller.my_kanayama.p:=3.0']
+    # gains to keep stay as they are configured
+    keep = ['--keep', 'my_kanayama.k1', 'p', '-p', 'position_controller.my_kanayama.p:=3.0', '--overwrite']
     assert tune.main([*SEARCH, *LAW, *keep, '--generations', '2', '--output', str(output)]) == 0
     gains = configure(load([output])).position_controller.control.my_kanayama
     assert (gains.p, gains.k1) == (3.0, 12.0)
@@ -83,18 +74,6 @@ def test_a_law_and_a_curve_from_files_are_studied(tmp_path):
                  '-p', 'position_controller.controller_type:=my_kanayama', '--output', str(tmp_path)]
     assert study.main(arguments) == 0
     assert json.loads((tmp_path / 'study.json').read_text())['controllers']['my_kanayama']['runs'] == 3
-
-
-def test_simulate_ends_with_the_outcome_of_a_law_that_fails(tmp_path, capsys):
-    law = tmp_path / 'failing.py'
-    law.write_text((PLUGINS / 'kanayama.py').read_text().replace('    return state', '    1.0 / 0.0\n    return state'))
-    output = tmp_path / 'run.csv'
-    assert simulate.main(['--law', str(law), '-p', 'position_controller.controller_type:=my_kanayama',
-                          '--duration', '1', '--output', str(output)]) == 1
-    told = capsys.readouterr()
-    assert "the position law 'my_kanayama' failed at t = 0 s: ZeroDivisionError: float division by zero" in told.err
-    assert json.loads((tmp_path / 'run.metrics.json').read_text())['outcome'] == 'law_failed'
-    assert len(output.read_text().splitlines()) == 2  # the head, and the sample with the zero command
 
 
 @pytest.mark.parametrize(('option', 'text', 'words'), [

@@ -8,18 +8,16 @@ import signal
 import pytest
 from harness import numbers_in
 
+from mobile_robot_control.api import study_files
 from mobile_robot_control.cli import study
-from mobile_robot_control.simulation import batch
+from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.tuning import studying
 
+pytestmark = pytest.mark.usefixtures('plain')
+
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
 SCALES = ['--scales', '0.05', '0.1', '--within', '0.5']
-
-
-@pytest.fixture(autouse=True)
-def plain(monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
 
 
 def run(folder, *arguments):
@@ -31,7 +29,8 @@ def read(folder):
         return numbers_in(folder / 'study.json'), list(csv.DictReader(file))
 
 
-def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
+def test_all_controllers_get_the_same_drawn_runs_and_files_agree_with_what_is_printed(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(study_files, 'draw_and_save', draw_and_save)
     for name, gain in (('firm', 2.0), ('slack', 1e-6)):
         (tmp_path / f'{name}.yaml').write_text(
             f'/**/position_controller: {{ros__parameters: {{backstepping: {{p: {gain}, q: 1.0, f: 5.0, g: 5.0}}}}}}')
@@ -79,11 +78,9 @@ def test_all_controllers_get_the_same_drawn_runs(tmp_path, capsys):
     # of one scenario there is none
     assert rms['difference_interval'] is None
     unwrapped = printed.replace('\n  ', ' ')
-    unwrapped = printed.replace('\n  ', ' ')
     assert '\ncompared in the same scenarios; the 2 intervals of all pairs and metrics hold together with' in unwrapped
     assert '\nfirm and slack, position error, largest in the last quarter: ' in unwrapped
-    assert '\nfirm and slack, position error, largest in the last quarter: ' in unwrapped
-    assert 'success: cannot be told apart: firm alone in 5, slack alone in 0 of 120' in printed.replace('\n  ', ' ')
+    assert 'success: cannot be told apart: firm alone in 5, slack alone in 0 of 120' in unwrapped
     assert printed.count('\nposition loop: ') == 2
     for numbers in found['controllers'].values():
         assert {'velocity_loop', 'position_loop'} < set(numbers['margins'])

@@ -9,13 +9,15 @@ import sys
 import time
 
 import pytest
+from each import each
 from processes import wait_until
 
 from mobile_robot_control.api import search_files
 from mobile_robot_control.cli import tune
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation import batch
+from mobile_robot_control.figures.drawing import draw_and_save
+from mobile_robot_control.pages.search_page import write_search_page
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
 
@@ -28,11 +30,9 @@ START = 'import sys; sys.modules["numba"] = None; from mobile_robot_control.cli.
 
 
 @pytest.fixture(autouse=True)
-def plain(request, monkeypatch):
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    if 'picture' not in request.node.name:
-        monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '')
-        monkeypatch.setattr(search_files, 'write_search_page', lambda *_: None)
+def without_page(plain, monkeypatch):
+    """Write no page."""
+    monkeypatch.setattr(search_files, 'write_search_page', lambda *_: None)
 
 
 def run(*arguments):
@@ -55,10 +55,13 @@ def lines(file):
         return 0
 
 
-def test_result_file_history_and_picture_agree(tmp_path, capsys):
+def test_result_file_history_and_picture_agree(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(search_files, 'draw_and_save', draw_and_save)
+    monkeypatch.setattr(search_files, 'write_search_page', write_search_page)
     output = tmp_path / 'deep' / 'found.yaml'
     assert run('--output', output, '--generations', 6) == 0
     parameters = configure(load([output]))
+    assert f'objective {summary(measure(parameters, 0.5))["objective"]!r}' in output.read_text()
     assert parameters.plant.shared.velocity_rate == 100.0
     assert 0.0 < parameters.velocity_controller.gains.k1 <= 2.0
     head = [line for line in output.read_text().splitlines() if line.startswith('#')]
@@ -82,41 +85,21 @@ def test_result_file_history_and_picture_agree(tmp_path, capsys):
     assert [f'# {line}' for line in printed[1:]] == head[-len(printed) + 1:]
 
 
-def test_a_rollout_of_the_result_file_has_the_objective_that_it_names(tmp_path):
-    output = tmp_path / 'found.yaml'
-    assert run('--output', output, '--generations', 3) == 0
-    parameters = configure(load([output]))
-    metrics = summary(measure(parameters, 0.5))
-    assert f'objective {metrics["objective"]!r}' in output.read_text()
-
-
-@pytest.mark.parametrize('algorithm', ['genetic', 'differential_evolution'])
-def test_the_same_seed_gives_the_same_files_for_any_number_of_workers(tmp_path, algorithm):
-    common = ['--generations', 4, '--algorithm', algorithm]
+def test_the_same_seed_gives_the_same_files_for_any_number_of_workers(tmp_path):
+    common = ['--generations', 4, '--algorithm', 'differential_evolution']
     assert run('--output', tmp_path / '1' / 'x.yaml', *common) == 0
     assert tune.main([*SEARCH, '--workers', '2', '--output', str(tmp_path / '2' / 'x.yaml'), *map(str, common)]) == 0
     assert values(tmp_path / '1' / 'x.yaml') == values(tmp_path / '2' / 'x.yaml')
     assert (tmp_path / '1' / 'x.csv').read_bytes() == (tmp_path / '2' / 'x.csv').read_bytes()
 
 
-@pytest.mark.parametrize(('controller', 'changed', 'kept'), [
-    ('velocity', 'velocity_controller', 'position_controller'),
-    ('fuzzy', 'position_controller', 'velocity_controller'),
-    ('hybrid_backstepping', 'velocity_controller', 'reference_cart'),
-])
-def test_each_controller_can_be_tuned_and_the_rest_stays(tmp_path, controller, changed, kept):
-    output = tmp_path / 'found.yaml'
-    assert tune.main([controller, '--seed', '1', '--population', '6', '--generations', '2', *SMALL, '--workers', '1',
-                      *(() if controller == 'fuzzy' else SEARCH[5:9]), '--output', str(output)]) == 0
-    found, before = (configure(values) for values in (load([output]), load([], SMALL[1::2])))
-    assert getattr(found, changed) != getattr(before, changed)
-    assert getattr(found, kept) == getattr(before, kept)
-    if controller != 'velocity':
-        assert found.position_controller.control.controller_type == controller
-
-
 def test_a_search_with_smoothness_names_its_weight_and_is_resumed_with_no_other(tmp_path, capsys):
     output = tmp_path / 'x.yaml'
+    for name, more in (('plain', []), ('zero', ['--smooth', 0]), ('smooth', ['--smooth', 9])):
+        assert run('--output', tmp_path / f'{name}.yaml', '--generations', 3, *more) == 0
+    assert 'variation' not in (tmp_path / 'zero.yaml').read_text()
+    plain, zero, smooth = ((tmp_path / f'{name}.csv').read_bytes() for name in ('plain', 'zero', 'smooth'))
+    assert plain == zero != smooth
     assert run('--output', output, '--generations', 1, '--smooth', 0.5) == 0
     assert 'and 0.5 times the variation per second' in output.read_text()
     # ended by its time, with a journal
@@ -125,19 +108,6 @@ def test_a_search_with_smoothness_names_its_weight_and_is_resumed_with_no_other(
     assert 'was begun with smooth = 0.5, and now it is 0.25' in capsys.readouterr().err
     assert run('--output', output, '--generations', 9, '--resume') == 2
     assert 'was begun with smooth = 0.5, and now it is None' in capsys.readouterr().err
-
-
-def test_without_smoothness_a_search_is_that_of_before(tmp_path):
-    for name, more in (('left_out', []), ('zero', ['--smooth', 0])):
-        assert run('--output', tmp_path / f'{name}.yaml', '--generations', 3, *more) == 0
-    assert values(tmp_path / 'left_out.yaml') == values(tmp_path / 'zero.yaml')
-    assert (tmp_path / 'left_out.csv').read_bytes() == (tmp_path / 'zero.csv').read_bytes()
-    assert 'variation' not in (tmp_path / 'zero.yaml').read_text()
-    assert run('--output', tmp_path / 'smooth.yaml', '--generations', 3, '--smooth', 9) == 0
-    assert (tmp_path / 'smooth.csv').read_bytes() != (tmp_path / 'zero.csv').read_bytes()
-    # journals begin with what the scores depend on, which says nothing of it
-    assert run('--output', tmp_path / 'y.yaml', '--generations', 9, '--time-limit', 1e-9) == 1
-    assert 'smooth' not in (tmp_path / 'y.yaml.journal').read_text()
 
 
 def test_scenario_options_can_be_combined(tmp_path):
@@ -165,39 +135,30 @@ def test_a_better_result_is_replaced_only_with_overwrite(tmp_path, capsys):
     assert values(output) == [line.decode() for line in better.splitlines() if not line.startswith(b'#')]
 
 
-def test_a_file_without_a_controller_is_not_replaced(tmp_path, capsys):
-    output = tmp_path / 'notes.yaml'
-    output.write_text('my: notes\n')
-    assert run('--output', output, '--generations', 1) == 2
-    assert output.read_text() == 'my: notes\n'
-    assert 'holds no backstepping controller' in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(('arguments', 'message'), [
-    (['--bounds', 'k9=0:1'], "no gene 'k9'"),
-    (['--bounds', 'k1=2:1'], 'k1 = 2.0:1.0 is not allowed'),
-    (['-p', '/**.velocity_rate:=-1.0'], 'velocity_rate = -1.0'),
-])
-def test_unusable_values_end_with_exit_code_2(tmp_path, capsys, arguments, message):
-    assert run('--output', tmp_path / 'x.yaml', *arguments) == 2
-    assert message in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize('arguments', [['--bounds', 'k1'], ['--start', '1,2'], ['--generations', '0'],
-                                       ['--population', 'x'], ['--curves', 'square'], ['--variation', '1.5'],
-                                       ['--smooth', '-1']])
-def test_bad_usage_ends_with_exit_code_2(tmp_path, arguments):
+@each([['--bounds', 'k1'], ['--start', '1,2'], ['--generations', '0'], ['--population', 'x'], ['--curves', 'square'],
+       ['--variation', '1.5'], ['--smooth', '-1']])
+def test_bad_usage_ends_with_exit_code_2(arguments):
     with pytest.raises(SystemExit) as ended:
-        run('--output', tmp_path / 'x.yaml', *arguments)
+        run('--output', 'x.yaml', *arguments)
     assert ended.value.code == 2
 
 
-def test_an_unwritable_output_is_refused_before_the_search(tmp_path, capsys):
-    (tmp_path / 'file').write_text('')
-    assert run('--output', tmp_path / 'file' / 'x.yaml') == 2
-    assert run('--output', tmp_path) == 2
-    assert 'is a folder' in capsys.readouterr().err
+def test_what_cannot_be_searched_written_or_resumed_is_refused_and_nothing_is_changed(tmp_path, capsys):
+    fuzzy = '/**/position_controller: {ros__parameters: {controller_type: fuzzy}}\n'
+    for name, content in (('notes.yaml', 'my: notes\n'), ('fuzzy.yaml', fuzzy), ('begun.yaml.journal', 'something'),
+                          ('odd.yaml.journal', 'garbage\nmore\n')):
+        (tmp_path / name).write_text(content)
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    for name, words, told in (
+            ('notes.yaml', [], 'holds no backstepping controller'), ('begun.yaml', [], '--resume goes on'),
+            ('fuzzy.yaml', [], 'holds no backstepping controller'),
+            ('odd.yaml', ['--resume'], 'line 1 of 2 is damaged'), ('notes.yaml/x.yaml', [], 'notes.yaml'),
+            ('', [], 'is a folder'), ('x.yaml', ['--bounds', 'k9=0:1'], "no gene 'k9'"),
+            ('x.yaml', ['--bounds', 'k1=2:1'], 'k1 = 2.0:1.0 is not allowed'),
+            ('x.yaml', ['-p', '/**.velocity_rate:=-1.0'], 'velocity_rate = -1.0')):
+        assert run('--output', tmp_path / name, '--generations', 2, *words) == 2, told
+        assert told in capsys.readouterr().err
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
 
 
 def test_a_missing_scheduler_ends_with_exit_code_2(tmp_path, capsys):
@@ -229,28 +190,6 @@ def test_a_full_disk_ends_the_search_and_keeps_the_best_so_far(tmp_path, capsys,
     assert 'No space left on device' in printed
     assert 'best of 3 generations' in printed
     assert configure(load([output]))
-    monkeypatch.setattr(journal.Journal, 'add', add)
-    assert run('--output', output, '--generations', 9, '--resume') == 0
-    assert run('--output', tmp_path / 'whole.yaml', '--generations', 9) == 0
-    assert values(output) == values(tmp_path / 'whole.yaml')
-
-
-
-def test_an_unfinished_search_is_not_replaced_without_resume(tmp_path, capsys):
-    journal = tmp_path / 'x.yaml.journal'
-    journal.write_text('something')
-    assert run('--output', tmp_path / 'x.yaml', '--generations', 2) == 2
-    assert '--resume goes on' in capsys.readouterr().err
-    assert journal.read_text() == 'something'
-
-
-def test_a_corrupt_journal_is_refused_and_kept(tmp_path, capsys):
-    journal = tmp_path / 'x.yaml.journal'
-    journal.write_text('garbage\nmore\n')
-    assert run('--output', tmp_path / 'x.yaml', '--generations', 2, '--resume') == 2
-    assert 'line 1 of 2 is damaged' in capsys.readouterr().err
-    assert journal.read_text() == 'garbage\nmore\n'
-
 
 @pytest.mark.parametrize('arguments', [
     ['velocity', '--seed', '1'], ['fuzzy', '--seed', '1', '--with-velocity'],
@@ -291,16 +230,11 @@ def _assert_same_as_uninterrupted(folder, generations):
     assert (folder / 'x.csv').read_bytes() == (folder / 'whole' / 'x.csv').read_bytes()
 
 
-def test_a_search_killed_once_and_resumed_gives_the_same_result(tmp_path):
-    kept = _kill_and_resume(tmp_path, 1, 300)
-    assert 0 < kept[0] < 300
-    _assert_same_as_uninterrupted(tmp_path, kept[-1] + 3)
-
-
-@pytest.mark.soak
-def test_a_search_killed_ten_times_and_resumed_gives_the_same_result(tmp_path):
-    kept = _kill_and_resume(tmp_path, 10, 2000)
+@pytest.mark.parametrize('kills', [1, pytest.param(10, marks=pytest.mark.soak)])
+def test_a_search_that_is_killed_and_resumed_gives_the_same_result(tmp_path, kills):
+    kept = _kill_and_resume(tmp_path, kills, 300 * kills)
     assert kept == sorted(kept)
+    assert 0 < kept[0] < 300 * kills
     _assert_same_as_uninterrupted(tmp_path, kept[-1] + 3)
 
 

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each
 
 from mobile_robot_control import Curve, CurvePoint
 from mobile_robot_control.conformance.checks import ConformanceError
@@ -75,8 +76,8 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize('curve', [*BUILT_IN, Curve('ellipse', ellipse), Curve('stadium', stadium),
-                                   Curve('spiral', spiral, closed=False)], ids=lambda curve: curve.name)
+@each([*BUILT_IN, Curve('ellipse', ellipse), Curve('stadium', stadium), Curve('spiral', spiral, closed=False)],
+      lambda curve: curve.name)
 def test_the_curves_of_the_package_and_sound_ones_pass(curve):
     before = dict(CURVES)
     result = check_curve(curve, over_dds=False)
@@ -85,7 +86,7 @@ def test_the_curves_of_the_package_and_sound_ones_pass(curve):
     assert dict(CURVES) == before
 
 
-@pytest.mark.parametrize('what', BROKEN)
+@each(BROKEN)
 def test_what_is_broken_is_named_with_its_parameter(what):
     point, failing, text = BROKEN[what]
     with pytest.raises(ConformanceError) as failure:
@@ -94,13 +95,14 @@ def test_what_is_broken_is_named_with_its_parameter(what):
     assert text in str(failure.value)
 
 
-@pytest.mark.parametrize(('record', 'text'), [
+@each([
     (ellipse, 'CURVE is of type function'),
     (Curve('circle', ellipse), "the curve 'circle' is defined in mobile_robot_control already"),
     (Curve('pair', lambda s: (s, s)), "the curve 'pair' returns (0.0, 0.0) at s = 0.0 rad"),
     (Curve('late', lambda s: 1.0 / s), "the curve 'late' fails at s = 0.0 rad: ZeroDivisionError"),
 ])
-def test_an_incomplete_record_is_refused_alone(record, text):
+def test_an_incomplete_record_is_refused_alone(case):
+    record, text = case
     with pytest.raises(ConformanceError) as failure:
         check_curve(record, over_dds=False)
     assert list(failure.value.failures) == ['record']

@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 
 import pytest
 from broken_laws import BROKEN, MIXED, PAIR, SOLVING, SOUND, Count
+from each import each
 
 from mobile_robot_control import Field
 from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, file_option, holding, run_checks
@@ -29,16 +30,19 @@ def test_the_laws_of_the_package_pass_and_are_compiled_to_the_last_bit(law):
         warnings.simplefilter('error')
         result = check_law(law, over_dds=False)
     assert {*result.passed, *result.left_out} == {'record', *LAW_CHECKS, 'over DDS'}
+    assert LAWS[law.name] is law
     assert result.left_out == {'over DDS': 'over_dds=False'} | (
         {} if law.repair else {'repair': 'the law has no repair'})
 
 
-@pytest.mark.parametrize('law', [SOUND, MIXED, PAIR, SOLVING], ids=lambda law: law.name)
+@each([SOUND, MIXED, PAIR, SOLVING], lambda law: law.name)
 def test_a_sound_law_passes_and_gains_that_a_rule_refuses_are_not_tried(law):
+    before = dict(LAWS)
     assert set(PLAIN) - {'repair'} <= set(checked_plain(law).passed)
+    assert dict(LAWS) == before
 
 
-@pytest.mark.parametrize('what', BROKEN)
+@each(BROKEN)
 def test_what_is_broken_is_named_with_an_input(what):
     law, failing, (check, *texts) = BROKEN[what]
     with pytest.raises(AssertionError) as failure:
@@ -49,23 +53,6 @@ def test_what_is_broken_is_named_with_an_input(what):
         assert text in line
 
 
-@pytest.mark.parametrize(('record', 'text'), [
-    ('kanayama', 'LAW is of type str'),
-    (SOUND._replace(name='No name'), "the name 'No name' of a law is no ROS name"),
-    (SOUND._replace(name='fuzzy'), "the law 'fuzzy' is defined in mobile_robot_control already"),
-    (SOUND._replace(gains=dict), "'sound': its gains are no NamedTuple"),
-    (SOUND._replace(step=None), "the step of 'sound' is no function"),
-    (SOUND._replace(start=5), "'sound': its start is 5; write an instance of a NamedTuple"),
-    (SOUND._replace(joining=Count), "'sound': its joining is <class 'broken_laws.Count'>; write an instance"),
-    (SOUND._replace(groups=('sound', 'nothing')), "takes the gains of 'nothing', which is no law here"),
-])
-def test_an_incomplete_record_is_refused_alone(record, text):
-    with pytest.raises(ConformanceError) as failure:
-        check_law(record, over_dds=False)
-    assert list(failure.value.failures) == ['record']
-    assert text in str(failure.value)
-
-
 class TooLarge(NamedTuple):
     k: Annotated[float, Field('1/s', 'larger closes the gap sooner', above=0.0, maximum=2.0, live=True)] = 3.0
 
@@ -74,22 +61,25 @@ class Undeclared(NamedTuple):
     k: float = 1.0
 
 
-@pytest.mark.parametrize(('gains', 'text'), [
-    (TooLarge, 'k = 3.0 is not allowed; it must be above 0.0 1/s, at most 2.0 1/s'),
-    (Undeclared, "its gains are no NamedTuple of fields annotated with Field"),
+@each([
+    ('kanayama', 'LAW is of type str'),
+    (SOUND._replace(name='No name'), "the name 'No name' of a law is no ROS name"),
+    (SOUND._replace(name='fuzzy'), "the law 'fuzzy' is defined in mobile_robot_control already"),
+    (SOUND._replace(gains=dict), "'sound': its gains are no NamedTuple"),
+    (SOUND._replace(step=None), "the step of 'sound' is no function"),
+    (SOUND._replace(start=5), "'sound': its start is 5; write an instance of a NamedTuple"),
+    (SOUND._replace(joining=Count), "'sound': its joining is <class 'broken_laws.Count'>; write an instance"),
+    (SOUND._replace(groups=('sound', 'nothing')), "takes the gains of 'nothing', which is no law here"),
+    (SOUND._replace(gains=TooLarge), 'k = 3.0 is not allowed; it must be above 0.0 1/s, at most 2.0 1/s'),
+    (SOUND._replace(gains=Undeclared), 'its gains are no NamedTuple of fields annotated with Field'),
 ])
-def test_gains_outside_their_own_bounds_or_without_a_field_are_refused(gains, text):
+def test_an_incomplete_record_is_refused_alone_and_leaves_the_registry_as_it_was(case):
+    record, text = case
+    before = dict(LAWS)
     with pytest.raises(ConformanceError) as failure:
-        check_law(SOUND._replace(gains=gains), over_dds=False)
+        check_law(record, over_dds=False)
     assert list(failure.value.failures) == ['record']
     assert text in str(failure.value)
-
-
-def test_a_check_leaves_the_registry_as_it_was():
-    before = dict(LAWS)
-    checked_plain(SOUND)
-    with pytest.raises(ConformanceError):
-        check_law(SOUND._replace(groups=('nothing',)), over_dds=False)
     assert dict(LAWS) == before
 
 

@@ -54,13 +54,10 @@ def _row(first):
     return set(re.findall(r'\w+', ' '.join(re.findall(r'`([^`]*)`', row)))) - {'x', 'y', 'math', 'base'}
 
 
-def test_the_safe_functions_of_the_page_are_those_of_this_test():
+def test_the_functions_of_the_page_are_those_of_this_test_and_of_the_check():
     # exp2 is of Python 3.11
     used = inspect.getsource(basic) + inspect.getsource(transcendental)
     assert {name for name in _row('equal to the last bit') - {'exp2'} if not re.search(rf'\b{name}\(', used)} == set()
     assert [one.text for one in suspects(basic)] == []
-
-
-def test_the_other_functions_of_the_page_are_those_that_are_named_as_suspicious():
     assert set(DIFFERENT) - {'pow'} == _row('different in last bits') - {'sqrt', 'of', 'y'}
     assert set(UNCOMPILED) == {name for name in _row('not compiled') if not name.isdigit()} - {'log', 'float'}

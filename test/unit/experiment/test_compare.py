@@ -10,14 +10,12 @@ from harness import CONFIG
 from mobile_robot_control.cli import experiment, report
 from mobile_robot_control.experiment import recorded_run
 from mobile_robot_control.experiment.result import ExperimentResult
-from mobile_robot_control.pages import report_writing
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.simulation.rollout import rollout
 
 
 @pytest.fixture
-def ran(monkeypatch):
+def ran(quick, monkeypatch):
     """The parameters of the experiments that were run, by name: in one process instead of over DDS."""
     parameters_by_name = {}
     monkeypatch.delenv('ROS_DOMAIN_ID')
@@ -29,7 +27,6 @@ def ran(monkeypatch):
         return ExperimentResult(*(('node_died', 'no answer') if output.name == 'broken' else ('completed', '')))
 
     monkeypatch.setattr(recorded_run, 'run_experiment', run)
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
     return parameters_by_name
 
@@ -110,12 +107,11 @@ def test_a_folder_that_is_refused_leaves_the_others_as_they_were(ran, tmp_path):
     assert [path.name for path in (tmp_path / 'out').iterdir()] == ['backstepping']
 
 
-@pytest.mark.parametrize('namespace', ['', 'a/b', '//', '/x/', '/1x'])
-@pytest.mark.parametrize('command', [experiment, report])
-def test_a_namespace_that_ros_does_not_take_is_bad_usage(tmp_path, capsys, command, namespace):
-    arguments = ['--duration', '1'] if command is experiment else ['run']
-    with pytest.raises(SystemExit) as ended:
-        command.main([*arguments, '--output', str(tmp_path / 'out'), '--namespace', namespace])
-    assert ended.value.code == 2
-    assert f"'{namespace}' is no namespace of ROS" in capsys.readouterr().err
+def test_a_namespace_that_ros_does_not_take_is_bad_usage(tmp_path, capsys):
+    for namespace in ('', 'a/b', '//', '/x/', '/1x'):
+        for command, arguments in ((experiment, ['--duration', '1']), (report, ['run'])):
+            with pytest.raises(SystemExit) as ended:
+                command.main([*arguments, '--output', str(tmp_path / 'out'), '--namespace', namespace])
+            assert ended.value.code == 2
+            assert f"'{namespace}' is no namespace of ROS" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

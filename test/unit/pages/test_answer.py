@@ -1,6 +1,6 @@
 """The sentence that opens a report is right whatever became of a run, and whatever is not known of it."""
 
-import pytest
+from each import each
 from measuring import configuration
 
 from mobile_robot_control.pages.answer import key_numbers, sentence
@@ -43,18 +43,20 @@ END = f': {ERRORS}, peak torque 1.28 N m; no message was lost.'
 
 def test_a_whole_run_is_told_by_law_curve_errors_torque_and_messages():
     assert _sentence(_run()) == f'{BEGIN}completed 16 s{END}'
+    assert _sentence(_run(series=_series(origin=10**18))) == f'{BEGIN}completed 16 s on the wall clock{END}'
+    assert len(_sentence(_run('x' * 3000), _run('y' * 3000))) < 400
 
 
-@pytest.mark.parametrize(('outcome', 'words'), [
+@each([
     ('diverged', 'diverged after 3.2 s of 16 s'),
     ('law_failed', 'was stopped after 3.2 s of 16 s, when its position law failed'),
-    ('interrupted', 'was interrupted after 3.2 s of 16 s'),
     ('node_died', 'was broken off after 3.2 s of 16 s, when a node gave no answer'),
     ('broken off', 'was recorded for 3.2 s of 16 s only'),
     ('not known', 'drove for 3.2 s'),
     ('odd {} \u2028', r'ended after 3.2 s of 16 s (odd {} \u2028)'),
 ])
-def test_what_became_of_a_run_is_told_with_its_time(outcome, words):
+def test_what_became_of_a_run_is_told_with_its_time(case):
+    outcome, words = case
     assert _sentence(_run(outcome=outcome, duration=3.2)) == f'{BEGIN}{words}{END}'
 
 
@@ -66,43 +68,37 @@ def test_a_run_without_metrics_has_no_error():
     assert [number.text for number in key_numbers([run])[0]] == ['0', '–', '–', '–', '–']
 
 
-@pytest.mark.parametrize(('changes', 'words'), [
+@each([
     ({'error': MEASURED}, 'RMS error 9.67 mm and largest 28.5 mm as odometry saw it'),
     ({'measured_rms_position_error': 0.005}, 'true RMS error 9.67 mm (5 mm as odometry saw it), largest 28.5 mm'),
     ({'measured_rms_position_error': None}, ERRORS),
     ({'rms_position_error': None, 'max_position_error': None}, 'its error is not known'),
     ({'max_position_error': None}, 'RMS error 9.67 mm, largest –'),
 ])
-def test_true_and_measured_errors_are_told_apart(changes, words):
+def test_true_and_measured_errors_are_told_apart(case):
+    changes, words = case
     assert _sentence(_run(**changes)) == f'{BEGIN}completed 16 s: {words}, peak torque 1.28 N m; no message was lost.'
 
 
-@pytest.mark.parametrize(('parameters', 'peaks', 'words'), [
+@each([
     (LINEARIZED, None, 'torque not known'), (LINEARIZED, {'right': None, 'left': None}, 'torque not known'),
     (LINEARIZED, {'right': None, 'left': 0.05}, 'peak torque 50 mN m'), (None, None, 'torque not known'),
     (BASE, None, 'no torque, as its base takes velocities'),
 ])
-def test_a_torque_that_is_not_known_is_not_made_up(parameters, peaks, words):
+def test_a_torque_that_is_not_known_is_not_made_up(case):
+    parameters, peaks, words = case
     assert f', {words}; ' in _sentence(_run(parameters=parameters, peak_wheel_torque=peaks))
 
 
-def test_the_wall_clock_is_named():
-    wall = _series(origin=10**18)
-    assert _sentence(_run(series=wall)) == f'{BEGIN}completed 16 s on the wall clock{END}'
-
-
-@pytest.mark.parametrize(('stamps', 'problems', 'received', 'words'), [
+@each([
     ([0, 10, 20, 50, 60, 70], ('gaps',), True, '4 messages are missing from the recording'),
     (range(0, 60, 10), ('cut off',), True, 'its recording is not complete, see what is missing below'),
     (range(0, 60, 10), (), False, 'no row of its table is missing'),
 ])
-def test_missing_messages_are_counted(stamps, problems, received, words):
+def test_missing_messages_are_counted(case):
+    stamps, problems, received, words = case
     run = _run(problems=problems, series=_series(stamps, received))
     assert _sentence(run).endswith(f'; {words}.')
-
-
-def test_a_name_is_never_longer_than_a_line():
-    assert len(_sentence(_run('x' * 3000), _run('y' * 3000))) < 400
 
 
 def test_the_best_of_several_runs_is_told_with_what_became_of_the_others():
@@ -125,9 +121,7 @@ def test_five_numbers_have_readable_units():
     assert [(number.label, number.text.replace('\xa0', ' ')) for number in found] == [
         ('RMS error', '9.67 mm'), ('largest error', '28.5 mm'), ('RMS heading error', '1.15°'),
         ('peak torque', '1.28 N m'), ('energy', '52 J')]
-
-
-def test_a_number_of_several_runs_has_one_unit():
+    # of several runs the same
     found = key_numbers([_run(max_position_error=0.0285), _run(max_position_error=0.102)])
     assert [row[1].text.replace('\xa0', ' ') for row in found] == ['28.5 mm', '102 mm']
 

@@ -2,22 +2,19 @@
 
 import re
 import shlex
-from itertools import combinations
 from pathlib import Path
 
 import pytest
-from chapter_figures import chromosomes, fuzzy_gains, index
-from chapter_figures.membership_figures import EVOLVED_FIGURES
+from chapter_figures import chromosomes, index
 from chapter_figures.runs import HYBRID_LEMNISCATE, Runs
 from chapter_figures.structure_figures import STRUCTURE_FIGURES, rules
+from each import each
 from harness import CONFIG
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from mobile_robot_control.cli import simulate
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.hybrid_backstepping import HybridState
-from mobile_robot_control.figures.palette import save
 from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.tuning.search_space import search_genes
 
@@ -32,7 +29,7 @@ def test_figures_2_to_33_are_there_in_order():
     assert set(plain) == set(range(2, 34))
 
 
-@pytest.mark.parametrize('figure', index.CHAPTER_FIGURES, ids=lambda figure: figure.number)
+@each(index.CHAPTER_FIGURES, lambda figure: figure.number)
 def test_the_command_of_a_figure_has_valid_options_and_files(figure):
     for line in figure.command.splitlines():
         words = shlex.split(line)
@@ -54,32 +51,22 @@ def test_the_ten_rules_are_those_of_the_chapter():
     }
 
 
-def test_the_chromosomes_have_the_chapters_genes_and_values():
+@each(STRUCTURE_FIGURES, lambda figure: figure.number)
+def test_a_figure_is_drawn(figure):
+    assert figure.draw(RUNS).axes
+
+
+def test_the_chromosomes_have_the_chapters_genes_and_values_and_the_bounds_of_the_search():
     # section 3.1 of the chapter
     found = {gene.symbol: gene.value for gene in chromosomes.backstepping_genes(RUNS)}
     assert found == {'p': 1.9934, 'q': 0.0530, 'f': 9.8615, 'g': 2.9956, 'K1': 128.444, 'Ti1': 60.9756, 'K2': 29.048,
                      'Ti2': 31.4465}
     assert [gene.symbol for gene in chromosomes.fuzzy_genes(RUNS)] == [
         'a1', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6', 'c1', 'c2', 'c3', 'c4', 'c5', 'd1', 'd2', 'd3']
-
-
-def test_the_chromosomes_show_the_bounds_of_the_search():
     for genes, search in ((chromosomes.backstepping_genes(RUNS), 'backstepping'),
                           (chromosomes.fuzzy_genes(RUNS), 'fuzzy')):
         assert [gene.bounds for gene in genes] == [
             f'{gene.low:.3g} to {gene.high:.3g}' for gene in search_genes(search)[:len(genes)]]
-
-
-def test_initial_gains_are_within_the_bounds_of_the_search():
-    found = fuzzy_gains.initial(RUNS)
-    bounds = {gene.short: (gene.low, gene.high) for gene in search_genes('fuzzy')}
-    for name, number in [('a', found.a), *((f'c{n}', c) for n, c in enumerate(found.c, 1)),
-                         *((f'd{n}', d) for n, d in enumerate(found.d, 1))]:
-        assert bounds[name][0] <= number <= bounds[name][1]
-
-
-def test_initial_gains_are_the_same_in_every_call_and_not_the_evolved_ones():
-    assert fuzzy_gains.initial(RUNS) == fuzzy_gains.initial(RUNS) != fuzzy_gains.evolved(RUNS)
 
 
 def test_the_velocity_loop_follows_a_step():
@@ -96,36 +83,6 @@ def test_the_states_of_the_seeking_are_those_of_the_law():
         # before the cart is in sight the command is the seeking rotation itself
         assert state.seen == 0.0
         assert sample.command == BodyVelocity(0.0, state.seek)
-
-
-@pytest.mark.parametrize('figure', STRUCTURE_FIGURES, ids=lambda figure: figure.number)
-def test_a_figure_is_drawn(figure):
-    assert figure.draw(RUNS).axes
-
-
-def _labels(axes):
-    """The title, the axes' labels and the tick labels in sight of a figure in perspective."""
-    yield axes.title
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        low, high = sorted(axis.get_view_interval())
-        yield axis.label
-        yield from (tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high)
-
-
-@pytest.mark.parametrize('figure', [figure for figure in EVOLVED_FIGURES if figure.number in ('21', '22')],
-                         ids=lambda figure: figure.number)
-@pytest.mark.filterwarnings('error')
-def test_the_labels_of_a_control_surface_do_not_overlap_and_lie_within_the_figure(figure, tmp_path):
-    drawn = figure.draw(RUNS)
-    save(drawn, tmp_path / 'surface')
-    FigureCanvasAgg(drawn).draw()
-    boxes = {label: label.get_window_extent() for label in _labels(*drawn.axes) if label.get_text()}
-    assert len(boxes) > 13
-    for (label, box), (other, beside) in combinations(boxes.items(), 2):
-        assert not box.overlaps(beside), (label.get_text(), other.get_text())
-    for label, box in boxes.items():
-        assert drawn.bbox.x0 <= box.x0 < box.x1 <= drawn.bbox.x1, label.get_text()
-        assert drawn.bbox.y0 <= box.y0 < box.y1 <= drawn.bbox.y1, label.get_text()
 
 
 @pytest.mark.soak

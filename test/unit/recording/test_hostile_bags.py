@@ -1,5 +1,6 @@
 """Bags that unpack to gigabytes, name impossible times or are changed anywhere: read within bounds, or reported."""
 
+import itertools
 import random
 import struct
 import subprocess
@@ -119,11 +120,11 @@ def test_an_impossible_time_of_receipt_is_left_out(tmp_path, samples, received):
     assert any('/odom: received at no possible time' in problem for problem in bag.read_bag(tmp_path).problems)
 
 
-@pytest.mark.parametrize('body', [b'', b'\1', b'\1\0\xff\xff\xff\xff', b'\1\0\2\0\0\0\xff\xfe'])
-@pytest.mark.parametrize('opcode', [SCHEMA, CHANNEL, MESSAGE])
-def test_a_record_that_ends_early_is_no_message(tmp_path, opcode, body):
-    (tmp_path / 'bag.mcap').write_bytes(MAGIC + _record(opcode, body))
-    assert not bag.read_bag(tmp_path).samples
+def test_a_record_that_ends_early_is_no_message(tmp_path):
+    bodies = b'', b'\1', b'\1\0\xff\xff\xff\xff', b'\1\0\2\0\0\0\xff\xfe'
+    for opcode, body in itertools.product((SCHEMA, CHANNEL, MESSAGE), bodies):
+        (tmp_path / 'bag.mcap').write_bytes(MAGIC + _record(opcode, body))
+        assert not bag.read_bag(tmp_path).samples
 
 
 def test_many_odd_messages_of_a_kind_are_one_problem(tmp_path, samples):
@@ -140,12 +141,11 @@ def test_many_odd_messages_of_a_kind_are_one_problem(tmp_path, samples):
 
 
 @pytest.mark.parametrize('compression', [CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD])
-@pytest.mark.parametrize('seed', range(3))
-def test_a_bag_changed_anywhere_is_read_or_refused(tmp_path, samples, compression, seed):
-    chance = random.Random(seed)  # noqa: S311 (no secret)
+def test_a_bag_changed_anywhere_is_read_or_refused(tmp_path, samples, compression):
+    chance = random.Random(compression.value)  # noqa: S311 (no secret)
     file = tmp_path / 'bag.mcap'
     content = _plain(file, samples, compression)
-    for _ in range(6):
+    for _ in range(12):
         changed = bytearray(content)
         for _ in range(chance.choice([1, 5, 50])):
             at = chance.randrange(8, chance.choice([2000, len(changed)]))
@@ -158,6 +158,6 @@ def test_a_bag_changed_anywhere_is_read_or_refused(tmp_path, samples, compressio
 
 def test_metadata_nested_without_end_is_taken_as_missing(tmp_path, samples):
     _plain(tmp_path / 'bag.mcap', samples)
-    for text in ('[' * 5000, 'a: &a [*a]', '{a: ' * 1000):
+    for text in ('[' * 1000, 'a: &a [*a]', '{a: ' * 300):
         (tmp_path / 'metadata.yaml').write_text(text)
         assert len(bag.read_bag(tmp_path).samples) == len(samples)

@@ -16,7 +16,6 @@ from mobile_robot_control.api.loading import load
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.recording.mcap_stream import BagError
 from mobile_robot_control.runs import bag
-from mobile_robot_control.runs.gaps import Gap
 from mobile_robot_control.runs.run import Event
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
@@ -56,6 +55,7 @@ def test_a_complete_bag_is_read_back_and_left_unchanged(whole, samples):
     recording = bag.read_bag(whole, progress=lambda *how_far: progress.append(how_far))
     assert not recording.problems
     _same(recording.samples, samples)
+    assert progress == sorted(progress)
     assert progress[-1][0] == progress[-1][1] > 0
     assert recording.series.signals['joint_states'].received[-1] == WALL + 1_000_000_000
     assert _files(whole) == before
@@ -67,7 +67,7 @@ def test_a_bag_without_metadata_is_read_by_its_file_alone(whole, samples):
     _same(bag.read_bag(whole).samples, samples)
 
 
-@pytest.mark.parametrize('seed', range(12))
+@pytest.mark.parametrize('seed', range(4))
 def test_a_file_cut_off_anywhere_is_read_up_to_there(whole, samples, seed):
     file = whole / 'bag.mcap'
     data = file.read_bytes()
@@ -118,9 +118,7 @@ def test_a_file_without_a_message_is_reported_as_cut_off(tmp_path, content):
 def test_an_empty_bag_is_reported(tmp_path):
     with BagWriter(tmp_path / 'bag'):
         pass
-    recording = bag.read_bag(tmp_path / 'bag')
-    assert not recording.samples
-    assert any('the bag holds nothing' in problem for problem in recording.problems)
+    assert any('the bag holds nothing' in problem for problem in bag.read_bag(tmp_path / 'bag').problems)
 
 
 def test_a_path_without_a_bag_is_refused_with_a_remedy(tmp_path):
@@ -268,10 +266,3 @@ def test_events_that_cannot_be_read_are_told_of_and_those_of_another_package_are
     assert run.events == ()
     problem, = run.problems
     assert problem.startswith('1 messages left out: a message on /events is no change of a run')
-
-
-def test_a_run_has_its_gaps_by_topic(tmp_path, samples):
-    kept = [sample for sample in samples if not 0.2 < sample.time < 0.3]
-    run = load(record(tmp_path / 'bag', kept))
-    # the ticks within are missing, too
-    assert run.gaps == {topic: [Gap(0.2, 0.3)] for topic in LOOP_TOPICS}

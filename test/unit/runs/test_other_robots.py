@@ -33,19 +33,11 @@ BASE = {'odom': '/base/odom', 'cmd_vel': '/base/cmd_vel'}
 # without parameters neither the path nor the wheels are known
 UNKNOWN = {'initial_wheel_torque', 'peak_wheel_torque', 'peak_wheel_power', 'energy', 'torque_variation',
            'rms_cross_track_error', 'max_cross_track_error', 'command_variation'}
-INTEGRALS = ('iae', 'ise', 'itae', 'itse')
 
 
 @pytest.fixture(scope='module')
 def samples():
     return list(rollout(PARAMETERS, DURATION))
-
-
-@pytest.fixture
-def quick(monkeypatch):
-    """Draw one figure only."""
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
-    monkeypatch.setattr(report_writing, 'TIMING_FIGURES', ())
 
 
 def base(path, samples, start=WALL, reference=True, odom_every=20, lost=0.1, kind=TWIST):
@@ -78,8 +70,8 @@ def reported(output, *arguments):
     return numbers_in(output / 'report.json'), (output / 'report.html').read_text()
 
 
-@pytest.mark.parametrize('start', [WALL, 12_000 * MS, 0], ids=['wall clock', 'simulated time', 'from zero'])
-@pytest.mark.parametrize('kind', [TWIST, 'geometry_msgs/msg/TwistStamped'])
+@pytest.mark.parametrize(('start', 'kind'), [
+    (WALL, TWIST), (12_000 * MS, 'geometry_msgs/msg/TwistStamped'), (0, TWIST)], ids=['wall', 'simulated', 'zero'])
 def test_the_errors_of_odometry_and_reference_alone_are_those_of_the_run(samples, tmp_path, start, kind):
     recording = read_bag(base(tmp_path / 'bag', samples, start, kind=kind), topics=BASE)
     found = list(samples_of(with_errors(recording.series, exact=False)))
@@ -115,6 +107,24 @@ def test_the_page_of_another_robot_has_its_metrics_and_no_word_of_torques(sample
         assert word not in shown
 
 
+@pytest.mark.usefixtures('quick')
+def test_bags_of_both_kinds_and_without_a_reference_stand_side_by_side(samples, tmp_path):
+    base(tmp_path / 'turtle', samples)
+    base(tmp_path / 'lost', samples, reference=False)
+    record(tmp_path / 'ours', samples)
+    metrics, page = reported(tmp_path / 'out', *(tmp_path / name for name in ('turtle', 'ours', 'lost')), *NAMES)
+    assert metrics['ours']['energy'] > 0.0
+    assert '--topic odom:=/base/odom: the bag has no /base/odom; /odom is taken' in metrics['ours']['problems']
+    # one objective has torques, the other has none: neither is the better one; of one torque there is no ratio
+    rows = {row.partition('</td>')[0]: row for row in page.split('<tr><td>')}
+    assert '★' not in rows['objective, Eq. (29)']
+    assert '★' in rows['position error, RMS']
+    assert 'peak torque against the least' not in rows
+    assert 'there is no reference, and so no tracking error and no metrics' in page
+    assert 'the bag holds /base/cmd_vel, /base/odom: where one of them is reference, add' in ' '.join(
+        metrics['lost']['problems'])
+
+
 def _frames(runs):
     """Return the axes of all figures of a page over runs."""
     for figure in (*RUN_FIGURES, *report_writing.TIMING_FIGURES):
@@ -139,30 +149,6 @@ def test_no_frame_is_empty(samples, tmp_path):
     # path, position 2, heading, errors 3, distance, velocity 2, intervals, latency; torque 2, power 2, energy
     assert counts == [12, 8, 15, 17]
     assert 'joint_states' not in timing_table(turtle.series)
-
-
-@pytest.mark.usefixtures('quick')
-def test_a_bag_without_a_reference_is_told_of_in_words_and_drawn(samples, tmp_path):
-    base(tmp_path / 'bag', samples, reference=False)
-    metrics, page = reported(tmp_path / 'out', f'lost={tmp_path / "bag"}', *NAMES)
-    assert 'there is no reference, and so no tracking error and no metrics' in page
-    assert 'the bag holds /base/cmd_vel, /base/odom: where one of them is reference, add' in ' '.join(
-        metrics['lost']['problems'])
-    assert page.count('<figure ') == 1
-
-
-@pytest.mark.usefixtures('quick')
-def test_runs_of_both_kinds_stand_side_by_side(samples, tmp_path):
-    base(tmp_path / 'turtle', samples)
-    record(tmp_path / 'ours', samples)
-    metrics, page = reported(tmp_path / 'out', tmp_path / 'turtle', tmp_path / 'ours', *NAMES)
-    assert metrics['ours']['energy'] > 0.0
-    assert '--topic odom:=/base/odom: the bag has no /base/odom; /odom is taken' in metrics['ours']['problems']
-    # one objective has torques, the other has none: neither is the better one; of one torque there is no ratio
-    rows = {row.partition('</td>')[0]: row for row in page.split('<tr><td>')}
-    assert '★' not in rows['objective, Eq. (29)']
-    assert '★' in rows['position error, RMS']
-    assert 'peak torque against the least' not in rows
 
 
 @pytest.mark.parametrize(('given', 'expected'), [

@@ -2,7 +2,6 @@
 
 import json
 import sys
-import types
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -45,20 +44,13 @@ def table(tmp_path, capsys):
     return file, json.loads(capsys.readouterr().out)
 
 
-def test_the_metrics_are_those_that_the_command_prints(run, table):
+def test_metrics_and_arrays_are_those_that_the_command_writes(run, table):
+    loaded = mrc.load(table[0])
     assert run.metrics == table[1]
-
-
-def test_all_arrays_have_one_time_base_and_the_columns_that_are_documented(run):
     assert np.array_equal(run.time, np.arange(251) * 2_000_000 / 1e9)
+    assert np.array_equal(run.time, loaded.time)
     for name, columns in COLUMNS.items():
         assert getattr(run, name).shape == (251, len(columns))
-
-
-def test_the_arrays_are_those_of_the_table(run, table):
-    loaded = mrc.load(table[0])
-    assert np.array_equal(run.time, loaded.time)
-    for name in COLUMNS:
         # a table has quaternions in place of headings, from which rows between position ticks are made
         tolerance = 1e-14 if name in (*HEADINGS, 'tracking_error', 'velocity', 'reference_velocity') else 0.0
         assert np.allclose(getattr(run, name), getattr(loaded, name), rtol=0.0, atol=tolerance), name
@@ -82,18 +74,6 @@ def test_a_bag_may_have_other_names_for_topics(run, tmp_path):
     loaded = mrc.load(tmp_path / 'bag', topics={name: f'/base/{name}' for name in (
         'joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error')})
     assert np.allclose(loaded.pose, run.pose[:51], rtol=0.0, atol=1e-15)
-
-
-def test_a_table_has_what_odometry_hides(tmp_path, capsys):
-    file = tmp_path / 'noisy.csv'
-    assert simulate.main(['--duration', '0.2', '-p', 'plant.noise.pose:=[0.05, 0.05, 0.02]',
-                          '--output', str(file)]) == 0
-    capsys.readouterr()
-    noisy = mrc.simulate(duration=0.2, parameters={'plant.noise.pose': (0.05, 0.05, 0.02)})
-    loaded = mrc.load(file)
-    assert np.abs(loaded.odometry - loaded.pose).max() > 0.01
-    for name in COLUMNS:
-        assert np.allclose(getattr(noisy, name), getattr(loaded, name), rtol=0.0, atol=1e-14), name
 
 
 def test_what_a_base_does_not_tell_is_nan_and_not_drawn():
@@ -126,12 +106,6 @@ def test_the_metrics_follow_from_the_arrays_at_position_ticks(run):
     assert np.sqrt(np.mean(ended[:, 0]**2 + ended[:, 1]**2)) == pytest.approx(run.metrics['rms_position_error'])
     assert list(abs(run.wheel_torque).max(axis=0)) == list(run.metrics['peak_wheel_torque'].values())
     assert list(run.pose[-1]) == run.metrics['final_pose']
-
-
-def test_the_robot_starts_with_the_cart_unless_a_pose_is_given(run):
-    assert list(run.pose[0]) == [0.9, 0.1, 1.2]
-    begun = mrc.simulate(duration=0.1, parameters={'reference_cart.scale': 2.0})
-    assert np.array_equal(begun.pose[0], begun.reference[0])
 
 
 def test_where_odometry_is_not_exact_pose_and_error_are_true_and_what_was_measured_is_beside_them():
@@ -176,29 +150,20 @@ def test_a_law_that_fails_is_named_with_its_reason(registered):
     assert ended.metrics['outcome'] == 'law_failed'
 
 
-@pytest.mark.parametrize('figure', ['path', 'errors', 'torque'])
-def test_a_run_is_drawn_alone_and_with_others(run, figure):
-    assert run.plot(figure).axes[0].lines
-    drawn = run.plot(figure, run._replace(name='$other'))
-    assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()][-2:] == ['fuzzy', r'\$other']
-
-
-def test_a_figure_shows_itself_in_a_notebook(run):
+def test_a_run_is_drawn_alone_and_with_others(run):
     assert run.plot()._repr_png_().startswith(b'\x89PNG')
+    drawn = run.plot('errors', run._replace(name='$other'))
+    assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()][-2:] == ['fuzzy', r'\$other']
 
 
 @pytest.mark.parametrize(('arguments', 'refusal'), [
     (('pth',), "figure = 'pth': there is no such figure; did you mean 'path'"),
     (('path', *range(6)), '7 runs are more'), (('errors', 'path'), "'path': a figure is drawn of runs alone"),
+    ((None,), 'figure is a run; name the figure first'),
 ])
 def test_what_cannot_be_drawn_is_refused(run, arguments, refusal):
     with pytest.raises(mrc.ParameterError, match=refusal):
-        run.plot(*arguments)
-
-
-def test_a_figure_without_its_name_is_refused(run):
-    with pytest.raises(mrc.ParameterError, match='figure is a run; name the figure first'):
-        run.plot(run)
+        run.plot(*(argument or run for argument in arguments))
 
 
 def _files_beside(file):
@@ -215,7 +180,11 @@ def test_a_saved_run_has_the_bytes_of_the_command(run, table, tmp_path):
     {'plant.noise.pose': [0.05, 0.05, 0.02]}, {'plant.drive': 'velocity', 'plant.base.lag': [0.1, 0.1]},
 ])
 def test_a_saved_run_keeps_what_odometry_hides_and_what_is_not_known(tmp_path, parameters):
-    mrc.simulate(duration=0.2, parameters=parameters).save(tmp_path / 'saved.csv')
+    hidden = mrc.simulate(duration=0.2, parameters=parameters)
+    hidden.save(tmp_path / 'saved.csv')
+    loaded = mrc.load(tmp_path / 'saved.csv')
+    for name in COLUMNS:
+        assert np.allclose(getattr(hidden, name), getattr(loaded, name), rtol=0.0, atol=1e-14, equal_nan=True), name
     file = tmp_path / 'command.csv'
     options = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
     assert simulate.main(['--duration', '0.2', *options, '--output', str(file)]) == 0
@@ -235,41 +204,19 @@ def test_a_run_is_saved_as_a_table_alone(run, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_parameters_without_names_are_refused():
-    with pytest.raises(mrc.ParameterError, match=r'parameters = .*: write them by NODE\.PARAMETER'):
-        mrc.simulate(duration=0.1, parameters=['config/fuzzy.yaml'])
+def test_pandas_takes_a_run(run):
+    pandas = pytest.importorskip('pandas')
+    table = run.to_dataframe()
+    assert isinstance(table, pandas.DataFrame)
+    assert (list(table.index), table.index.name) == (list(run.time), 'time')
+    assert list(table.columns)[:3] == ['pose.x', 'pose.y', 'pose.heading']
+    assert len(table.columns) == sum(map(len, COLUMNS.values()))
+    assert np.array_equal(table['cmd_vel.angular'], run.cmd_vel[:, 1])
 
 
 def test_a_run_prints_itself_in_a_line(run):
     assert repr(run).startswith('<Run fuzzy: 251 samples, to t = 0.5 s, completed, RMS position error 0.')
     assert '\n' not in repr(run._replace(name='a\nb'))
-
-
-def test_pandas_takes_a_run(run):
-    pandas = pytest.importorskip('pandas')
-    table = run.to_dataframe()
-    assert isinstance(table, pandas.DataFrame)
-    assert list(table.index) == list(run.time)
-    assert np.array_equal(table['cmd_vel.angular'], run.cmd_vel[:, 1])
-
-
-def test_a_dataframe_has_all_columns_over_time(run, monkeypatch):
-    class Table:
-        def __init__(self, columns):
-            self.columns, self.index = columns, types.SimpleNamespace(name=None)
-
-    class Index(np.ndarray):
-        name = None
-
-    monkeypatch.setitem(sys.modules, 'pandas', types.SimpleNamespace(DataFrame=Table))
-    time = run.time.view(Index)
-    monkeypatch.setattr(mrc.Run, 'time', property(lambda _: time))
-    table = run.to_dataframe()
-    assert table.index.name == 'time'
-    assert np.array_equal(table.index, run.time)
-    assert list(table.columns)[:3] == ['pose.x', 'pose.y', 'pose.heading']
-    assert np.array_equal(table.columns['wheel_torque.left'], run.wheel_torque[:, 1])
-    assert len(table.columns) == sum(map(len, COLUMNS.values()))
 
 
 def test_without_pandas_an_error_says_what_to_do(run, monkeypatch):
@@ -302,6 +249,11 @@ def test_errors_are_those_of_the_command(capsys, keywords, options):
 def test_a_duration_without_a_step_or_an_end_is_refused(duration, refusal):
     with pytest.raises(mrc.ParameterError, match=refusal):
         mrc.simulate(duration=duration)
+
+
+def test_parameters_without_names_are_refused():
+    with pytest.raises(mrc.ParameterError, match=r'parameters = .*: write them by NODE\.PARAMETER'):
+        mrc.simulate(duration=0.1, parameters=['config/fuzzy.yaml'])
 
 
 def test_what_is_no_run_is_refused_in_the_words_of_the_report(capsys, tmp_path):

@@ -11,7 +11,6 @@ from measuring import configuration, measured
 from mobile_robot_control.cli import report, simulate
 from mobile_robot_control.configuration.files import configuration_text
 from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.pages import report_writing
 from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS, TRUTH_COLUMNS, Rows, write_csv
 from mobile_robot_control.runs.run import Run
@@ -20,6 +19,8 @@ from mobile_robot_control.runs.samples import collect
 from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.simulation.rollout import rollout
 
+pytestmark = pytest.mark.usefixtures('quick')
+
 DURATION = 0.5
 NOISE = {'noise.pose': [0.01, 0.02, 0.01], 'noise.velocity': 0.05}
 NOISY = configuration(plant={**NOISE, 'duration': DURATION})
@@ -27,13 +28,6 @@ AHEAD = configuration(plant={'duration': DURATION},
                       position_controller={'compensate_latency': True, 'odom_latency': 0.05})
 NAMES = ('rms_position_error', 'max_position_error', 'rms_heading_error', 'measured_rms_position_error', 'objective',
          *INDICES)
-
-
-@pytest.fixture(autouse=True)
-def quick(monkeypatch):
-    """Draw one figure only."""
-    monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
-    monkeypatch.setattr(report_writing, 'TIMING_FIGURES', ())
 
 
 def reported(folder, run):

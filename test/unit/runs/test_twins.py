@@ -32,8 +32,13 @@ def on_the_wall_clock(run):
     return run._replace(series=Series(signals))
 
 
-def test_twins_come_on_one_time_base_and_their_difference_is_told(tmp_path):
-    real, twin = on_the_wall_clock(simulated('real', 0.2)), simulated('simulated', 0.15)
+@pytest.fixture(scope='module')
+def twins():
+    return on_the_wall_clock(simulated('real', 0.2)), simulated('simulated', 0.15)
+
+
+def test_twins_come_on_one_time_base_and_their_difference_is_told(quick, twins, tmp_path):
+    real, twin = twins
     (moved, _), found = with_twins([real, twin])
     assert found.shift == pytest.approx(3.0, abs=0.01)
     assert found.references_apart < 0.01
@@ -48,16 +53,16 @@ def test_twins_come_on_one_time_base_and_their_difference_is_told(tmp_path):
     assert json.loads((tmp_path / 'report.json').read_text())['real less simulated']['shift'] == found.shift
 
 
-def test_twins_on_different_curves_are_told_so_and_other_names_are_left_alone():
-    real = on_the_wall_clock(simulated('real', 0.2))
+def test_twins_on_different_curves_are_told_so_and_other_names_are_left_alone(twins):
+    real, twin = twins
     _, found = with_twins([real, simulated('simulated', 0.2, **{'reference_cart.curve': 'lemniscate'})])
     assert 'this compares different motions' in found.sentence
-    runs = [real, simulated('other', 0.2)]
+    runs = [real, twin._replace(name='other')]
     assert with_twins(runs) == (runs, None)
 
 
-def test_twins_without_a_common_time_are_told_so():
-    real, twin = on_the_wall_clock(simulated('real', 0.2)), simulated('simulated', 0.15)
+def test_twins_without_a_common_time_are_told_so(twins):
+    real, twin = twins
     alone = Series({topic: signal for topic, signal in real.series.signals.items() if topic != 'reference'})
     (told, _), found = with_twins([real._replace(series=alone), twin])
     assert found is None

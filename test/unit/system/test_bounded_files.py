@@ -40,10 +40,6 @@ def test_what_is_no_regular_file_is_refused(odd):
     assert os.path.lexists(odd)
 
 
-def test_a_missing_file_may_be_written(tmp_path):
-    check_regular(tmp_path / 'new')
-
-
 def test_a_file_larger_than_its_kind_is_refused_before_it_is_read(tmp_path):
     path = tmp_path / 'large'
     path.touch()

@@ -83,7 +83,13 @@ def test_without_a_reason_the_ranges_are_named():
     assert f'; start distance {low:.3g} to {high:.3g} m; ' in line
 
 
-def test_few_failures_are_listed():
+def test_a_heading_error_is_at_most_half_a_turn():
+    turned = SCENARIOS[0]._replace(start=Pose(0.0, 0.0, 1.5 * math.pi))
+    assert QUANTITIES['start_heading_error'].of(turned) == pytest.approx(0.5 * math.pi)
+    assert QUANTITIES['start_distance'].of(turned._replace(start=None)) == 0.0
+
+
+def test_few_failures_are_listed_and_many_are_counted_by_kind():
     scenarios = [Scenario('circle', 1.0, Pose(0.3, 0.4, -1.5), 1.1, 0.9, Noise(seed=7), 2), SCENARIOS[0]]
     judged = [Judged(False, {}, 'diverged'), Judged(True, {})]
     assert list(failure_texts(scenarios, judged)) == [
@@ -93,44 +99,26 @@ def test_few_failures_are_listed():
     assert values['scenarios'] == [{
         'run': 1, 'outcome': 'diverged', 'curve': 'circle', 'scale': 1.0, 'start_distance': 0.5,
         'start_heading_error': 1.5, 'mass_factor': 1.1, 'friction_factor': 0.9, 'delay': 2, 'noise_seed': 7}]
-    assert values['outcomes'] == {'diverged': 1}
-
-
-def test_each_kind_of_failure_is_counted():
     judged = [*runs_of(lambda _: False)[:290], *[Judged(False, {}, 'diverged')] * 6,
               *[Judged(False, {}, 'law_failed')] * 3, Judged(False, {})]
     assert next(failure_texts(SCENARIOS, judged)) == (
         '10 of 300 fail: 1 too far from the reference over the last quarter, 6 diverged, '
         '3 with a position law that failed')
     assert failure_values(SCENARIOS, judged)['outcomes'] == {'completed': 1, 'diverged': 6, 'law_failed': 3}
+    assert next(failure_texts(SCENARIOS, [*judged[:291], *judged[299:]])) == (
+        '2 of 292 fail: 1 too far from the reference over the last quarter, 1 diverged')
 
 
-def test_without_failures_there_is_nothing_to_tell():
+def test_where_none_or_all_fail_or_all_are_alike_nothing_is_split():
     judged = runs_of(lambda _: False)
     assert list(failure_texts(SCENARIOS, judged)) == []
     values = failure_values(SCENARIOS, judged)
     assert (values['count'], values['outcomes'], values['split'], values['scenarios']) == (0, {}, None, [])
-    assert values['ranges']['failures']['delay'] == []
-    assert values['ranges']['successes']['delay'] == [0, 2]
-
-
-def test_where_all_fail_nothing_is_split():
+    assert (values['ranges']['failures']['delay'], values['ranges']['successes']['delay']) == ([], [0, 2])
     judged = runs_of(lambda _: True)
     assert best_split(SCENARIOS, judged) is None
     assert list(failure_texts(SCENARIOS, judged))[1].startswith('curve lemniscate, trifolium; scale 0.5 to 1 m; ')
-
-
-def test_runs_that_an_interrupt_left_out_count_nothing():
-    judged = runs_of(lambda one: distance(one) > 0.9)[:100]
-    found = best_split(SCENARIOS, judged)
-    assert found.there[1] + found.elsewhere[1] == 100
-
-
-def test_scenarios_that_are_all_alike_have_no_split():
     assert best_split([SCENARIOS[0]] * 20, [Judged(k > 8, {}) for k in range(20)]) is None
-
-
-def test_a_heading_error_is_at_most_half_a_turn():
-    turned = SCENARIOS[0]._replace(start=Pose(0.0, 0.0, 1.5 * math.pi))
-    assert QUANTITIES['start_heading_error'].of(turned) == pytest.approx(0.5 * math.pi)
-    assert QUANTITIES['start_distance'].of(turned._replace(start=None)) == 0.0
+    # an interrupt leaves runs out at the end
+    found = best_split(SCENARIOS, runs_of(lambda one: distance(one) > 0.9)[:100])
+    assert found.there[1] + found.elsewhere[1] == 100

@@ -54,10 +54,9 @@ def test_a_file_that_does_not_fit_is_refused(change, told, tmp_path):
         list(draw_robots(file, ParameterSources(file).configuration(), 1, 1))
 
 
-def test_a_study_draws_robots_and_keeps_all_else(tmp_path):
+def test_a_study_draws_robots_and_keeps_all_else(plain, tmp_path):
     file = written(tmp_path / 'found.yaml')
-
-    options = {'runs': 2, 'seed': 3, 'laps': 0.1, 'workers': 1}
+    options = {'runs': 2, 'seed': 3, 'laps': 0.02, 'workers': 1}
     plain = mrc.study(file, variation=0.0, **options).runs
     varied = mrc.study(robot_uncertainty=file, **options).runs
     assert 'plant.base.lag[0]' not in plain

@@ -1,5 +1,6 @@
 """Tail probabilities and quantiles: those of SciPy, at the edges too, and of a million runs."""
 
+import itertools
 import math
 
 import pytest
@@ -35,15 +36,16 @@ def test_its_quantile_is_that_of_scipy(a, b, probability):
     assert beta_quantile(a, b, probability) == pytest.approx(special.betaincinv(a, b, probability), rel=1e-6)
 
 
-@pytest.mark.parametrize('freedom', [1, 2, 19, 299, 10**6])
-@pytest.mark.parametrize('confidence', [0.95, 1.0 - 0.05 / 36])
-def test_the_quantile_of_student_is_that_of_scipy(freedom, confidence):
+@each(itertools.product([1, 2, 19, 299, 10**6], [0.95, 1.0 - 0.05 / 36]))
+def test_the_quantile_of_student_is_that_of_scipy(case):
+    freedom, confidence = case
     assert student_quantile(confidence, freedom) == pytest.approx(
         stats.t.ppf(0.5 + 0.5 * confidence, freedom), rel=1e-6)
 
 
-@pytest.mark.parametrize(('successes', 'trials'), [(0, 1), (1, 1), (0, 7), (7, 7), (6, 7), (18, 20), (1000, 400_000)])
-def test_the_interval_of_a_rate_is_the_exact_one(successes, trials):
+@each([(0, 1), (1, 1), (0, 7), (7, 7), (6, 7), (18, 20), (1000, 400_000)])
+def test_the_interval_of_a_rate_is_the_exact_one(case):
+    successes, trials = case
     exact = stats.binomtest(successes, trials).proportion_ci(0.95, 'exact')
     assert binomial_interval(successes, trials, 0.95) == pytest.approx((exact.low, exact.high), rel=1e-6, abs=1e-12)
 
@@ -55,10 +57,11 @@ def test_the_interval_leaves_out_one_half_where_the_sign_test_rejects_it(trials)
         assert (low > 0.5 or high < 0.5) == (stats.binomtest(successes, trials).pvalue < 0.05)
 
 
-@pytest.mark.parametrize(('found', 'drawn', 'marked', 'total'), [
+@each([
     (10, 57, 12, 300), (12, 12, 12, 300), (194, 196, 258, 300), (5, 5, 5, 5), (1, 1, 1, 2), (700, 5000, 1000, 10_000),
 ])
-def test_the_tail_of_marked_ones_among_those_drawn_is_that_of_scipy(found, drawn, marked, total):
+def test_the_tail_of_marked_ones_among_those_drawn_is_that_of_scipy(case):
+    found, drawn, marked, total = case
     assert log_hypergeometric_tail(found, drawn, marked, total) == pytest.approx(
         stats.hypergeom.logsf(found - 1, total, marked, drawn), rel=1e-6, abs=1e-9)
 

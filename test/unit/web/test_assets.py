@@ -17,10 +17,6 @@ def test_numbers_are_little_endian_floats():
     assert math.isnan(nothing)
 
 
-def test_nothing_packs_to_nothing():
-    assert pack([]) == ''
-
-
 def test_uplot_is_the_release_that_its_note_names():
     note = asset('uplot/README.md')
     for file in ('uPlot.iife.min.js', 'uPlot.min.css'):

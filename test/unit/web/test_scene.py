@@ -14,8 +14,9 @@ const canvas = document.querySelector('canvas');
 const reader = canvas.getContext('2d', {{willReadFrequently: true}});
 function pixel(x, y) {{ return [...reader.getImageData(Math.round(x), Math.round(y), 1, 1).data.slice(0, 3)]; }}
 function hex(x, y) {{ return '#' + pixel(x, y).map((n) => n.toString(16).padStart(2, '0')).join(''); }}
-function count(colour) {{ let found = 0; for (let x = 0; x < {width}; x += 2) for (let y = 0; y < {height}; y += 2)
-  if (hex(x, y) === colour) found += 1; return found; }}
+function count(colour) {{ const data = reader.getImageData(0, 0, {width}, {height}).data; let found = 0;
+  for (let n = 0; n < data.length; n += 4) if (`#${{[...data.slice(n, n + 3)].map((part) =>
+    part.toString(16).padStart(2, '0')).join('')}}` === colour) found += 1; return found; }}
 const robot = {{name: 'first', colour: '--robot-1', shape: 'square', wheelSeparation: 0.4, wheelRadius: 0.05}};
 const other = {{name: 'second', colour: '--robot-2', shape: 'circle', wheelSeparation: 0.4, wheelRadius: 0.05}};
 const path = {{x: [-1, 1, 1, -1], y: [-1, -1, 1, 1], closed: true}};
@@ -107,7 +108,7 @@ def test_what_is_not_known_or_not_finite_is_not_drawn(scene):
       made.fit([NaN, Infinity], [0, 0]);
       made.draw({robots: [{pose: null, torque: null, trail: null}, {pose: [0, NaN, 0], wheels: [NaN, 1]}],
                  cart: [NaN, 0, 0]});
-      return count('#d55e00') < 60 && made.toWorld(350, 200).every(Number.isFinite); })()''')
+      return count('#d55e00') < 240 && made.toWorld(350, 200).every(Number.isFinite); })()''')
 
 
 def test_a_robot_far_from_the_path_is_an_arrow_at_the_edge_and_leaves_the_view_as_it_is(scene):
@@ -116,13 +117,8 @@ def test_a_robot_far_from_the_path_is_an_arrow_at_the_edge_and_leaves_the_view_a
       made.fit([1e6], [0]);
       made.draw({robots: [{pose: [1e6, 0, 0]}]});
       return [count('#0072b2'), made.toWorld(700, 0)[0]]; })()''')
-    assert seen > 5
+    assert seen > 20
     assert width < 8.0
-
-
-def test_lengths_and_torques_have_units_that_are_read_at_a_glance(scene):
-    shown = scene()('[0.009667, 0, -1.2345, 0.00001234, 0.123456, 1234.5].map((value) => mrc.withUnit(value, "m"))')
-    assert shown == ['9.67 mm', '0 m', '-1.23 m', '12.3 µm', '0.123 m', '1230 m']
 
 
 def test_the_colours_of_robots_are_those_of_the_figures():

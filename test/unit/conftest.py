@@ -1,0 +1,23 @@
+"""Shared by unit tests: searches, studies and reports without what takes time and is tested elsewhere."""
+
+import pytest
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A report draws one figure of each kind."""
+    from mobile_robot_control.pages import report_writing
+
+    for figures in ('RUN_FIGURES', 'TIMING_FIGURES'):
+        monkeypatch.setattr(report_writing, figures, getattr(report_writing, figures)[:1])
+
+
+@pytest.fixture
+def plain(monkeypatch, quick):
+    """A search or a study compiles and draws nothing."""
+    from mobile_robot_control.api import search_files, study_files
+    from mobile_robot_control.simulation import batch
+
+    monkeypatch.setattr(batch, 'COMPILES', False)
+    for files in (search_files, study_files):
+        monkeypatch.setattr(files, 'draw_and_save', lambda *_: '')
