@@ -11,7 +11,7 @@ from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose
 
 ROBOT = Robot()
-RATE = 4000.0
+RATE = 2000.0
 
 
 def respond(command, gains, seconds, rate=RATE, limit=0.0):
