@@ -5,6 +5,7 @@ import pytest
 from bag_making import KINDS, WALL
 from bag_making import record as record_run
 from drawn_robots import PERIOD, commands, draw_base, record, record_stand_in
+from each import each_row
 from harness import CONFIG
 from promising import BASES, TUNED, driven, promised
 from rclpy.serialization import serialize_message
@@ -162,7 +163,7 @@ def test_mass_inertia_and_friction_are_found_from_efforts_of_which_some_are_lost
     assert sums == pytest.approx({'A + B': linear_inertia(robot), 'A - B': angular_inertia(robot)}, rel=0.02)
 
 
-@pytest.mark.parametrize(('change', 'told'), [
+@each_row(('change', 'told'), [
     (lambda asked: 0.0 * asked, 'the robot stands'),
     (lambda asked: asked[:200], 'lie beside each other for'),
 ])

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from each import each_row
 from observation import observed
 from scipy.integrate import solve_ivp
 
@@ -45,8 +46,8 @@ def drive(curve, gains, start, seconds):
     return errors, np.array([lyapunov(error, gains) for error in errors]), states[:, 3]
 
 
-@pytest.mark.parametrize('gains', [GAINS, STEEP], ids=['alpha_1', 'alpha_2'])
-@pytest.mark.parametrize(('curve', 'start'), [
+@each_row('gains', [GAINS, STEEP])
+@each_row(('curve', 'start'), [
     ('trifolium', (0.6, 0.3, 0.2)), ('lemniscate', (1.2, -0.4, -2.5)), ('circle', (0.0, 0.0, 3.0)),
     ('line', (-0.5, 0.6, -1.5)),
 ])
@@ -61,8 +62,8 @@ def test_equations_26_to_28_on_moving_carts(curve, start, gains):
         assert abs(errors[-1].heading) < 0.05
 
 
-@pytest.mark.parametrize('error', [(0.3, -0.2, 0.7), (-1.0, 0.5, 2.9), (0.1, 0.4, -1.8)])
-@pytest.mark.parametrize('time', [0.3, 5.0, 11.0])
+@each_row('error', [(0.3, -0.2, 0.7), (-1.0, 0.5, 2.9), (0.1, 0.4, -1.8)])
+@each_row('time', [0.3, 5.0, 11.0])
 def test_equation_24_is_the_derivative_of_equation_23(error, time):
     placement, h = Placement(), 1e-3
     e1, e2, e3 = error
@@ -90,7 +91,7 @@ def test_equation_24_is_the_derivative_of_equation_23(error, time):
     assert rates == pytest.approx([omega * e2 + u1, -omega * e1 + v_r * math.sin(e3), u2], abs=1e-9)
 
 
-@pytest.mark.parametrize('offset', [1e-3, -1e-3])
+@each_row('offset', [1e-3, -1e-3])
 def test_deviation_2_facing_away_is_a_saddle_that_the_error_leaves(offset):
     start = (1.0, 0.0, 0.5 * math.pi - math.pi + offset)
     errors, _, _ = drive('circle', GAINS, start, 16.0)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from each import each_row
 from observation import observed
 from scipy.integrate import solve_ivp
 
@@ -35,8 +36,8 @@ LAWS = {
 }
 
 
-@pytest.mark.parametrize('name', LAWS)
-@pytest.mark.parametrize(('curve', 'start'), [
+@each_row('name', LAWS)
+@each_row(('curve', 'start'), [
     ('trifolium', (0.6, 0.3, 0.2)), ('lemniscate', (1.2, -0.4, -0.9)), ('circle', (0.2, 0.0, 3.0)),
 ])
 def test_the_lyapunov_function_changes_by_its_rate_and_never_rises(name, curve, start):

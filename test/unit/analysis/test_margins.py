@@ -5,6 +5,7 @@ from itertools import islice, pairwise
 
 import numpy as np
 import pytest
+from each import each_row
 from harness import CONFIG
 
 from mobile_robot_control import BodyVelocity, Pose
@@ -122,7 +123,7 @@ def test_the_velocity_loop_has_the_margins_with_which_it_oscillates():
     assert growth_of_velocity(parameters, delay=math.ceil(found.delay)) > 2.0
 
 
-@pytest.mark.parametrize('delay', [0, 1, 2])
+@each_row('delay', [0, 1, 2])
 def test_the_linearised_velocity_loop_is_the_one_that_is_checked_at_start_up(delay):
     parameters = configured(velocity_controller=VELOCITY_GAINS)
     loop, shared = linear_velocity_loop(lap_loop(parameters), next(followed_lap(parameters))), parameters.plant.shared
@@ -171,7 +172,7 @@ def growth_of_position(parameters, gain=1.0, ticks_late=0):
     return max(apart[-150:]) / max(apart[-400:-250])
 
 
-@pytest.mark.parametrize('file', ['backstepping.yaml', 'hybrid_backstepping.yaml', 'wall_clock.yaml'])
+@each_row('file', ['backstepping.yaml', 'hybrid_backstepping.yaml', 'wall_clock.yaml'])
 def test_the_position_loop_has_the_margins_with_which_it_leaves_the_circle(file):
     parameters = configured(file)
     lap = lap_loop(parameters)
@@ -251,7 +252,7 @@ def test_a_base_that_takes_every_command_at_once_has_the_delay_margin_of_an_inte
     assert loop_margins(straight()).position.margins.delay * 0.1 == pytest.approx(0.080, rel=5e-3)
 
 
-@pytest.mark.parametrize(('dead_time', 'stable'), [(0.075, True), (0.085, False)])
+@each_row(('dead_time', 'stable'), [(0.075, True), (0.085, False)])
 def test_that_delay_margin_is_the_dead_time_with_which_the_motion_leaves_the_line(dead_time, stable):
     samples = list(rollout(straight(dead_time=dead_time), 20.0))
     before, after = (max(abs(one.tick.error.longitudinal) for one in samples if first <= one.time < first + 5.0)
@@ -272,9 +273,8 @@ def lagging(curve, period, lag=0.0, file='wall_clock.yaml'):
                                             'plant.drive:=velocity', f'plant.base.lag:=[{lag}, {lag}]']))
 
 
-@pytest.mark.parametrize(('loop', 'multiplier'), [
-    (lagging('lemniscate', 5.0, 0.12), 0.635), (lagging('lemniscate', 5.0, 0.14), 1.16)],
-    ids=['lag of 0.12 s', 'lag of 0.14 s'])
+@each_row(('loop', 'multiplier'), [
+    (lagging('lemniscate', 5.0, 0.12), 0.635), (lagging('lemniscate', 5.0, 0.14), 1.16)])
 def test_the_multiplier_of_the_lap_decides_what_is_stable(loop, multiplier):
     found = loop_margins(loop)
     # each of them has a stretch on which errors grow
@@ -329,7 +329,7 @@ def test_the_hybrid_law_is_looked_at_as_it_tracks():
     assert (tick.state.law.seen, tick.state.law.fade) == (TRACKING.seen, TRACKING.fade)
 
 
-@pytest.mark.parametrize(('changed', 'reason'), [
+@each_row(('changed', 'reason'), [
     ({'position_controller': {'controller_type': 'backstepping', 'backstepping.f': 1e4}}, 'the motion diverges'),
     ({'reference_cart': {'period': 1e6}}, 'a lap of 1e+06 s'),
 ])

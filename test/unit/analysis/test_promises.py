@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.analysis.lap_margins import LapMargins, LoopMargins
 from mobile_robot_control.analysis.margins import UNKNOWN, UNSTABLE, Margins
@@ -148,7 +149,7 @@ def test_the_spread_over_seeds_is_told():
     assert promise_values(found)['rms_position_error_over_seeds'] == [0.01, 0.012, 0.02]
 
 
-@pytest.mark.parametrize(('changed', 'warning'), [
+@each_row(('changed', 'warning'), [
     ({'gain': 1.99}, 'position loop has a thin gain margin, 1.99'),
     ({'lowest': 0.51}, 'position loop has a thin lower gain margin, 0.51'),
     # 50 ms are 5 periods

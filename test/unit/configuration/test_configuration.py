@@ -4,6 +4,7 @@ import math
 
 import chapter
 import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.nodes import NODES, Configuration
@@ -38,7 +39,7 @@ def test_the_defaults_pass_their_own_check():
     assert configure({node: flatten(getattr(defaults, node)) for node in NODES}) == defaults
 
 
-@pytest.mark.parametrize(('node', 'contract'), [
+@each_row(('node', 'contract'), [
     ('plant', {
         'initial_pose': (1.0, 0.0, 1.5707963267948966), 'duration': 0.0, 'real_time_factor': 1.0,
         'publish_clock': True, 'publish_tf': True, 'max_wheel_torque': 0.0, 'torque_timeout': 0.1,
@@ -105,7 +106,7 @@ def test_shared_values_that_differ_between_nodes_are_refused():
     assert [violation.split()[0] for violation in violations] == ['velocity_rate', 'lockstep']
 
 
-@pytest.mark.parametrize(('velocity_rate', 'position_rate'), [
+@each_row(('velocity_rate', 'position_rate'), [
     (500.0, 500.0), (500.0, 100.0), (4000.0, 4000.0), (20000.0, 50.0), (200.0, 50.0), (500.0, 0.5), (1e5, 1.0),
 ])
 def test_rates_that_divide_are_allowed(velocity_rate, position_rate):
@@ -113,7 +114,7 @@ def test_rates_that_divide_are_allowed(velocity_rate, position_rate):
     assert (shared.velocity_rate, shared.position_rate) == (velocity_rate, position_rate)
 
 
-@pytest.mark.parametrize(('velocity_rate', 'position_rate', 'remedy'), [
+@each_row(('velocity_rate', 'position_rate', 'remedy'), [
     (500.0, 200.0, 'take 166.66666666666666 or 250.0 Hz'),
     (500.0, 1000.0, 'take 500.0 Hz'),
     (1000.0, 400.0, 'take 333.3333333333333 or 500.0 Hz'),
@@ -127,7 +128,7 @@ def test_rates_that_do_not_divide_are_refused(velocity_rate, position_rate, reme
         configure(everywhere(velocity_rate=velocity_rate, position_rate=float(word)))
 
 
-@pytest.mark.parametrize(('name', 'rate', 'period'), [
+@each_row(('name', 'rate', 'period'), [
     ('velocity_rate', 300.0, '3333333.333 ns'), ('position_rate', 60.0, '16666666.667 ns'),
     ('velocity_rate', 70000.0, '14285.714 ns'),
 ])
@@ -144,12 +145,12 @@ def test_the_nearest_rate_with_whole_nanoseconds_is_itself_allowed():
     assert configure(everywhere(velocity_rate=nearest, position_rate=nearest)).plant.shared.velocity_rate == nearest
 
 
-@pytest.mark.parametrize('rate', [1e-300, 2.3e-308, 1e300])
+@each_row('rate', [1e-300, 2.3e-308, 1e300])
 def test_absurd_rates_are_refused_rather_than_an_overflow(rate):
     assert refused(everywhere(velocity_rate=rate, position_rate=rate))
 
 
-@pytest.mark.parametrize('factor', [2.3e-308, 1e-13, 5e-7])
+@each_row('factor', [2.3e-308, 1e-13, 5e-7])
 def test_a_factor_that_stops_simulated_time_is_refused_with_the_smallest_useful_one(factor):
     violation, = refused({'plant': {'real_time_factor': factor}})
     assert violation.startswith(f'plant: real_time_factor = {factor} is too small: ')
@@ -196,7 +197,7 @@ def test_the_robot_starts_where_the_closed_curves_do():
     assert Configuration().plant.initial_pose == (1.0, 0.0, 0.5 * math.pi)
 
 
-@pytest.mark.parametrize(('drive', 'others'), [
+@each_row(('drive', 'others'), [
     ('torque', {'base.lag': [0.1, 0.1], 'base.command_rate': 20.0}),
     ('velocity', {'max_wheel_torque': 1.0, 'centripetal_coupling': True, 'delay.velocity_steps': 1,
                   'disturbance.step': [0.1, 0.0], 'friction.coulomb': 0.1, 'motor.time_constant': 0.1}),
@@ -209,7 +210,7 @@ def test_a_parameter_of_the_other_drive_is_refused_by_name(drive, others):
                    for text in violations)
 
 
-@pytest.mark.parametrize(('parameters', 'named'), [
+@each_row(('parameters', 'named'), [
     ({'drive': 'velocity', 'base.dead_time': [1.0, 0.0]}, 'base.dead_time = [1.0, 0.0] s has more than 64 commands'),
     ({'drive': 'velocity', 'base.command_rate': 1e-4}, 'base.command_rate = 0.0001 Hz is below 0.001 Hz'),
     ({'odometry.latency': 1.0}, 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples'),

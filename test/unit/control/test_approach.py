@@ -4,6 +4,7 @@ import itertools
 import math
 
 import pytest
+from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,7 +18,7 @@ SPEED, DT = 0.2, 0.02
 NUMBERS = st.floats(-1e6, 1e6)
 
 
-@pytest.mark.parametrize(('error', 'command'), [
+@each_row(('error', 'command'), [
     ((2.0, 0.0, 1.0), (SPEED, 0.0)),
     # v = 1.5 d, where that is less
     ((0.1, 0.0, 1.0), (0.15, 0.0)),
@@ -51,8 +52,8 @@ def test_no_command_is_faster_than_the_approach(longitudinal, lateral, heading, 
     assert abs(command.angular) <= speed / 0.25
 
 
-@pytest.mark.parametrize('place', list(itertools.product((-1.5, 0.0, 1.5), (-1.5, 0.01, 1.5))))
-@pytest.mark.parametrize('heading', [-3.0, -1.5, 0.0, 1.5, math.pi])
+@each_row('place', list(itertools.product((-1.5, 0.0, 1.5), (-1.5, 0.01, 1.5))))
+@each_row('heading', [-3.0, -1.5, 0.0, 1.5, math.pi])
 def test_the_robot_comes_to_rest_where_the_cart_goes_on(place, heading):
     cart, pose, state = Pose(0.0, 0.0, 0.7), Pose(*place, heading), Approach()
     for _ in range(2000):

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 from observation import observed
 
 from mobile_robot_control.control import bumpless_transfer
@@ -73,7 +74,7 @@ def test_a_hybrid_law_switched_in_live_starts_tracking():
     assert bumpless_transfer.change(running, hybrid, DT).state == TRACKING
 
 
-@pytest.mark.parametrize(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
+@each_row(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
 def test_a_hybrid_law_seeks_the_cart_only_at_the_start_of_a_run(under_way, state):
     hybrid = GENTLE._replace(controller_type='hybrid_backstepping')
     assert bumpless_transfer.begin(hybrid, DT, under_way).state == state

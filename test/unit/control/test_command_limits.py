@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 from observation import observed
 
 from mobile_robot_control.control import bumpless_transfer
@@ -13,7 +14,7 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, Track
 REST = BodyVelocity(0.0, 0.0)
 
 
-@pytest.mark.parametrize(('limits', 'command', 'before', 'limited'), [
+@each_row(('limits', 'command', 'before', 'limited'), [
     (Limits(), (1e9, -1e9), (0.0, 0.0), (1e9, -1e9)),
     (Limits(linear_velocity=0.5), (0.7, 3.0), (0.0, 0.0), (0.5, 3.0)),
     (Limits(linear_velocity=0.5), (-0.7, 3.0), (0.0, 0.0), (-0.5, 3.0)),

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from each import each_row
 from observation import observed
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -61,19 +62,19 @@ def test_equation_30_once_faded_in_it_is_backstepping():
     assert (state.seen, state.fade, state.fade_rate) == (1.0, 1.0, 0.0)
 
 
-@pytest.mark.parametrize('bearing', [0.1, 1.0, 0.5 * math.pi, 3.0, math.pi])
+@each_row('bearing', [0.1, 1.0, 0.5 * math.pi, 3.0, math.pi])
 def test_equation_31_turns_towards_the_cart(bearing):
     assert step(HybridState(), towards(bearing))[0].seek == pytest.approx(0.05, rel=1e-14)
     if bearing < math.pi:
         assert step(HybridState(), towards(-bearing))[0].seek == pytest.approx(-0.05, rel=1e-14)
 
 
-@pytest.mark.parametrize('lateral', [0.0, -0.0])
+@each_row('lateral', [0.0, -0.0])
 def test_deviation_4_straight_behind_counts_as_left(lateral):
     assert step(HybridState(), TrackingError(-1.0, lateral, 0.0))[0].seek == pytest.approx(0.05, rel=1e-14)
 
 
-@pytest.mark.parametrize(('direction', 'sign'), [(0.5, 1.0), (-0.5, -1.0)])
+@each_row(('direction', 'sign'), [(0.5, 1.0), (-0.5, -1.0)])
 def test_deviation_5_the_seeking_rotation_grows_up_to_its_speed(direction, sign):
     state, turns = HybridState(), []
     for _ in range(30):
@@ -91,7 +92,7 @@ def test_the_seeking_rotation_reverses_when_the_cart_passes_behind():
     assert state.seen == 0.0
 
 
-@pytest.mark.parametrize(('last', 'error'), [
+@each_row(('last', 'error'), [
     (0.4, TrackingError(1.0, 0.0, 0.0)),
     (0.4, TrackingError(1.0, -0.0, 0.0)),
     (0.0, TrackingError(2.0, 0.0, 3.0)),
@@ -101,12 +102,12 @@ def test_equation_33_latches_when_the_bearing_is_zero(last, error):
     assert step(HybridState(last_bearing=last), error)[0].seen == 1.0
 
 
-@pytest.mark.parametrize(('distance', 'seen'), [(0.999e-6, 1.0), (1.001e-6, 0.0)])
+@each_row(('distance', 'seen'), [(0.999e-6, 1.0), (1.001e-6, 0.0)])
 def test_equation_33_latches_within_a_micrometre_of_the_cart(distance, seen):
     assert step(HybridState(last_bearing=2.0), towards(2.0, distance))[0].seen == seen
 
 
-@pytest.mark.parametrize(('last', 'now', 'seen'), [
+@each_row(('last', 'now', 'seen'), [
     (0.1, -0.1, 1.0),
     (-0.1, 0.1, 1.0),
     (1.5, -1.5, 1.0),
@@ -164,7 +165,7 @@ def test_a_hybrid_law_that_joins_a_run_starts_tracking():
     assert (state.seen, state.fade, state.seek) == (1.0, 1.0, 0.0)
 
 
-@pytest.mark.parametrize(('b0', 'b1'), [
+@each_row(('b0', 'b1'), [
     (0.25, 1.25),
     # the double pole, exactly and nearly
     (0.25, 1.0),
@@ -175,7 +176,7 @@ def test_a_hybrid_law_that_joins_a_run_starts_tracking():
     # poles a million apart
     (1e-6, 1.0),
 ])
-@pytest.mark.parametrize('start', [(0.0, 0.0, 1.0), (0.3, -0.7, 1.0), (0.8, 0.4, 0.0)])
+@each_row('start', [(0.0, 0.0, 1.0), (0.3, -0.7, 1.0), (0.8, 0.4, 0.0)])
 def test_equation_32_exactly_under_held_z(b0, b1, start):
     fade, rate, z = start
 
@@ -189,7 +190,7 @@ def test_equation_32_exactly_under_held_z(b0, b1, start):
     assert fade_step(fade, rate, z, gains, dt) == pytest.approx(expected, rel=1e-8, abs=1e-10)
 
 
-@pytest.mark.parametrize('excess', [0.0, 1e-15, 1e-13, 1e-12, 1e-9, 1e-4])
+@each_row('excess', [0.0, 1e-15, 1e-13, 1e-12, 1e-9, 1e-4])
 def test_equation_32_keeps_its_precision_near_the_double_pole(excess):
     # y' = F y with y = (alpha - 1, alpha'), by the exponential of F
     gains, dt = SeekingGains(b0=0.25, b1=math.sqrt(1.0 + excess)), 0.02
@@ -198,7 +199,7 @@ def test_equation_32_keeps_its_precision_near_the_double_pole(excess):
     assert fade_step(0.3, -0.7, 1.0, gains, dt) == pytest.approx((1.0 + fade, rate), abs=1e-14)
 
 
-@pytest.mark.parametrize('b0', [1e-6, 1e-3, 0.1, 0.25])
+@each_row('b0', [1e-6, 1e-3, 0.1, 0.25])
 def test_equation_32_settles_without_overshoot(b0):
     fade, rate, gains = 0.0, 0.0, SeekingGains(b0=b0, b1=1.0)
     for _ in range(4000):
@@ -209,7 +210,7 @@ def test_equation_32_settles_without_overshoot(b0):
     assert rate == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize('b0', [1e-6, 0.1, 0.25])
+@each_row('b0', [1e-6, 0.1, 0.25])
 def test_equation_32_one_step_is_two_half_steps(b0):
     gains = SeekingGains(b0=b0, b1=1.0)
     whole = fade_step(0.2, 0.4, 1.0, gains, 0.1)

@@ -1,6 +1,7 @@
 """The registry of position laws."""
 
 import pytest
+from each import each_row
 from observation import observed
 
 from mobile_robot_control.configuration.files import is_ros_parameter
@@ -21,7 +22,7 @@ PARAMETERS = PositionControl(
     backstepping=BacksteppingGains(p=2.5), hybrid_backstepping=SeekingGains(b1=3.0), fuzzy=FuzzyGains(a=0.7))
 
 
-@pytest.mark.parametrize(('name', 'step', 'gains'), [
+@each_row(('name', 'step', 'gains'), [
     ('backstepping', backstepping.step, PARAMETERS.backstepping),
     ('hybrid_backstepping', hybrid_backstepping.step,
      (PARAMETERS.backstepping, PARAMETERS.hybrid_backstepping)),
@@ -42,7 +43,7 @@ def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
         'lqr': (NoState(), None)}
 
 
-@pytest.mark.parametrize('name', LAWS)
+@each_row('name', LAWS)
 def test_every_law_steps_from_its_states(name):
     law, gains = select(PositionControl(controller_type=name), 0.01)
     reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.3, 0.1))
@@ -68,7 +69,7 @@ def test_parameters_are_equal_where_all_of_them_are():
     assert PARAMETERS.backstepping != PARAMETERS
 
 
-@pytest.mark.parametrize('horizon', [-1, 1.5, None])
+@each_row('horizon', [-1, 1.5, None])
 def test_a_law_whose_horizon_is_no_number_of_ticks_is_refused(horizon):
     refusal, = law_violations(LAWS['fuzzy']._replace(horizon=horizon))
     assert refusal == f"'fuzzy': its horizon is {horizon}; write the number of position ticks ahead"

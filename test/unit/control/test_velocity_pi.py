@@ -4,6 +4,7 @@ import math
 
 import chapter
 import pytest
+from each import each_row
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import velocity_pi
@@ -100,7 +101,7 @@ def sampled_step_response(command, steps, dt=5e-7):
     return state.velocity
 
 
-@pytest.mark.parametrize('channel', ['linear', 'angular'])
+@each_row('channel', ['linear', 'angular'])
 def test_equations_18_to_22_hold_with_the_g_of_17(channel):
     # within 0.3 ms, one time constant
     command = BodyVelocity(1.0, 0.0) if channel == 'linear' else BodyVelocity(0.0, 1.0)
@@ -116,7 +117,7 @@ def test_the_chapters_gains_have_a_time_constant_of_a_third_of_a_millisecond():
     assert sampled_step_response(BodyVelocity(1.0, 0.0), 634).linear == pytest.approx(1.0 - math.exp(-1.0), rel=2e-3)
 
 
-@pytest.mark.parametrize('command', [(0.3, 100.0), (1e-3, 7.7), (123.4, 1e-4), (-0.1, 0.7)])
+@each_row('command', [(0.3, 100.0), (1e-3, 7.7), (123.4, 1e-4), (-0.1, 0.7)])
 def test_without_a_limit_both_channels_integrate(command):
     # the two channels meet in one torque, whose rounding must not look like a limit
     state = VelocityPiState()
@@ -132,7 +133,7 @@ def test_an_inactive_limit_changes_nothing():
     assert step(VelocityPiState(0.3, 0.7), (0.5, -0.1), limit=100.0) == step(VelocityPiState(0.3, 0.7), (0.5, -0.1))
 
 
-@pytest.mark.parametrize(('command', 'limit', 'torque'), [
+@each_row(('command', 'limit', 'torque'), [
     ((1.0, 0.0), 4.0, (4.0, 4.0)),
     ((-1.0, 0.0), 4.0, (-4.0, -4.0)),
     ((0.0, 4.0), 4.0, (4.0, -4.0)),

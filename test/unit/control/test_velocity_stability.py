@@ -4,6 +4,7 @@ import re
 
 import chapter
 import pytest
+from each import each_row
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
@@ -18,7 +19,7 @@ EVOLVED = VelocityGains(**chapter.EVOLVED_VELOCITY_GAINS)
 THRESHOLDS = [(0, 1577.0), (1, 3154.0), (2, 5104.0)]
 
 
-@pytest.mark.parametrize(('delay', 'rate'), THRESHOLDS)
+@each_row(('delay', 'rate'), THRESHOLDS)
 def test_the_slowest_stable_rate_of_the_evolved_gains(delay, rate):
     assert slowest_stable_rate(EVOLVED, ROBOT, 500.0, (delay,)) == pytest.approx(rate, rel=1e-3)
     assert spectral_radius(EVOLVED, ROBOT, 0.999 * rate, delay) > 1.0
@@ -38,7 +39,7 @@ def error_after(rate, delay, steps):
     return max(errors[-10:])
 
 
-@pytest.mark.parametrize(('delay', 'rate'), THRESHOLDS)
+@each_row(('delay', 'rate'), THRESHOLDS)
 def test_a_simulation_diverges_below_that_rate_and_converges_above(delay, rate):
     assert error_after(0.98 * rate, delay, 2000) > 100.0
     assert error_after(1.02 * rate, delay, 2000) < 0.01
@@ -64,7 +65,7 @@ def test_stable_gains_give_no_instability_text():
     assert instability(EVOLVED, ROBOT, 6000.0, lockstep=False) == ''
 
 
-@pytest.mark.parametrize(('rate', 'lockstep', 'slowest'), [(1000.0, True, 1577.0), (4000.0, False, 5104.0)])
+@each_row(('rate', 'lockstep', 'slowest'), [(1000.0, True, 1577.0), (4000.0, False, 5104.0)])
 def test_instability_names_the_radius_and_the_slowest_rate(rate, lockstep, slowest):
     text = instability(EVOLVED, ROBOT, rate, lockstep)
     radius = max(spectral_radius(EVOLVED, ROBOT, rate, delay) for delay in ((0,) if lockstep else (1, 2)))
@@ -95,7 +96,7 @@ def test_gains_that_no_rate_makes_stable_have_an_infinite_slowest_rate():
     assert slowest_stable_rate(VelocityGains(k1=1e12), ROBOT, 500.0, (0,)) == float('inf')
 
 
-@pytest.mark.parametrize('gain', [1e200, 1e308])
+@each_row('gain', [1e200, 1e308])
 def test_absurd_gains_are_unstable_rather_than_an_overflow(gain):
     for name in ('k1', 'k2'):
         assert instability(VelocityGains()._replace(**{name: gain}), ROBOT, 500.0, lockstep=False)

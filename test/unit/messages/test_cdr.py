@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
@@ -86,7 +87,7 @@ def _assert_same(ours, theirs):
         assert ours == theirs
 
 
-@pytest.mark.parametrize('kind', MESSAGES)
+@each_row('kind', MESSAGES)
 def test_every_field_equals_that_of_rosbags(kind):
     @given(MESSAGES[kind], st.sampled_from([b'', b'\0\0\0', b'padding!']))
     def check(message, behind):
@@ -97,7 +98,7 @@ def test_every_field_equals_that_of_rosbags(kind):
     check()
 
 
-@pytest.mark.parametrize('kind', MESSAGES)
+@each_row('kind', MESSAGES)
 @given(st.binary(max_size=200))
 def test_random_bytes_are_read_or_refused_with_a_value_error(kind, garbage):
     for data in (garbage, b'\0\1\0\0' + garbage):
@@ -108,7 +109,7 @@ def test_random_bytes_are_read_or_refused_with_a_value_error(kind, garbage):
         assert data[:2] in (b'\0\1', b'\0\0')
 
 
-@pytest.mark.parametrize('mark', [b'\0\2', b'\0\3', b'\0\6', b'\0\7', b'\1\1', b''])
+@each_row('mark', [b'\0\2', b'\0\3', b'\0\6', b'\0\7', b'\1\1', b''])
 def test_what_is_no_plain_cdr_is_refused(mark):
     with pytest.raises(ValueError, match='not plain CDR'):
         deserialise('geometry_msgs/msg/Vector3Stamped', mark + bytes(100 if mark else 0))

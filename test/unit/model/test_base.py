@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -48,8 +49,8 @@ def test_without_lag_it_is_the_ideal_unicycle_on_the_exact_arc():
     assert 0.05 * (right - left) / 0.4 == pytest.approx(1.3 * 0.231)
 
 
-@pytest.mark.parametrize('lag', [(0.15, 0.15), (0.02, 0.3), (0.001, 0.0), (0.0, 0.05), (2e-3, 0.1)])
-@pytest.mark.parametrize('period', [2 * MS, 33 * MS])
+@each_row('lag', [(0.15, 0.15), (0.02, 0.3), (0.001, 0.0), (0.0, 0.05), (2e-3, 0.1)])
+@each_row('period', [2 * MS, 33 * MS])
 def test_with_lag_it_moves_as_an_independent_solver_says(lag, period):
     dt = period / 1e9
     commands = [(0.5, 1.0), (-0.3, 2.0), (0.7, -1.5)]

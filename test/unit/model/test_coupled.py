@@ -5,6 +5,7 @@ import math
 import chapter
 import numpy as np
 import pytest
+from each import each_row
 
 from mobile_robot_control.model import coupled, dynamics
 from mobile_robot_control.model.discretisation import discretise
@@ -45,7 +46,7 @@ def accelerations_with_constraint_forces(heading, right, left, torque):
     return chapter.body(solution[3], solution[4])
 
 
-@pytest.mark.parametrize('velocity', [(1.0, 2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
+@each_row('velocity', [(1.0, 2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
 def test_the_coriolis_pair_follows_from_the_constraint_forces(velocity):
     torque, dt = WheelTorque(0.3, -0.2), 1e-5
     plant = discretise(ROBOT, dt, centripetal_coupling=True)
@@ -117,7 +118,7 @@ def test_with_an_offset_the_coriolis_pair_changes_both_velocities():
     assert with_.velocity.angular - without.velocity.angular == pytest.approx(-0.093, rel=0.2)
 
 
-@pytest.mark.parametrize('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
+@each_row('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
 def test_long_periods_are_as_accurate_as_short_ones(dt):
     # the same 10 ms in one period or in many, to the accuracy that the method keeps
     torque, pose, velocity = WheelTorque(2.0, -1.0), Pose(0.0, 0.0, 0.3), BodyVelocity(2.0, 4.0)

@@ -6,6 +6,7 @@ from decimal import Decimal, localcontext
 import chapter
 import numpy as np
 import pytest
+from each import each_row
 from scipy.linalg import expm
 
 from mobile_robot_control.model import dynamics
@@ -32,7 +33,7 @@ def exact_wheels(right, left, torque, dt):
     return (expm(augmented * dt) @ [right, left, *torque])[:2]
 
 
-@pytest.mark.parametrize('dt', [5e-5, 0.002, 0.1, 1.0, 7.0])
+@each_row('dt', [5e-5, 0.002, 0.1, 1.0, 7.0])
 def test_equations_13_and_14_exactly_over_one_step(dt):
     torque = WheelTorque(0.7, -0.3)
     end = dynamics.step(moving(0.4, -1.2), torque, discretise(ROBOT, dt))
@@ -112,7 +113,7 @@ def test_no_friction_is_the_limit_of_little_friction():
         assert little.velocity == pytest.approx(none.velocity, abs=1e-9)
 
 
-@pytest.mark.parametrize('exponent', [1e-12, 1e-6, 1e-3, 0.1, 0.4999999, 0.5, 0.5000001, 1.0, 5.0, 40.0])
+@each_row('exponent', [1e-12, 1e-6, 1e-3, 0.1, 0.4999999, 0.5, 0.5000001, 1.0, 5.0, 40.0])
 def test_the_step_response_is_exact_for_any_friction(exponent):
     # K = (A+B) * exponent over dt = 2 s, against sixty digits
     rate = exponent / 2.0
@@ -149,7 +150,7 @@ def test_the_mass_centres_offset_turns_the_robot_more_slowly():
     assert near / far == pytest.approx(0.029 / 0.021, rel=1e-2)
 
 
-@pytest.mark.parametrize(('torque', 'limit', 'limited'), [
+@each_row(('torque', 'limit', 'limited'), [
     ((3.0, -4.0), 2.0, (2.0, -2.0)),
     ((3.0, 1.0), 2.0, (2.0, 1.0)),
     ((-1.0, -5.0), 2.0, (-1.0, -2.0)),
@@ -160,8 +161,8 @@ def test_each_wheels_torque_is_limited_by_itself(torque, limit, limited):
     assert saturate(WheelTorque(*torque), limit) == limited
 
 
-@pytest.mark.parametrize('value', [1e6, -1e6, math.inf, -math.inf, math.nan])
-@pytest.mark.parametrize('place', ['x', 'y', 'linear', 'angular'])
+@each_row('value', [1e6, -1e6, math.inf, -math.inf, math.nan])
+@each_row('place', ['x', 'y', 'linear', 'angular'])
 def test_a_large_or_nonfinite_component_counts_as_diverged(place, value):
     pose, velocity = Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0)
     if place in ('x', 'y'):
@@ -175,8 +176,8 @@ def test_ordinary_motion_does_not_count_as_diverged():
     assert not dynamics.diverged(PlantState(Pose(9e5, -9e5, 3.0), BodyVelocity(-9e5, 9e5), 1e9, -1e9))
 
 
-@pytest.mark.parametrize('coupling', [False, True])
-@pytest.mark.parametrize('torque', [(1e308, 0.0), (-1e308, 1e308), (1e300, 1e20), (1e154, 1e154)])
+@each_row('coupling', [False, True])
+@each_row('torque', [(1e308, 0.0), (-1e308, 1e308), (1e300, 1e20), (1e154, 1e154)])
 def test_absurd_torques_diverge_and_do_not_raise(coupling, torque):
     plant = discretise(ROBOT, 0.002, coupling)
     state = dynamics.at_rest(Pose(1.0, 0.0, 1.0))

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.driven import motorised_step
@@ -40,7 +41,7 @@ def test_negative_friction_is_refused():
         build(Friction, {'coulomb': -0.1})
 
 
-@pytest.mark.parametrize(('directions', 'torque', 'expected'), [
+@each_row(('directions', 'torque', 'expected'), [
     # with B/A = -0.5 and a friction of 1 N m
     (REST, (0.9, -1.0), (0.0, 0.0)),
     (REST, (1.1, 0.0), (1.0, 0.0)),
@@ -58,14 +59,14 @@ def test_which_wheels_break_away_by_hand(directions, torque, expected):
     assert released(directions, WheelTorque(*torque), -0.5, 1.0) == expected
 
 
-@pytest.mark.parametrize('torque', [(0.3, 0.3), (0.3, -0.3), (-0.2999, 0.1), (0.0, 0.0), (0.3, 0.0)])
-@pytest.mark.parametrize('dt', [0.00025, 0.033])
+@each_row('torque', [(0.3, 0.3), (0.3, -0.3), (-0.2999, 0.1), (0.0, 0.0), (0.3, 0.0)])
+@each_row('dt', [0.00025, 0.033])
 def test_a_robot_at_rest_stays_where_it_is_within_its_friction(torque, dt):
     start = at_rest(Pose(1.0, 2.0, 0.3))
     assert advanced(start, WheelTorque(*torque), drivetrain(0.3, dt), 10) == start
 
 
-@pytest.mark.parametrize('torque', [(0.3001, 0.3001), (-0.3001, 0.0), (0.0, 0.31), (0.301, -0.301)])
+@each_row('torque', [(0.3001, 0.3001), (-0.3001, 0.0), (0.0, 0.31), (0.301, -0.301)])
 def test_it_moves_beyond_its_friction(torque):
     end = advanced(at_rest(Pose(1.0, 2.0, 0.3)), WheelTorque(*torque), drivetrain(0.3))
     for speed, asked in zip(wheel_velocity(end.velocity, ROBOT), torque, strict=True):
@@ -85,7 +86,7 @@ def test_a_coasting_robot_stops_where_the_friction_has_taken_its_energy():
     assert advanced(end, NONE, drive, 5) == end
 
 
-@pytest.mark.parametrize('side', [1.0, -1.0])
+@each_row('side', [1.0, -1.0])
 def test_a_robot_turns_about_a_wheel_that_stands(side):
     start = turning(0.0, 4.0) if side > 0.0 else turning(4.0, 0.0)
     torque = WheelTorque(0.1, 0.5) if side > 0.0 else WheelTorque(0.5, 0.1)

@@ -4,6 +4,7 @@ import math
 import statistics
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.model.actuators import Delay, delayed, empty_line
 from mobile_robot_control.model.disturbance import Disturbance, disturbed, wheel_torques_of, with_push
@@ -80,7 +81,7 @@ def test_a_noisy_heading_is_wrapped():
     assert min(headings) < 0.0 < max(headings)
 
 
-@pytest.mark.parametrize('steps', [0, 1, 3])
+@each_row('steps', [0, 1, 3])
 def test_torques_are_applied_late_by_the_delay(steps):
     line, acting = empty_line(Delay(steps)), []
     for k in range(1, 7):

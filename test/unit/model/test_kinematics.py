@@ -1,6 +1,7 @@
 """Eq. (5)-(7) and (19): wheel velocities and body velocity."""
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.model.robot import Robot
@@ -9,7 +10,7 @@ from mobile_robot_control.quantities import BodyVelocity, WheelVelocity
 OTHER = Robot(wheel_radius=0.1, wheel_separation=0.5)
 
 
-@pytest.mark.parametrize(('robot', 'wheels', 'body'), [
+@each_row(('robot', 'wheels', 'body'), [
     # v = 0.0175 * 14, omega = 0.035 * 6 / 0.35
     (Robot(), (10.0, 4.0), (0.245, 0.6)),
     (Robot(), (-2.0, 2.0), (0.0, -0.4)),

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.model.actuators import Delay, empty_line
 from mobile_robot_control.model.discretisation import discretise
@@ -40,7 +41,7 @@ def test_both_groups_are_ideal_by_default_and_then_alone():
     assert not has_ideal_motors(Motor(), Friction(0.01))
 
 
-@pytest.mark.parametrize(('given', 'missing'), [
+@each_row(('given', 'missing'), [
     ({'stall_torque': 1.4}, 'needs motor.no_load_speed'), ({'no_load_speed': 6.4}, 'needs motor.stall_torque'),
     ({'time_constant': 1e-300}, 'write a larger number, or 0'),
     ({'stall_torque': 1.0, 'no_load_speed': 1e-300}, 'write a larger number, or 0'),
@@ -51,12 +52,12 @@ def test_half_a_line_and_what_cannot_be_divided_by_is_refused_with_the_remedy(gi
     assert len(refused.value.violations) == 1
 
 
-@pytest.mark.parametrize('given', [{}, {'stall_torque': 1.4, 'no_load_speed': 6.4}, {'time_constant': 0.02}])
+@each_row('given', [{}, {'stall_torque': 1.4, 'no_load_speed': 6.4}, {'time_constant': 0.02}])
 def test_a_whole_line_and_a_lag_alone_are_taken(given):
     assert build(Motor, given) == Motor(**given)
 
 
-@pytest.mark.parametrize(('speed', 'asked', 'given'), [
+@each_row(('speed', 'asked', 'given'), [
     # Ts (1 - w/w0) where that is less than asked; a motor brakes with its full torque, and beyond w0 by itself
     (0.0, 1.0, 1.0), (0.0, 1.4, 1.4), (3.2, 1.4, 0.7), (3.2, 0.5, 0.5), (6.4, 1.4, 0.0), (6.4, -1.4, -1.4),
     (9.6, 0.0, -0.7), (-3.2, -1.4, -0.7), (-9.6, 0.0, 0.7), (-3.2, 1.4, 1.4), (12.8, -1.0, -1.4), (19.2, 0.0, -2.8),
@@ -82,7 +83,7 @@ def test_a_motor_runs_up_to_its_no_load_speed_and_no_further():
     assert applied.right == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize('dt', [0.00025, 0.005, 0.033, 1.0])
+@each_row('dt', [0.00025, 0.005, 0.033, 1.0])
 def test_light_wheels_settle_on_the_line_without_swinging(dt):
     light = Robot(mass=0.01, inertia=1e-5, wheel_inertia=1e-7, viscous_friction=0.0)
     state = PlantState(Pose(0.0, 0.0, 0.0), body_velocity(WheelVelocity(30.0, -30.0), light), 0.0, 0.0)
@@ -184,7 +185,7 @@ def test_a_wheel_stands_while_no_torque_exceeds_its_friction():
     assert not stands(0.0, 0.5, 0.5, 0.2, 1.0)
 
 
-@pytest.mark.parametrize(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
+@each_row(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
     (IDEAL, 0.0, 0.0, 1.0, True), (IDEAL, 0.1, 0.0, 1.0, False), (IDEAL, 0.1, 5.0, 1.0, True),
     (LINE, 0.0, 1.0, 0.5, True), (LINE, 0.0, 6.0, 1.4, False), (LINE, 0.1, 1.0, 0.5, True),
 ])

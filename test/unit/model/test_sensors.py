@@ -6,6 +6,7 @@ import statistics
 
 import pytest
 from driving import DT, PERIOD, QUIET, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
+from each import each_row
 
 from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.encoders import Encoders, WheelAngles, angle_velocity, encoder_angles, encoder_constants
@@ -50,7 +51,7 @@ def test_without_ticks_a_window_gives_the_mean_velocity_over_it():
     assert run[-1].wheels == pytest.approx((0.047 / ROBOT.wheel_radius,) * 2)
 
 
-@pytest.mark.parametrize(('period', 'taken', 'arrived'), [
+@each_row(('period', 'taken', 'arrived'), [
     # 33.3 ms, 66.7 ms, 100 ms ... at the next multiple of 2 ms, and 30 steps for 60 ms
     (2_000_000, [0, 17, 34, 50, 67, 84, 100], [30, 47, 64, 80, 97, 114, 130]),
     # ... of 10 ms, and 6 steps
@@ -65,7 +66,7 @@ def test_odometry_at_30_hz_that_is_60_ms_late(period, taken, arrived):
     assert [shown[k] for k in changes] == taken[1:]
 
 
-@pytest.mark.parametrize(('rate', 'latency', 'first'), [
+@each_row(('rate', 'latency', 'first'), [
     # at position ticks, every 5 steps, at once
     (0.0, 0.0, [0, 0, 0, 0, 0, 5, 5, 5, 5, 5, 10]),
     # ... 8 ms late
@@ -89,7 +90,7 @@ def test_jitter_delays_each_sample_by_up_to_its_length():
     assert shown == shown_steps(odometry, PERIOD, 5000)
 
 
-@pytest.mark.parametrize(('rate', 'period', 'step', 'number'), [
+@each_row(('rate', 'period', 'step', 'number'), [
     (30.0, 2_000_000, 500 * 86400 * 365, 30 * 86400 * 365), (60.0, 2_000_000, 50, 6),
     (1.0 / 0.033, 33_000_000, 10**9, 10**9), (62.5, 1_000_000, 16 * 10**9, 10**9), (0.001, 10_000, 10**8, 1),
 ])
@@ -187,7 +188,7 @@ def test_a_motion_that_has_diverged_is_not_measured():
         assert advance_sensors(sensors, gone, 1, constants) is sensors
 
 
-@pytest.mark.parametrize('changed', [
+@each_row('changed', [
     Encoders(ticks=100), Encoders(window=0.1), WheelOdometry(dead_reckoning=True), WheelOdometry(rate=30.0),
     WheelOdometry(latency=0.01), WheelOdometry(radius_error=(0.0, 0.1)), WheelOdometry(separation_error=0.1),
 ])
@@ -205,7 +206,7 @@ def violations(encoders=TRUE_ANGLES, odometry=TRUE_ODOMETRY):
     return list(sensor_violations(encoders, odometry, PERIOD, 5 * PERIOD))
 
 
-@pytest.mark.parametrize(('encoders', 'text', 'longest'), [
+@each_row(('encoders', 'text', 'longest'), [
     (Encoders(window=0.5), 'encoders.window = 0.5 s is 250 periods of the velocity loop, more than 64; '
      'take at most 0.128 s', Encoders(window=0.128)),
 ])
@@ -214,7 +215,7 @@ def test_a_window_that_is_too_long_is_refused_with_the_longest(encoders, text, l
     assert not violations(longest)
 
 
-@pytest.mark.parametrize(('odometry', 'text', 'longest'), [
+@each_row(('odometry', 'text', 'longest'), [
     (WheelOdometry(latency=1.0), 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples on '
      'their way, more than 64; take a latency of at most 0.64 s, or a lower odometry.rate', 0.64),
     (WheelOdometry(rate=30.0, latency=3.0), 'odometry.latency = 3.0 s with odometry.rate = 30.0 Hz keeps 90 samples on '

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -44,8 +45,8 @@ def by_brute_force(curve, placement, x, y, time):
     return min(away(best), away(low))
 
 
-@pytest.mark.parametrize('name', list(PATHS))
-@pytest.mark.parametrize(('time', 'ahead', 'aside'), [(0.0, 0.0, 0.03), (5.3, -0.2, 0.1), (21.7, 0.5, -0.6)])
+@each_row('name', list(PATHS))
+@each_row(('time', 'ahead', 'aside'), [(0.0, 0.0, 0.03), (5.3, -0.2, 0.1), (21.7, 0.5, -0.6)])
 def test_it_is_the_distance_that_brute_force_finds(name, time, ahead, aside):
     pose = reference_at(CURVES[name], time, PLACED).pose
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
@@ -102,7 +103,7 @@ def test_what_is_skipped_has_nothing_that_is_nearer(x, y, begin, length, name):
     assert nearest_on_path(table._replace(speed=math.inf), x, y, begin, begin + length, math.inf) == fast
 
 
-@pytest.mark.parametrize('steps', [1, 7, 20, 43])
+@each_row('steps', [1, 7, 20, 43])
 def test_no_more_is_skipped_than_the_cart_drives(steps):
     table = PATHS['line'].between(0.0, 0.0)
     # straight ahead, between two points

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 from measuring import configuration
 
 from mobile_robot_control.quantities import (
@@ -53,7 +54,7 @@ def test_the_integrals_are_sums_over_the_ticks_before_the_end():
 IN, OUT = 0.5 * BAND, 2.0 * BAND
 
 
-@pytest.mark.parametrize(('errors', 'settling', 'share'), [
+@each_row(('errors', 'settling', 'share'), [
     ([OUT, IN, OUT, IN, IN], 3.0, 0.5), ([OUT, OUT, BAND, -BAND, OUT], 2.0, 0.5),
     # never outside, never inside, outside at the last tick that counts
     ([IN, IN, IN], 0.0, 1.0), ([OUT, OUT, IN], None, 0.0), ([IN, IN, IN, OUT, IN], None, 0.75),
@@ -64,7 +65,7 @@ def test_an_error_has_settled_from_the_tick_on_after_which_it_stays_within_the_b
     assert found['share_within_band'] == share
 
 
-@pytest.mark.parametrize(('outcome', 'settling'), [
+@each_row(('outcome', 'settling'), [
     ('completed', 1.0), ('interrupted', 1.0), ('broken off', 1.0), ('not known', 1.0),
     ('diverged', None), ('law_failed', None), ('node_died', None),
 ])

@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.nodes import Configuration
@@ -184,7 +185,7 @@ def test_torque_and_energy_of_a_base_that_takes_no_torque_are_not_known():
     assert found['rms_position_error']['median'] == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize(('successes', 'runs', 'low', 'high'), [
+@each_row(('successes', 'runs', 'low', 'high'), [
     # Wilson 1927, as tabulated in Newcombe 1998, table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29
     (81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718),
     (20, 20, 0.8389, 1.0),
