@@ -44,7 +44,7 @@ def test_a_path_is_planned_by_the_motors_of_the_plant(tmp_path):
         parameter_sources(robot='chapter', parameters=values).configuration()
 
 
-@each_row(('library', 'prefix'), [
+@pytest.mark.parametrize(('library', 'prefix'), [
     ('lib/python3.11/site-packages', ''),
     ('lib/python3/dist-packages', ''),
     ('local/lib/python3.12/dist-packages', 'local'),

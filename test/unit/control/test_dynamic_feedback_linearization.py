@@ -51,8 +51,8 @@ def test_no_gain_makes_the_compensator_swing():
         assert state.xi == pytest.approx(0.5, abs=1e-12)
 
 
-@each_row('curve', ['trifolium', 'circle'])
-@each_row(('kp', 'kd', 'poles'), [(4.0, 5.0, (-1.0, -4.0)), (5.0, 2.0, (-1.0 + 2.0j, -1.0 - 2.0j))])
+@each_row(('curve', 'kp', 'kd', 'poles'), [
+    ('trifolium', 4.0, 5.0, (-1.0, -4.0)), ('circle', 5.0, 2.0, (-1.0 + 2.0j, -1.0 - 2.0j))])
 def test_the_error_in_the_plane_has_the_poles_that_the_gains_name(curve, kp, kd, poles):
     """The theorem of the source: p_r - p obeys a linear equation, along x and y alike, however large it is."""
     dt, placement, state = 2e-4, Placement(), CompensatorState()

@@ -28,11 +28,6 @@ def test_equation_8_of_the_paper_with_hand_numbers(error, command):
     assert ask(error) == pytest.approx(command, abs=1e-15)
 
 
-def test_facing_away_is_an_equilibrium_and_a_cart_that_stands_turns_nothing():
-    assert ask((0.0, 0.0, math.pi)) == pytest.approx((-0.5, 0.2), abs=1e-15)
-    assert ask((0.3, 0.4, 0.5), (0.0, 0.0)) == (0.6, 0.0)
-
-
 @each_row('error', [(0.3, -0.2, 0.7), (-1.0, 0.5, 2.9), (0.1, 0.4, -1.8)])
 @each_row('v_r', [0.2, 0.7])
 def test_backstepping_at_alpha_1_is_this_law_with_a_constant_heading_gain(error, v_r):

@@ -2,7 +2,6 @@
 
 import pytest
 from each import each_row
-from observation import observed
 
 from mobile_robot_control.configuration.files import is_ros_parameter
 from mobile_robot_control.configuration.nodes import PositionControllerParameters
@@ -16,7 +15,6 @@ from mobile_robot_control.control.membership import FuzzyGains
 from mobile_robot_control.control.sliding_mode import SlidingState
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 PARAMETERS = PositionControl(
     backstepping=BacksteppingGains(p=2.5), hybrid_backstepping=SeekingGains(b1=3.0), fuzzy=FuzzyGains(a=0.7))
@@ -41,16 +39,6 @@ def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
         'ramsete': (NoState(), None), 'periodic': (NoState(), None),
         'dynamic_feedback_linearization': (CompensatorState(), None), 'sliding_mode': (SlidingState(), None),
         'lqr': (NoState(), None)}
-
-
-@each_row('name', LAWS)
-def test_every_law_steps_from_its_states(name):
-    law, gains = select(PositionControl(controller_type=name), 0.01)
-    reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.3, 0.1))
-    for state in (law.start, law.joining or law.start):
-        after, command = law.step(state, observed(TrackingError(0.2, 0.1, -0.1), reference), gains, 0.01)
-        assert type(after) is type(state)
-        assert isinstance(command, BodyVelocity)
 
 
 def test_an_unknown_law_is_refused_with_the_nearest_name():

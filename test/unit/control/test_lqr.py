@@ -45,7 +45,7 @@ def test_the_model_is_the_linearised_one_exactly_over_a_period(v_r, omega_r, dt)
 
 
 @each_row(('weights', 'dt'), [
-    (LqrWeights(), 0.01), (WEIGHTS, 0.1), (LqrWeights(0.1, 300.0, 0.01), 0.002)])
+    (WEIGHTS, 0.1)])
 def test_the_gains_are_those_of_a_discrete_riccati_solution(weights, dt):
     for row, v_r in zip(prepare(weights, dt), SPEEDS, strict=True):
         for gains, omega_r in zip(row, TURNS, strict=True):
@@ -69,15 +69,6 @@ def test_between_the_nodes_the_gains_are_near_the_optimal_ones_and_stabilise(v_r
     assert found == pytest.approx(exact, abs=0.06 * abs(exact).max())
     phi, gamma = map(np.array, error_dynamics(v_r, omega_r, DT))
     assert abs(np.linalg.eigvals(phi - gamma @ found)).max() < 1.0
-
-
-def test_behind_a_slow_cart_the_gains_are_near_the_optimal_ones():
-    """There they turn over within a tenth of a radian per second."""
-    table = prepare(LqrWeights(), DT)
-    for v_r in (0.05, 0.06, 0.1, 0.15):
-        for omega_r in (0.01, 0.03, 0.05, 0.07, 0.1, 0.15):
-            exact = np.array(feedback(LqrWeights(), v_r, omega_r, DT))
-            assert gains_at((v_r, omega_r), table) == pytest.approx(exact, abs=0.05 * abs(exact).max())
 
 
 def test_beyond_the_table_its_edge_holds():

@@ -32,10 +32,6 @@ def test_sinc_has_its_limit_at_zero(angle, value):
     assert sinc(angle) == pytest.approx(value, abs=1e-15)
 
 
-def test_beside_a_cart_that_stands_the_robot_stays():
-    assert ask(TrackingError(0.3, -0.4, 1.0), (0.0, 0.0), RamseteGains()) == (0.0, 0.0)
-
-
 def test_it_agrees_with_wpilib_on_random_inputs():
     controller = pytest.importorskip('wpimath.controller')
     from wpimath.geometry import Pose2d, Rotation2d

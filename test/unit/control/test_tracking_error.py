@@ -49,21 +49,6 @@ def test_equation_34_bearing_by_hand(e1, e2, expected):
     assert bearing(TrackingError(e1, e2, 2.0)) == pytest.approx(expected, abs=1e-15)
 
 
-@each_row('heading', [-3.0, -1.0, 0.5, 3.0])
-@each_row('direction', [-3.1, -1.5, 0.0, 2.0, 3.1])
-def test_the_bearing_is_the_wrapped_difference_of_equations_31_33_and_34(heading, direction):
-    # deviation 4: f(atan2(e_y, e_x) - theta), with f of (35), is atan2(e2, e1)
-    e_x, e_y = 2.0 * math.cos(direction), 2.0 * math.sin(direction)
-    error = tracking_error(Pose(1.0 + e_x, -1.0 + e_y, 0.0), Pose(1.0, -1.0, heading))
-    printed = math.atan2(e_y, e_x) - heading
-    assert bearing(error) == pytest.approx(2.0 * math.atan(math.tan(printed / 2.0)), abs=1e-12)
-
-
-@each_row('lateral', [0.0, -0.0])
-def test_straight_behind_is_exactly_plus_pi(lateral):
-    assert bearing(TrackingError(-1.0, lateral, 0.0)) == math.pi
-
-
 def test_no_bearing_on_the_cart():
     assert bearing(TrackingError(0.0, 0.0, 0.0)) == 0.0
     assert bearing(TrackingError(0.0, 0.999e-9, 0.0)) == 0.0

@@ -38,7 +38,7 @@ def _numbers(content):
         yield from _numbers(part) if isinstance(part, tuple) else [part]
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @example(b'\0\1\0\0')
 @example(b'')
 @given(_BYTES)

@@ -86,20 +86,10 @@ def test_dead_time_is_rounded_up_to_a_velocity_period():
     assert speeds(drive(Base(), commands)) == [v for v, _ in commands]
 
 
-def test_each_channel_has_its_own_dead_time():
-    states = drive(Base(dead_time=(0.004, 0.021)), [(0.3, 0.7)] * 20)
-    assert speeds(states) == [0.0] * 2 + [0.3] * 18
-    assert [state.velocity.angular for state in states[1:]] == [0.0] * 11 + [0.7] * 9
-
-
 def test_commands_are_taken_at_the_first_tick_after_each_period_of_the_base():
     # 300 Hz on a grid of 2 ms: 0, 3.3, 6.7, 10 ms are ticks 0, 2, 4, 5
     states = drive(Base(command_rate=300.0), [(k / 10, 0.0) for k in range(8)])
     assert speeds(states) == [0.0, 0.0, 0.2, 0.2, 0.4, 0.5, 0.5, 0.7]
-
-
-def test_without_a_rate_each_command_is_taken_at_once():
-    assert speeds(drive(Base(), [(k / 10, 0.0) for k in range(8)])) == [k / 10 for k in range(8)]
 
 
 def test_without_a_rate_a_long_dead_time_keeps_the_commands_of_the_finest_grid_that_it_can():

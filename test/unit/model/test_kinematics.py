@@ -21,9 +21,3 @@ OTHER = Robot(wheel_radius=0.1, wheel_separation=0.5)
 def test_equations_5_6_7_and_19_with_hand_numbers(robot, wheels, body):
     assert body_velocity(WheelVelocity(*wheels), robot) == pytest.approx(body, abs=1e-15)
     assert wheel_velocity(BodyVelocity(*body), robot) == pytest.approx(wheels, abs=1e-13)
-
-
-def test_a_faster_right_wheel_turns_left():
-    assert body_velocity(WheelVelocity(right=1.0, left=0.0), Robot()).angular > 0.0
-    turning = wheel_velocity(BodyVelocity(0.0, 1.0), Robot())
-    assert turning.right > 0.0 > turning.left

@@ -19,7 +19,7 @@ from mobile_robot_control.model.prediction import is_uneventful, stands
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.wheels import Forcing
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
 
 ROBOT, DT = Robot(), 0.002
 NONE = WheelTorque(0.0, 0.0)
@@ -52,11 +52,6 @@ def test_half_a_line_and_what_cannot_be_divided_by_is_refused_with_the_remedy(gi
     assert len(refused.value.violations) == 1
 
 
-@each_row('given', [{}, {'stall_torque': 1.4, 'no_load_speed': 6.4}, {'time_constant': 0.02}])
-def test_a_whole_line_and_a_lag_alone_are_taken(given):
-    assert build(Motor, given) == Motor(**given)
-
-
 @each_row(('speed', 'asked', 'given'), [
     # Ts (1 - w/w0) where that is less than asked; a motor brakes with its full torque, and beyond w0 by itself
     (0.0, 1.0, 1.0), (0.0, 1.4, 1.4), (3.2, 1.4, 0.7), (3.2, 0.5, 0.5), (6.4, 1.4, 0.0), (6.4, -1.4, -1.4),
@@ -83,22 +78,6 @@ def test_a_motor_runs_up_to_its_no_load_speed_and_no_further():
     assert applied.right == pytest.approx(0.0, abs=1e-9)
 
 
-@each_row('dt', [0.00025, 0.005, 0.033, 1.0])
-def test_light_wheels_settle_on_the_line_without_swinging(dt):
-    light = Robot(mass=0.01, inertia=1e-5, wheel_inertia=1e-7, viscous_friction=0.0)
-    state = PlantState(Pose(0.0, 0.0, 0.0), body_velocity(WheelVelocity(30.0, -30.0), light), 0.0, 0.0)
-    drive, before = drivetrain(LINE, dt=dt, robot=light), 30.0
-    motors = motors_at_rest()
-    for _ in range(20):
-        state, motors, _ = motorised_step(state, motors, WheelTorque(0.7, -0.7), NONE, drive)
-        now = wheel_velocity(state.velocity, light)
-        # from beyond, and never past the speed at which the line gives nothing
-        assert 6.4 * (1.0 - 1e-12) <= now.right <= before
-        assert now.left == pytest.approx(-now.right, rel=1e-12)
-        before = now.right
-    assert before == pytest.approx(6.4, rel=1e-3)
-
-
 def test_the_lag_is_a_first_order_one_and_its_mean_is_applied():
     drive = drivetrain(Motor(time_constant=0.01))
     state, motors, asked = at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(), WheelTorque(1.0, -0.5)
@@ -116,15 +95,6 @@ def test_with_ideal_motors_and_no_friction_the_step_is_that_of_the_dynamics():
     end, motors, applied = motorised_step(start, motors_at_rest(), torque, NONE, drivetrain())
     assert end == step(start, torque, discretise(ROBOT, DT))
     assert motors.torque == applied == torque
-
-
-def test_a_short_time_constant_is_the_limit_of_none():
-    start, torque = turning(3.0, -1.0), WheelTorque(0.4, -0.2)
-    (slow, _, _), (ideal, _, _) = (
-        motorised_step(start, MotorState(torque), WheelTorque(-0.4, 0.3), NONE, drivetrain(Motor(time_constant=T)))
-        for T in (1e-9, 0.0))
-    assert slow.velocity == pytest.approx(ideal.velocity, abs=1e-6)
-    assert slow.pose == pytest.approx(ideal.pose, abs=1e-8)
 
 
 def test_delay_limit_and_disturbance_are_those_of_the_plant_without_motors():
@@ -155,17 +125,6 @@ def test_the_applied_torque_is_before_friction():
                                        drivetrain(coulomb=0.1))
     assert applied == WheelTorque(0.3, 0.3)
     assert state == step(turning(2.0, 2.0), WheelTorque(0.3 - 0.1, 0.3 - 0.1), discretise(ROBOT, DT))
-
-
-def test_of_a_motor_that_reaches_its_line_the_mean_is_applied():
-    robot, dt = Robot(viscous_friction=0.0), 0.033
-    start = PlantState(Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0), 0.0, 0.0)
-    end, _, applied = motorised_step(start, motors_at_rest(), WheelTorque(1.0, 1.0), NONE,
-                                     drivetrain(LINE, dt=dt, robot=robot))
-    speed = wheel_velocity(end.velocity, robot).right
-    assert speed > 6.4 * (1.0 - 1.0 / 1.4)
-    # what the motors gave is what the wheels have: (A+B) w = mean torque × dt
-    assert applied.right * dt == pytest.approx(0.007125 * speed, rel=1e-12)
 
 
 def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():

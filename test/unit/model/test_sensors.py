@@ -158,7 +158,7 @@ def test_unequal_radii_bend_a_straight_line():
 def test_slip_spreads_the_pose_by_the_square_root_of_the_way():
     for steps, period in ((40, 25_000_000), (20, 50_000_000)):
         ends = [drive([BodyVelocity(1.0, 0.0)] * steps, odometry=WheelOdometry(True, slip=0.01), period=period,
-                      noise=Noise(seed=seed))[-1].pose for seed in range(300)]
+                      noise=Noise(seed=seed))[-1].pose for seed in range(150)]
         # of the mean of two wheels, and of their difference over the separation, after 1 m
         assert statistics.stdev(end.x for end in ends) == pytest.approx(0.01 / math.sqrt(2.0), rel=0.15)
         assert statistics.stdev(end.heading for end in ends) == pytest.approx(0.01 * math.sqrt(2.0) / 0.35, rel=0.15)
@@ -172,12 +172,6 @@ def test_slip_is_independent_of_the_noise_on_the_velocities():
               *measured_wheels(WheelVelocity(0.0, 0.0), Noise(velocity=1.0, seed=3), k)) for k in range(2000)]
     for one, other in itertools.combinations(range(4), 2):
         assert abs(statistics.fmean(numbers[one] * numbers[other] for numbers in drawn)) < 4.0 / math.sqrt(2000.0)
-
-
-def test_a_robot_that_stands_drifts_nowhere():
-    sensors = WheelOdometry(True, (0.1, -0.1), 0.1, 0.01)
-    end = drive([BodyVelocity(0.0, 0.0)] * 100, Encoders(100), sensors)[-1]
-    assert (end.pose, end.velocity, end.wheels) == ((0.0, 0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
 
 
 def test_a_motion_that_has_diverged_is_not_measured():

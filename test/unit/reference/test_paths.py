@@ -114,14 +114,14 @@ def keeps_every_limit(points, coulomb, robot, line, torque, turn):
     assert active >= (0.95 if coulomb or robot.viscous_friction else 0.98)
 
 
-test_random_paths_keep_every_limit_and_use_one_nearly_everywhere = hypothesis_settings(max_examples=20)(
+test_random_paths_keep_every_limit_and_use_one_nearly_everywhere = hypothesis_settings(max_examples=8)(
     given(*DRAWN)(keeps_every_limit))
 test_200_random_paths_keep_every_limit_and_use_one_nearly_everywhere = pytest.mark.soak(hypothesis_settings(
     max_examples=200, deadline=None, suppress_health_check=[*HealthCheck])(given(*DRAWN)(keeps_every_limit)))
 
 
 @given(WAYPOINTS, st.floats(0.02, 0.98), st.sampled_from([0.3, 0.6]))
-@hypothesis_settings(max_examples=6)
+@hypothesis_settings(max_examples=4)
 def test_a_stop_anywhere_goes_on_from_the_motion_before_and_keeps_the_limits(points, share, torque):
     timing = TIMING._replace(max_wheel_torque=torque)
     path = plan_spans(smooth_shape(points), timing, Drive())
@@ -138,7 +138,7 @@ def test_a_stop_anywhere_goes_on_from_the_motion_before_and_keeps_the_limits(poi
 
 
 @given(st.floats(0.05, 0.95), st.floats(-0.3, 0.3), st.floats(-0.4, 0.4), st.floats(0.0, 0.3))
-@hypothesis_settings(max_examples=12)
+@hypothesis_settings(max_examples=6)
 def test_a_new_path_goes_on_from_the_motion_before_or_is_refused(share, turn, aside, ahead):
     path = plan_spans(shape_of([(0.0, 0.0), (1.5, 0.0), (2.5, 0.8), (4.0, 0.8)], tolerance=0.2), TIMING, Drive())
     before = path.accelerated(share * path.period)

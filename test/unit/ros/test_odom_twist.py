@@ -4,7 +4,6 @@ import math
 import types
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.ros.inputs.odom_twist import OdomTwist
@@ -38,7 +37,7 @@ def test_a_twist_that_agrees_is_taken_as_it_is(twist, told):
     assert not told
 
 
-@each_row('wrong', [BodyVelocity(0.0, 0.0), BodyVelocity(-V, OMEGA), BodyVelocity(V, 0.0),
+@pytest.mark.parametrize('wrong', [BodyVelocity(0.0, 0.0), BodyVelocity(-V, OMEGA), BodyVelocity(V, 0.0),
                                    BodyVelocity(V * 2.0, OMEGA)])
 def test_a_twist_that_contradicts_is_replaced_within_a_second(twist, told, wrong):
     found = drive(twist, wrong, 0, 100)

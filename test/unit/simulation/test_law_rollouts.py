@@ -70,8 +70,6 @@ def test_a_law_that_is_registered_again_is_compiled_anew(registered):
     second, = run_trials([trial_of()])
     assert first.final_pose != second.final_pose
     assert second == run_trials([trial_of()], compile_them=False)[0]
-    registered(Law('mine', forward, Gains))
-    assert run_trials([trial_of()]) == [first]
 
 
 @pytest.mark.skipif(not batch.COMPILES, reason='numba is not installed')
