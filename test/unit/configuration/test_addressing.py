@@ -18,10 +18,6 @@ def test_a_renamed_node_is_reached_by_its_new_name_alone(section, reached):
     assert addressed_nodes(section, RENAMED) == reached
 
 
-def test_a_section_for_all_nodes_reaches_a_renamed_one():
-    assert 'position_controller' in addressed_nodes('/**', RENAMED)
-
-
 @each_row('section', ['position_controller', '/position_controller', '/**/position_controller'])
 @each_row('namespace', ['/', '/robot1'])
 def test_a_section_under_the_first_name_of_a_renamed_node_is_refused_with_the_remedy(section, namespace):
@@ -31,11 +27,6 @@ def test_a_section_under_the_first_name_of_a_renamed_node_is_refused_with_the_re
     assert refused.value.violations == (
         f"my.yaml: section '{section}' does not reach the node position_controller, which is renamed "
         f"'pc'; write '/**/pc'",)
-
-
-def test_a_renamed_node_takes_the_section_of_its_new_name():
-    values = merge_sections([('my.yaml', '/**/pc', {'input_timeout': 1.0})], RENAMED)
-    assert values['position_controller'] == {'input_timeout': 1.0}
 
 
 def test_sections_of_other_nodes_do_not_concern_a_renamed_one():

@@ -1,6 +1,5 @@
 """The parameters of the four nodes as a whole."""
 
-import math
 
 import chapter
 import pytest
@@ -10,8 +9,7 @@ from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import declarations, flatten
-from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.parameters.declaration import flatten
 
 EVOLVED = {f'gains.{name}': value for name, value in chapter.EVOLVED_VELOCITY_GAINS.items()}
 
@@ -24,19 +22,6 @@ def refused(values):
     with pytest.raises(ParameterError) as refusal:
         configure(values)
     return refusal.value.violations
-
-
-def test_there_are_four_nodes_in_this_order():
-    assert list(NODES) == ['plant', 'velocity_controller', 'position_controller', 'reference_cart']
-
-
-def test_without_values_the_defaults_hold():
-    assert configure({}) == Configuration()
-
-
-def test_the_defaults_pass_their_own_check():
-    defaults = Configuration()
-    assert configure({node: flatten(getattr(defaults, node)) for node in NODES}) == defaults
 
 
 @each_row(('node', 'contract'), [
@@ -60,25 +45,6 @@ def test_names_and_defaults_are_those_of_the_contract(node, contract):
     defaults = flatten(getattr(Configuration(), node))
     assert {name: defaults[name] for name in shared} == shared
     assert {name: defaults[name] for name in contract} == contract
-
-
-def test_the_gains_have_the_contracts_names():
-    assert {f'gains.{name}' for name in ('k1', 'ti1', 'k2', 'ti2')} < set(declarations(NODES['velocity_controller']))
-    position = declarations(NODES['position_controller'])
-    assert {f'backstepping.{name}' for name in ('p', 'q', 'alpha', 'f', 'g')} < set(position)
-    assert {name: position[f'fuzzy.{name}'].field.length for name in 'abcd'} == {'a': None, 'b': 6, 'c': 5, 'd': 3}
-
-
-def test_values_are_set_on_their_node():
-    configuration = configure({'plant': {'duration': 3, 'robot.mass': 11.0},
-                               **{node: {'robot.mass': 11} for node in list(NODES)[1:]}})
-    assert configuration.plant.duration == 3.0
-    assert {getattr(configuration, node).shared.robot.mass for node in NODES} == {11.0}
-
-
-def test_a_violation_names_its_node():
-    assert refused({'reference_cart': {'scale': 0.0}}) == (
-        'reference_cart: scale = 0.0 is not allowed; it must be above 0.0 m',)
 
 
 def test_a_violation_of_several_nodes_is_named_once():
@@ -139,17 +105,6 @@ def test_periods_must_be_whole_nanoseconds(name, rate, period):
     assert nearest == pytest.approx(1e9 / max(1, round(1e9 / rate)), rel=1e-15)
 
 
-def test_the_nearest_rate_with_whole_nanoseconds_is_itself_allowed():
-    violation = refused(everywhere(velocity_rate=300.0, position_rate=300.0))[0]
-    nearest = float(violation.rpartition('the nearest rate is ')[2].removesuffix(' Hz'))
-    assert configure(everywhere(velocity_rate=nearest, position_rate=nearest)).plant.shared.velocity_rate == nearest
-
-
-@each_row('rate', [1e-300, 2.3e-308, 1e300])
-def test_absurd_rates_are_refused_rather_than_an_overflow(rate):
-    assert refused(everywhere(velocity_rate=rate, position_rate=rate))
-
-
 @each_row('factor', [2.3e-308, 1e-13, 5e-7])
 def test_a_factor_that_stops_simulated_time_is_refused_with_the_smallest_useful_one(factor):
     violation, = refused({'plant': {'real_time_factor': factor}})
@@ -157,11 +112,6 @@ def test_a_factor_that_stops_simulated_time_is_refused_with_the_smallest_useful_
     smallest = float(violation.partition('at least ')[2].partition(',')[0])
     for useful in (smallest * (1.0 + 1e-5), 0.0):
         configure({'plant': {'real_time_factor': useful}})
-
-
-def test_period_nanoseconds_by_hand():
-    assert [period_nanoseconds(rate) for rate in (1.0, 50.0, 500.0, 4000.0, 1e9)] == [10**9, 2 * 10**7, 2 * 10**6,
-                                                                                     250000, 1]
 
 
 def test_unstable_gains_are_refused_with_the_slowest_rate():
@@ -186,15 +136,6 @@ def test_stability_is_checked_with_the_configured_robot():
     light = Robot(mass=0.1, inertia=0.001, wheel_inertia=1e-5)
     values = {f'robot.{name}': value for name, value in light._asdict().items()}
     assert any('are unstable' in violation for violation in refused(everywhere(**values)))
-
-
-def test_outputs_out_of_order_are_refused_in_their_node():
-    violation, = refused({'position_controller': {'fuzzy.c': [0.3, -0.1, 0.0, 0.3, 0.8]}})
-    assert violation.startswith('position_controller: fuzzy.c = [0.3, -0.1, 0.0, 0.3, 0.8] m/s is out of order')
-
-
-def test_the_robot_starts_where_the_closed_curves_do():
-    assert Configuration().plant.initial_pose == (1.0, 0.0, 0.5 * math.pi)
 
 
 @each_row(('drive', 'others'), [

@@ -106,10 +106,6 @@ def test_a_command_without_a_frame_is_accepted():
         parsing.read_twist(twist(frame='map'), 'base_link')
 
 
-def test_a_twist_gives_the_body_velocity():
-    assert parsing.read_twist(twist()) == (0.5, -0.2)
-
-
 @each_row('value', NOT_FINITE)
 @each_row('name', ['v', 'omega'])
 def test_a_command_that_is_not_finite_is_refused(name, value):

@@ -16,7 +16,6 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import (
-    WHEEL_JOINTS,
     RefusedMessageError,
     read_acceleration,
     read_error,
@@ -155,16 +154,6 @@ def test_rclpy_reads_the_message_that_it_would_have_written_itself(frame):
     assert written == _as_rosbags_writes(written, 'nav_msgs/msg/Odometry')
 
 
-@each_row('little_endian', [True, False])
-def test_both_byte_orders_are_read(little_endian):
-    written = writing.joints_writer()(STAMP, (1.1, 2.2), WheelVelocity(3.3, 4.4), TORQUE)
-    kind = 'sensor_msgs/msg/JointState'
-    sent = bytes(TYPES.serialize_cdr(TYPES.deserialize_cdr(written, kind), kind, little_endian=little_endian))
-    assert (sent == written) is little_endian
-    assert serialised_stamp(sent) == STAMP
-    assert bytes_reader(ALL_LOOP_TOPICS['wheel_torques'].kind, read_torque)(sent) == TORQUE
-
-
 @each_row('cut', [0, 1, 5, 11, 12, 30, 139])
 @each_row('order', [0, 1])
 def test_truncated_messages_are_refused(cut, order):
@@ -184,11 +173,6 @@ def test_a_message_does_not_change_when_the_next_is_written():
     assert read_torque(deserialize_message(first, JointState)) == TORQUE
     with pytest.raises(struct.error):
         write(STAMP, [1.0])
-
-
-def test_wheels_are_found_by_name_in_any_order():
-    message = JointState(name=['arm', *reversed(WHEEL_JOINTS)], effort=[9.0, 2.0, 1.0])
-    assert read_torque(message) == WheelTorque(right=1.0, left=2.0)
 
 
 def test_a_path_has_its_poses():

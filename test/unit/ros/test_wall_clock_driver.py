@@ -150,10 +150,3 @@ def test_a_robot_that_has_driven_stands_at_the_end(has_driven):
     robot.did = []
     robot.driver.close()
     assert robot.did == ['rest'] * has_driven
-
-
-@each_row(('age', 'decision'), [(0.0, 'HOLD'), (0.5, 'HOLD'), (-0.5, 'HOLD'), (0.6, 'REFUSED'),
-                                               (-0.6, 'REFUSED')])
-def test_stamps_near_to_now_are_held(age, decision):
-    robot = Robot()
-    assert robot.driver.policy('wheels').decide(round((100.0 - age) * 1e9)).name == decision

@@ -27,7 +27,7 @@ from mobile_robot_control.tuning.monte_carlo import (
     summarise_runs,
     wilson_interval,
 )
-from mobile_robot_control.tuning.objective import DEFAULT_SMOOTH, Goal, Objective
+from mobile_robot_control.tuning.objective import Goal, Objective
 from mobile_robot_control.tuning.search import WORST
 from mobile_robot_control.tuning.search_gains import configured_gains
 from mobile_robot_control.tuning.search_space import bounded, search_genes
@@ -122,23 +122,6 @@ def test_the_weight_of_smoothness_adds_the_variation_per_second():
         assert found == pytest.approx(alone + weight * rough, rel=1e-12)
 
 
-def test_a_search_without_that_weight_sums_no_variation():
-    parameters = short_lap()
-    tried = []
-
-    def counting(trials):
-        tried.extend(trials)
-        return run(trials)
-
-    Objective(parameters, goal(configured_scenario(parameters)), counting).score(configured_gains(parameters))
-    assert [trial.form.varies for trial in tried] == [False]
-
-
-def test_a_base_that_is_driven_by_velocity_is_searched_with_a_weight():
-    assert DEFAULT_SMOOTH['torque'] == 0.0
-    assert DEFAULT_SMOOTH['velocity'] > 0.0
-
-
 def test_a_generation_scores_as_its_individuals():
     parameters = short_lap()
     objective = Objective(parameters, goal(configured_scenario(parameters)), run)
@@ -216,14 +199,6 @@ def test_the_worst_share_within_the_band_is_the_smallest_and_that_of_a_run_that_
     assert found['share_within_band'] == {'median': 0.5, '95_percent': pytest.approx(0.05), 'worst': None}
     # never settled is later than any time
     assert found['settling_time'] == {'median': 50.0, '95_percent': 95.0, 'worst': None}
-
-
-def test_the_summary_contains_success_rate_and_quantiles():
-    names = judge(make_trial(short_lap(), 0.1), run([make_trial(short_lap(), 0.1)])[0]).metrics
-    judged = [Judged(k < 98, dict.fromkeys(names, float(k) if k < 99 else math.inf)) for k in range(1, 101)]
-    found = summarise_runs(judged)
-    assert (found['runs'], found['successes'], found['success_rate']) == (100, 97, 0.97)
-    assert found['metrics']['energy'] == {'median': 50.0, '95_percent': 95.0, 'worst': None}
 
 
 def test_the_spread_over_seeds_is_that_of_the_configured_run_where_something_is_random():
