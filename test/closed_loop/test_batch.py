@@ -90,23 +90,6 @@ def test_a_diverging_trial_ends_at_the_step_of_the_rollout():
     assert measured_run(trial, outcome).outcome == 'diverged'
 
 
-def test_the_late_totals_count_from_their_time_on():
-    trial = make_trial(configuration(), 2.0, late=1.5)
-    (outcome,) = batch.run_trials([trial], False)
-    assert outcome.late.time == pytest.approx(0.5)
-    assert 0.0 < outcome.late.squared_position < outcome.totals.squared_position
-
-
-def test_metrics_use_the_true_pose_whatever_the_noise():
-    quiet, noisy = ({'noise.pose': [sigma, sigma, 0.0]} for sigma in (0.0, 0.1))
-    gains = {'backstepping.p': 1e-3, 'backstepping.f': 1e-3, 'backstepping.q': 1.0, 'backstepping.g': 1e-3}
-    (still,), (shaken,) = (
-        batch.run_trials([make_trial(configuration(plant=plant, position_controller=gains), 1.0)], False)
-        for plant in (quiet, noisy))
-    assert shaken.totals != still.totals
-    assert shaken.totals.max_position < 0.1
-
-
 def test_trials_with_the_same_curve_share_their_references():
     one, other = (make_trial(configuration(plant={'initial_pose': [x, 0.0, 0.0]}), 1.0) for x in (0.5, 1.0))
     assert references(cart_motion(one)) is references(cart_motion(other))

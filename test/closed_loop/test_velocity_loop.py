@@ -48,12 +48,6 @@ def test_theorem_1_both_channels_together_leave_no_error():
     assert velocity == pytest.approx((1.0, 0.3), abs=1e-9)
 
 
-def test_without_the_integral_friction_leaves_an_error():
-    # Ti1 without end: e = K / (K + K1 R) of the command
-    *_, velocity = respond(BodyVelocity(1.0, 0.0), VelocityGains(k1=1.0, ti1=1e12, k2=0.3, ti2=1e12), 10.0, rate=500.0)
-    assert 1.0 - velocity.linear == pytest.approx(chapter.K / (chapter.K + 1.0 * chapter.R), rel=1e-6)
-
-
 def test_anti_windup_reduces_the_overshoot():
     gains = VelocityGains(k1=1.0, ti1=0.2, k2=0.3, ti2=0.2)
     # 0.25 N m a wheel could hold 1.22 m/s; it takes seconds to reach 1 m/s

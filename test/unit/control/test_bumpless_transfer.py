@@ -38,17 +38,6 @@ def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second(
         assert command == pytest.approx(expected, rel=1e-12)
 
 
-def test_another_law_takes_over_without_a_jump():
-    running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, DT, under_way=False), SEEN, DT)
-    fuzzy = GENTLE._replace(controller_type='fuzzy')
-    running = bumpless_transfer.change(running, fuzzy, DT)
-    running, command = bumpless_transfer.step(running, SEEN, DT)
-    assert command == pytest.approx(before, rel=1e-14)
-    for _ in range(200):
-        running, command = bumpless_transfer.step(running, SEEN, DT)
-    assert command == pytest.approx(settled(fuzzy), rel=1e-12)
-
-
 @each_row(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
 def test_a_hybrid_law_seeks_the_cart_only_at_the_start_of_a_run(under_way, state):
     hybrid = GENTLE._replace(controller_type='hybrid_backstepping')

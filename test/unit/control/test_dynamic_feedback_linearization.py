@@ -44,13 +44,6 @@ def test_a_robot_that_stands_turns_no_faster_than_the_least_speed_allows(xi, tur
     assert command == pytest.approx((xi * math.exp(-0.5), turn), rel=1e-14)
 
 
-def test_no_gain_makes_the_compensator_swing():
-    state = CompensatorState(1.0, 3.0, 0.5)
-    for _ in range(3):
-        state, _ = step(state, (0.0, 0.0, 0.0), (0.5, 0.0), gains=GAINS._replace(kd=1e6))
-        assert state.xi == pytest.approx(0.5, abs=1e-12)
-
-
 @each_row(('curve', 'kp', 'kd', 'poles'), [
     ('trifolium', 4.0, 5.0, (-1.0, -4.0)), ('circle', 5.0, 2.0, (-1.0 + 2.0j, -1.0 - 2.0j))])
 def test_the_error_in_the_plane_has_the_poles_that_the_gains_name(curve, kp, kd, poles):

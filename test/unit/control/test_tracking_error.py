@@ -22,17 +22,6 @@ def test_equation_23_with_hand_numbers(reference, pose, error):
     assert tracking_error(Pose(*reference), Pose(*pose)) == pytest.approx(error, abs=1e-15)
 
 
-@each_row(('reference', 'heading', 'error'), [
-    (-3.0, 3.0, 2.0 * math.pi - 6.0),
-    (3.0, -3.0, 6.0 - 2.0 * math.pi),
-    (0.5 * math.pi, -0.5 * math.pi, math.pi),
-    (-0.5 * math.pi, 0.5 * math.pi, math.pi),
-])
-def test_the_heading_error_is_wrapped(reference, heading, error):
-    found = tracking_error(Pose(0.0, 0.0, reference), Pose(0.0, 0.0, heading))
-    assert found.heading == pytest.approx(error, abs=1e-15)
-
-
 def test_equation_34_distance_by_hand():
     assert distance(TrackingError(3.0, -4.0, 1.0)) == 5.0
     assert distance(TrackingError(0.0, 0.0, 3.0)) == 0.0

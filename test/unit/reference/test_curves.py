@@ -111,13 +111,6 @@ def test_a_closed_curve_closes_after_one_lap_and_not_before(name):
         assert any(abs(a - b) > 0.01 for a, b in zip(between.pose, start.pose, strict=True))
 
 
-def test_the_trifolium_has_three_leaves():
-    tips = [reference_at(CURVES['trifolium'], 16.0 * lap / 3.0, Placement()).pose for lap in range(3)]
-    assert [math.hypot(tip.x, tip.y) for tip in tips] == pytest.approx([1.0, 1.0, 1.0], rel=1e-14)
-    directions = sorted(math.degrees(math.atan2(tip.y, tip.x)) for tip in tips)
-    assert directions == pytest.approx([-120.0, 0.0, 120.0], abs=1e-9)
-
-
 @given(SMOOTH, TIMES, st.sampled_from([Placement(), PLACED]))
 def test_v_r_and_omega_r_are_the_derivatives_of_the_pose(name, time, placement):
     curve = CURVES[name]
@@ -143,21 +136,6 @@ def test_placement_by_the_contract(name, time):
     cos, sin = math.cos(0.7), math.sin(0.7)
     assert pose.x == pytest.approx(0.3 + 0.5 * (cos * x - sin * y), abs=1e-14)
     assert pose.y == pytest.approx(-0.8 + 0.5 * (sin * x + cos * y), abs=1e-14)
-
-
-def test_the_line_starts_at_its_origin_and_never_turns():
-    placement = Placement(scale=2.0, period=4.0, center=(1.0, 1.0), rotation=0.5 * math.pi)
-    for time in (0.0, 1.0, 10.0):
-        pose, velocity, _ = reference_at(CURVES['line'], time, placement)
-        assert pose == pytest.approx((1.0, 1.0 + 0.5 * time, 0.5 * math.pi), abs=1e-14)
-        assert velocity == pytest.approx((0.5, 0.0), abs=1e-15)
-
-
-@each_row('name', CURVES)
-def test_the_heading_stays_wrapped(name):
-    for k in range(160):
-        heading = reference_at(CURVES[name], 0.1 * k, Placement(rotation=3.0)).pose.heading
-        assert -math.pi < heading <= math.pi
 
 
 @each_row('name', CURVES)

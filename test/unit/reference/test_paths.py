@@ -89,14 +89,6 @@ def test_curvature_is_continuous_and_the_sharpness_its_slope():
     assert (np.abs(grid.curvature).max(axis=1) * grid.length).max() <= 0.3
 
 
-def test_crossing_waypoints_are_followed_in_their_order():
-    points = [(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]
-    path = plan_spans(shape_of(points), TIMING, Drive())
-    driven = np.array([path.reference(time).pose[:2] for time in np.linspace(0.0, path.period, 2000)])
-    passed = [int(np.hypot(*(driven - point).T).argmin()) for point in points]
-    assert passed == sorted(passed)
-
-
 DRAWN = (WAYPOINTS, st.sampled_from([0.0, 0.02]), st.sampled_from([Robot(), NO_FRICTION]),
          st.sampled_from([(0.0, 0.0), (0.5, 40.0)]), st.floats(0.1, 0.6), st.sampled_from([0.0, 3.0]))
 

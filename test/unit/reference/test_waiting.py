@@ -6,10 +6,10 @@ import math
 import pytest
 from each import each_row
 
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import Placement, accelerated_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.reference.waiting import WaitingCart, after_a_pause, begin_waiting, later, move_cart, slowed
+from mobile_robot_control.reference.waiting import after_a_pause, begin_waiting, later, move_cart, slowed
 
 DT, FAR = 0.02, 0.5
 START = Pose(1.0, 0.0, 0.5 * math.pi)
@@ -125,11 +125,3 @@ def test_the_acceleration_of_a_cart_that_goes_on_is_the_slope_of_its_velocity():
     assert slowed(accelerated_at(curve, 3.0, placement), 1.0) == accelerated_at(curve, 3.0, placement)
     # it stands until something lets it go on
     assert later(begin_waiting(0.0, START), 5.0).time == 0.0
-
-
-def test_the_reference_of_a_cart_that_waits_stands():
-    reference = Reference(START, BodyVelocity(0.3, -0.2))
-    assert slowed(reference, 0.0) == Reference(START, BodyVelocity(0.0, 0.0))
-    assert slowed(reference, 0.5)[:2] == (START, BodyVelocity(0.15, -0.1))
-    assert slowed(reference, 1.0) == reference
-    assert isinstance(begin_waiting(0.0, START), WaitingCart)
