@@ -7,8 +7,6 @@ from typing import Annotated, NamedTuple
 import pytest
 from each import each_row
 
-from mobile_robot_control.analysis.lap import followed_lap, lap_loop
-from mobile_robot_control.analysis.linearisation import linear_velocity_loop
 from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control.law import Law, NoState
@@ -65,16 +63,6 @@ def test_with_constants_that_are_30_percent_wrong_it_is_better_than_without(mass
         return math.sqrt(late.squared_position / late.time)
 
     assert settled(configured()) < 0.5 * settled(configured(horizon=0, feeds=False))
-
-
-def test_the_velocity_loop_has_the_margins_that_it_has_without():
-    loops = []
-    for feeds in (False, True):
-        configuration = configured(feeds=feeds)
-        tick = next(followed_lap(configuration))
-        loops.append(linear_velocity_loop(lap_loop(configuration), tick)[0])
-    for ours, theirs in zip(*loops, strict=True):
-        assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-9)
 
 
 class NoGains(NamedTuple):

@@ -68,13 +68,6 @@ def test_with_lag_it_moves_as_an_independent_solver_says(lag, period):
         assert (*state.pose, *state.velocity) == pytest.approx(tuple(x), abs=2e-10 if dt < 0.01 else 1e-8)
 
 
-def test_two_half_steps_are_one_step():
-    whole = drive(Base(lag=(0.1, 0.05)), [(0.5, 1.0)] * 5, 4 * MS, 4 * MS)[-1]
-    halves = drive(Base(lag=(0.1, 0.05)), [(0.5, 1.0)] * 10, 2 * MS, 4 * MS)[-1]
-    assert whole.pose == pytest.approx(halves.pose, abs=1e-12)
-    assert whole.velocity == pytest.approx(halves.velocity, abs=1e-14)
-
-
 def test_dead_time_is_rounded_up_to_a_velocity_period():
     assert periods(0.06, 2 * MS) == 30
     assert periods(0.0601, 2 * MS) == 31
@@ -84,12 +77,6 @@ def test_dead_time_is_rounded_up_to_a_velocity_period():
     late = speeds(drive(Base(dead_time=(0.005, 0.0)), commands))
     assert late == pytest.approx([0.0] * 3 + [v for v, _ in commands[:17]])
     assert speeds(drive(Base(), commands)) == [v for v, _ in commands]
-
-
-def test_commands_are_taken_at_the_first_tick_after_each_period_of_the_base():
-    # 300 Hz on a grid of 2 ms: 0, 3.3, 6.7, 10 ms are ticks 0, 2, 4, 5
-    states = drive(Base(command_rate=300.0), [(k / 10, 0.0) for k in range(8)])
-    assert speeds(states) == [0.0, 0.0, 0.2, 0.2, 0.4, 0.5, 0.5, 0.7]
 
 
 def test_without_a_rate_a_long_dead_time_keeps_the_commands_of_the_finest_grid_that_it_can():

@@ -77,14 +77,6 @@ def test_the_wheel_angles_are_the_integrals_of_the_wheel_velocities():
     assert (again.right_angle, again.left_angle) == pytest.approx((10.0, 4.0), rel=1e-14)
 
 
-def test_a_straight_drive_without_friction_by_hand():
-    # dv/dt = r/2 * 0.57 / 0.007125 = 1.4 m/s²; 2 s give 2.8 m/s and 2.8 m
-    end = dynamics.step(dynamics.at_rest(Pose(0.0, 0.0, 0.5 * math.pi)), WheelTorque(0.285, 0.285),
-                        discretise(Robot(viscous_friction=0.0), 2.0))
-    assert end.velocity == pytest.approx((2.8, 0.0), abs=1e-13)
-    assert end.pose == pytest.approx((0.0, 2.8, 0.5 * math.pi), abs=1e-13)
-
-
 @each_row('exponent', [1e-12, 1e-6, 1e-3, 0.1, 0.4999999, 0.5, 0.5000001, 1.0, 5.0, 40.0])
 def test_the_step_response_is_exact_for_any_friction(exponent):
     # K = (A+B) * exponent over dt = 2 s, against sixty digits

@@ -64,20 +64,6 @@ def test_the_torque_speed_line_by_hand(speed, asked, given):
     assert applied == pytest.approx((given, -given), abs=1e-4)
 
 
-def test_a_motor_runs_up_to_its_no_load_speed_and_no_further():
-    robot = Robot(viscous_friction=0.0)
-    state, motors, drive = at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(), drivetrain(LINE, robot=robot)
-    speeds = []
-    for _ in range(1000):
-        state, motors, applied = motorised_step(state, motors, WheelTorque(1.4, 1.4), NONE, drive)
-        speeds.append(wheel_velocity(state.velocity, robot).right)
-    assert sorted(speeds) == speeds
-    # (A+B) dw/dt = Ts (1 - w/w0), for which w = w0 (1 - exp(-t Ts / (w0 (A+B))))
-    assert speeds[99] == pytest.approx(6.4 * (1.0 - math.exp(-0.2 * 1.4 / 6.4 / 0.007125)), rel=1e-12)
-    assert speeds[-1] == pytest.approx(6.4, rel=1e-9)
-    assert applied.right == pytest.approx(0.0, abs=1e-9)
-
-
 def test_the_lag_is_a_first_order_one_and_its_mean_is_applied():
     drive = drivetrain(Motor(time_constant=0.01))
     state, motors, asked = at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(), WheelTorque(1.0, -0.5)

@@ -1,11 +1,10 @@
 """Sensors that are not ideal: hand-computed numbers, and the times at which odometry is sampled and arrives."""
 
-import itertools
 import math
 import statistics
 
 import pytest
-from driving import DT, PERIOD, QUIET, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
+from driving import DT, PERIOD, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
 from each import each_row
 
 from mobile_robot_control.model.dynamics import PlantState, at_rest
@@ -13,7 +12,7 @@ from mobile_robot_control.model.encoders import Encoders, WheelAngles, angle_vel
 from mobile_robot_control.model.events import events_at, events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.noise import Noise, measured_pose, measured_wheels
-from mobile_robot_control.model.odometry import Calibration, WheelOdometry, odometer_motion, wheel_slip
+from mobile_robot_control.model.odometry import Calibration, WheelOdometry, odometer_motion
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants, sensor_violations
 from mobile_robot_control.model.sensors import advance_sensors, sensors_at_start
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
@@ -44,13 +43,6 @@ def test_a_velocity_is_a_difference_of_ticks_over_the_window():
     assert statistics.fmean(seen) == pytest.approx(1.0, rel=0.03)
 
 
-def test_without_ticks_a_window_gives_the_mean_velocity_over_it():
-    ramp = [BodyVelocity(0.001 * k, 0.0) for k in range(50)]
-    run = drive(ramp, Encoders(window=0.01))
-    # the mean of the velocities of the last five steps
-    assert run[-1].wheels == pytest.approx((0.047 / ROBOT.wheel_radius,) * 2)
-
-
 @each_row(('period', 'taken', 'arrived'), [
     # 33.3 ms, 66.7 ms, 100 ms ... at the next multiple of 2 ms, and 30 steps for 60 ms
     (2_000_000, [0, 17, 34, 50, 67, 84, 100], [30, 47, 64, 80, 97, 114, 130]),
@@ -64,20 +56,6 @@ def test_odometry_at_30_hz_that_is_60_ms_late(period, taken, arrived):
     changes = [k for k in range(1, len(shown)) if shown[k] != shown[k - 1]]
     assert changes == arrived[1:]
     assert [shown[k] for k in changes] == taken[1:]
-
-
-@each_row(('rate', 'latency', 'first'), [
-    # at position ticks, every 5 steps, at once
-    (0.0, 0.0, [0, 0, 0, 0, 0, 5, 5, 5, 5, 5, 10]),
-    # ... 8 ms late
-    (0.0, 0.008, [0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 5]),
-    # faster than the grid: in every step
-    (2000.0, 0.0, list(range(11))),
-    # 2.1 ms are two steps
-    (500.0, 0.0021, [0, 0, *range(9)]),
-])
-def test_odometry_of_other_rates_and_latencies(rate, latency, first):
-    assert shown_steps(WheelOdometry(rate=rate, latency=latency), PERIOD, 11) == first
 
 
 def test_jitter_delays_each_sample_by_up_to_its_length():
@@ -100,16 +78,6 @@ def test_events_do_not_drift(rate, period, step, number):
     assert [is_event(step + offset, events) for offset in (0, 1)] == [True, number == step]
     # products stay below 2**63 for as many steps as a compiled run can have
     assert max(events) <= 10**9
-
-
-def test_samples_repeat_with_the_noise_of_their_own_step():
-    noise = Noise((0.01, 0.02, 0.03), 0.1, seed=5)
-    run = drive(STRAIGHT[:100], odometry=WheelOdometry(rate=30.0, latency=0.06), noise=noise)
-    true = {step.k: step.plant for step in run}
-    for step in run[1:]:
-        assert step.pose == measured_pose(true[step.taken].pose if step.taken else Pose(0.0, 0.0, 0.0), noise,
-                                          step.taken)
-    assert len({step.pose for step in run}) == len({step.taken for step in run}) == 5
 
 
 def test_with_all_off_the_sensors_show_what_ideal_ones_do():
@@ -163,15 +131,6 @@ def test_slip_spreads_the_pose_by_the_square_root_of_the_way():
         assert statistics.stdev(end.x for end in ends) == pytest.approx(0.01 / math.sqrt(2.0), rel=0.15)
         assert statistics.stdev(end.heading for end in ends) == pytest.approx(0.01 * math.sqrt(2.0) / 0.35, rel=0.15)
         assert abs(statistics.fmean(end.heading for end in ends)) < 4.0 * 0.04 / math.sqrt(300.0)
-
-
-def test_slip_is_independent_of_the_noise_on_the_velocities():
-    odometry = sensor_constants(
-        ROBOT, QUIET, TRUE_ANGLES, WheelOdometry(True, slip=math.sqrt(0.035)), PERIOD, PERIOD).odometry
-    drawn = [(*wheel_slip(WheelAngles(1.0, 1.0), k, 3, odometry),
-              *measured_wheels(WheelVelocity(0.0, 0.0), Noise(velocity=1.0, seed=3), k)) for k in range(2000)]
-    for one, other in itertools.combinations(range(4), 2):
-        assert abs(statistics.fmean(numbers[one] * numbers[other] for numbers in drawn)) < 4.0 / math.sqrt(2000.0)
 
 
 def test_a_motion_that_has_diverged_is_not_measured():

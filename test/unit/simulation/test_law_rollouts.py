@@ -189,12 +189,3 @@ def test_a_law_sees_error_reference_and_odometrys_velocity(registered):
     ticks = [sample.tick for sample in samples if sample.tick.time == sample.time]
     assert seen == [Observation(tick.error, tick.reference, tick.velocity) for tick in ticks]
     assert seen[-1].velocity.linear > 0.0
-
-
-def test_prepared_gains_replace_the_gains_of_the_step(registered):
-    def prepared_step(state, observation, prepared, dt):
-        return state, BodyVelocity(prepared, 0.0)
-
-    registered(Law('mine', prepared_step, Gains, prepare=lambda gains, dt: gains.gain / dt))
-    first = next(rollout(configured(gain=0.5), 0.1))
-    assert first.command == (0.5 / 0.01, 0.0)

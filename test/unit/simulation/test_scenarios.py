@@ -11,13 +11,13 @@ from each import each_row
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.quantities import Pose, TrackingError
+from mobile_robot_control.quantities import Pose
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
 from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
-from mobile_robot_control.simulation.totals import Totals, add_error, objective
+from mobile_robot_control.simulation.totals import objective
 from mobile_robot_control.simulation.trial import make_trial
 from mobile_robot_control.tuning.monte_carlo import (
     Judged,
@@ -156,16 +156,6 @@ def test_success_is_judged_by_the_late_errors_of_a_complete_run():
     assert not judge(made, outcome._replace(late=outcome.late._replace(max_position=0.1))).success
     diverged = judge(made, outcome._replace(steps=3))
     assert set(diverged.metrics.values()) == {math.inf}
-
-
-def test_torque_and_energy_of_a_base_that_takes_no_torque_are_not_known():
-    made = make_trial(short_lap(), 0.1)
-    (outcome,) = run([made])
-    judged = judge(made, outcome._replace(totals=add_error(Totals(), TrackingError(0.1, 0.0, 0.0), 0.5)))
-    found = summarise_runs([judged, Judged(False, dict.fromkeys(judged.metrics, math.inf))])['metrics']
-    assert judged.success
-    assert {name for name, numbers in found.items() if numbers['median'] is None} == {'peak_wheel_torque', 'energy'}
-    assert found['rms_position_error']['median'] == pytest.approx(0.1)
 
 
 @each_row(('successes', 'runs', 'low', 'high'), [
