@@ -130,14 +130,11 @@ def test_the_fade_in_starts_with_the_latch():
     (0.25, 1.25),
     # the double pole, exactly and nearly
     (0.25, 1.0),
-    (0.25, math.sqrt(1.0 + 1e-15)),
     (0.25, 1.0 + 1e-9),
-    (1.0, 2.5),
-    (1e-3, 0.2),
     # poles a million apart
     (1e-6, 1.0),
 ])
-@each_row('start', [(0.0, 0.0, 1.0), (0.3, -0.7, 1.0), (0.8, 0.4, 0.0)])
+@each_row('start', [(0.3, -0.7, 1.0), (0.8, 0.4, 0.0)])
 def test_equation_32_exactly_under_held_z(b0, b1, start):
     fade, rate, z = start
 

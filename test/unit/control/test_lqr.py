@@ -43,11 +43,10 @@ def test_the_model_is_the_linearised_one_exactly_over_a_period(v_r, omega_r, dt)
     assert np.array(gamma) == pytest.approx(step[:3, 3:], abs=1e-11)
 
 
-@each_row(('weights', 'dt'), [
-    (WEIGHTS, 0.1)])
-def test_the_gains_are_those_of_a_discrete_riccati_solution(weights, dt):
-    for row, v_r in zip(prepare(weights, dt), SPEEDS, strict=True):
-        for gains, omega_r in zip(row, TURNS, strict=True):
+def test_the_gains_are_those_of_a_discrete_riccati_solution():
+    weights, dt = WEIGHTS, 0.1
+    for row, v_r in [*zip(prepare(weights, dt), SPEEDS, strict=True)][::4]:
+        for gains, omega_r in [*zip(row, TURNS, strict=True)][::3]:
             phi, gamma = map(np.array, error_dynamics(v_r, omega_r, dt))
             x = solve_discrete_are(phi, gamma, np.diag(weights), np.eye(2))
             expected = np.linalg.solve(np.eye(2) + gamma.T @ x @ gamma, gamma.T @ x @ phi)

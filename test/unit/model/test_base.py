@@ -4,7 +4,7 @@ import math
 
 import pytest
 from each import each_row
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -130,6 +130,7 @@ def test_jitter_delays_each_command_by_up_to_its_length():
     assert sum(delays) / len(delays) == pytest.approx(2.5, abs=0.5)
 
 
+@settings(max_examples=40)
 @given(
     st.tuples(*[st.sampled_from([0.0, 0.001, 0.0123, 0.1])] * 2), st.sampled_from([0.0, 7.0, 20.0, 30.0, 1000.0]),
     st.sampled_from([1, 3, 10]), st.tuples(*[st.sampled_from([0.0, 0.02, 0.3])] * 2),
