@@ -13,13 +13,13 @@ from mobile_robot_control.simulation.rollout import recorded
 
 @each_row('law', LAWS)
 def test_a_law_starts_beside_the_path_and_stands_after_its_end(law, tmp_path):
-    (tmp_path / 'path.csv').write_text('0,0\n0.8,0\n0.8,0.5\n')
+    (tmp_path / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n')
     configuration = configure(load([], [
         ('/**.reference_horizon', 1), ('reference_cart.curve', 'path'),
         ('reference_cart.path.file', str(tmp_path / 'path.csv')), ('reference_cart.timing.max_linear_velocity', 0.5),
         ('reference_cart.timing.max_wheel_torque', 0.3), ('plant.initial_pose', [-0.1, 0.1, 0.3]),
         ('position_controller.controller_type', law)]))
-    run, samples = recorded(configuration, course_of(configuration.reference_cart).period + 4.0)
+    run, samples = recorded(configuration, course_of(configuration.reference_cart).period + 6.0)
     last = [*samples][-500:]
     assert run.outcome == 'completed'
     tick = last[-1].tick
