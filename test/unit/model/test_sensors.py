@@ -1,10 +1,11 @@
 """Sensors that are not ideal: hand-computed numbers, and the times at which odometry is sampled and arrives."""
 
+import itertools
 import math
 import statistics
 
 import pytest
-from driving import DT, PERIOD, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
+from driving import DT, PERIOD, QUIET, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
 from each import each_row
 
 from mobile_robot_control.model.dynamics import PlantState, at_rest
@@ -12,7 +13,7 @@ from mobile_robot_control.model.encoders import Encoders, WheelAngles, angle_vel
 from mobile_robot_control.model.events import events_at, events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.noise import Noise, measured_pose, measured_wheels
-from mobile_robot_control.model.odometry import Calibration, WheelOdometry, odometer_motion
+from mobile_robot_control.model.odometry import Calibration, WheelOdometry, odometer_motion, wheel_slip
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants, sensor_violations
 from mobile_robot_control.model.sensors import advance_sensors, sensors_at_start
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
@@ -131,6 +132,15 @@ def test_slip_spreads_the_pose_by_the_square_root_of_the_way():
         assert statistics.stdev(end.x for end in ends) == pytest.approx(0.01 / math.sqrt(2.0), rel=0.15)
         assert statistics.stdev(end.heading for end in ends) == pytest.approx(0.01 * math.sqrt(2.0) / 0.35, rel=0.15)
         assert abs(statistics.fmean(end.heading for end in ends)) < 4.0 * 0.04 / math.sqrt(300.0)
+
+
+def test_slip_is_independent_of_the_noise_on_the_velocities():
+    odometry = sensor_constants(
+        ROBOT, QUIET, TRUE_ANGLES, WheelOdometry(True, slip=math.sqrt(0.035)), PERIOD, PERIOD).odometry
+    drawn = [(*wheel_slip(WheelAngles(1.0, 1.0), k, 3, odometry),
+              *measured_wheels(WheelVelocity(0.0, 0.0), Noise(velocity=1.0, seed=3), k)) for k in range(2000)]
+    for one, other in itertools.combinations(range(4), 2):
+        assert abs(statistics.fmean(numbers[one] * numbers[other] for numbers in drawn)) < 4.0 / math.sqrt(2000.0)
 
 
 def test_a_motion_that_has_diverged_is_not_measured():
