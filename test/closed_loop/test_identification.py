@@ -149,7 +149,7 @@ def test_mass_inertia_and_friction_are_found_from_efforts_of_which_some_are_lost
             'plant.friction.coulomb': 0.02}
     parameters = configure(load([], [*true.items(), *motors, ('plant.encoders.ticks', 2000)]))
     random = np.random.default_rng(1)
-    bag = record_run(tmp_path / 'bag', (one for one in rollout(parameters, 20.0) if random.random() > 0.05))
+    bag = record_run(tmp_path / 'bag', (one for one in rollout(parameters, 12.0) if random.random() > 0.05))
     found = mrc.identify(bag)
     told = {one.name: one for one in found.parameters}
     assert all(abs(told[name].value - value) < 1.5 * (told[name].high - told[name].value)

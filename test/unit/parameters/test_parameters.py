@@ -184,6 +184,13 @@ def test_rules_of_nested_groups_are_checked():
     assert refused({'last.wheel.radius': 0.5}, Train) == ('wheel.radius = 0.5 m exceeds width = 0.4 m',)
 
 
+def test_the_error_is_a_value_error_whose_text_has_a_line_for_each_violation():
+    error = ParameterError(['a is wrong', 'b is wrong'])
+    assert isinstance(error, ValueError)
+    assert str(error) == 'a is wrong\nb is wrong'
+    assert error.violations == ('a is wrong', 'b is wrong')
+
+
 @each_row(('field', 'text'), [
     (Field('', 'anything'), ''),
     (Field('kg', 'x', above=0.0), 'above 0.0 kg'),

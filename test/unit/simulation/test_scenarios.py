@@ -27,7 +27,7 @@ from mobile_robot_control.tuning.monte_carlo import (
     summarise_runs,
     wilson_interval,
 )
-from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.objective import DEFAULT_SMOOTH, Goal, Objective
 from mobile_robot_control.tuning.search import WORST
 from mobile_robot_control.tuning.search_gains import configured_gains
 from mobile_robot_control.tuning.search_space import bounded, search_genes
@@ -120,6 +120,11 @@ def test_the_weight_of_smoothness_adds_the_variation_per_second():
     for weight in (0.1, 3.0):
         found = Objective(parameters, goal(scenario)._replace(smooth=weight), run).score(start)
         assert found == pytest.approx(alone + weight * rough, rel=1e-12)
+
+
+def test_a_base_that_is_driven_by_velocity_is_searched_with_a_weight():
+    assert DEFAULT_SMOOTH['torque'] == 0.0
+    assert DEFAULT_SMOOTH['velocity'] > 0.0
 
 
 def test_a_generation_scores_as_its_individuals():
