@@ -248,7 +248,10 @@ def straight(command_rate=0.0, dead_time=0.0):
 
 def test_a_base_that_takes_every_command_at_once_has_the_delay_margin_of_an_integrator():
     # e1' = e1 - 1.25 ((1 - d) e1 + d e1 of before) is stable while 1.25 d < 1: d = 0.8 of 0.1 s
-    assert loop_margins(straight()).position.margins.delay * 0.1 == pytest.approx(0.080, rel=5e-3)
+    found = loop_margins(straight()).position
+    assert found.margins.delay * 0.1 == pytest.approx(0.080, rel=5e-3)
+    # a rate above that of the steps is none
+    assert loop_margins(straight(command_rate=400.0)).position == found
 
 
 @each_row(('dead_time', 'stable'), [(0.075, True), (0.085, False)])
@@ -257,10 +260,6 @@ def test_that_delay_margin_is_the_dead_time_with_which_the_motion_leaves_the_lin
     before, after = (max(abs(one.tick.error.longitudinal) for one in samples if first <= one.time < first + 5.0)
                      for first in (5.0, 15.0))
     assert (after < before) == stable
-
-
-def test_a_rate_above_that_of_the_steps_is_none():
-    assert loop_margins(straight(command_rate=400.0)).position == loop_margins(straight()).position
 
 
 def lagging(curve, period, lag=0.0, file='wall_clock.yaml'):
