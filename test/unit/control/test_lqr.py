@@ -1,6 +1,8 @@
 """The linear-quadratic law: its model, its table, its symmetries."""
 
 
+import math
+
 import numpy as np
 import pytest
 from each import each_row
@@ -71,3 +73,9 @@ def test_between_the_nodes_the_gains_are_near_the_optimal_ones_and_stabilise(v_r
 
 def test_beyond_the_table_its_edge_holds():
     assert gains_at((5.0, 9.0)) == pytest.approx(gains_at((SPEEDS[-1], TURNS[-1])), abs=1e-4)
+
+
+def test_the_lateral_gain_fades_where_the_cart_stands():
+    lateral = [gains_at((v_r, 0.0))[1, 1] for v_r in (SPEEDS[0], 0.5 * SPEEDS[0], 0.0, -0.5 * SPEEDS[0])]
+    full = math.sqrt(WEIGHTS.q2)
+    assert lateral == pytest.approx([full, 0.5 * full, 0.0, -0.5 * full], rel=0.05)
