@@ -70,6 +70,19 @@ def test_the_tests_own_equations_have_the_same_coriolis_pair():
         assert chapter.body(*accelerations) == pytest.approx(expected, rel=1e-12)
 
 
+@each_row('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
+def test_long_periods_are_as_accurate_as_short_ones(dt):
+    # the same 10 ms in one period or in many, to the accuracy that the method keeps
+    torque, pose, velocity = WheelTorque(2.0, -1.0), Pose(0.0, 0.0, 0.3), BodyVelocity(2.0, 4.0)
+    whole = coupled.advance(pose, velocity, torque, ROBOT, 0.01)
+    state, plant = moving(2.0, 4.0, heading=0.3), discretise(ROBOT, dt, centripetal_coupling=True)
+    for _ in range(round(0.01 / dt)):
+        state = dynamics.step(state, torque, plant)
+    assert (state.pose.x, state.pose.y) == pytest.approx((whole.x, whole.y), abs=1e-12)
+    assert state.pose.heading == pytest.approx(0.3 + whole.turn, abs=1e-12)
+    assert state.velocity == pytest.approx((whole.linear, whole.angular), abs=1e-12)
+
+
 def test_a_fading_torque_moves_the_robot_as_its_means_over_short_periods():
     torque, fading, rate, h = WheelTorque(0.5, 0.2), WheelTorque(2.0, -1.0), 100.0, 5e-5
     times = np.arange(0.0, 0.01, h)

@@ -8,7 +8,10 @@ import pytest
 from measuring import configuration, measured
 from observation import observed
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control import backstepping, velocity_pi
+from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
@@ -17,6 +20,7 @@ from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.simulation.loop_start import start
 from mobile_robot_control.simulation.rollout import is_complete, rollout
 
 GAINS = {'gains.k1': 1.0, 'gains.ti1': 10.0, 'gains.k2': 0.3, 'gains.ti2': 10.0}
@@ -95,6 +99,14 @@ def test_the_motor_limits_the_applied_torque_and_the_law_the_requested_one():
     assert all(max(map(abs, sample.torque)) <= 0.3 for sample in by_law)
 
 
+def test_start_gives_the_initial_states_of_the_laws():
+    loop, state = start(configured(position_controller={'controller_type': 'hybrid_backstepping'}))
+    assert state.law == HybridState()
+    assert state.pi == VelocityPiState()
+    assert state.command == BodyVelocity(0.0, 0.0)
+    assert (loop.position_dt, loop.plant.dt) == (0.01, 0.002)
+
+
 def diverging():
     # stable velocity gains, but a position loop far beyond its sampling rate
     return configured(position_rate=50.0, plant={'initial_pose': [0.0, 0.0, 0.0]},
@@ -143,3 +155,11 @@ def test_the_command_keeps_within_its_limits():
     ticks = [BodyVelocity(0.0, 0.0), *(sample.command for sample in held if sample.tick.time == sample.time)]
     steps = [abs(after.angular - before.angular) for before, after in itertools.pairwise(ticks)]
     assert max(steps) == pytest.approx(0.005, rel=1e-9)
+
+
+def test_the_robot_and_the_coming_reference_are_there_for_torques_of_feedforward_alone():
+    for enabled, drive, there in ((False, 'torque', False), (True, 'torque', True), (True, 'velocity', False)):
+        shared = {'feedforward.enabled': enabled, 'reference_horizon': int(enabled)}
+        loop, state = start(configure({node: {**shared, **({'drive': drive} if node == 'plant' else {})}
+                                       for node in NODES}))
+        assert bool(loop.nominal) is bool(state.coming) is there

@@ -15,7 +15,7 @@ from mobile_robot_control.quantities import (
 )
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
 from mobile_robot_control.simulation.metrics import MEASURED, MeasuredRun, RunMeter, summary
-from mobile_robot_control.simulation.totals import Totals, add_torque, objective
+from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
 STILL = BodyVelocity(0.0, 0.0)
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -99,6 +99,19 @@ def test_deviation_7_large_negative_torques_escape_the_literal_objective():
         totals = add_torque(totals, WheelTorque(*torque), WheelVelocity(0.0, 0.0), 0.1)
     assert objective(totals, literal=True) == 0.99 + 0.5
     assert objective(totals, literal=False) == 123.0 + 0.5
+
+
+def test_an_error_and_a_torque_each_change_their_own_totals_alone():
+    base = Totals(*map(float, range(1, 15)))
+    with_error = add_error(base, TrackingError(0.3, -0.4, -0.2), 0.5)
+    assert with_error[7:] == base[7:]
+    assert with_error[:7] == pytest.approx(
+        (1.5, 2.125, 3.02, 4.0, 5.0 + 0.5 * math.log(1.3), 6.0 + 0.5 * math.log(1.4), 7.0 + 0.5 * math.log(1.2)))
+    assert add_error(base, TrackingError(-30.0, 40.0, 0.0), 0.5).max_position == 50.0
+    with_torque = add_torque(base, WheelTorque(-20.0, 30.0), WheelVelocity(1.0, 2.0), 0.5)
+    assert with_torque[:7] == base[:7]
+    # peaks 8, 9; highest 10, 11; power 12, 13; energy 14
+    assert with_torque[7:] == (20.0, 30.0, 10.0, 30.0, 20.0, 60.0, 14.0 + 30.0)
 
 
 def without_torque():
