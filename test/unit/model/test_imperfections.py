@@ -89,8 +89,8 @@ def test_torques_are_applied_late_by_the_delay(steps):
 
 def test_an_impulse_lasts_one_period_and_a_step_for_good():
     torque = WheelTorque(1.0, 2.0)
-    pushed = [disturbed(torque, Disturbance(0.25, (0.5, 0.0), (0.0, -3.0)), k, 0.125) for k in range(5)]
-    assert pushed == [(1.0, 2.0), (1.0, 2.0), (5.0, -1.0), (1.0, -1.0), (1.0, -1.0)]
+    pushed = [disturbed(torque, Disturbance(0.25, (0.5, 0.25), (0.0, -3.0)), k, 0.125) for k in range(5)]
+    assert pushed == [(1.0, 2.0), (1.0, 2.0), (5.0, 1.0), (1.0, -1.0), (1.0, -1.0)]
     assert disturbed(torque, Disturbance(0.25), 7, 0.125) is torque
 
 
