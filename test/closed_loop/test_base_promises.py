@@ -2,6 +2,7 @@
 
 import pytest
 from drawn import drawn
+from each import each_row
 from promising import BASES, TUNED, driven, fed, plant_like, promised, warned
 from stand_in_model import Base
 
@@ -18,29 +19,28 @@ def test_the_promise_of_a_plant_like_a_base_holds_on_the_base(name, course, sent
     assert promised(parameters) == pytest.approx(driven(parameters, base), rel=0.3, abs=0.0015)
 
 
-@pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
-def test_so_does_that_of_tuned_gains(curve):
-    parameters = plant_like(Base(), curve, TUNED)
+def test_so_does_that_of_tuned_gains():
+    parameters = plant_like(Base(), 'lemniscate', TUNED)
     truth = driven(parameters, Base())
     assert promised(parameters) == pytest.approx(truth, rel=0.3)
     assert truth < 0.015
 
 
-@pytest.mark.parametrize(('base', 'lacking', 'phrase'), [
+@each_row(('base', 'lacking', 'phrase'), [
     (Base(), 'base.lag', 'lag of the base'),
     (Base(), 'odometry.latency', 'latency of odometry'),
     (Base(dead_time=0.1), 'base.dead_time', 'dead time of the base'),
     (Base(acceleration=0.5), 'base.max_acceleration', 'limit of the acceleration'),
     (Base(unlike=0.1), 'base.wheel_gain', 'unlike wheels'),
     (Base(turn=0.8), 'base.turn_gain', 'turn lost by skidding'),
-], ids=lambda value: value.replace(' ', '-') if isinstance(value, str) and ' ' in value else '')
+])
 def test_a_model_that_lacks_something_ends_in_a_warning_that_names_it(base, lacking, phrase):
     found = [text for text in warned(plant_like(base, 'trifolium', lacking=[lacking])) if f'{phrase} (' in text]
     assert len(found) == 1
     assert found[0].count(' (') == 1
 
 
-@pytest.mark.parametrize('name', BASES)
+@each_row('name', BASES)
 def test_no_right_model_is_warned_of(name):
     assert warned(plant_like(BASES[name], 'trifolium')) == []
 
@@ -66,7 +66,7 @@ def test_a_lead_that_is_30_percent_wrong_is_better_than_none():
         assert driven(plant_like(Base(), 'trifolium', [*fed(0.15), *wrong]), Base()) < 0.4 * without
 
 
-@pytest.mark.parametrize('base', [Base(), BASES['unlike wheels']], ids=['lag', 'unlike wheels'])
+@each_row('base', [Base(), BASES['unlike wheels']])
 def test_the_ltv_controller_of_wpilib_does_worse(base):
     oracle = pytest.importorskip('wpimath.controller')
     from wpimath.geometry import Pose2d

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import pytest
+from each import each_row
 from measuring import configuration
 
 from mobile_robot_control.simulation import batch
@@ -47,7 +48,7 @@ def test_plain_and_compiled_form_agree_over_a_lap(law, delay, varies):
             assert a == b or abs(a - b) <= 1e-9 * max(1.0, abs(b))
 
 
-@pytest.mark.parametrize(('law', 'noise'), [
+@each_row(('law', 'noise'), [
     ('backstepping', {}), ('fuzzy', {}), ('fuzzy', {'noise.pose': [0.01, 0.02, 0.01]}),
 ])
 def test_the_metrics_are_those_of_the_rollout_sample_by_sample(law, noise):
@@ -63,10 +64,10 @@ def test_the_metrics_are_those_of_the_rollout_sample_by_sample(law, noise):
         **summary(meter.run('completed')), 'measured_rms_position_error': None}
 
 
-@pytest.mark.parametrize('plant', [
+@each_row('plant', [
     {'initial_pose': [0.9, 0.1, 1.0], 'noise.pose': [0.01, 0.02, 0.01], 'delay.velocity_steps': 2},
     {'initial_pose': [0.9, 0.1, 1.0], 'drive': 'velocity', 'base.lag': [0.1, 0.1]},
-], ids=['motors', 'base'])
+])
 def test_the_performance_indices_are_those_of_the_rollout_and_change_nothing_else(plant):
     parameters = configuration(plant=plant)
     trial = make_trial(parameters, 3.0)
@@ -89,30 +90,13 @@ def test_a_diverging_trial_ends_at_the_step_of_the_rollout():
     assert measured_run(trial, outcome).outcome == 'diverged'
 
 
-def test_the_late_totals_count_from_their_time_on():
-    trial = make_trial(configuration(), 2.0, late=1.5)
-    (outcome,) = batch.run_trials([trial], False)
-    assert outcome.late.time == pytest.approx(0.5)
-    assert 0.0 < outcome.late.squared_position < outcome.totals.squared_position
-
-
-def test_metrics_use_the_true_pose_whatever_the_noise():
-    quiet, noisy = ({'noise.pose': [sigma, sigma, 0.0]} for sigma in (0.0, 0.1))
-    gains = {'backstepping.p': 1e-3, 'backstepping.f': 1e-3, 'backstepping.q': 1.0, 'backstepping.g': 1e-3}
-    (still,), (shaken,) = (
-        batch.run_trials([make_trial(configuration(plant=plant, position_controller=gains), 1.0)], False)
-        for plant in (quiet, noisy))
-    assert shaken.totals != still.totals
-    assert shaken.totals.max_position < 0.1
-
-
 def test_trials_with_the_same_curve_share_their_references():
     one, other = (make_trial(configuration(plant={'initial_pose': [x, 0.0, 0.0]}), 1.0) for x in (0.5, 1.0))
     assert references(cart_motion(one)) is references(cart_motion(other))
     assert len(references(cart_motion(one))) == 100
 
 
-@pytest.mark.parametrize('workers', [1, 2])
+@each_row('workers', [1, 2])
 def test_a_pool_keeps_the_order(workers):
     trials = [make_trial(configuration(plant={'initial_pose': [x / 10.0, 0.0, 0.0]}), 0.2) for x in range(9)]
     pool = batch.Pool(workers)

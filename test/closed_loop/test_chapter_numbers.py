@@ -4,6 +4,7 @@ import math
 
 import chapter
 import pytest
+from each import each_row
 from measuring import configuration, measured
 
 from mobile_robot_control.simulation.batch import run_trials
@@ -47,7 +48,7 @@ def test_ordinary_backstepping_needs_torques_beyond_50_newton_metres():
     assert {side: abs(value) for side, value in found['initial_wheel_torque'].items()} == found['peak_wheel_torque']
 
 
-@pytest.mark.parametrize('start', [ON_THE_CURVE, [0.8, -0.1, 0.3]], ids=['on_the_curve', 'off_the_line_of_sight'])
+@each_row('start', [ON_THE_CURVE, [0.8, -0.1, 0.3]])
 def test_hybrid_backstepping_needs_far_smaller_torques(start):
     found, last = run(4000.0, 6.0, 'hybrid_backstepping', 'lemniscate', start)
     assert max(found['peak_wheel_torque'].values()) < 3.0

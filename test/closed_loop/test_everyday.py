@@ -1,4 +1,4 @@
-"""The shipped everyday controllers on both curves, started on the path and beside it."""
+"""The shipped everyday controllers on the curves, started on the path and beside it."""
 
 import math
 from pathlib import Path
@@ -14,6 +14,7 @@ from mobile_robot_control.simulation.rollout import rollout
 CONFIG = Path(__file__).parents[2] / 'config'
 LAP = 16.0
 CURVES = ('trifolium', 'lemniscate')
+MORE_CURVES = (*CURVES, 'circle', 'line')
 # [m], RMS over half a lap
 BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.10, 'kanayama': 0.05, 'ramsete': 0.05,
           'periodic': 0.05, 'dynamic_feedback_linearization': 0.05, 'sliding_mode': 0.05, 'lqr': 0.05}
@@ -23,10 +24,10 @@ FROM_BESIDE = ('backstepping', 'hybrid_backstepping', 'fuzzy')
 BESIDE = [[0.8, 0.0, math.pi], [1.2, 0.0, 0.0], [1.2, 0.0, -0.5 * math.pi], [1.0, -0.2, -0.5 * math.pi]]
 
 
-def _half_lap(law, curve, start, laps):
+def _half_lap(law, curve, start, laps, *more):
     """Run some laps; returns the RMS error over the last half of a lap and the peak torque of the run."""
     configuration = configure(load(
-        [CONFIG / f'{law}.yaml'], [f'reference_cart.curve:={curve}', f'plant.initial_pose:={start}']
+        [CONFIG / f'{law}.yaml'], [f'reference_cart.curve:={curve}', f'plant.initial_pose:={start}', *more]
     ))
     whole, late = RunMeter(0.002, 0.01), RunMeter(0.002, 0.01)
     for sample in rollout(configuration, laps * LAP):
@@ -38,9 +39,9 @@ def _half_lap(law, curve, start, laps):
     return rms, max(whole.totals.peak_right, whole.totals.peak_left)
 
 
-@pytest.mark.parametrize(('law', 'curve'), drawn(BOUNDS, CURVES))
+@pytest.mark.parametrize(('law', 'curve'), drawn(BOUNDS, MORE_CURVES))
 def test_everyday_controllers_started_on_the_path_stay_within_their_bound(law, curve):
-    rms, peak = _half_lap(law, curve, [1.0, 0.0, 0.5 * math.pi], laps=1)
+    rms, peak = _half_lap(law, curve, [0.0] * 3 if curve == 'line' else [1.0, 0.0, 0.5 * math.pi], laps=1)
     assert 0.0 < rms < BOUNDS[law]
     assert peak < 3.0
 
@@ -49,3 +50,8 @@ def test_everyday_controllers_started_on_the_path_stay_within_their_bound(law, c
 def test_everyday_controllers_reach_the_path_with_the_cart_out_of_sight(law, curve, start):
     rms, _ = _half_lap(law, curve, start, laps=2)
     assert 0.0 < rms < BOUNDS[law]
+
+
+def test_backstepping_reaches_the_curve_with_centripetal_coupling():
+    rms, _ = _half_lap('backstepping', 'trifolium', [0.8, 0.1, 2.2], 1, 'plant.centripetal_coupling:=true')
+    assert rms < BOUNDS['backstepping']

@@ -1,6 +1,6 @@
 """Every robot of this package drives one lap of its curve, within a bound of its true error."""
 
-import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.files import load
@@ -18,7 +18,7 @@ def test_every_robot_has_a_bound():
     assert set(BOUNDS) == set(shipped_robots())
 
 
-@pytest.mark.parametrize('robot', BOUNDS)
+@each_row('robot', BOUNDS)
 def test_a_robot_drives_a_lap_within_its_bound(robot):
     parameters = at_cart_start(configure(load([shipped_robots()[robot]])))
     period = parameters.reference_cart.curve.placement.period

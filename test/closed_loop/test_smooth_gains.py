@@ -43,7 +43,7 @@ def rms_error(samples):
     return math.sqrt(statistics.fmean(e1 * e1 + e2 * e2 for e1, e2, _ in (one.tick.error for one in samples[::PERIOD])))
 
 
-@pytest.mark.parametrize('curve', ['trifolium', 'lemniscate'])
+@pytest.mark.parametrize('curve', ['trifolium', pytest.param('lemniscate', marks=pytest.mark.soak)])
 def test_the_ripple_is_an_eighth_over_the_lap_and_a_sixth_where_it_is_largest_at_a_comparable_error(curve):
     shipped, smooth = driven(curve, {}), driven(curve, SMOOTH)
     rough, calm = ripples(shipped), ripples(smooth)

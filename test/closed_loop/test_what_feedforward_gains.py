@@ -5,9 +5,8 @@ from functools import cache
 from typing import Annotated, NamedTuple
 
 import pytest
+from each import each_row
 
-from mobile_robot_control.analysis.lap import followed_lap, lap_loop
-from mobile_robot_control.analysis.linearisation import linear_velocity_loop
 from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control.law import Law, NoState
@@ -49,14 +48,14 @@ def test_the_error_of_the_default_law_is_that_of_the_start_alone():
 
 
 # the rules of the fuzzy law do not follow the cart exactly, whatever the robot does
-@pytest.mark.parametrize('law', [law for law in LAWS if law != 'fuzzy'])
+@each_row('law', [law for law in LAWS if law != 'fuzzy'])
 def test_the_settled_error_of_a_law_falls_tenfold(law):
     (rms, settled), (fed_rms, fed_settled) = errors(law, False), errors(law, True)
     assert fed_settled < 0.1 * settled
     assert fed_rms < rms
 
 
-@pytest.mark.parametrize(('mass', 'friction'), [(0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)])
+@each_row(('mass', 'friction'), [(0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)])
 def test_with_constants_that_are_30_percent_wrong_it_is_better_than_without(mass, friction):
     def settled(configuration):
         scenario = configured_scenario(configuration)._replace(mass=mass, friction=friction)
@@ -64,16 +63,6 @@ def test_with_constants_that_are_30_percent_wrong_it_is_better_than_without(mass
         return math.sqrt(late.squared_position / late.time)
 
     assert settled(configured()) < 0.5 * settled(configured(horizon=0, feeds=False))
-
-
-def test_the_velocity_loop_has_the_margins_that_it_has_without():
-    loops = []
-    for feeds in (False, True):
-        configuration = configured(feeds=feeds)
-        tick = next(followed_lap(configuration))
-        loops.append(linear_velocity_loop(lap_loop(configuration), tick)[0])
-    for ours, theirs in zip(*loops, strict=True):
-        assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-9)
 
 
 class NoGains(NamedTuple):

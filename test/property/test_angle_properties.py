@@ -10,11 +10,6 @@ from mobile_robot_control.angles import wrap_angle
 ANGLES = st.floats(-1e6, 1e6)
 
 
-@given(ANGLES)
-def test_wrapped_angles_lie_in_the_interval(angle):
-    assert -math.pi < wrap_angle(angle) <= math.pi
-
-
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_wrapped_angles_lie_in_the_interval_however_large(angle):
     assert -math.pi < wrap_angle(angle) <= math.pi
@@ -31,9 +26,3 @@ def test_wrapping_keeps_the_direction(angle):
     turns = abs(angle) / (2.0 * math.pi)
     difference = wrap_angle(angle) - angle
     assert abs(difference / (2.0 * math.pi) - round(difference / (2.0 * math.pi))) < 1e-15 * (1.0 + turns)
-
-
-@given(st.floats(-3.14, 3.14), st.integers(-1000, 1000))
-def test_whole_turns_do_not_matter(angle, turns):
-    wrapped = wrap_angle(angle + turns * 2.0 * math.pi)
-    assert abs(math.remainder(wrapped - angle, 2.0 * math.pi)) < 1e-12

@@ -49,7 +49,7 @@ def within_stall(torque, motor):
     return WheelTorque(*(max(-limit, min(limit, each)) for each in torque))
 
 
-@settings(max_examples=400)
+@settings(max_examples=150)
 @given(ROBOTS, SPEEDS, TORQUES, TORQUES, COULOMB, PERIODS)
 def test_no_energy_comes_out_of_friction(robot, speeds, torque, outside, coulomb, dt):
     robot = robot._replace(viscous_friction=0.0)
@@ -66,7 +66,7 @@ def test_no_energy_comes_out_of_friction(robot, speeds, torque, outside, coulomb
     assert energy(end, robot) - energy(start, robot) - work <= least + 1e-11 * (scale - least) + 1e-25
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(ROBOTS, SPEEDS, TORQUES, TORQUES, TORQUES, COULOMB | st.just(0.0), MOTORS, PERIODS, st.booleans())
 def test_every_step_ends_within_what_the_torques_can_do(
         robot, speeds, begun, asked, outside, coulomb, motor, dt, coupling):

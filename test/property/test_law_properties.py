@@ -1,6 +1,7 @@
 """Properties of the position laws that have no gains of one side: symmetry, and the feed-forward on the cart."""
 
 import pytest
+from each import each_row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from observation import observed
@@ -26,7 +27,7 @@ def steps(name, inputs):
     return commands
 
 
-@pytest.mark.parametrize('name', SYMMETRIC)
+@each_row('name', SYMMETRIC)
 @settings(max_examples=50)
 @given(inputs=st.lists(st.tuples(ERRORS, VELOCITIES), min_size=1, max_size=4))
 def test_the_command_for_the_mirrored_error_is_mirrored(name, inputs):
@@ -35,7 +36,7 @@ def test_the_command_for_the_mirrored_error_is_mirrored(name, inputs):
         assert (other.linear, -other.angular) == one
 
 
-@pytest.mark.parametrize('name', SYMMETRIC)
+@each_row('name', SYMMETRIC)
 @settings(max_examples=50)
 @given(velocity=VELOCITIES.filter(lambda velocity: abs(velocity.linear) > 0.2))
 def test_on_the_cart_the_command_is_its_velocity(name, velocity):

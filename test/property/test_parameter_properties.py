@@ -26,7 +26,7 @@ def path(tmp_path_factory):
     return tmp_path_factory.mktemp('files') / 'params.yaml'
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(values=st.dictionaries(st.sampled_from(['duration', 'robot.mass', 'torque_timeout']), FLOATS),
        pose=st.lists(FLOATS, min_size=3, max_size=3), text=TEXTS, flag=st.booleans())
 def test_written_parameters_are_read_back_to_the_last_bit(path, values, pose, text, flag):
@@ -38,7 +38,7 @@ def test_written_parameters_are_read_back_to_the_last_bit(path, values, pose, te
         assert repr(read_back[name]) == repr(value)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(gains=st.tuples(*[st.floats(0.01, 1.0)] * 4), mass=st.floats(5.0, 50.0),
        d=st.lists(st.floats(-9.0, 9.0, allow_subnormal=False), min_size=3, max_size=3))
 def test_a_configuration_is_read_back_from_its_file(path, gains, d, mass):

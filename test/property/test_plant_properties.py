@@ -33,11 +33,6 @@ def test_equations_5_to_7_and_19_are_inverse_to_each_other(body, robot):
     assert body_velocity(wheel_velocity(body, robot), robot) == pytest.approx(body, rel=1e-12, abs=1e-13)
 
 
-@given(st.builds(WheelVelocity, st.floats(-200, 200), st.floats(-200, 200)), ROBOTS)
-def test_equation_19_and_5_to_7_are_inverse_to_each_other(wheels, robot):
-    assert wheel_velocity(body_velocity(wheels, robot), robot) == pytest.approx(wheels, rel=1e-11, abs=1e-11)
-
-
 @given(st.floats(-200, 200), st.floats(-200, 200), HEADINGS, ROBOTS)
 def test_equations_2_to_4_8_and_9_give_the_energy_10_with_A_and_B_of_15(right, left, heading, robot):
     v, omega = body_velocity(WheelVelocity(right, left), robot)

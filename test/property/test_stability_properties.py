@@ -3,7 +3,7 @@
 import chapter
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
@@ -53,6 +53,7 @@ def test_the_spectral_radius_is_that_of_the_state_matrix(gains, rate, delay):
     assert spectral_radius(gains, Robot(), rate, delay) == pytest.approx(expected, rel=1e-7)
 
 
+@settings(max_examples=50)
 @given(VELOCITY_GAINS, st.floats(20.0, 20000.0), st.booleans())
 def test_instability_is_reported_exactly_where_the_radius_reaches_1(gains, rate, lockstep):
     delays = (0,) if lockstep else (1, 2)

@@ -4,7 +4,6 @@ from mobile_robot_control import jit
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping, velocity_pi
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.actuators import saturate
 from mobile_robot_control.model.base_motion import base_step
 from mobile_robot_control.model.plant import actuated_step
 from mobile_robot_control.reference.curves import CURVES
@@ -38,10 +37,3 @@ def test_everything_a_rollout_calls_is_marked():
     for function in (backstepping.step, fuzzy.surface, hybrid_backstepping.fade_step, velocity_pi.step, dynamics.step,
                      dynamics.diverged, actuated_step, base_step):
         assert function in jit.JITABLE
-
-
-def test_callees_are_registered_before_their_callers():
-    order = jit.JITABLE.index
-    assert order(backstepping.step) < order(hybrid_backstepping.step)
-    assert order(fuzzy.surface) < order(fuzzy.step)
-    assert order(saturate) < order(velocity_pi.step)

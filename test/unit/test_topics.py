@@ -1,6 +1,6 @@
 """The table of the loop's topics, and what follows from it."""
 
-import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.topics import (
@@ -23,7 +23,7 @@ def test_every_topic_has_one_rate_and_belongs_to_nodes_that_exist():
         assert topic.publisher not in topic.subscribers
 
 
-@pytest.mark.parametrize(('node', 'inputs'), [
+@each_row(('node', 'inputs'), [
     ('plant', {'wheel_torques': 'velocity_controller'}),
     ('velocity_controller', {'joint_states': 'plant', 'cmd_vel': 'position_controller'}),
     ('position_controller', {'odom': 'plant', 'reference': 'reference_cart'}),
@@ -43,7 +43,7 @@ def test_a_base_takes_cmd_vel_itself_and_no_node_needs_its_joint_states():
         assert VELOCITY.inputs_of(node) == TORQUE.inputs_of(node)
 
 
-@pytest.mark.parametrize(('newest', 'node'), [
+@each_row(('newest', 'node'), [
     ({}, 'reference_cart'),
     ({'reference': 10}, 'position_controller'),
     ({'reference': 0, 'cmd_vel': 10, 'wheel_torques': 12}, 'reference_cart'),
@@ -55,7 +55,7 @@ def test_the_first_node_without_an_answer_is_the_silent_one(newest, node):
     assert first_silent(newest, stamp=12, tick=10, loop=TORQUE) == node
 
 
-@pytest.mark.parametrize(('newest', 'node'), [
+@each_row(('newest', 'node'), [
     ({}, 'reference_cart'), ({'reference': 10}, 'position_controller'), ({'reference': 10, 'cmd_vel': 10}, None),
 ])
 def test_a_base_waits_for_no_answer_between_position_ticks(newest, node):
@@ -72,7 +72,7 @@ def test_a_question_comes_before_its_answer_and_at_the_same_rate():
 ALL = {'joint_states': 20, 'odom': 20, 'reference': 20, 'cmd_vel': 20, 'wheel_torques': 20}
 
 
-@pytest.mark.parametrize(('newest', 'lockstep', 'silent'), [
+@each_row(('newest', 'lockstep', 'silent'), [
     ({}, True, 'plant'),
     (ALL, True, 'plant'),
     (ALL | {'reference': 10}, True, 'reference_cart'),

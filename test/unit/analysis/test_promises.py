@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.analysis.lap_margins import LapMargins, LoopMargins
 from mobile_robot_control.analysis.margins import UNKNOWN, UNSTABLE, Margins
@@ -51,12 +52,6 @@ def test_what_is_modelled_has_its_value_and_unit_and_the_rest_is_named_as_not_mo
     # a delay has a linearisation, the others have none
     assert set(found.not_in_margins) == set(found.modelled) - {'dead time of the motors'}
     assert not describe_model(IDEAL).modelled
-
-
-def test_the_timing_of_the_wall_clock_is_not_modelled():
-    asynchronous = configure({node: {'lockstep': False} for node in IDEAL._fields})
-    assert 'timing of the wall clock' in describe_model(asynchronous).not_modelled
-    assert 'timing of the wall clock' not in describe_model(IDEAL).not_modelled
 
 
 def test_scenarios_count_in_place_of_the_configuration():
@@ -148,7 +143,7 @@ def test_the_spread_over_seeds_is_told():
     assert promise_values(found)['rms_position_error_over_seeds'] == [0.01, 0.012, 0.02]
 
 
-@pytest.mark.parametrize(('changed', 'warning'), [
+@each_row(('changed', 'warning'), [
     ({'gain': 1.99}, 'position loop has a thin gain margin, 1.99'),
     ({'lowest': 0.51}, 'position loop has a thin lower gain margin, 0.51'),
     # 50 ms are 5 periods
@@ -162,13 +157,6 @@ def test_the_spread_over_seeds_is_told():
 def test_thin_margins_are_warned_of(changed, warning):
     assert any(warning in text for text in warnings_of(promised(**changed)))
     assert not any(warning.partition(',')[0] in text for text in warnings_of(promised()))
-
-
-def test_enough_is_not_thin():
-    assert len(warnings_of(promised(gain=2.0, lowest=0.5, delay=5.0))) == 1
-    # at 10 Hz two periods are more than 50 ms
-    slow = promised(delay=1.99)._replace(position_period=0.1)
-    assert any('thin delay margin, 199.0 ms, and 200 ms are little' in text for text in warnings_of(slow))
 
 
 def test_the_lines_are_short_and_name_margins_with_their_places():

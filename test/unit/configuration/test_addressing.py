@@ -1,6 +1,7 @@
 """Which nodes a section reaches, and sections that would reach none although they are for one of ours."""
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.addressing import addressed_nodes, full_names, namespace_fault, unreached
 from mobile_robot_control.configuration.files import load, merge_sections
@@ -9,7 +10,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 RENAMED = full_names('/', {'position_controller': 'pc'})
 
 
-@pytest.mark.parametrize(('section', 'reached'), [
+@each_row(('section', 'reached'), [
     ('/**/pc', ['position_controller']), ('pc', ['position_controller']), ('/pc', ['position_controller']),
     ('/**/position_controller', []), ('position_controller', []), ('plant', ['plant']),
 ])
@@ -17,12 +18,8 @@ def test_a_renamed_node_is_reached_by_its_new_name_alone(section, reached):
     assert addressed_nodes(section, RENAMED) == reached
 
 
-def test_a_section_for_all_nodes_reaches_a_renamed_one():
-    assert 'position_controller' in addressed_nodes('/**', RENAMED)
-
-
-@pytest.mark.parametrize('section', ['position_controller', '/position_controller', '/**/position_controller'])
-@pytest.mark.parametrize('namespace', ['/', '/robot1'])
+@each_row('section', ['position_controller', '/position_controller', '/**/position_controller'])
+@each_row('namespace', ['/', '/robot1'])
 def test_a_section_under_the_first_name_of_a_renamed_node_is_refused_with_the_remedy(section, namespace):
     with pytest.raises(ParameterError) as refused:
         merge_sections([('my.yaml', section, {'input_timeout': 1.0})],
@@ -32,17 +29,12 @@ def test_a_section_under_the_first_name_of_a_renamed_node_is_refused_with_the_re
         f"'pc'; write '/**/pc'",)
 
 
-def test_a_renamed_node_takes_the_section_of_its_new_name():
-    values = merge_sections([('my.yaml', '/**/pc', {'input_timeout': 1.0})], RENAMED)
-    assert values['position_controller'] == {'input_timeout': 1.0}
-
-
 def test_sections_of_other_nodes_do_not_concern_a_renamed_one():
     assert merge_sections([('my.yaml', '/**/plant', {'duration': 1.0})], RENAMED)['plant'] == {'duration': 1.0}
     assert unreached('/robot2/camera', RENAMED) == ''
 
 
-@pytest.mark.parametrize(('section', 'namespace'), [
+@each_row(('section', 'namespace'), [
     ('/fleet/two/plant', '/fleet/one'), ('/fleet/one/plant', '/'), ('/*/plant', '/fleet/one'), ('"/*/plant"', '/'),
 ])
 def test_a_file_for_nodes_in_another_namespace_alone_is_refused_with_the_remedy(tmp_path, section, namespace):
@@ -63,12 +55,12 @@ def test_a_file_for_several_robots_reaches_each_with_its_own_section(tmp_path):
         assert load([file], namespace=namespace)['plant'] == {'duration': duration}
 
 
-@pytest.mark.parametrize('namespace', ['/', '/a', '/a/b', '/_', '/robot_1', '/a_/b2', '/' + 199 * 'a'])
+@each_row('namespace', ['/', '/a', '/a/b', '/_', '/robot_1', '/a_/b2', '/' + 199 * 'a'])
 def test_a_namespace_that_ros_takes_has_no_fault(namespace):
     assert namespace_fault(namespace) == ''
 
 
-@pytest.mark.parametrize(('namespace', 'remedy'), [
+@each_row(('namespace', 'remedy'), [
     ('', '/robot1'), ('a/b', '/a/b'), ('//', '/robot1'), ('/x/', '/x'), ('/1x', '/robot1'), ('/a//b', '/a/b'),
     ('/a-b', '/robot1'), ('/ä', '/robot1'), ('/a b', '/robot1'), ('/a__b', '/robot1'), ('~/a', '/robot1'),
     ('/x\n', '/robot1'), ('/' + 200 * 'a', '/robot1'), ('robot1', '/robot1'),

@@ -1,16 +1,15 @@
 """The parameters of the four nodes as a whole."""
 
-import math
 
 import chapter
 import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import declarations, flatten
-from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.parameters.declaration import flatten
 
 EVOLVED = {f'gains.{name}': value for name, value in chapter.EVOLVED_VELOCITY_GAINS.items()}
 
@@ -25,20 +24,7 @@ def refused(values):
     return refusal.value.violations
 
 
-def test_there_are_four_nodes_in_this_order():
-    assert list(NODES) == ['plant', 'velocity_controller', 'position_controller', 'reference_cart']
-
-
-def test_without_values_the_defaults_hold():
-    assert configure({}) == Configuration()
-
-
-def test_the_defaults_pass_their_own_check():
-    defaults = Configuration()
-    assert configure({node: flatten(getattr(defaults, node)) for node in NODES}) == defaults
-
-
-@pytest.mark.parametrize(('node', 'contract'), [
+@each_row(('node', 'contract'), [
     ('plant', {
         'initial_pose': (1.0, 0.0, 1.5707963267948966), 'duration': 0.0, 'real_time_factor': 1.0,
         'publish_clock': True, 'publish_tf': True, 'max_wheel_torque': 0.0, 'torque_timeout': 0.1,
@@ -59,25 +45,6 @@ def test_names_and_defaults_are_those_of_the_contract(node, contract):
     defaults = flatten(getattr(Configuration(), node))
     assert {name: defaults[name] for name in shared} == shared
     assert {name: defaults[name] for name in contract} == contract
-
-
-def test_the_gains_have_the_contracts_names():
-    assert {f'gains.{name}' for name in ('k1', 'ti1', 'k2', 'ti2')} < set(declarations(NODES['velocity_controller']))
-    position = declarations(NODES['position_controller'])
-    assert {f'backstepping.{name}' for name in ('p', 'q', 'alpha', 'f', 'g')} < set(position)
-    assert {name: position[f'fuzzy.{name}'].field.length for name in 'abcd'} == {'a': None, 'b': 6, 'c': 5, 'd': 3}
-
-
-def test_values_are_set_on_their_node():
-    configuration = configure({'plant': {'duration': 3, 'robot.mass': 11.0},
-                               **{node: {'robot.mass': 11} for node in list(NODES)[1:]}})
-    assert configuration.plant.duration == 3.0
-    assert {getattr(configuration, node).shared.robot.mass for node in NODES} == {11.0}
-
-
-def test_a_violation_names_its_node():
-    assert refused({'reference_cart': {'scale': 0.0}}) == (
-        'reference_cart: scale = 0.0 is not allowed; it must be above 0.0 m',)
 
 
 def test_a_violation_of_several_nodes_is_named_once():
@@ -105,7 +72,7 @@ def test_shared_values_that_differ_between_nodes_are_refused():
     assert [violation.split()[0] for violation in violations] == ['velocity_rate', 'lockstep']
 
 
-@pytest.mark.parametrize(('velocity_rate', 'position_rate'), [
+@each_row(('velocity_rate', 'position_rate'), [
     (500.0, 500.0), (500.0, 100.0), (4000.0, 4000.0), (20000.0, 50.0), (200.0, 50.0), (500.0, 0.5), (1e5, 1.0),
 ])
 def test_rates_that_divide_are_allowed(velocity_rate, position_rate):
@@ -113,7 +80,7 @@ def test_rates_that_divide_are_allowed(velocity_rate, position_rate):
     assert (shared.velocity_rate, shared.position_rate) == (velocity_rate, position_rate)
 
 
-@pytest.mark.parametrize(('velocity_rate', 'position_rate', 'remedy'), [
+@each_row(('velocity_rate', 'position_rate', 'remedy'), [
     (500.0, 200.0, 'take 166.66666666666666 or 250.0 Hz'),
     (500.0, 1000.0, 'take 500.0 Hz'),
     (1000.0, 400.0, 'take 333.3333333333333 or 500.0 Hz'),
@@ -127,7 +94,7 @@ def test_rates_that_do_not_divide_are_refused(velocity_rate, position_rate, reme
         configure(everywhere(velocity_rate=velocity_rate, position_rate=float(word)))
 
 
-@pytest.mark.parametrize(('name', 'rate', 'period'), [
+@each_row(('name', 'rate', 'period'), [
     ('velocity_rate', 300.0, '3333333.333 ns'), ('position_rate', 60.0, '16666666.667 ns'),
     ('velocity_rate', 70000.0, '14285.714 ns'),
 ])
@@ -138,29 +105,13 @@ def test_periods_must_be_whole_nanoseconds(name, rate, period):
     assert nearest == pytest.approx(1e9 / max(1, round(1e9 / rate)), rel=1e-15)
 
 
-def test_the_nearest_rate_with_whole_nanoseconds_is_itself_allowed():
-    violation = refused(everywhere(velocity_rate=300.0, position_rate=300.0))[0]
-    nearest = float(violation.rpartition('the nearest rate is ')[2].removesuffix(' Hz'))
-    assert configure(everywhere(velocity_rate=nearest, position_rate=nearest)).plant.shared.velocity_rate == nearest
-
-
-@pytest.mark.parametrize('rate', [1e-300, 2.3e-308, 1e300])
-def test_absurd_rates_are_refused_rather_than_an_overflow(rate):
-    assert refused(everywhere(velocity_rate=rate, position_rate=rate))
-
-
-@pytest.mark.parametrize('factor', [2.3e-308, 1e-13, 5e-7])
+@each_row('factor', [2.3e-308, 1e-13, 5e-7])
 def test_a_factor_that_stops_simulated_time_is_refused_with_the_smallest_useful_one(factor):
     violation, = refused({'plant': {'real_time_factor': factor}})
     assert violation.startswith(f'plant: real_time_factor = {factor} is too small: ')
     smallest = float(violation.partition('at least ')[2].partition(',')[0])
     for useful in (smallest * (1.0 + 1e-5), 0.0):
         configure({'plant': {'real_time_factor': useful}})
-
-
-def test_period_nanoseconds_by_hand():
-    assert [period_nanoseconds(rate) for rate in (1.0, 50.0, 500.0, 4000.0, 1e9)] == [10**9, 2 * 10**7, 2 * 10**6,
-                                                                                     250000, 1]
 
 
 def test_unstable_gains_are_refused_with_the_slowest_rate():
@@ -187,16 +138,7 @@ def test_stability_is_checked_with_the_configured_robot():
     assert any('are unstable' in violation for violation in refused(everywhere(**values)))
 
 
-def test_outputs_out_of_order_are_refused_in_their_node():
-    violation, = refused({'position_controller': {'fuzzy.c': [0.3, -0.1, 0.0, 0.3, 0.8]}})
-    assert violation.startswith('position_controller: fuzzy.c = [0.3, -0.1, 0.0, 0.3, 0.8] m/s is out of order')
-
-
-def test_the_robot_starts_where_the_closed_curves_do():
-    assert Configuration().plant.initial_pose == (1.0, 0.0, 0.5 * math.pi)
-
-
-@pytest.mark.parametrize(('drive', 'others'), [
+@each_row(('drive', 'others'), [
     ('torque', {'base.lag': [0.1, 0.1], 'base.command_rate': 20.0}),
     ('velocity', {'max_wheel_torque': 1.0, 'centripetal_coupling': True, 'delay.velocity_steps': 1,
                   'disturbance.step': [0.1, 0.0], 'friction.coulomb': 0.1, 'motor.time_constant': 0.1}),
@@ -209,7 +151,7 @@ def test_a_parameter_of_the_other_drive_is_refused_by_name(drive, others):
                    for text in violations)
 
 
-@pytest.mark.parametrize(('parameters', 'named'), [
+@each_row(('parameters', 'named'), [
     ({'drive': 'velocity', 'base.dead_time': [1.0, 0.0]}, 'base.dead_time = [1.0, 0.0] s has more than 64 commands'),
     ({'drive': 'velocity', 'base.command_rate': 1e-4}, 'base.command_rate = 0.0001 Hz is below 0.001 Hz'),
     ({'odometry.latency': 1.0}, 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples'),

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
@@ -27,7 +28,7 @@ def test_the_chapters_robot_equals_the_defaults():
     assert found._replace(reference_cart=found.reference_cart._replace(timing=Timing())) == Configuration()
 
 
-@pytest.mark.parametrize('robot', shipped_robots())
+@each_row('robot', shipped_robots())
 def test_every_robot_brings_the_limits_of_a_path_and_its_curve_gives_way(tmp_path, robot):
     (tmp_path / 'path.csv').write_text('0,0\n1,0\n1,1\n')
     sources = parameter_sources(robot=robot, parameters={
@@ -62,7 +63,7 @@ def test_a_package_without_its_parameter_files_has_no_robots(tmp_path):
     assert shipped_robots(tmp_path / 'mobile_robot_control') == {}
 
 
-@pytest.mark.parametrize('path', ['./chapter', 'no/such/file', 'my_robot.yaml', 'my_robot.yml'])
+@each_row('path', ['./chapter', 'no/such/file', 'my_robot.yaml', 'my_robot.yml'])
 def test_what_reads_as_a_path_is_one(path):
     assert robot_file(path) == Path(path)
 
@@ -75,7 +76,7 @@ def test_a_file_of_any_name_is_a_path(tmp_path, monkeypatch):
     assert robot_file('chapter') == ROBOTS / 'chapter.yaml'
 
 
-@pytest.mark.parametrize('robot', ['chapt', 'zzzzzzzz', '', 'Chapter'])
+@each_row('robot', ['chapt', 'zzzzzzzz', '', 'Chapter'])
 def test_an_unknown_name_is_refused_with_the_names_there_are(robot):
     with pytest.raises(ParameterError) as refused:
         robot_file(robot)

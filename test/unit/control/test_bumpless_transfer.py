@@ -3,12 +3,12 @@
 import math
 
 import pytest
+from each import each_row
 from observation import observed
 
 from mobile_robot_control.control import bumpless_transfer
 from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.hybrid_backstepping import TRACKING, HybridState
-from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
@@ -25,14 +25,6 @@ def settled(parameters):
     return law.step(law.start, SEEN, getattr(parameters, parameters.controller_type), DT)[1]
 
 
-def test_without_a_change_the_command_is_that_of_the_law():
-    running = bumpless_transfer.begin(GENTLE, DT, under_way=False)
-    for _ in range(3):
-        running, command = bumpless_transfer.step(running, SEEN, DT)
-        assert command == settled(GENTLE)
-        assert running.command == command
-
-
 def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second():
     running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, DT, under_way=False), SEEN, DT)
     running = bumpless_transfer.change(running, BRISK, DT)
@@ -46,34 +38,7 @@ def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second(
         assert command == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_second_change_during_the_transfer_does_not_jump():
-    running, _ = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, DT, under_way=False), SEEN, DT)
-    running = bumpless_transfer.change(running, BRISK, DT)
-    running, _ = bumpless_transfer.step(running, SEEN, DT)
-    running, before = bumpless_transfer.step(running, SEEN, DT)
-    running, command = bumpless_transfer.step(bumpless_transfer.change(running, GENTLE, DT), SEEN, DT)
-    assert command == pytest.approx(before, rel=1e-14)
-
-
-def test_another_law_takes_over_without_a_jump():
-    running, before = bumpless_transfer.step(bumpless_transfer.begin(GENTLE, DT, under_way=False), SEEN, DT)
-    fuzzy = GENTLE._replace(controller_type='fuzzy')
-    running = bumpless_transfer.change(running, fuzzy, DT)
-    running, command = bumpless_transfer.step(running, SEEN, DT)
-    assert command == pytest.approx(before, rel=1e-14)
-    for _ in range(200):
-        running, command = bumpless_transfer.step(running, SEEN, DT)
-    assert command == pytest.approx(settled(fuzzy), rel=1e-12)
-
-
-def test_a_hybrid_law_switched_in_live_starts_tracking():
-    hybrid = GENTLE._replace(controller_type='hybrid_backstepping')
-    running = bumpless_transfer.begin(GENTLE, DT, under_way=False)
-    assert running.state == NoState()
-    assert bumpless_transfer.change(running, hybrid, DT).state == TRACKING
-
-
-@pytest.mark.parametrize(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
+@each_row(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
 def test_a_hybrid_law_seeks_the_cart_only_at_the_start_of_a_run(under_way, state):
     hybrid = GENTLE._replace(controller_type='hybrid_backstepping')
     assert bumpless_transfer.begin(hybrid, DT, under_way).state == state

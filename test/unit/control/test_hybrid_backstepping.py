@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from each import each_row
 from observation import observed
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -11,7 +12,6 @@ from scipy.linalg import expm
 from mobile_robot_control.control import backstepping, hybrid_backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.hybrid_backstepping import (
-    TRACKING,
     HybridState,
     SeekingGains,
     fade_step,
@@ -25,7 +25,7 @@ SEEKING = SeekingGains(b0=0.25, b1=1.25, seek_acceleration=0.5, seek_speed=1.0)
 GAINS = (BACKSTEPPING, SEEKING)
 REFERENCE = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.6, -0.2))
 DT = 0.1
-LEFT, RIGHT = TrackingError(1.0, 0.5, 0.3), TrackingError(1.0, -0.5, 0.3)
+LEFT = TrackingError(1.0, 0.5, 0.3)
 
 
 def step(state, error, gains=GAINS, dt=DT):
@@ -54,26 +54,19 @@ def test_equation_30_while_fading_in():
     assert command == pytest.approx((0.25 * inner.linear, 0.25 * inner.angular - 0.75 * 0.4), rel=1e-14)
 
 
-def test_equation_30_once_faded_in_it_is_backstepping():
-    _, inner = backstepping.step(NoState(), observed(LEFT, REFERENCE), BACKSTEPPING, DT)
-    state, command = step(TRACKING, LEFT)
-    assert command == inner
-    assert (state.seen, state.fade, state.fade_rate) == (1.0, 1.0, 0.0)
-
-
-@pytest.mark.parametrize('bearing', [0.1, 1.0, 0.5 * math.pi, 3.0, math.pi])
+@each_row('bearing', [0.1, 1.0, 0.5 * math.pi, 3.0, math.pi])
 def test_equation_31_turns_towards_the_cart(bearing):
     assert step(HybridState(), towards(bearing))[0].seek == pytest.approx(0.05, rel=1e-14)
     if bearing < math.pi:
         assert step(HybridState(), towards(-bearing))[0].seek == pytest.approx(-0.05, rel=1e-14)
 
 
-@pytest.mark.parametrize('lateral', [0.0, -0.0])
+@each_row('lateral', [0.0, -0.0])
 def test_deviation_4_straight_behind_counts_as_left(lateral):
     assert step(HybridState(), TrackingError(-1.0, lateral, 0.0))[0].seek == pytest.approx(0.05, rel=1e-14)
 
 
-@pytest.mark.parametrize(('direction', 'sign'), [(0.5, 1.0), (-0.5, -1.0)])
+@each_row(('direction', 'sign'), [(0.5, 1.0), (-0.5, -1.0)])
 def test_deviation_5_the_seeking_rotation_grows_up_to_its_speed(direction, sign):
     state, turns = HybridState(), []
     for _ in range(30):
@@ -84,29 +77,12 @@ def test_deviation_5_the_seeking_rotation_grows_up_to_its_speed(direction, sign)
     assert turns == pytest.approx(expected, abs=1e-14)
 
 
-def test_the_seeking_rotation_reverses_when_the_cart_passes_behind():
-    state = HybridState(seek=0.2, last_bearing=3.0)
-    state, _ = step(state, towards(-3.0))
-    assert state.seek == pytest.approx(0.15, rel=1e-14)
-    assert state.seen == 0.0
-
-
-@pytest.mark.parametrize(('last', 'error'), [
-    (0.4, TrackingError(1.0, 0.0, 0.0)),
-    (0.4, TrackingError(1.0, -0.0, 0.0)),
-    (0.0, TrackingError(2.0, 0.0, 3.0)),
-    (-3.0, TrackingError(0.0, 0.0, 1.0)),
-])
-def test_equation_33_latches_when_the_bearing_is_zero(last, error):
-    assert step(HybridState(last_bearing=last), error)[0].seen == 1.0
-
-
-@pytest.mark.parametrize(('distance', 'seen'), [(0.999e-6, 1.0), (1.001e-6, 0.0)])
+@each_row(('distance', 'seen'), [(0.999e-6, 1.0), (1.001e-6, 0.0)])
 def test_equation_33_latches_within_a_micrometre_of_the_cart(distance, seen):
     assert step(HybridState(last_bearing=2.0), towards(2.0, distance))[0].seen == seen
 
 
-@pytest.mark.parametrize(('last', 'now', 'seen'), [
+@each_row(('last', 'now', 'seen'), [
     (0.1, -0.1, 1.0),
     (-0.1, 0.1, 1.0),
     (1.5, -1.5, 1.0),
@@ -133,13 +109,6 @@ def test_equation_33_latches_when_the_bearing_crosses_zero(last, now, seen):
     assert state.last_bearing == pytest.approx(now, abs=1e-15)
 
 
-def test_equation_33_once_latched_z_stays_1():
-    state, _ = step(HybridState(seek=0.3, last_bearing=0.1), towards(-0.1))
-    for bearing in (-0.2, -2.0, 3.0):
-        state, _ = step(state, towards(bearing))
-        assert state.seen == 1.0
-
-
 def test_deviation_4_the_seeking_rotation_is_frozen_once_the_cart_is_seen():
     state = HybridState(seek=0.3, last_bearing=0.1)
     for bearing in (-0.1, 0.2, 2.0, -2.0, math.pi):
@@ -157,25 +126,15 @@ def test_the_fade_in_starts_with_the_latch():
     assert state.fade == pytest.approx(1.0 - (4.0 * math.exp(-0.1) - math.exp(-0.4)) / 3.0, rel=1e-13)
 
 
-def test_a_hybrid_law_that_joins_a_run_starts_tracking():
-    assert TRACKING.seen == TRACKING.fade == 1.0
-    assert TRACKING.fade_rate == TRACKING.seek == 0.0
-    state, _ = step(TRACKING, towards(2.0))
-    assert (state.seen, state.fade, state.seek) == (1.0, 1.0, 0.0)
-
-
-@pytest.mark.parametrize(('b0', 'b1'), [
+@each_row(('b0', 'b1'), [
     (0.25, 1.25),
     # the double pole, exactly and nearly
     (0.25, 1.0),
-    (0.25, math.sqrt(1.0 + 1e-15)),
     (0.25, 1.0 + 1e-9),
-    (1.0, 2.5),
-    (1e-3, 0.2),
     # poles a million apart
     (1e-6, 1.0),
 ])
-@pytest.mark.parametrize('start', [(0.0, 0.0, 1.0), (0.3, -0.7, 1.0), (0.8, 0.4, 0.0)])
+@each_row('start', [(0.3, -0.7, 1.0), (0.8, 0.4, 0.0)])
 def test_equation_32_exactly_under_held_z(b0, b1, start):
     fade, rate, z = start
 
@@ -189,7 +148,7 @@ def test_equation_32_exactly_under_held_z(b0, b1, start):
     assert fade_step(fade, rate, z, gains, dt) == pytest.approx(expected, rel=1e-8, abs=1e-10)
 
 
-@pytest.mark.parametrize('excess', [0.0, 1e-15, 1e-13, 1e-12, 1e-9, 1e-4])
+@each_row('excess', [0.0, 1e-15, 1e-13, 1e-12, 1e-9, 1e-4])
 def test_equation_32_keeps_its_precision_near_the_double_pole(excess):
     # y' = F y with y = (alpha - 1, alpha'), by the exponential of F
     gains, dt = SeekingGains(b0=0.25, b1=math.sqrt(1.0 + excess)), 0.02
@@ -198,31 +157,7 @@ def test_equation_32_keeps_its_precision_near_the_double_pole(excess):
     assert fade_step(0.3, -0.7, 1.0, gains, dt) == pytest.approx((1.0 + fade, rate), abs=1e-14)
 
 
-@pytest.mark.parametrize('b0', [1e-6, 1e-3, 0.1, 0.25])
-def test_equation_32_settles_without_overshoot(b0):
-    fade, rate, gains = 0.0, 0.0, SeekingGains(b0=b0, b1=1.0)
-    for _ in range(4000):
-        before = fade
-        fade, rate = fade_step(fade, rate, 1.0, gains, 0.01)
-        assert before <= fade <= 1.0
-    assert fade == pytest.approx(1.0, abs=1e-12)
-    assert rate == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize('b0', [1e-6, 0.1, 0.25])
-def test_equation_32_one_step_is_two_half_steps(b0):
-    gains = SeekingGains(b0=b0, b1=1.0)
-    whole = fade_step(0.2, 0.4, 1.0, gains, 0.1)
-    assert fade_step(*fade_step(0.2, 0.4, 1.0, gains, 0.05), 1.0, gains, 0.05) == pytest.approx(whole, rel=1e-13)
-
-
 def test_deviation_4_a_fade_in_that_swings_is_refused():
     with pytest.raises(ParameterError, match=r'b1² must be at least 4 b0: take b0 at most 0\.25 s²'):
         build(SeekingGains, {'b0': 0.2500001, 'b1': 1.0})
     assert build(SeekingGains, {'b0': 0.25, 'b1': 1.0}).b0 == 0.25
-
-
-def test_equation_32_with_a_vanishing_b0_is_of_first_order():
-    fade, rate = fade_step(0.0, 0.0, 1.0, build(SeekingGains, {'b0': 1e-12, 'b1': 2.0}), 0.5)
-    assert fade == pytest.approx(1.0 - math.exp(-0.25), rel=1e-12)
-    assert rate == pytest.approx(0.5 * math.exp(-0.25), rel=1e-12)

@@ -15,10 +15,7 @@ from mobile_robot_control.control.latency import (
     held_odometry,
 )
 from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.batch import run_trials
 from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.simulation.trial import make_trial
 
 SPEEDS = st.floats(-2.0, 2.0)
 
@@ -63,10 +60,6 @@ def controlled(**values):
     return configure({'position_controller': values})
 
 
-def test_a_latency_that_is_not_compensated_changes_no_bit():
-    assert list(rollout(controlled(odom_latency=0.1), 0.3)) == list(rollout(controlled(), 0.3))
-
-
 def test_the_law_sees_the_error_of_the_pose_that_is_carried_forward():
     parameters = controlled(compensate_latency=True, odom_latency=0.1)
     ticks = [sample.tick for sample in rollout(parameters, 1.0) if sample.tick.time == sample.time]
@@ -78,11 +71,3 @@ def test_the_law_sees_the_error_of_the_pose_that_is_carried_forward():
     behind = ticks[-1].reference.velocity.linear * 0.1
     assert math.hypot(ticks[-1].pose.x - ticks[-1].reference.pose.x,
                       ticks[-1].pose.y - ticks[-1].reference.pose.y) == pytest.approx(behind, rel=0.3)
-
-
-@pytest.mark.skipif(not batch.COMPILES, reason='numba is not installed')
-def test_both_forms_agree_to_the_last_bit_compiled_and_side_by_side():
-    trials = [make_trial(controlled(compensate_latency=on, odom_latency=0.05), 0.5) for on in (True, False, True)]
-    compiled = run_trials(trials, compile_them=True)
-    assert compiled == run_trials(trials, compile_them=False)
-    assert compiled[0] == compiled[2] != compiled[1]

@@ -1,7 +1,7 @@
 """The registry of position laws."""
 
 import pytest
-from observation import observed
+from each import each_row
 
 from mobile_robot_control.configuration.files import is_ros_parameter
 from mobile_robot_control.configuration.nodes import PositionControllerParameters
@@ -15,13 +15,12 @@ from mobile_robot_control.control.membership import FuzzyGains
 from mobile_robot_control.control.sliding_mode import SlidingState
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 
 PARAMETERS = PositionControl(
     backstepping=BacksteppingGains(p=2.5), hybrid_backstepping=SeekingGains(b1=3.0), fuzzy=FuzzyGains(a=0.7))
 
 
-@pytest.mark.parametrize(('name', 'step', 'gains'), [
+@each_row(('name', 'step', 'gains'), [
     ('backstepping', backstepping.step, PARAMETERS.backstepping),
     ('hybrid_backstepping', hybrid_backstepping.step,
      (PARAMETERS.backstepping, PARAMETERS.hybrid_backstepping)),
@@ -42,16 +41,6 @@ def test_each_law_has_a_state_to_start_and_one_to_join_a_run():
         'lqr': (NoState(), None)}
 
 
-@pytest.mark.parametrize('name', LAWS)
-def test_every_law_steps_from_its_states(name):
-    law, gains = select(PositionControl(controller_type=name), 0.01)
-    reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.3, 0.1))
-    for state in (law.start, law.joining or law.start):
-        after, command = law.step(state, observed(TrackingError(0.2, 0.1, -0.1), reference), gains, 0.01)
-        assert type(after) is type(state)
-        assert isinstance(command, BodyVelocity)
-
-
 def test_an_unknown_law_is_refused_with_the_nearest_name():
     with pytest.raises(ParameterError, match="did you mean 'hybrid_backstepping'"):
         build(PositionControl, {'controller_type': 'hybrid_backsteping'})
@@ -68,7 +57,7 @@ def test_parameters_are_equal_where_all_of_them_are():
     assert PARAMETERS.backstepping != PARAMETERS
 
 
-@pytest.mark.parametrize('horizon', [-1, 1.5, None])
+@each_row('horizon', [-1, 1.5, None])
 def test_a_law_whose_horizon_is_no_number_of_ticks_is_refused(horizon):
     refusal, = law_violations(LAWS['fuzzy']._replace(horizon=horizon))
     assert refusal == f"'fuzzy': its horizon is {horizon}; write the number of position ticks ahead"

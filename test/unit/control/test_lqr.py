@@ -1,9 +1,11 @@
 """The linear-quadratic law: its model, its table, its symmetries."""
 
+
 import math
 
 import numpy as np
 import pytest
+from each import each_row
 from observation import observed
 from scipy.linalg import expm, solve_discrete_are
 
@@ -32,8 +34,8 @@ def gains_at(velocity, table=TABLE):
     return np.array(columns).T
 
 
-@pytest.mark.parametrize(('v_r', 'omega_r'), [(0.4, 0.0), (0.4, 1e-3), (0.4, -0.02), (-0.7, 2.0), (0.0, 1.0)])
-@pytest.mark.parametrize('dt', [0.01, 0.5])
+@each_row(('v_r', 'omega_r'), [(0.4, 0.0), (0.4, 1e-3), (0.4, -0.02), (-0.7, 2.0), (0.0, 1.0)])
+@each_row('dt', [0.01, 0.5])
 def test_the_model_is_the_linearised_one_exactly_over_a_period(v_r, omega_r, dt):
     whole = np.zeros((5, 5))
     whole[:3] = [[0.0, omega_r, 0.0, 1.0, 0.0], [-omega_r, 0.0, v_r, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0]]
@@ -43,11 +45,10 @@ def test_the_model_is_the_linearised_one_exactly_over_a_period(v_r, omega_r, dt)
     assert np.array(gamma) == pytest.approx(step[:3, 3:], abs=1e-11)
 
 
-@pytest.mark.parametrize(('weights', 'dt'), [
-    (LqrWeights(), 0.01), (WEIGHTS, 0.1), (LqrWeights(0.1, 300.0, 0.01), 0.002)])
-def test_the_gains_are_those_of_a_discrete_riccati_solution(weights, dt):
-    for row, v_r in zip(prepare(weights, dt), SPEEDS, strict=True):
-        for gains, omega_r in zip(row, TURNS, strict=True):
+def test_the_gains_are_those_of_a_discrete_riccati_solution():
+    weights, dt = WEIGHTS, 0.1
+    for row, v_r in [*zip(prepare(weights, dt), SPEEDS, strict=True)][::4]:
+        for gains, omega_r in [*zip(row, TURNS, strict=True)][::3]:
             phi, gamma = map(np.array, error_dynamics(v_r, omega_r, dt))
             x = solve_discrete_are(phi, gamma, np.diag(weights), np.eye(2))
             expected = np.linalg.solve(np.eye(2) + gamma.T @ x @ gamma, gamma.T @ x @ phi)
@@ -55,28 +56,19 @@ def test_the_gains_are_those_of_a_discrete_riccati_solution(weights, dt):
             assert abs(np.linalg.eigvals(phi - gamma @ expected)).max() < 1.0
 
 
-@pytest.mark.parametrize('v_r', [SPEEDS[0], SPEEDS[4], -SPEEDS[4], SPEEDS[-1]])
-@pytest.mark.parametrize('omega_r', [0.0, TURNS[5], -TURNS[5], TURNS[-1]])
+@each_row('v_r', [SPEEDS[0], SPEEDS[4], -SPEEDS[4], SPEEDS[-1]])
+@each_row('omega_r', [0.0, TURNS[5], -TURNS[5], TURNS[-1]])
 def test_at_the_nodes_of_the_table_the_command_is_optimal_for_all_signs(v_r, omega_r):
     # sin and cos of e3 are 1e-12 from linear
     assert gains_at((v_r, omega_r)) == pytest.approx(np.array(feedback(WEIGHTS, v_r, omega_r, DT)), abs=1e-5)
 
 
-@pytest.mark.parametrize(('v_r', 'omega_r'), [(0.4, 0.2), (0.22, -1.1), (0.65, 1.9), (-1.0, 0.6)])
+@each_row(('v_r', 'omega_r'), [(0.4, 0.2), (0.22, -1.1), (0.65, 1.9), (-1.0, 0.6)])
 def test_between_the_nodes_the_gains_are_near_the_optimal_ones_and_stabilise(v_r, omega_r):
     exact, found = np.array(feedback(WEIGHTS, v_r, omega_r, DT)), gains_at((v_r, omega_r))
     assert found == pytest.approx(exact, abs=0.06 * abs(exact).max())
     phi, gamma = map(np.array, error_dynamics(v_r, omega_r, DT))
     assert abs(np.linalg.eigvals(phi - gamma @ found)).max() < 1.0
-
-
-def test_behind_a_slow_cart_the_gains_are_near_the_optimal_ones():
-    """There they turn over within a tenth of a radian per second."""
-    table = prepare(LqrWeights(), DT)
-    for v_r in (0.05, 0.06, 0.1, 0.15):
-        for omega_r in (0.01, 0.03, 0.05, 0.07, 0.1, 0.15):
-            exact = np.array(feedback(LqrWeights(), v_r, omega_r, DT))
-            assert gains_at((v_r, omega_r), table) == pytest.approx(exact, abs=0.05 * abs(exact).max())
 
 
 def test_beyond_the_table_its_edge_holds():

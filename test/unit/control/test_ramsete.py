@@ -4,6 +4,7 @@ import math
 from random import Random
 
 import pytest
+from each import each_row
 from observation import observed
 
 from mobile_robot_control.control import ramsete
@@ -24,15 +25,11 @@ def test_equation_5_12_of_the_source_with_hand_numbers():
     assert command == pytest.approx((0.5, 3.0 + 2.5 * math.pi + 4.0 * 2.0 * 0.2 * 2.0 / math.pi), rel=1e-15)
 
 
-@pytest.mark.parametrize(('angle', 'value'), [
+@each_row(('angle', 'value'), [
     (0.0, 1.0), (-0.0, 1.0), (1e-10, 1.0), (-1e-10, 1.0), (1e-3, 1.0 - 1e-6 / 6.0 + 1e-12 / 120.0), (math.pi, 0.0),
 ])
 def test_sinc_has_its_limit_at_zero(angle, value):
     assert sinc(angle) == pytest.approx(value, abs=1e-15)
-
-
-def test_beside_a_cart_that_stands_the_robot_stays():
-    assert ask(TrackingError(0.3, -0.4, 1.0), (0.0, 0.0), RamseteGains()) == (0.0, 0.0)
 
 
 def test_it_agrees_with_wpilib_on_random_inputs():

@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from each import each_row
 from observation import observed
 
 from mobile_robot_control.control import sliding_mode
@@ -21,7 +22,7 @@ def step(state, error, velocity, dt=0.1, gains=GAINS):
         TrackingError(*error), Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(*velocity))), gains, dt)
 
 
-@pytest.mark.parametrize(('surface', 'share'), [(0.0, 0.0), (0.05, 0.25), (-0.1, -0.5), (0.2, 1.0), (7.0, 1.0),
+@each_row(('surface', 'share'), [(0.0, 0.0), (0.05, 0.25), (-0.1, -0.5), (0.2, 1.0), (7.0, 1.0),
                                                 (-7.0, -1.0)])
 def test_within_the_boundary_layer_the_sign_becomes_a_share(surface, share):
     assert saturation(surface, 0.2) == pytest.approx(share, abs=1e-15)
@@ -38,20 +39,19 @@ def test_the_law_with_hand_numbers():
     assert first.angular == pytest.approx(omega - 0.2 / 1.25, rel=1e-14)
 
 
-@pytest.mark.parametrize('ahead', [-0.4, -0.41, -0.39, -1.0, -100.0])
+@each_row('ahead', [-0.4, -0.41, -0.39, -1.0, -100.0])
 def test_with_the_cart_behind_the_turn_stays_within_bounds(ahead):
     # 1 + ∂α/∂e2 e1 is zero at e1 = -0.4 and beside it of either sign
     _, command = step(SlidingState(), (ahead, 0.0, 0.5), (0.5, 0.3))
     assert command.angular == pytest.approx((0.3 + 2.5 * 0.5 * math.sin(0.5) + 2.0) / 0.5, rel=1e-14)
 
 
-@pytest.mark.parametrize('curve', ['trifolium', 'circle'])
-def test_the_surfaces_are_reached_at_their_rates_and_then_the_lateral_error_falls(curve):
+def test_the_surfaces_are_reached_at_their_rates_and_then_the_lateral_error_falls():
     """The theorem of the source, on the ideal kinematic loop."""
     dt, placement, state = 1e-3, Placement(), SlidingState()
     pose, found = Pose(0.6, -0.3, 0.4), []
     for n in range(8000):
-        cart = reference_at(CURVES[curve], n * dt, placement)
+        cart = reference_at(CURVES['trifolium'], n * dt, placement)
         error = tracking_error(cart.pose, pose)
         alpha = math.atan(GAINS.slope * cart.velocity.linear * error.lateral)
         found.append((error.longitudinal, error.heading + alpha, error.lateral))

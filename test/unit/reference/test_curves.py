@@ -4,6 +4,7 @@ import cmath
 import math
 
 import pytest
+from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -80,13 +81,13 @@ def test_derivatives_are_those_of_the_contracts_formula(name, s):
         assert second == pytest.approx(second_difference(coordinate, s), abs=1e-8)
 
 
-@pytest.mark.parametrize('name', ['trifolium', 'lemniscate', 'circle'])
+@each_row('name', ['trifolium', 'lemniscate', 'circle'])
 def test_deviation_9_closed_curves_start_at_a_heading_up(name):
     reference = reference_at(CURVES[name], 0.0, Placement(scale=2.5))
     assert reference.pose == pytest.approx((2.5, 0.0, 0.5 * math.pi), abs=1e-15)
 
 
-@pytest.mark.parametrize(('name', 'v_r', 'omega_r'), [
+@each_row(('name', 'v_r', 'omega_r'), [
     # s' = 2 pi / 16; trifolium: |dr/ds| = 1/2, turning at 5 s'; lemniscate: 1, 3 s'; circle: 1, s'
     ('trifolium', 0.5, 5.0), ('lemniscate', 1.0, 3.0), ('circle', 1.0, 1.0), ('line', 0.5 / math.pi, 0.0),
 ])
@@ -99,7 +100,7 @@ def test_deviation_9_velocities_at_the_start_by_hand(name, v_r, omega_r):
     assert large.velocity == pytest.approx((2.0 * v_r * rate, omega_r * rate), rel=1e-13)
 
 
-@pytest.mark.parametrize('name', CLOSED)
+@each_row('name', CLOSED)
 def test_a_closed_curve_closes_after_one_lap_and_not_before(name):
     curve = CURVES[name]
     start, lap = (reference_at(curve, time, PLACED) for time in (0.0, PLACED.period))
@@ -108,13 +109,6 @@ def test_a_closed_curve_closes_after_one_lap_and_not_before(name):
     for fraction in (0.25, 1.0 / 3.0, 0.5, 2.0 / 3.0):
         between = reference_at(curve, fraction * PLACED.period, PLACED)
         assert any(abs(a - b) > 0.01 for a, b in zip(between.pose, start.pose, strict=True))
-
-
-def test_the_trifolium_has_three_leaves():
-    tips = [reference_at(CURVES['trifolium'], 16.0 * lap / 3.0, Placement()).pose for lap in range(3)]
-    assert [math.hypot(tip.x, tip.y) for tip in tips] == pytest.approx([1.0, 1.0, 1.0], rel=1e-14)
-    directions = sorted(math.degrees(math.atan2(tip.y, tip.x)) for tip in tips)
-    assert directions == pytest.approx([-120.0, 0.0, 120.0], abs=1e-9)
 
 
 @given(SMOOTH, TIMES, st.sampled_from([Placement(), PLACED]))
@@ -144,29 +138,14 @@ def test_placement_by_the_contract(name, time):
     assert pose.y == pytest.approx(-0.8 + 0.5 * (sin * x + cos * y), abs=1e-14)
 
 
-def test_the_line_starts_at_its_origin_and_never_turns():
-    placement = Placement(scale=2.0, period=4.0, center=(1.0, 1.0), rotation=0.5 * math.pi)
-    for time in (0.0, 1.0, 10.0):
-        pose, velocity, _ = reference_at(CURVES['line'], time, placement)
-        assert pose == pytest.approx((1.0, 1.0 + 0.5 * time, 0.5 * math.pi), abs=1e-14)
-        assert velocity == pytest.approx((0.5, 0.0), abs=1e-15)
-
-
-@pytest.mark.parametrize('name', CURVES)
-def test_the_heading_stays_wrapped(name):
-    for k in range(160):
-        heading = reference_at(CURVES[name], 0.1 * k, Placement(rotation=3.0)).pose.heading
-        assert -math.pi < heading <= math.pi
-
-
-@pytest.mark.parametrize('name', CURVES)
+@each_row('name', CURVES)
 def test_the_reference_velocity_stays_away_from_zero(name):
     # theorem 2 needs v_r away from zero
     slowest = min(reference_at(CURVES[name], 0.01 * k, Placement()).velocity.linear for k in range(1600))
     assert slowest > 0.06
 
 
-@pytest.mark.parametrize(('values', 'text'), [
+@each_row(('values', 'text'), [
     ({'curve': 'trifolum'}, "did you mean 'trifolium'"),
     ({'scale': 0.0}, 'scale = 0.0 is not allowed; it must be above 0.0 m'),
     ({'period': -1.0}, 'period = -1.0 is not allowed; it must be above 0.0 s'),
@@ -181,7 +160,7 @@ def test_invalid_curve_parameters_are_refused(values, text):
     assert text in str(refusal.value)
 
 
-@pytest.mark.parametrize('curve', CURVES)
+@each_row('curve', CURVES)
 def test_the_largest_accepted_curves_give_references_within_1e12(curve):
     for scale, period in ((0.99e12, 1e3), (1.0, 1e-10), (1e5, 1e-5)):
         taken = build(CurveParameters, {'curve': curve, 'scale': scale, 'period': period})

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.reference.cart import CurveParameters, Placement
@@ -37,8 +38,8 @@ def test_a_standing_cart_is_refused_with_the_place(registered, curve, place):
     assert 'speed never vanishes' in violation
 
 
-@pytest.mark.parametrize('curve', CURVES)
-@pytest.mark.parametrize('placement', [Placement(), Placement(phase=0.3, scale=1e-3, period=1e3)])
+@each_row('curve', CURVES)
+@each_row('placement', [Placement(), Placement(phase=0.3, scale=1e-3, period=1e3)])
 def test_the_curves_of_the_package_never_stand(curve, placement):
     made = build(CurveParameters, {'curve': curve, **placement._asdict()})
     assert made.curve == curve

@@ -4,11 +4,12 @@ import itertools
 import math
 
 import pytest
+from each import each_row
 
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import Placement, accelerated_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.reference.waiting import WaitingCart, after_a_pause, begin_waiting, later, move_cart, slowed
+from mobile_robot_control.reference.waiting import after_a_pause, begin_waiting, later, move_cart, slowed
 
 DT, FAR = 0.02, 0.5
 START = Pose(1.0, 0.0, 0.5 * math.pi)
@@ -42,7 +43,7 @@ def test_a_cart_with_its_robot_drives_and_comes_to_its_speed_within_a_second():
     assert steps[-1].time == pytest.approx(1.5, abs=DT)
 
 
-@pytest.mark.parametrize('pose', [Pose(1.2, 0.0, 1.57), Pose(1.0, -1.5, 0.0)])
+@each_row('pose', [Pose(1.2, 0.0, 1.57), Pose(1.0, -1.5, 0.0)])
 def test_it_waits_at_its_start_for_a_robot_that_is_elsewhere(pose):
     steps = run(begin_waiting(100.0, pose), 5.0, pose)
     assert {(step.time, step.rate) for step in steps} == {(0.0, 0.0)}
@@ -90,7 +91,7 @@ def test_it_waits_for_a_robot_that_drives_too_far_behind(driving):
     assert not move_cart(nearer, nearer.now + DT, 0.0, Pose(1.0, place.y - 0.09, 1.57), place, FAR).why
 
 
-@pytest.mark.parametrize(('age', 'why'), [(0.5, ''), (0.51, 'odom is silent'), (math.inf, 'odom is silent')])
+@each_row(('age', 'why'), [(0.5, ''), (0.51, 'odom is silent'), (math.inf, 'odom is silent')])
 def test_it_waits_while_odometry_is_silent(driving, age, why):
     assert move_cart(driving, driving.now + DT, age, at(driving.time), at(driving.time), FAR).why == why
 
@@ -124,11 +125,3 @@ def test_the_acceleration_of_a_cart_that_goes_on_is_the_slope_of_its_velocity():
     assert slowed(accelerated_at(curve, 3.0, placement), 1.0) == accelerated_at(curve, 3.0, placement)
     # it stands until something lets it go on
     assert later(begin_waiting(0.0, START), 5.0).time == 0.0
-
-
-def test_the_reference_of_a_cart_that_waits_stands():
-    reference = Reference(START, BodyVelocity(0.3, -0.2))
-    assert slowed(reference, 0.0) == Reference(START, BodyVelocity(0.0, 0.0))
-    assert slowed(reference, 0.5)[:2] == (START, BodyVelocity(0.15, -0.1))
-    assert slowed(reference, 1.0) == reference
-    assert isinstance(begin_waiting(0.0, START), WaitingCart)

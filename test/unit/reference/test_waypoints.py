@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.reference.waypoints import read_waypoints
@@ -16,7 +17,7 @@ def _read(folder, text, name='path.csv'):
     return read_waypoints(file)
 
 
-@pytest.mark.parametrize(('name', 'text'), [
+@each_row(('name', 'text'), [
     ('a.csv', '0,0\n2,0\n2,1\n'), ('b.csv', 'x,y\n0,0\n2,0\n2,1\n'),
     ('c.csv', '# mine\n\nx, y, speed\n0, 0,\n2,0,\n2;1 # end\n'),
     ('d.txt', '\ufeff0.0,0e0\r\n2,0\r\n2,1'), ('e.yaml', '- [0, 0]\n- [2, 0]\n- {x: 2, y: 1.0}\n'),
@@ -32,7 +33,7 @@ def test_a_speed_holds_until_another_one(tmp_path):
     assert _read(tmp_path, '0,0\n1,0,0.3\n2,0\n3,0,0.5\n').speeds == (math.inf, 0.3, 0.3, 0.5)
 
 
-@pytest.mark.parametrize(('name', 'text', 'words'), [
+@each_row(('name', 'text', 'words'), [
     ('a.csv', '0,0\n', 'a.csv: has 1 waypoint; a path needs two or more'),
     ('b.csv', '', 'b.csv: has 0 waypoints'),
     ('c.csv', 'x,y\n0,0\n1,0\n1,0\n', 'c.csv:4: (1, 0) is the waypoint before it; leave it out'),

@@ -3,8 +3,8 @@
 import math
 import types
 
-import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from each import each_row
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 from mobile_robot_control.ros.clocks.cart_wait import CartWait
@@ -38,7 +38,7 @@ class Cart:
         return reference
 
 
-@pytest.mark.parametrize('rate', [50.0, 4.0, 0.5])
+@each_row('rate', [50.0, 4.0, 0.5])
 def test_the_cart_drives_at_any_rate(rate):
     cart = Cart(rate)
     cart.wait.note(START)

@@ -96,8 +96,8 @@ def test_a_node_ends_with_exit_code_2_and_one_line(variables, name, value):
 
 
 @pytest.mark.parametrize(('module', 'error'), [
-    ('rclpy', "ModuleNotFoundError('no rclpy')"), ('rclpy', "OSError(12, 'Cannot allocate memory')"),
-    ('nav_msgs.msg', "ImportError('numpy\\n\\nfailed')"), ('rclpy', 'MemoryError()'),
+    ('rclpy', "ModuleNotFoundError('no rclpy')"), ('rclpy', 'MemoryError()'),
+    ('nav_msgs.msg', "ImportError('numpy\\n\\nfailed')"),
 ])
 def test_a_node_for_which_ros_cannot_be_loaded_ends_with_exit_code_1_and_one_line(variables, tmp_path, module, error):
     file = tmp_path / f'{module.replace(".", "/")}.py'

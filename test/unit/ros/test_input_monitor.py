@@ -4,6 +4,7 @@ import math
 import types
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.ros.inputs import input_monitor
 from mobile_robot_control.ros.inputs.input_monitor import InputMonitor
@@ -44,7 +45,7 @@ def test_the_age_of_a_stamp_is_that_at_its_arrival_and_what_has_passed_since(mak
     assert monitor.age('odom') == math.inf
 
 
-@pytest.mark.parametrize(('ages', 'text'), [
+@each_row(('ages', 'text'), [
     ([-0.2, -0.15], 'odom is stamped 0.20 s in the future: the clocks of two computers differ, or its publisher'),
     ([0.2, 0.9], 'odom is 0.20 s old or more when it comes, and 0 s are configured: the clocks of two computers'),
 ])
@@ -58,7 +59,7 @@ def test_stamps_that_no_message_of_some_seconds_explains_are_told_once(make, age
     assert run(monitor, [0.0]) == []
 
 
-@pytest.mark.parametrize('ages', [[0.001, 0.4], [-0.005], [0.09], []])
+@each_row('ages', [[0.001, 0.4], [-0.005], [0.09], []])
 def test_messages_that_are_sometimes_late_are_not_told(make, ages):
     assert run(make()[0], ages) == []
 

@@ -4,6 +4,7 @@ import math
 import types
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.control.command_limits import Limits
 from mobile_robot_control.control.laws import LAWS, PositionControl
@@ -27,7 +28,7 @@ def test_the_approach_keeps_the_limits_of_the_command():
 
 
 # the command of dynamic feedback linearisation is a state, which an error that stays moves on
-@pytest.mark.parametrize('name', [name for name in LAWS if name != 'dynamic_feedback_linearization'])
+@each_row('name', [name for name in LAWS if name != 'dynamic_feedback_linearization'])
 def test_the_law_goes_on_from_the_present_command(name):
     control = PositionControl(controller_type=name)
     law = LawRunner(NODE, control, DT, lambda: None)

@@ -2,7 +2,7 @@
 
 import math
 
-import pytest
+from each import each_row
 
 from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.ros.inputs.odom_conflict import contradicts
@@ -11,7 +11,7 @@ LAST = (0, Pose(1.0, 0.0, 3.1), BodyVelocity(0.5, 1.0))
 DT = 20_000_000
 
 
-@pytest.mark.parametrize(('pose', 'velocity', 'expected'), [
+@each_row(('pose', 'velocity', 'expected'), [
     (Pose(1.01, 0.0, 3.12), BodyVelocity(0.5, 1.0), False),
     (Pose(1.06, 0.0, 3.12), BodyVelocity(0.5, 1.0), False),  # a noisy one
     (Pose(1.01, 0.0, -math.pi), BodyVelocity(0.5, 1.0), False),  # across the branch of the angle

@@ -2,7 +2,7 @@
 
 import types
 
-import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.nodes import PlantParameters
 from mobile_robot_control.ros.clocks import questions
@@ -85,7 +85,7 @@ class Asker:
         return self.asked
 
 
-@pytest.mark.parametrize(('stamp', 'asked'), [
+@each_row(('stamp', 'asked'), [
     (3 * D, [4 * D]),                                  # STEP
     (2 * D, []), (0, []),                              # AGAIN
     (4 * D, []), (3 * D + 1, []), (-D, []),            # REFUSED
@@ -150,7 +150,7 @@ def test_it_holds_at_a_time_and_steps_from_position_tick_to_position_tick(monkey
     assert plant.control.step() == (False, 'the run is not held: set the parameter paused to true first')
 
 
-@pytest.mark.parametrize(('at', 'last'), [(0, P), (D, P), (P, P), (P + D, 2 * P)])
+@each_row(('at', 'last'), [(0, P), (D, P), (P, P), (P + D, 2 * P)])
 def test_a_reset_begins_anew_after_an_answered_position_tick_that_is_not_the_first(monkeypatch, at, last):
     plant = Asker(monkeypatch)
     plant.run_to(at)
@@ -179,7 +179,7 @@ def test_a_base_follows_a_command_until_the_next_position_tick(monkeypatch):
     assert plant.pushed == [4.0] * 5
 
 
-@pytest.mark.parametrize(('period', 'end', 'asked'), [(D, 2 * D, []), (P, P, []), (P, P + D, [f'wheels {P + D}'])])
+@each_row(('period', 'end', 'asked'), [(D, 2 * D, []), (P, P, []), (P, P + D, [f'wheels {P + D}'])])
 def test_the_last_question_is_answered_and_ends_the_run(monkeypatch, period, end, asked):
     plant = Asker(monkeypatch, period=period, end=end)
     while plant.exit_code is None:

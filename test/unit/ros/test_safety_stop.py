@@ -4,7 +4,7 @@ import math
 import types
 from collections import Counter
 
-import pytest
+from each import each_row
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -131,7 +131,7 @@ def test_in_lockstep_both_services_are_refused_with_what_to_do():
     assert not node.acts
 
 
-@pytest.mark.parametrize(('closest', 'limit', 'allowed'), [(0.0, 0.5, 0.5), (1.5, 0.5, 2.0), (1.5, 0.0, math.inf)])
+@each_row(('closest', 'limit', 'allowed'), [(0.0, 0.5, 0.5), (1.5, 0.5, 2.0), (1.5, 0.0, math.inf)])
 def test_the_allowed_distance(closest, limit, allowed):
     assert allowed_distance(closest, limit) == allowed
 

@@ -2,7 +2,7 @@
 
 import types
 
-import pytest
+from each import each_row
 
 from mobile_robot_control.ros.clocks.wall_clock import WallClockDriver
 from mobile_robot_control.ros.inputs.input_validation import ValidInput
@@ -96,7 +96,7 @@ def test_a_silent_input_that_is_needed_makes_the_robot_rest_until_it_is_back():
     assert robot.tick() == ['resume', 'wca']
 
 
-@pytest.mark.parametrize(('back', 'did'), [(('wheels', 'command'), ['wc']), (('wheels', 'acceleration'), [
+@each_row(('back', 'did'), [(('wheels', 'command'), ['wc']), (('wheels', 'acceleration'), [
     'wa', 'silent: command']), (('wheels',), ['w', 'silent: command'])])
 def test_other_inputs_are_left_out_when_they_are_old(back, did):
     robot = Robot()
@@ -141,7 +141,7 @@ def test_time_that_jumps_back_begins_another_run():
     assert robot.tick() == ['run', 'begin', 'wc']
 
 
-@pytest.mark.parametrize('has_driven', [False, True])
+@each_row('has_driven', [False, True])
 def test_a_robot_that_has_driven_stands_at_the_end(has_driven):
     robot = Robot()
     if has_driven:
@@ -150,10 +150,3 @@ def test_a_robot_that_has_driven_stands_at_the_end(has_driven):
     robot.did = []
     robot.driver.close()
     assert robot.did == ['rest'] * has_driven
-
-
-@pytest.mark.parametrize(('age', 'decision'), [(0.0, 'HOLD'), (0.5, 'HOLD'), (-0.5, 'HOLD'), (0.6, 'REFUSED'),
-                                               (-0.6, 'REFUSED')])
-def test_stamps_near_to_now_are_held(age, decision):
-    robot = Robot()
-    assert robot.driver.policy('wheels').decide(round((100.0 - age) * 1e9)).name == decision

@@ -4,6 +4,7 @@ import math
 import os
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.simulation.batch import reason_of
 
@@ -27,7 +28,7 @@ def test_the_reason_is_that_of_the_innermost_function():
         f"Unknown attribute 'fmod' of type Module(<module 'math'>), at {os.path.realpath(__file__)}, line {line}")
 
 
-@pytest.mark.parametrize(('text', 'reason'), [
+@each_row(('text', 'reason'), [
     ('', 'ValueError'), ('no report at all', 'no report at all'),
     ('Failed in nopython mode pipeline (step: frontend)\n\n  Use of unsupported code\n', 'Use of unsupported code'),
 ])

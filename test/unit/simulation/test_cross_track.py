@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,7 +15,7 @@ from mobile_robot_control.reference.curves import BUILT_IN, CURVES, circle
 from mobile_robot_control.simulation.closed_loop import PositionTick
 from mobile_robot_control.simulation.cross_track import cross_track, nearest_on_path
 from mobile_robot_control.simulation.index_meter import CartOnPath
-from mobile_robot_control.simulation.path_table import POINTS, QUARTER, GrowingPath
+from mobile_robot_control.simulation.path_table import POINTS, GrowingPath
 
 PERIOD = 16.0
 PLACED = Placement(scale=0.7, period=PERIOD, phase=0.3, center=(1.1, -0.4), rotation=0.6)
@@ -44,8 +45,8 @@ def by_brute_force(curve, placement, x, y, time):
     return min(away(best), away(low))
 
 
-@pytest.mark.parametrize('name', list(PATHS))
-@pytest.mark.parametrize(('time', 'ahead', 'aside'), [(0.0, 0.0, 0.03), (5.3, -0.2, 0.1), (21.7, 0.5, -0.6)])
+@each_row('name', list(PATHS))
+@each_row(('time', 'ahead', 'aside'), [(0.0, 0.0, 0.03), (5.3, -0.2, 0.1), (21.7, 0.5, -0.6)])
 def test_it_is_the_distance_that_brute_force_finds(name, time, ahead, aside):
     pose = reference_at(CURVES[name], time, PLACED).pose
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
@@ -102,16 +103,6 @@ def test_what_is_skipped_has_nothing_that_is_nearer(x, y, begin, length, name):
     assert nearest_on_path(table._replace(speed=math.inf), x, y, begin, begin + length, math.inf) == fast
 
 
-@pytest.mark.parametrize('steps', [1, 7, 20, 43])
-def test_no_more_is_skipped_than_the_cart_drives(steps):
-    table = PATHS['line'].between(0.0, 0.0)
-    # straight ahead, between two points
-    x, y = (0.5 * (one[steps] + one[steps + 1]) for one in (table.x, table.y))
-    distance, place = nearest_on_path(table, x, y, 0.0, float(QUARTER), 1e-9)
-    assert distance < 1e-12
-    assert place == pytest.approx(steps + 0.5, abs=1e-6)
-
-
 def test_a_closed_path_has_its_end_before_its_start():
     def from_zero(s):
         assert s >= 0.0
@@ -119,13 +110,6 @@ def test_a_closed_path_has_its_end_before_its_start():
 
     path = GrowingPath(CurveCourse(Curve('from zero', from_zero), Placement(period=PERIOD)))
     assert across(path, 1.3 * math.cos(1.0), -1.3 * math.sin(1.0), 0.0) == pytest.approx(0.3, abs=EXACT)
-
-
-def test_nothing_is_found_beyond_the_bound():
-    table = PATHS['circle'].between(0.0, PERIOD)
-    distance, place = nearest_on_path(table, 9.0, 9.0, 0.0, float(QUARTER), 1.0)
-    assert distance == 1.0
-    assert math.isnan(place)
 
 
 def test_points_at_which_a_curve_fails_are_left_out():

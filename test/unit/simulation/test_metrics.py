@@ -14,7 +14,6 @@ from mobile_robot_control.quantities import (
     WheelVelocity,
 )
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
-from mobile_robot_control.simulation.metric_table import RUN_METRICS
 from mobile_robot_control.simulation.metrics import MEASURED, MeasuredRun, RunMeter, summary
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
 
@@ -86,13 +85,6 @@ def test_the_summary_has_the_contracts_names_and_values(meter):
     }
 
 
-def test_the_metrics_with_a_value_for_each_wheel_are_those_of_the_table(meter):
-    values = summary(meter.run('completed'))
-    assert {name for name, value in values.items() if isinstance(value, dict)} == {
-        metric.name for metric in RUN_METRICS if metric.of_wheels}
-    assert list(values) == [metric.name for metric in RUN_METRICS]
-
-
 def test_equation_29_with_hand_numbers():
     totals = Totals(log_longitudinal=0.5, log_lateral=0.25, log_heading=2.0, peak_right=3.0, peak_left=7.0,
                     highest_right=1.0, highest_left=-2.0)
@@ -107,12 +99,6 @@ def test_deviation_7_large_negative_torques_escape_the_literal_objective():
         totals = add_torque(totals, WheelTorque(*torque), WheelVelocity(0.0, 0.0), 0.1)
     assert objective(totals, literal=True) == 0.99 + 0.5
     assert objective(totals, literal=False) == 123.0 + 0.5
-
-
-def test_deviation_7_the_metrics_take_the_absolute_torque(meter):
-    run = meter.run('completed')
-    assert summary(run)['objective'] == objective(run.totals, literal=False)
-    assert objective(run.totals, literal=True) == pytest.approx(objective(run.totals, literal=False) - 1.0)
 
 
 def test_an_error_and_a_torque_each_change_their_own_totals_alone():
@@ -174,15 +160,6 @@ def test_a_truth_that_is_not_known_counts_nothing():
     assert found['measured_rms_position_error'] == 1.0
 
 
-def test_errors_whose_truth_is_not_known_are_called_measured():
-    meter = RunMeter(0.5, 1.0, MEASURED)
-    for sample in series():
-        meter.add(sample)
-    found = summary(meter.run('completed'))
-    assert found['error'] == 'measured'
-    assert found['measured_rms_position_error'] == found['rms_position_error']
-
-
 def test_the_errors_of_a_single_sample_are_none():
     meter = RunMeter(0.5, 1.0)
     meter.add(next(series()))
@@ -192,11 +169,6 @@ def test_the_errors_of_a_single_sample_are_none():
     assert found['rms_position_error'] is None
     assert found['rms_heading_error'] is None
     assert found['initial_wheel_torque'] == {'right': 0.0, 'left': 0.0}
-
-
-def test_a_run_without_a_sample_has_no_metrics():
-    with pytest.raises(ValueError, match='without a sample'):
-        RunMeter(0.5, 1.0).run('node_died')
 
 
 def test_values_that_are_not_finite_become_none():

@@ -2,7 +2,7 @@
 
 import math
 
-import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
@@ -11,7 +11,7 @@ from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.simulation.rollout import recorded
 
 
-@pytest.mark.parametrize('law', LAWS)
+@each_row('law', LAWS)
 def test_a_law_starts_beside_the_path_and_stands_after_its_end(law, tmp_path):
     (tmp_path / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n')
     configuration = configure(load([], [

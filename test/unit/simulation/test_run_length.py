@@ -1,6 +1,7 @@
 """Work without a step, and work without an end in sight, is refused before anything begins or is written."""
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.cli import experiment, simulate, study, tune
 from mobile_robot_control.configuration.configure import configure
@@ -17,7 +18,7 @@ def no_signal_handlers(monkeypatch):
     monkeypatch.setattr(experiment, 'Stop', object)
 
 
-@pytest.mark.parametrize(('command', 'arguments', 'refusal'), [
+@each_row(('command', 'arguments', 'refusal'), [
     (simulate, ['--duration', '1e11'], 'duration = 1e+11: 5e+13 steps at velocity_rate = 500 Hz would take too'),
     (simulate, ['--duration', '1e-9'], 'is too short for a step at velocity_rate = 500 Hz; ask for at least 0.002 s'),
     (experiment, ['--duration', '1e-9'], 'duration = 1e-09 s is too short for a step'),
@@ -33,7 +34,7 @@ def test_a_run_without_a_step_or_an_end_is_refused(tmp_path, capsys, command, ar
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(('command', 'arguments'), [
+@each_row(('command', 'arguments'), [
     (simulate, ['--duration', '1e300']), (experiment, ['--duration', '1.7e308']),
     (tune, [*TUNE, '--population', '1000000000']), (tune, [*TUNE, '--generations', 400 * '9']),
     (tune, [*TUNE, '--random', '1000000000']), (tune, [*TUNE, '--workers', '1000000']),

@@ -6,17 +6,18 @@ from itertools import product
 
 import numpy as np
 import pytest
+from each import each_row
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.quantities import Pose, TrackingError
+from mobile_robot_control.quantities import Pose
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
 from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
-from mobile_robot_control.simulation.totals import Totals, add_error, objective
+from mobile_robot_control.simulation.totals import objective
 from mobile_robot_control.simulation.trial import make_trial
 from mobile_robot_control.tuning.monte_carlo import (
     Judged,
@@ -121,18 +122,6 @@ def test_the_weight_of_smoothness_adds_the_variation_per_second():
         assert found == pytest.approx(alone + weight * rough, rel=1e-12)
 
 
-def test_a_search_without_that_weight_sums_no_variation():
-    parameters = short_lap()
-    tried = []
-
-    def counting(trials):
-        tried.extend(trials)
-        return run(trials)
-
-    Objective(parameters, goal(configured_scenario(parameters)), counting).score(configured_gains(parameters))
-    assert [trial.form.varies for trial in tried] == [False]
-
-
 def test_a_base_that_is_driven_by_velocity_is_searched_with_a_weight():
     assert DEFAULT_SMOOTH['torque'] == 0.0
     assert DEFAULT_SMOOTH['velocity'] > 0.0
@@ -174,17 +163,7 @@ def test_success_is_judged_by_the_late_errors_of_a_complete_run():
     assert set(diverged.metrics.values()) == {math.inf}
 
 
-def test_torque_and_energy_of_a_base_that_takes_no_torque_are_not_known():
-    made = make_trial(short_lap(), 0.1)
-    (outcome,) = run([made])
-    judged = judge(made, outcome._replace(totals=add_error(Totals(), TrackingError(0.1, 0.0, 0.0), 0.5)))
-    found = summarise_runs([judged, Judged(False, dict.fromkeys(judged.metrics, math.inf))])['metrics']
-    assert judged.success
-    assert {name for name, numbers in found.items() if numbers['median'] is None} == {'peak_wheel_torque', 'energy'}
-    assert found['rms_position_error']['median'] == pytest.approx(0.1)
-
-
-@pytest.mark.parametrize(('successes', 'runs', 'low', 'high'), [
+@each_row(('successes', 'runs', 'low', 'high'), [
     # Wilson 1927, as tabulated in Newcombe 1998, table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29
     (81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718),
     (20, 20, 0.8389, 1.0),
@@ -215,14 +194,6 @@ def test_the_worst_share_within_the_band_is_the_smallest_and_that_of_a_run_that_
     assert found['share_within_band'] == {'median': 0.5, '95_percent': pytest.approx(0.05), 'worst': None}
     # never settled is later than any time
     assert found['settling_time'] == {'median': 50.0, '95_percent': 95.0, 'worst': None}
-
-
-def test_the_summary_contains_success_rate_and_quantiles():
-    names = judge(make_trial(short_lap(), 0.1), run([make_trial(short_lap(), 0.1)])[0]).metrics
-    judged = [Judged(k < 98, dict.fromkeys(names, float(k) if k < 99 else math.inf)) for k in range(1, 101)]
-    found = summarise_runs(judged)
-    assert (found['runs'], found['successes'], found['success_rate']) == (100, 97, 0.97)
-    assert found['metrics']['energy'] == {'median': 50.0, '95_percent': 95.0, 'worst': None}
 
 
 def test_the_spread_over_seeds_is_that_of_the_configured_run_where_something_is_random():

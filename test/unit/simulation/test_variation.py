@@ -1,6 +1,7 @@
 """The total variation of a run: summed where it is asked for; the compiled form is compared in test_batch.py."""
 
 import pytest
+from each import each_row
 from measuring import configuration
 
 from mobile_robot_control.simulation import batch
@@ -41,7 +42,7 @@ def test_the_variation_of_a_base_is_that_of_the_speeds_of_the_rims_that_are_comm
     assert outcome_of(BASE, True).variation == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize('parameters', [MOTORS, BASE])
+@each_row('parameters', [MOTORS, BASE])
 def test_a_run_is_the_same_to_the_last_bit_whether_it_is_summed_or_not(parameters):
     plain = outcome_of(parameters, False)
     assert plain.variation == 0.0
