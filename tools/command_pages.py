@@ -106,10 +106,11 @@ def insert_commands(text: str) -> str:
              'shared': '\n'.join(_table(('option', 'meaning'), _options(make_parser('', '')))) + '\n\n'
              + '\n\n'.join(_notes(EXIT_CODES)),
              'commands': '\n\n'.join(_sections())}
-    for name, made in parts.items():
-        text = re.sub(rf'(<!-- {name}: generated -->).*?(<!-- end of {name} -->)',
-                      lambda found, made=made: f'{found[1]}\n\n{made}\n\n{found[2]}', text, flags=re.DOTALL)
-    return text
+
+    def part(found: re.Match[str]) -> str:
+        return f'{found[1]}\n\n{parts[found[2]]}\n\n{found[3]}'
+
+    return re.sub(r'(<!-- (list|shared|commands): generated -->).*?(<!-- end of \2 -->)', part, text, flags=re.DOTALL)
 
 
 if __name__ == '__main__':

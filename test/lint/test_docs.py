@@ -149,7 +149,8 @@ def test_every_column_is_defined():
 def test_the_page_of_commands_is_their_help(tmp_path):
     """In a process of its own: a parser takes the signals over."""
     page = tmp_path / 'commands.md'
-    emptied = re.sub(r'(<!-- (\w+): generated -->).*?(<!-- end of \2 -->)', r'\1\n\3', _page('commands'), flags=re.DOTALL)
+    emptied = re.sub(r'(<!-- (\w+): generated -->).*?(<!-- end of \2 -->)', r'\1\n\3', _page('commands'),
+                     flags=re.DOTALL)
     assert emptied.count(': generated -->\n<!-- end of ') == 3
     page.write_text(emptied, encoding='utf-8')
     subprocess.run([sys.executable, DOCS.parent / 'tools' / 'command_pages.py', page], timeout=120, check=True)
