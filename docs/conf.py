@@ -7,7 +7,8 @@ from docutils import nodes
 from docutils.utils.math import latex2mathml
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / 'tools')]
+sys.path.insert(0, str(ROOT))
+sys.path.insert(1, str(ROOT / 'tools'))
 
 from notebook_page import markdown_of
 
