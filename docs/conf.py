@@ -6,14 +6,15 @@ from pathlib import Path
 from docutils import nodes
 from docutils.utils.math import latex2mathml
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
-sys.path.insert(1, str(ROOT / 'tools'))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(1, str(Path(__file__).parents[1] / 'tools'))
 
 from notebook_page import markdown_of
 
 from mobile_robot_control import __version__
 from mobile_robot_control.parameters.declaration import Field, members
+
+ROOT = Path(__file__).parents[1]
 
 project = 'mobile_robot_control'
 author = 'mobile_robot_control maintainers'
