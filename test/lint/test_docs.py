@@ -8,6 +8,7 @@ from pathlib import Path
 import metric_tables
 import pytest
 from each import each
+from notebook_page import markdown_of
 from parameter_table import insert_parameters, tables
 from robots_table import insert_robots
 
@@ -171,10 +172,38 @@ def test_terms_of_the_glossary_stand_once():
     assert len(terms) == len(set(terms)) > 50
 
 
-@pytest.mark.soak
-def test_the_site_renders_without_a_warning(tmp_path):
+def test_the_notebook_is_a_page_of_the_site():
+    page = markdown_of(DOCS.parent / 'examples' / 'tutorial' / 'trajectory_tracking.ipynb')
+    assert '\n## Exercises\n' in page
+    assert not re.search('^# ', re.sub('^````.*?^````', '', page, flags=re.DOTALL | re.MULTILINE), re.MULTILINE)
+    assert 'data:image/png;base64,' in page
+    for target in re.findall(r'\]\(((?!data:)[^)#]+)', page):
+        assert (DOCS / target).exists(), target
+
+
+def _render(folder):
     pytest.importorskip('furo', reason='the extra docs is not installed; make docs installs it')
     done = subprocess.run([sys.executable, '-m', 'sphinx', '-W', '--keep-going', '-q', '-b', 'html', '-d',
-                           tmp_path / 'doctrees', DOCS, tmp_path / 'site'], capture_output=True, text=True, check=False)
+                           folder / 'doctrees', DOCS, folder / 'site'], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert 'step' in (tmp_path / 'site' / 'api' / 'laws.html').read_text(encoding='utf-8')
+    return folder / 'site'
+
+
+@pytest.mark.soak
+def test_the_site_renders_without_a_warning_and_typesets_formulas(tmp_path):
+    site = _render(tmp_path)
+    assert 'step' in (site / 'api' / 'laws.html').read_text(encoding='utf-8')
+    for page in ('how_it_works', 'tutorial'):
+        assert '<math' in (site / f'{page}.html').read_text(encoding='utf-8')
+
+
+@pytest.mark.soak
+def test_the_search_of_the_site_works_from_a_disk(browser, tmp_path):
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    site = _render(tmp_path)
+    browser.show(site / 'index.html', 1200)
+    browser.driver.find_element('css selector', 'input[name=q]').send_keys('lemniscate\n')
+    WebDriverWait(browser.driver, 60).until(
+        lambda driver: len(driver.find_elements('css selector', 'ul.search a')) > 5)
+    assert not browser.errors()
