@@ -1,9 +1,8 @@
 """
 The command `experiment`: run the four nodes over DDS, record every topic, measure and draw.
 
-In lockstep a run takes its duration at wall speed, or as long as it must with
-`-p plant.real_time_factor:=0.0`. With config/wall_clock.yaml the nodes run on the wall clock. The robot
-starts as in `simulate`.
+In lockstep a run takes its duration at wall speed; add `-p plant.real_time_factor:=0.0` to run as fast as
+possible. With `config/wall_clock.yaml` the nodes run on the wall clock. The robot starts as in `simulate`.
 
 For example:
   experiment --duration 16 --params-file config/fuzzy.yaml --output runs/fuzzy
