@@ -23,8 +23,8 @@ class ExcitationRequest(NamedTuple):
     sources: ParameterSources
     box: Annotated[tuple[float, ...], Field('m', 'free floor: length along the robot and width; the robot starts in '
                                             'the middle', above=0.0, length=2)]
-    max_velocity: Annotated[float, Field('m/s', 'largest command; only commands beyond the limits of the robot show these',
-                                           above=0.0)] = 0.2
+    max_velocity: Annotated[float, Field(
+        'm/s', 'largest command; only commands beyond the limits of the robot show these', above=0.0)] = 0.2
     max_angular_velocity: Annotated[float, Field('rad/s', 'largest command', above=0.0)] = 1.0
     duration: Annotated[float, Field('s', 'wall time of the drive', minimum=10.0)] = 60.0
     rate: Annotated[float, Field('Hz', 'rate of the commands: the rate of your later runs', minimum=5.0,
