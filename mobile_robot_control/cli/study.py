@@ -11,8 +11,9 @@ Files written to DIR:
   runs.csv    one row per run and controller, numbered from 1 (docs/metrics.md#studyjson)
   study.html  the best controller and its lead with an interval, success rates, distributions of all
               metrics, the map of the starts with the numbers of each run under the pointer, and a
-              sortable table of all runs with the command that repeats each; the first 8 runs in which a controller fails, and 3 in the middle of those in
-              which all succeed, replay by a click, unless Ctrl-C ended the study
+              sortable table of all runs with the command that repeats each; the first 8 runs in
+              which a controller fails, and 3 in the middle of those in which all succeed, replay by a
+              click, unless Ctrl-C ended the study
   starts.png, starts.svg
               map of the starts; the SVG follows light and dark pages
 
