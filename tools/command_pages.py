@@ -78,12 +78,16 @@ def _notes(text: str) -> Iterator[str]:
             yield _inline(paragraph)
 
 
+def _description(parser: argparse.ArgumentParser) -> str:
+    return ' '.join(str(parser.description).split())
+
+
 def _sections() -> Iterator[str]:
     shared = _options(make_parser('', ''))
     for name in command_names():
         parser = import_module(f'mobile_robot_control.cli.{name}').parser()
         own = {option: text for option, text in _options(parser).items() if option not in shared}
-        description = str(parser.description)
+        description = _description(parser)
         yield f'## {name}\n\n{_inline(description[:1].upper() + description[1:])}'
         yield from _notes(str(parser.epilog).replace(EXIT_CODES, '').strip())
         yield '\n'.join(_table(('option', 'meaning'), own))
@@ -92,7 +96,7 @@ def _sections() -> Iterator[str]:
 def _summary() -> Iterator[str]:
     parsers = {name: import_module(f'mobile_robot_control.cli.{name}').parser() for name in command_names()}
     yield '| command | task |\n|---|---|'
-    yield from (f'| [{name}](#{name}) | {_inline(str(parser.description).rstrip("."))} |'
+    yield from (f'| [{name}](#{name}) | {_inline(_description(parser).rstrip("."))} |'
                 for name, parser in parsers.items())
 
 
