@@ -115,14 +115,15 @@ lint-js: tools/node_modules/.package-lock.json
 tools/node_modules/.package-lock.json: tools/package.json tools/package-lock.json
 	cd tools && npm ci --no-fund --no-audit
 
-# the generated parts of docs/: tables of parameters and of robots, what the robots and the position laws do, the table
-# of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
+# the generated parts of docs/: tables of parameters, commands and robots, results of the robots and of the position
+# laws, the table of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
 # examples/tutorial. Where the searches behind the table of the laws have changed, they run again: some ten minutes,
 # which can be interrupted. The last one, the replay that moves, needs chromium
 pages: MADE := PYTHONPATH=examples/chapter $(BIN)/python tools
 pages: $(TESTED)
 	$(MADE)/package_drawing.py
 	$(MADE)/parameter_table.py docs/parameters.md docs/nodes/*.md
+	$(MADE)/command_pages.py docs/commands.md
 	$(MADE)/metric_tables.py docs/metrics.md
 	$(MADE)/robots_table.py docs/robots.md
 	$(MADE)/robot_results.py docs/robots.md

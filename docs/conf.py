@@ -3,10 +3,18 @@
 import sys
 from pathlib import Path
 
+from docutils import nodes
+from docutils.utils.math import latex2mathml
+
 sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(1, str(Path(__file__).parents[1] / 'tools'))
+
+from notebook_page import markdown_of
 
 from mobile_robot_control import __version__
 from mobile_robot_control.parameters.declaration import Field, members
+
+ROOT = Path(__file__).parents[1]
 
 project = 'mobile_robot_control'
 author = 'mobile_robot_control maintainers'
@@ -17,6 +25,9 @@ extensions = ['myst_parser', 'sphinx.ext.autodoc', 'numpydoc']
 exclude_patterns = ['_build']
 # links to headings, named as GitHub names them
 myst_heading_anchors = 4
+myst_enable_extensions = ['dollarmath']
+# formulas that browsers draw themselves: no script, and nothing from a network
+html_math_renderer = 'mathml'
 
 add_module_names = False
 autodoc_member_order = 'bysource'
@@ -31,6 +42,8 @@ html_theme = 'furo'
 html_title = f'{project.replace("_", " ")} {release}'
 html_show_sphinx = False
 html_copy_source = False
+# excerpts are fetched, which browsers forbid to a site that is opened from a disk
+html_show_search_summary = False
 
 
 def _declared(group):
@@ -54,7 +67,27 @@ def _is_field_alias(_app, _what, _name, thing, _skip, _options):
     return True if type(thing).__name__ == '_tuplegetter' else None
 
 
+def _insert_notebook(app, name, source):
+    """Put the notebook, with its outputs, where the page of the tutorial has its mark."""
+    if name == 'tutorial':
+        notebook = ROOT / 'examples' / 'tutorial' / 'trajectory_tracking.ipynb'
+        app.env.note_dependency(str(notebook))
+        source[0] = source[0].replace('<!-- the notebook -->', markdown_of(notebook))
+
+
+def _inline_formula(translator, node):
+    translator.body.append(latex2mathml.tex2mathml(node.astext()))
+    raise nodes.SkipNode
+
+
+def _formula(translator, node):
+    translator.body.append(f'<div class="math">{latex2mathml.tex2mathml(node.astext(), as_block=True)}</div>')
+    raise nodes.SkipNode
+
+
 def setup(app):
     """Connect the handlers, the first before numpydoc reads the docstrings."""
+    app.add_html_math_renderer('mathml', (_inline_formula, None), (_formula, None))
+    app.connect('source-read', _insert_notebook)
     app.connect('autodoc-process-docstring', _complete, priority=1)
     app.connect('autodoc-skip-member', _is_field_alias)

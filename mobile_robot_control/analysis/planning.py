@@ -24,7 +24,7 @@ class PlanRequest(NamedTuple):
     """The request to plan a path."""
 
     sources: ParameterSources
-    file: Annotated[str, Field('', 'CSV or YAML file of waypoints: x, y [m] and, if you like, speed [m/s]'),
+    file: Annotated[str, Field('', 'CSV or YAML file of waypoints: x, y [m] and an optional speed [m/s]'),
                     Reader(fspath, 'FILE')]
 
     def configuration(self) -> Configuration:

@@ -47,6 +47,13 @@ def identify(
         If a bag cannot be read, or SciPy is missing.
     UnidentifiableError
         If the recordings contain no usable information; it has the reasons.
+
+    Examples
+    --------
+    >>> identify('no_such_bag')
+    Traceback (most recent call last):
+    mobile_robot_control.parameters.checking.ParameterError: no_such_bag: does not exist; name a bag that ...
+
     """
     several = [bags] if isinstance(bags, str | PathLike) else list(bags)
     request = make_request(IdentificationRequest, {

@@ -38,6 +38,17 @@ def load(
     ------
     ParameterError
         If there is no run at this path; it says what to name instead.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> from mobile_robot_control import simulate
+    >>> file = Path(mkdtemp(), 'run.csv')
+    >>> simulate(duration=0.1).save(file)
+    >>> load(file).time.shape
+    (51,)
+
     """
     named, place = name_of(str(path))
     try:

@@ -41,10 +41,9 @@ from mobile_robot_control.tuning.workers import TrialRunner, runner
 class SearchFiles(NamedTuple):
     """The files of a search."""
 
-    output: Annotated[str, Field('', 'parameter file to write; beside it go the history (.csv), a picture (.png), a '
-                                 'page (.html) and, until the search is done, its journal (.yaml.journal)')]
-    resume: Annotated[bool, Field('', 'go on from the journal')] = False
-    overwrite: Annotated[bool, Field('', 'replace a better file, and a journal')] = False
+    output: Annotated[str, Field('', 'parameter file to write')]
+    resume: Annotated[bool, Field('', 'continue an interrupted search from its journal')] = False
+    overwrite: Annotated[bool, Field('', 'replace a better file or a journal')] = False
 
 
 def search_into_files(request: SearchRequest, files: SearchFiles, command_line: str) -> int:

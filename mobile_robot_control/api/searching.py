@@ -155,6 +155,20 @@ def tune(
         With every violation and its remedy.
     RuntimeError
         If no individual has a score.
+
+    Examples
+    --------
+    A search takes from some seconds on, as it compiles the loop::
+
+        found = tune('backstepping', seed=1, generations=20, keep=['ti1', 'ti2'])
+        found.save('found.yaml')
+
+    A request that cannot be met is refused before that:
+
+    >>> tune('backstepping', seed=1, keep=['k9'])
+    Traceback (most recent call last):
+    mobile_robot_control.parameters.checking.ParameterError: keep: there is no gene 'k9' here; did you mean 'k2'?
+
     """
     refuse_files(options)
     sources = parameter_sources(files, robot, parameters)

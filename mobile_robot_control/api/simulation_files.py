@@ -21,8 +21,7 @@ from mobile_robot_control.system.progress import tqdm
 class SimulationFiles(NamedTuple):
     """The files of a simulation."""
 
-    output: Annotated[str | None, Field('', 'FILE.csv to write, one row a velocity step; FILE.parameters.yaml and '
-                                        'FILE.metrics.json go with it')] = None
+    output: Annotated[str | None, Field('', 'table of the run to write')] = None
 
 
 def simulate_into_files(

@@ -45,10 +45,10 @@ from mobile_robot_control.tuning.workers import runner
 class StudyFiles(NamedTuple):
     """The files of a study."""
 
-    output: Annotated[str, Field('', 'folder for study.json, runs.csv, starts.png and study.html')]
-    overwrite: Annotated[bool, Field('', 'replace a study that the folder already holds')] = False
-    only: Annotated[int | None, Field('', 'number of a run, from 1: it alone is replayed, by all controllers, into a '
-                                      'report in a folder run_N of the output', minimum=1)] = None
+    output: Annotated[str, Field('', 'folder for all files')]
+    overwrite: Annotated[bool, Field('', 'replace a study in this folder')] = False
+    only: Annotated[int | None, Field('', 'repeat run N alone, from 1 on, with all controllers, into a report in '
+                                      'DIR/run_N', minimum=1)] = None
 
 
 def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str) -> int:

@@ -146,6 +146,20 @@ def study(
     ------
     ParameterError
         With every violation and its remedy.
+
+    Examples
+    --------
+    A study takes from some seconds on, as it compiles the loop::
+
+        softer = {'position_controller.backstepping.g': 5.0}
+        print(study(runs=200, seed=1, compare={'shipped': {}, 'softer': softer}))
+
+    A request that cannot be met is refused before that:
+
+    >>> study(runs=9, seed=1, scales=[-1.0])
+    Traceback (most recent call last):
+    mobile_robot_control.parameters.checking.ParameterError: scales = -1.0 is not allowed; it must be above 0.0 m
+
     """
     refuse_files(options)
     sources = parameter_sources(files, robot, parameters)

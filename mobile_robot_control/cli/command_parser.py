@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import inspect
 import shlex
 import sys
 from collections.abc import Callable, Collection
@@ -17,13 +18,19 @@ from mobile_robot_control.system.texts import printable
 
 Request = TypeVar('Request')
 
+EXIT_CODES = """Exit codes:
+  0  done
+  1  failed: the motion diverged, the law failed, a node died, Ctrl-C, a full disk
+  2  bad usage or parameters: one line per violation, with the remedy; nothing was started"""
+"""Of a command whose docstring has none of its own."""
+
 
 def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('laws and curves of your own')
     group.add_argument('--law', action='append', default=[], metavar='FILE.py', dest='law_files',
-                       help='Python file with a position law LAW; again and again')
+                       help='Python file with a position law LAW; may be repeated')
     group.add_argument('--curve', action='append', default=[], metavar='FILE.py', dest='curve_files',
-                       help='Python file with a curve CURVE; again and again')
+                       help='Python file with a curve CURVE; may be repeated')
 
 
 class _CommandParser(argparse.ArgumentParser):
@@ -65,7 +72,8 @@ def make_parser(
     name : str
         Of the command.
     documentation : str or None
-        Its module's docstring, whose text after the colon describes it; None where Python drops docstrings.
+        Its module's docstring: the first paragraph describes it after a colon, the others end the help; None where
+        Python drops docstrings.
     *requests : type
         NamedTuples whose fields are declared with `Field`; read them from the options with `request_of`.
     positional : collection of str
@@ -73,14 +81,19 @@ def make_parser(
 
     """
     # an abbreviated --law would be read after the options that need its law
-    made = _CommandParser(prog=name, description=(documentation or '').partition(': ')[2], allow_abbrev=False)
+    first, _, notes = inspect.cleandoc(documentation or '').partition('\n\n')
+    made = _CommandParser(
+        prog=name, description=first.partition(': ')[2], allow_abbrev=False,
+        epilog='\n\n'.join(filter(None, [notes, '' if 'Exit codes:' in notes else EXIT_CODES])),
+        formatter_class=argparse.RawDescriptionHelpFormatter)
     made.add_argument('--version', action='version', version=f'{name} {__version__}')
-    made.add_argument('--robot', metavar='NAME|FILE', help='robot of this package, or parameter file of a robot; read '
-                      'before the other parameter files')
+    made.add_argument('--robot', metavar='NAME|FILE', help='name of a robot of this package, or its parameter file; '
+                      'the other parameter files and -p win over it')
     made.add_argument('--params-file', action='append', default=[], metavar='FILE', dest='params_files',
-                      help='ROS 2 parameter file, as the nodes take it; again and again: later wins')
+                      help='ROS 2 parameter file, as for a node; may be repeated, later files win')
     made.add_argument('-p', action='append', default=[], metavar='NODE.PARAMETER:=VALUE', dest='overrides',
-                      help="one parameter, such as plant.max_wheel_torque:=3.0 or '/**.position_rate:=50.0'")
+                      help="one parameter, such as plant.max_wheel_torque:=3.0, or '/**.position_rate:=50.0' for all "
+                      'nodes; it wins over the files; may be repeated')
     for request in requests:
         for option in options_of(request).values():
             _add_option(made, option, option.name in positional)
@@ -120,7 +133,8 @@ def _help(option: Option) -> str:
     field, default = option.field, option.default
     unit = f' [{field.unit}]' if field.unit else ''
     bounds = '' if option.kind is bool else describe_bounds(field._replace(unit='', length=None))
-    shown = '' if default in (None, ()) else ' '.join(map(str, default)) if option.is_several else default
+    shown = ('' if default in (None, ()) or option.kind is bool else ' '.join(map(str, default)) if option.is_several
+             else default)
     more = [*filter(None, [bounds]), *([f'default {shown}'] if shown != '' else [])]
     return (f'{field.description}{unit}' + (f' ({"; ".join(more)})' if more else '')).replace('%', '%%')
 

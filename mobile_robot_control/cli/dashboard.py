@@ -1,4 +1,18 @@
-"""The command `dashboard`: watch and handle the robot in a browser, with nodes of its own or those that run."""
+"""
+The command `dashboard`: watch and control the robot live in a browser.
+
+It starts the four nodes and prints the address of the page (docs/dashboard.md). Ctrl-C ends the page and the
+nodes that it started. It needs the extra `dashboard`.
+
+For example:
+  dashboard --params-file config/fuzzy.yaml
+  dashboard --attach --namespace /robot1
+
+Exit codes:
+  0  ended by Ctrl-C
+  2  bad usage, a lesson with an error, a port in use, the extra is missing, or another node publishes on
+     the topics of the nodes to start
+"""
 
 import argparse
 import sys

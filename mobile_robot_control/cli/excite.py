@@ -1,4 +1,23 @@
-"""The command `excite`: drive a robot for a recording from which `identify` finds all, within a box by odometry."""
+"""
+The command `excite`: drive a robot for a recording that `identify` can use, within a box.
+
+It sends steps, ramps, chirps and curves of both velocities on the wall clock, as the type of `cmd_vel` that
+the robot subscribes to. Without --yes nothing moves: the command says what it would do.
+
+A manoeuvre ends early where odometry shows that the robot could not stop in the box within 1 s times its
+speed; the robot then drives back to the middle. A box smaller than 4 s times the largest velocity is
+refused. Zero commands stop the robot at the end, on Ctrl-C, after 0.5 s without odometry, outside the box,
+and when another node commands it. These stops need a network and a process: keep a hand on the robot's
+switch. Odometry that drifts moves the box, too.
+
+For example:
+  excite --box 2 2 --max-velocity 0.4 --max-angular-velocity 1.5
+
+Exit codes:
+  0  done
+  1  ended early, with the reason
+  2  bad usage, or no robot to drive
+"""
 
 import argparse
 import sys
@@ -18,7 +37,7 @@ from mobile_robot_control.system.texts import printable
 class _Consent(NamedTuple):
     """Whether the robot may move."""
 
-    yes: Annotated[bool, Field('', 'move the robot; without it, only say how it would')] = False
+    yes: Annotated[bool, Field('', 'move the robot')] = False
 
 
 def parser() -> argparse.ArgumentParser:

@@ -1,4 +1,37 @@
-"""The command `experiment`: the four nodes as processes over DDS, recorded, measured and drawn."""
+"""
+The command `experiment`: run the four nodes over DDS, record every topic, measure and draw.
+
+In lockstep a run takes its duration at wall speed; add `-p plant.real_time_factor:=0.0` to run as fast as
+possible. With `config/wall_clock.yaml` the nodes run on the wall clock. The robot starts as in `simulate`.
+
+For example:
+  experiment --duration 16 --params-file config/fuzzy.yaml --output runs/fuzzy
+  experiment --duration 16 --output runs/fast --composed --no-report -p plant.real_time_factor:=0.0
+  experiment --duration 16 --output runs/two --compare config/backstepping.yaml config/fuzzy.yaml
+  experiment --replay runs/fast --output runs/again --composed --no-report -p plant.real_time_factor:=0.0
+
+Files written to DIR, or with --compare to DIR/NAME for each file and a report for all to DIR:
+  bag/             every topic of the namespace, mcap
+  parameters.yaml  all parameters of the run with its start pose, headed by the robot of --robot
+  metrics.json     the metrics, which --json prints instead of a sentence (docs/metrics.md#metricsjson)
+  report.html, report.json, figures/
+                   as of `report`
+  log/             output of each node; the Fast DDS settings of the run; ROS's own log files where it
+                   cannot write them (ROS_LOG_DIR, ROS_HOME, HOME)
+
+With --compare, a file whose NAME would be `..` or that of another file in DIR is refused.
+
+When a node dies, hangs or refuses its parameters, the experiment ends with exit code 1 and its name; when
+the disk is full, with the name of the file. The recording is complete up to there: a run in lockstep waits
+for its recorder, however busy the machine is. The bag is written every half second, so that even after
+`kill -9` it is readable up to there. Another process watches: when ROS 2 hangs in a library, as it may
+without memory, it kills the experiment after --patience, at least 30 s, or 20 s after Ctrl-C or SIGTERM.
+
+A refused experiment, such as one beside another robot on the same topics, leaves DIR as it was. With
+--overwrite the old run lies in DIR/.replaced until the new one has run.
+
+--replay is described in docs/usage.md#repeat-a-run.
+"""
 
 import argparse
 import json
@@ -21,7 +54,7 @@ from mobile_robot_control.system.texts import printable
 class _Output(NamedTuple):
     """How the result is told."""
 
-    json: Annotated[bool, Field('', 'print all metrics as one JSON object')] = False
+    json: Annotated[bool, Field('', 'print the metrics as one JSON object')] = False
 
 
 def parser() -> argparse.ArgumentParser:

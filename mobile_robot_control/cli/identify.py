@@ -1,4 +1,37 @@
-"""The command `identify`: a robot's parameters with intervals, from bags of its commands and its motion."""
+"""
+The command `identify`: find the parameters of a robot, with intervals, in bags of its motion.
+
+Bags of `cmd_vel` and `odom` give the base of a robot that takes velocities (docs/base.md). Bags with efforts
+in `joint_states` give mass, inertia and friction of a robot that takes torques; if such a robot takes
+`cmd_vel`, add `-p plant.drive:=velocity`. The model is the plant's own, driven by the recorded commands. It
+needs the extra `fast`.
+
+Each number has a 95 % interval that allows for correlated residuals. Limits and dead zones are written
+where the recording shows them. A model fitted without the last fifth of each bag predicts it, and the error is
+printed. Numbers that the recording leaves open are named with what to record, and not written.
+
+- `base.dead_time` includes the latency of odometry, unless --same-clock separates them.
+- A pose from outside, `ground_truth` in any frame, gives `odometry.radius_error` and
+  `odometry.separation_error`; without one, `wheel_gain` and `turn_gain` are those that odometry shows.
+- Torques tell `A + B`, `A - B` and friction; mass and inertia follow from these with the given `wheel_inertia`
+  and `com_offset`. A lost effort is unknown: behind it the motion goes on from a velocity of its own. With
+  `wheel_torques`, the torques asked for, efforts also tell gain, lag and delay of the motors.
+
+For example:
+  identify runs/fast/bag --output my_robot.yaml --report runs/identified
+  identify runs/fast/bag --check
+
+Files written:
+  FILE.yaml            the numbers found, for every node and command; its section `identify` has `names`,
+                       `values` and `covariance`, row by row
+  identification.html  with --report: the page, with the values of --compare beside those found
+  identification.json  with --report: the same numbers
+
+Exit codes:
+  0  done
+  1  nothing can be identified, with the reason
+  2  bad usage, or a bag that cannot be read
+"""
 
 import argparse
 import json
@@ -24,11 +57,10 @@ from mobile_robot_control.system.texts import printable
 class _Files(NamedTuple):
     """Where the result goes."""
 
-    output: Annotated[str | None, Field('', 'parameter file to write, such as my_robot.yaml')] = None
+    output: Annotated[str | None, Field('', 'parameter file to write; required without --check')] = None
     report: Annotated[str | None, Field('', 'folder for identification.html and identification.json')] = None
-    compare: Annotated[str | None, Field('', 'parameter file of a robot, or a robot of this package, whose values '
-                                         'stand beside those found')] = None
-    check: Annotated[bool, Field('', 'only name what the bags lack')] = False
+    compare: Annotated[str | None, Field('', 'parameter file or name of a robot to compare with on the page')] = None
+    check: Annotated[bool, Field('', 'only say what the bags lack, and what to record')] = False
 
 
 def parser() -> argparse.ArgumentParser:

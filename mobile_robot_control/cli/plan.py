@@ -1,4 +1,20 @@
-"""The command `plan`: the fastest motion along a path of waypoints, as a table, numbers and a page."""
+r"""
+The command `plan`: plan the fastest motion along a path of waypoints, without driving it.
+
+The limits are the parameters `reference_cart.timing.*`; docs/paths.md describes them and the file.
+
+For example:
+  printf '0,0\n2,0\n2,1\n0,1\n' > shelves.csv
+  plan shelves.csv --output runs/plan -p reference_cart.path.closed:=true \
+    -p reference_cart.timing.max_linear_velocity:=0.5 -p reference_cart.timing.max_wheel_torque:=0.3
+
+Files written to DIR:
+  plan.csv   `time` [s], `x`, `y` [m], `heading` [rad], `v` [m/s], `omega` [rad/s], and `limit`: the limit
+             that is active from this row to the next
+  plan.json  `duration` [s], `length` [m], `points`, `limits`, `active`: the share of the duration in which
+             each limit is active, and `provenance`
+  plan.html  page with the path coloured by its active limit, speeds, and wheel speeds and torques
+"""
 
 import argparse
 import csv
@@ -22,7 +38,7 @@ COLUMNS = ('time', 'x', 'y', 'heading', 'v', 'omega', 'limit')
 class _Files(NamedTuple):
     """Where the plan goes."""
 
-    output: Annotated[str, Field('', 'folder for plan.csv, plan.json and plan.html')]
+    output: Annotated[str, Field('', 'folder for all files')]
 
 
 def parser() -> argparse.ArgumentParser:

@@ -1,4 +1,26 @@
-"""The command `report`: metrics and figures of one run, or of several side by side."""
+"""
+The command `report`: measure and draw one recorded run, or several side by side.
+
+It reads bags of other robots, too: odometry and reference are enough (docs/usage.md#read-a-bag-of-another-robot).
+`--robot`, `--params-file` and `-p` stand in for the parameters of a run that has none beside it. Runs named
+`real` and `simulated` are brought to one time base and compared.
+
+For example:
+  simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
+  simulate --duration 16 --params-file config/backstepping.yaml --output other.csv
+  report run.csv --output out
+  report fuzzy=run.csv backstepping=other.csv --output both --animation
+
+Files written to DIR:
+  report.html  one self-contained page (docs/usage.md#read-a-report)
+  report.json  metrics and problems (docs/metrics.md#reportjson)
+  figures/     the figures as PNG and SVG
+
+Exit codes:
+  0  done
+  1  one of several runs cannot be read, or the report failed
+  2  no run can be read, or bad usage
+"""
 
 import argparse
 import sys

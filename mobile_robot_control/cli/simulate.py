@@ -1,4 +1,19 @@
-"""The command `simulate`: the four nodes' closed loop in one process, without ROS."""
+"""
+The command `simulate`: run the closed loop of the four nodes in one process, without ROS.
+
+It calls the functions of the nodes in their order, and gives their numbers. The robot starts at rest at
+the start of the reference cart, on the curve and facing along it; `plant.initial_pose` moves the start.
+A run has 1 to 1e9 velocity steps.
+
+For example:
+  simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
+  simulate --duration 16 -p plant.max_wheel_torque:=1.0 -p 'plant.initial_pose:=[0.8, -0.1, 0.3]' --json
+
+Files written:
+  FILE.csv              the run, one row per velocity step (docs/metrics.md#the-table-of-a-run)
+  FILE.parameters.yaml  all parameters of the run, headed by the robot of --robot
+  FILE.metrics.json     the metrics, which --json prints instead of a sentence (docs/metrics.md#metricsjson)
+"""
 
 import argparse
 import json
@@ -18,7 +33,7 @@ from mobile_robot_control.system.texts import printable
 class _Output(NamedTuple):
     """How the result is told."""
 
-    json: Annotated[bool, Field('', 'print all metrics as one JSON object')] = False
+    json: Annotated[bool, Field('', 'print the metrics as one JSON object')] = False
 
 
 def parser() -> argparse.ArgumentParser:

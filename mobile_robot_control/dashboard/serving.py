@@ -42,14 +42,15 @@ class DashboardRequest(NamedTuple):
     """The request of the live page."""
 
     sources: ParameterSources
-    attach: Annotated[bool, Field('', 'start no nodes: watch and handle those that run, of a real robot too')] = False
-    namespace: Annotated[str, Field('', 'of the robot'), Reader(read_namespace, 'NS')] = '/'
-    port: Annotated[int, Field('', 'of the page; 0 takes any that is free', minimum=0, maximum=65535)] = 8080
-    host: Annotated[str, Field('', 'address that the page is served on; all but this machine need the token that is '
-                               'printed'), Reader(_read_address, 'ADDRESS')] = _LOCAL
-    lessons: Annotated[str, Field('', 'folder of lessons, in place of those of this package'),
+    attach: Annotated[bool, Field('', 'start no nodes: use running ones, of a real robot too; they go on when the '
+                                  'page ends')] = False
+    namespace: Annotated[str, Field('', 'namespace of the robot'), Reader(read_namespace, 'NS')] = '/'
+    port: Annotated[int, Field('', 'port of the page; 0 takes any free one', minimum=0, maximum=65535)] = 8080
+    host: Annotated[str, Field('', 'address of the page; other than on this machine, a visitor needs the printed '
+                               'token'), Reader(_read_address, 'ADDRESS')] = _LOCAL
+    lessons: Annotated[str, Field('', 'folder of your lessons, in place of the six of this package'),
                        Reader(encodable_path, 'DIR')] = ''
-    check: Annotated[bool, Field('', 'check the lessons, and start nothing')] = False
+    check: Annotated[bool, Field('', 'check the lessons and start nothing')] = False
     output: Annotated[str, Field('', "folder for the nodes' logs, recordings and saved parameters"),
                       Reader(encodable_path, 'DIR')] = 'runs/dashboard'
 

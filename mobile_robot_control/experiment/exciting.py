@@ -21,16 +21,17 @@ class ExcitationRequest(NamedTuple):
     """The request of an excitation."""
 
     sources: ParameterSources
-    box: Annotated[tuple[float, ...], Field('m', 'free floor: its length ahead of the robot and its width; the robot '
-                                            'starts in the middle', above=0.0, length=2)]
-    max_velocity: Annotated[float, Field('m/s', 'largest command; what lies beyond is not identified', above=0.0)] = 0.2
+    box: Annotated[tuple[float, ...], Field('m', 'free floor: length along the robot and width; the robot starts in '
+                                            'the middle', above=0.0, length=2)]
+    max_velocity: Annotated[float, Field(
+        'm/s', 'largest command; only commands beyond the limits of the robot show these', above=0.0)] = 0.2
     max_angular_velocity: Annotated[float, Field('rad/s', 'largest command', above=0.0)] = 1.0
-    duration: Annotated[float, Field('s', 'wall time', minimum=10.0)] = 60.0
-    rate: Annotated[float, Field('Hz', 'of the commands: that at which the robot will be driven', minimum=5.0,
+    duration: Annotated[float, Field('s', 'wall time of the drive', minimum=10.0)] = 60.0
+    rate: Annotated[float, Field('Hz', 'rate of the commands: the rate of your later runs', minimum=5.0,
                                  maximum=200.0)] = 50.0
-    bag: Annotated[str | None, Field('', 'new bag for commands, odometry, joint_states, wheel_torques, ground_truth; '
+    bag: Annotated[str | None, Field('', 'new bag for cmd_vel, odom, joint_states, wheel_torques and ground_truth; '
                                      'without it, record them yourself'), Reader(encodable_path, 'DIR')] = None
-    namespace: Annotated[str, Field('', 'of the robot'), Reader(read_namespace, 'NS')] = '/'
+    namespace: Annotated[str, Field('', 'namespace of the robot'), Reader(read_namespace, 'NS')] = '/'
     topic: Topics = ()
 
 

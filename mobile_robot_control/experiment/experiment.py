@@ -30,19 +30,20 @@ class ExperimentRequest(NamedTuple):
     """The request of an experiment."""
 
     sources: ParameterSources
-    output: Annotated[str, Field('', 'folder for bag, metrics and pictures'), Reader(encodable_path, 'DIR')]
-    duration: Annotated[float | None, Field('s', 'simulated time; needed without --replay', above=0.0)] = None
-    overwrite: Annotated[bool, Field('', 'replace an experiment that the folder already holds')] = False
-    composed: Annotated[bool, Field('', 'all four nodes in one process')] = False
+    output: Annotated[str, Field('', 'folder for all files'), Reader(encodable_path, 'DIR')]
+    duration: Annotated[float | None, Field('s', 'simulated time; required without --replay', above=0.0)] = None
+    overwrite: Annotated[bool, Field('', 'replace an experiment in this folder; other files stay')] = False
+    composed: Annotated[bool, Field('', 'run all four nodes in one process')] = False
     compare: Annotated[tuple[str, ...], Field(
-        '', 'several parameter files, one run after the other on the same curve from the same start, and one report '
-        'over all')] = ()
+        '', 'parameter files to run one after the other, on the same curve from the same start, with one report for '
+        'all')] = ()
     replay: Annotated[str | None, Field(
-        '', 'experiment in lockstep, or its bag: the run is done again with all that changed it, and must be the same '
-        'to the last bit')] = None
-    report: Annotated[bool, Field('', 'write the metrics alone')] = True
-    namespace: Annotated[str, Field('', 'in which the nodes run'), Reader(read_namespace, 'NS')] = '/'
-    patience: Annotated[float, Field('s', 'wall time without progress after which a run is given up', above=0.0)] = 20.0
+        '', 'folder or bag of an experiment in lockstep: repeat it with all its events, and compare to the last bit'
+    )] = None
+    report: Annotated[bool, Field('', 'write the metrics without the report')] = True
+    namespace: Annotated[str, Field('', 'namespace of the nodes'), Reader(read_namespace, 'NS')] = '/'
+    patience: Annotated[float, Field('s', 'wall time without progress before the run is ended; nodes have at '
+                                       'least 30 s to start', above=0.0)] = 20.0
 
 
 class Performed(NamedTuple):

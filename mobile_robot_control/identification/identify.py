@@ -28,12 +28,11 @@ class IdentificationRequest(NamedTuple):
     """The request of an identification."""
 
     sources: ParameterSources
-    bags: Annotated[tuple[str, ...], Field('', 'bags with the commands of a robot and its odometry, or with '
-                                           'joint_states that have efforts'), Reader(fspath, 'BAG')]
-    namespace: Annotated[str, Field('', 'in which the nodes of a bag ran'), Reader(read_namespace, 'NS')] = '/'
+    bags: Annotated[tuple[str, ...], Field('', 'bags of one robot, mcap or sqlite3'), Reader(fspath, 'BAG')]
+    namespace: Annotated[str, Field('', 'namespace of the nodes in the bags'), Reader(read_namespace, 'NS')] = '/'
     topic: Topics = ()
-    same_clock: Annotated[bool, Field('', 'one clock stamped commands and odometry, and recorded both: dead time and '
-                                      'latency are told apart')] = False
+    same_clock: Annotated[bool, Field('', 'one clock stamped and recorded commands and odometry: separate dead time '
+                                      'from latency')] = False
 
 
 class Inputs(NamedTuple):

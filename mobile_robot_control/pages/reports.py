@@ -23,12 +23,12 @@ class ReportRequest(NamedTuple):
     """The request of a report; `sources` are the parameters of runs recorded without any."""
 
     sources: ParameterSources
-    runs: Annotated[tuple[str, ...], Field('', 'a bag, the folder of an experiment, or a CSV of simulate; NAME=RUN '
-                                           'names it in the report'), Reader(str, 'RUN')]
+    runs: Annotated[tuple[str, ...], Field('', 'bag (mcap or sqlite3), folder of an experiment or CSV of simulate; '
+                                           'NAME=RUN names it in the report'), Reader(str, 'RUN')]
     output: Annotated[str, Field('', 'folder for the page and the figures')]
-    namespace: Annotated[str, Field('', 'in which the nodes of a bag ran'), Reader(read_namespace, 'NS')] = '/'
+    namespace: Annotated[str, Field('', 'namespace of the nodes in a bag'), Reader(read_namespace, 'NS')] = '/'
     topic: Topics = ()
-    animation: Annotated[bool, Field('', 'write an animation (GIF) of each run too')] = False
+    animation: Annotated[bool, Field('', 'also write an animation (GIF) of each run')] = False
 
 
 def draw_report(

@@ -35,6 +35,22 @@ def rule(function: RuleFunction) -> RuleFunction:
     Register a rule between the fields of one group; a decorator.
 
     The function takes the group, given by its first annotation, and yields a text for each violation.
+
+    Examples
+    --------
+    >>> from collections.abc import Iterator
+    >>> from typing import Annotated, NamedTuple
+    >>> from mobile_robot_control import Field
+    >>> class Band(NamedTuple):
+    ...     low: Annotated[float, Field('m', 'lower end')] = 0.0
+    ...     high: Annotated[float, Field('m', 'upper end')] = 1.0
+    >>> @rule
+    ... def low_is_below_high(band: Band) -> Iterator[str]:
+    ...     if band.low >= band.high:
+    ...         yield f'low = {band.low} is not below high = {band.high}; make it smaller'
+    >>> rule_violations(Band(low=2.0))
+    ['low = 2.0 is not below high = 1.0; make it smaller']
+
     """
     group = next(hint for name, hint in get_type_hints(function).items() if name != 'return')
     _RULES.setdefault(group, []).append(function)

@@ -48,6 +48,14 @@ def register(record: Any) -> Any:
     PluginError
         If the record is incomplete, another source has its name, or it is neither a law nor a curve.
 
+    Examples
+    --------
+    ``register(Law('pursuit', step, Gains))`` takes a step function and its gains.
+
+    >>> register('pursuit')
+    Traceback (most recent call last):
+    mobile_robot_control.plugins.registry.PluginError: 'pursuit' is neither a law nor a curve; make a record ...
+
     """
     for registry in REGISTRIES.values():
         if isinstance(record, registry.record):

@@ -87,6 +87,13 @@ class Run(_Contents):
     events : tuple of Event
         Changes during the run; only a bag contains them.
 
+    Examples
+    --------
+    >>> from mobile_robot_control import simulate
+    >>> run = simulate(duration=0.1)
+    >>> run.tracking_error.shape, len(run.columns()), run.gaps
+    ((51, 3), 26, {})
+
     """
 
     @cached_property
@@ -188,6 +195,12 @@ class Run(_Contents):
         ------
         ParameterError
             If there is no figure of this name, nothing to draw in it, or too many runs.
+
+        Examples
+        --------
+        >>> from mobile_robot_control import simulate
+        >>> type(simulate(duration=0.1).plot('errors')).__name__
+        'Figure'
 
         """
         # imported late: Matplotlib takes a second

@@ -25,7 +25,8 @@ def _read_topic(value: Any) -> tuple[str, str]:
 
 
 Topics = Annotated[tuple[tuple[str, str], ...], Field(
-    '', 'the name that a topic of the loop has in a bag, such as odom:=/base/odom; again and again'),
+    '', 'name of a loop topic, or of ground_truth, on your robot or in your bags, such as odom:=/base/odom; may be '
+    'repeated'),
     Reader(_read_topic, 'NAME:=TOPIC', again=True)]
 """The option --topic."""
 

@@ -134,6 +134,15 @@ class RunMeter:
 
 def summary(run: MeasuredRun) -> dict[str, Any]:
     """Return the metrics by name, in SI units; non-finite values become None."""
+
+    Examples
+    --------
+    >>> from mobile_robot_control import Configuration, measure
+    >>> found = summary(measure(Configuration(), 0.1))
+    >>> found['outcome'], found['duration']
+    ('completed', 0.1)
+
+    """
     totals = run.totals
     mean = 1.0 / totals.time if totals.time > 0.0 else math.nan
     measured = totals.squared_position if run.measured_squared_position is None else run.measured_squared_position

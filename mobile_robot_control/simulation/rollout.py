@@ -141,6 +141,12 @@ def measure(
     MeasuredRun
         'completed', 'diverged' or 'law_failed'; `summary` gives the metrics by name.
 
+    Examples
+    --------
+    >>> from mobile_robot_control import Configuration
+    >>> measure(Configuration(), 0.1).outcome
+    'completed'
+
     """
     shared = configuration.plant.shared
     meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate,

@@ -52,16 +52,17 @@ def _read_bounds(value: Any) -> tuple[str, tuple[float, float]]:
 class ScenarioRequest(NamedTuple):
     """The scenarios of a search, in every combination; omitted fields are as configured."""
 
-    curves: Annotated[tuple[str, ...], Field('', 'curves', choices=CURVES)] = ()
+    curves: Annotated[tuple[str, ...], Field('', 'curves to drive', choices=CURVES)] = ()
     scales: Annotated[tuple[float, ...], Field('m', 'sizes of the curves', above=0.0)] = ()
-    start: Annotated[tuple[Pose, ...], Field('', "offset of the robot's start from the cart's; again and again, as "
-                                             '--start=-0.2,0,0'), Reader(_read_start, 'DX,DY,DYAW', again=True)] = ()
-    mass: Annotated[tuple[float, ...], Field('', "factors on the robot's mass and inertia, such as 0.8 1.2", above=0.0)
+    start: Annotated[tuple[Pose, ...], Field(
+        '', "offset of the robot's start from the cart's: x, y [m] in the odometry frame, heading [rad], as "
+        '--start=-0.2,0,0; may be repeated'), Reader(_read_start, 'DX,DY,DYAW', again=True)] = ()
+    mass: Annotated[tuple[float, ...], Field('', "factors of the robot's mass and inertia, such as 0.8 1.2", above=0.0)
                     ] = (1.0,)
-    friction: Annotated[tuple[float, ...], Field('', 'factors on its friction', above=0.0)] = (1.0,)
-    delays: Annotated[tuple[int, ...], Field('', 'of the torques, in periods of the velocity loop, such as 1 2 for the '
-                                             'wall clock', minimum=0, maximum=LONGEST_DELAY)] = ()
-    random: Annotated[int, Field('', 'so many more scenarios, drawn', minimum=0, maximum=100_000)] = 0
+    friction: Annotated[tuple[float, ...], Field('', 'factors of its friction', above=0.0)] = (1.0,)
+    delays: Annotated[tuple[int, ...], Field('', 'delays of the torques in velocity periods, such as 1 2 for the wall '
+                                             'clock', minimum=0, maximum=LONGEST_DELAY)] = ()
+    random: Annotated[int, Field('', 'number of random scenarios, beside those listed', minimum=0, maximum=100_000)] = 0
     variation: Annotated[float, Field('', 'largest relative change of mass and of friction in random scenarios',
                                       minimum=0.0, below=1.0)] = 0.2
     within: Annotated[float, Field('m', "largest distance of a random start from the cart's", above=0.0)] = 1.0
@@ -73,27 +74,28 @@ class SearchRequest(NamedTuple):
 
     sources: ParameterSources
     controller: Annotated[str, Field(
-        '', "what to search: a position law's gains, and the velocity gains with them, which 'fuzzy' keeps; or "
-        "'velocity', which keeps the position law's", choices=search_space.SEARCHES)]
-    seed: Annotated[int, Field('', 'of all random numbers', minimum=0, maximum=LARGEST_SEED)]
-    algorithm: Annotated[str, Field('', 'algorithm', choices=tuple(ALGORITHMS))] = 'genetic'
-    population: Annotated[int | None, Field('', "individuals; the chapter's 51 or 101, if left out", minimum=5,
-                                            maximum=100_000)] = None
-    generations: Annotated[int, Field('', 'generations', minimum=1, maximum=10**9)] = 150
-    time_limit: Annotated[float | None, Field('s', 'begin no generation after this wall time', above=0.0)] = None
+        '', "gains to search: those of a position law and of the velocity law ('fuzzy' keeps the latter), or with "
+        "'velocity' those of the velocity law alone", choices=search_space.SEARCHES)]
+    seed: Annotated[int, Field('', 'seed of all random numbers', minimum=0, maximum=LARGEST_SEED)]
+    algorithm: Annotated[str, Field('', 'search algorithm', choices=tuple(ALGORITHMS))] = 'genetic'
+    population: Annotated[int | None, Field('', "individuals per generation; by default the chapter's 51 or 101",
+                                            minimum=5, maximum=100_000)] = None
+    generations: Annotated[int, Field('', 'number of generations', minimum=1, maximum=10**9)] = 150
+    time_limit: Annotated[float | None, Field('s', 'wall time after which no generation begins', above=0.0)] = None
     bounds: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
-        '', 'of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; again and again'),
+        '', 'bounds of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; may be repeated'),
         Reader(_read_bounds, 'NAME=LOW:HIGH', again=True)] = ()
-    keep: Annotated[tuple[str, ...], Field('', 'gains that the search leaves alone, such as k1 or fuzzy.b')] = ()
-    with_velocity: Annotated[bool, Field('', "search the velocity gains along with a law that keeps them, such as "
+    keep: Annotated[tuple[str, ...], Field('', 'gains to leave alone: k1, fuzzy.b[1] or the array fuzzy.b')] = ()
+    with_velocity: Annotated[bool, Field('', "search the velocity gains, too, for a law that keeps them, such as "
                                          "'fuzzy'")] = False
-    combine: Annotated[str, Field('', 'of the objective over the scenarios', choices=tuple(COMBINATIONS))] = 'mean'
-    literal_torque: Annotated[bool, Field('', 'take max(tau) in Eq. (29) as printed, not max|tau|')] = False
+    combine: Annotated[str, Field('', 'how the objectives of the scenarios are combined',
+                                     choices=tuple(COMBINATIONS))] = 'mean'
+    literal_torque: Annotated[bool, Field('', 'use max(tau) in Eq. (29) as printed, instead of max|tau|')] = False
     smooth: Annotated[float | None, Field(
-        '', 'add so many times the total variation per second of the torques [N m/s] to Eq. (29), or of the speeds '
-        f'that the command asks for [m/s²] where the base is driven by velocity; {DEFAULT_SMOOTH["torque"]:g} and '
-        f'{DEFAULT_SMOOTH["velocity"]:g} if left out', minimum=0.0)] = None
-    laps: Annotated[float, Field('', 'length of each rollout', above=0.0)] = 1.0
+        '', 'weight of the total variation per second in the objective: of the torques of both wheels [N m/s]; on a '
+        'base that takes velocities, of the commanded rim speeds of the wheels [m/s²]; by default '
+        f'{DEFAULT_SMOOTH["torque"]:g} and {DEFAULT_SMOOTH["velocity"]:g}', minimum=0.0)] = None
+    laps: Annotated[float, Field('', 'laps per rollout', above=0.0)] = 1.0
     scenarios: Annotated[ScenarioRequest, INLINE] = ScenarioRequest()
     where: Annotated[Workers, INLINE] = Workers()
 

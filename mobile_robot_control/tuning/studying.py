@@ -75,33 +75,37 @@ class StudyRequest(NamedTuple):
     """The request of a study."""
 
     sources: ParameterSources
-    runs: Annotated[int, Field('', 'random runs of each controller', minimum=1, maximum=10**6)]
-    seed: Annotated[int, Field('', 'of all random numbers', minimum=0, maximum=LARGEST_SEED)]
-    compare: Annotated[tuple[Compared, ...], Field('', 'one controller each, on top of the other parameters'),
-                       Reader(_read_compared, 'FILE.yaml')] = ()
-    laps: Annotated[float, Field('', 'length of each run; success is judged over its last quarter', above=0.0)] = 2.0
+    runs: Annotated[int, Field('', 'random runs per controller', minimum=1, maximum=10**6)]
+    seed: Annotated[int, Field('', 'seed of all random numbers', minimum=0, maximum=LARGEST_SEED)]
+    compare: Annotated[
+        tuple[Compared, ...], Field('', 'parameter files, one per controller, on top of the other parameters'),
+        Reader(_read_compared, 'FILE.yaml')] = ()
+    laps: Annotated[float, Field('', 'laps per run; the last quarter decides on success', above=0.0)] = 2.0
     curves: Annotated[
-        tuple[str, ...], Field('', 'curves to draw from; a configured path takes their place', choices=CURVES)
+        tuple[str, ...], Field('', 'curves to draw from; a configured path replaces them', choices=CURVES)
     ] = ('trifolium', 'lemniscate')
     scales: Annotated[tuple[float, ...], Field('m', 'sizes to draw from', above=0.0)] = (0.5, 1.0)
-    within: Annotated[float, Field('m', "largest distance of the start from the cart's", above=0.0)] = 1.0
-    variation: Annotated[float | None, Field('', 'largest relative change of mass and of friction; 0.2, or 0 with '
-                                             'robot_uncertainty, if left out', minimum=0.0, below=1.0)] = None
-    robot_uncertainty: Annotated[str | None, Field('', 'parameter file of identify: robots are drawn from its '
-                                                   'covariance; read as --robot, too, unless that is given'),
+    within: Annotated[float, Field('m', "largest distance of the start from the cart's; the heading is random",
+                                     above=0.0)] = 1.0
+    variation: Annotated[float | None, Field('', 'largest relative change of mass (with the inertia) and of friction; '
+                                             'by default 0.2, or 0 with robot_uncertainty', minimum=0.0,
+                                             below=1.0)] = None
+    robot_uncertainty: Annotated[str | None, Field('', 'parameter file of identify: each run draws a robot from '
+                                                   'its covariance, the same for all controllers; also serves as '
+                                                   '--robot where none is named'),
                                  Reader(fspath, 'FILE.yaml')] = None
-    noise_pose: Annotated[tuple[float, ...], Field('', 'instead of noise.pose: x, y [m] and heading [rad]', minimum=0.0,
+    noise_pose: Annotated[tuple[float, ...], Field('', 'replaces noise.pose: x, y [m] and heading [rad]', minimum=0.0,
                                                    length=3)] = ()
-    noise_velocity: Annotated[float | None, Field('rad/s', 'instead of noise.velocity', minimum=0.0)] = None
+    noise_velocity: Annotated[float | None, Field('rad/s', 'replaces noise.velocity', minimum=0.0)] = None
     longest_delay: Annotated[int | None, Field(
-        '', 'delays of 0 to so many periods of the velocity loop, instead of delay.velocity_steps', minimum=0,
+        '', 'largest delay, drawn from 0 on, in velocity periods; replaces delay.velocity_steps', minimum=0,
         maximum=LONGEST_DELAY)] = None
     metric: Annotated[tuple[str, ...], Field(
-        '', 'by which controllers are compared; the first one decides which is the best', choices=METRICS)] = COMPARED
-    success_within: Annotated[float, Field('m', 'a run succeeds that stays nearer to the reference over its last '
-                                           'quarter', above=0.0)] = WITHIN
-    settled_within: Annotated[float, Field('m', 'an error has settled that stays smaller: of settling_time and '
-                                           'share_within_band', above=0.0)] = BAND
+        '', 'metrics to compare controllers by; their intervals hold together, and the first one decides which is best',
+        choices=METRICS)] = COMPARED
+    success_within: Annotated[float, Field('m', 'largest distance from the reference over the last quarter of a '
+                                           'successful run', above=0.0)] = WITHIN
+    settled_within: Annotated[float, Field('m', 'error band of settling_time and share_within_band', above=0.0)] = BAND
     where: Annotated[Workers, INLINE] = Workers()
 
     @property

@@ -13,9 +13,9 @@ from mobile_robot_control.tuning.cluster import Cluster
 class Workers(NamedTuple):
     """The place of the rollouts."""
 
-    workers: Annotated[int | None, Field('', 'cores of this machine; all, if left out', minimum=1, maximum=1000)] = None
-    scheduler: Annotated[str | None, Field('', "address of a Dask cluster, such as tcp://host:8786 (extra 'cluster')")
-                         ] = None
+    workers: Annotated[int | None, Field('', 'cores to use; by default all', minimum=1, maximum=1000)] = None
+    scheduler: Annotated[
+        str | None, Field('', "Dask cluster to use, such as tcp://host:8786; needs the extra 'cluster'")] = None
 
 
 class TrialRunner(Protocol):

@@ -78,7 +78,8 @@ def shortened(page, text, command):
     """The command with the options that make it short; each of them stands in the page."""
     word = first_word(command)
     options = SHORTER.get((page, word), SHORTER.get(word, ''))
-    wanted = [option for option in re.split(r' (?=-)', options) if option and option not in command]
+    wanted = [option for option in re.split(r' (?=-)', options)
+              if option and not re.search(rf'{re.escape(option)}(?!\S)', command)]
     for option in wanted:
         assert option in text, f'{page}: {option} shortens {word} in the tests, and the page does not name it'
     start, background, _ = command.partition(' &')

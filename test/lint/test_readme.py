@@ -9,8 +9,8 @@ ACTIVATE = '. .venv/bin/activate'
 COMMANDS = ('simulate ', 'experiment ', 'report ', 'tune ', 'study ', 'dashboard ', 'plant ', 'velocity_controller ')
 
 
-def test_it_has_at_most_150_lines():
-    assert len(README.splitlines()) <= 150
+def test_it_has_at_most_120_lines():
+    assert len(README.splitlines()) <= 120
 
 
 def test_the_pictures_exist():

@@ -85,7 +85,7 @@ def test_keywords_are_refused_all_at_once():
     assert [violation.partition(' is ')[0] for violation in raised.value.violations] == [
         "unknown option 'lap'; did you mean 'laps'?", "controller = 'fuzy'", 'seed = -1', "laps = '2'",
         'start = (0.0, 1.0): write DX,DY,DYAW, such as --start=-0.2,0,0, or three numbers', 'variation = 1.0']
-    with pytest.raises(ParameterError, match='runs is missing; it is needed: random runs of each controller'):
+    with pytest.raises(ParameterError, match='runs is missing; it is needed: random runs per controller'):
         make_request(StudyRequest, {'seed': 1})
 
 
