@@ -133,7 +133,8 @@ class RunMeter:
 
 
 def summary(run: MeasuredRun) -> dict[str, Any]:
-    """Return the metrics by name, in SI units; non-finite values become None."""
+    """
+    Return the metrics by name, in SI units; non-finite values become None.
 
     Examples
     --------
