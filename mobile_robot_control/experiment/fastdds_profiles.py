@@ -5,9 +5,9 @@ from pathlib import Path
 
 PROFILES_VARIABLE = 'FASTDDS_DEFAULT_PROFILES_FILE'
 # Processes that start together miss each other's first announcements, and by default the next come 3 s later: here each
-# announces itself for 4 s. By default a reliable listener learns every 3 s what it lacks, by when the publisher may have
-# ended. Shared memory is off: its ports are numbered across all ROS domains of a machine, and where nodes are killed and
-# others start, a pair of nodes now and then does not discover each other. UDP is as fast on one machine.
+# announces itself for 4 s. By default a reliable listener learns every 3 s of the messages that it lacks, when their
+# publisher may have ended. Shared memory is off: its ports are numbered across all ROS domains of a machine, and where
+# nodes are killed while others start, two nodes now and then do not discover each other. UDP is as fast on one machine.
 _PROFILES = """<?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com">
   <transport_descriptors>
