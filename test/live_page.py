@@ -30,10 +30,16 @@ class LivePage:
     def __init__(self, folder, *arguments, environment=()):
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
-        self._errors = (folder / 'stderr.txt').open('wb')
-        self.process = subprocess.Popen(
-            [sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--port', '0', '--output', str(folder),
-             *arguments], stdout=subprocess.PIPE, stderr=self._errors, text=True, env=os.environ | dict(environment))
+        self._command = [sys.executable, '-m', 'mobile_robot_control.cli.dashboard', '--port', '0', '--output',
+                         str(folder), *arguments]
+        self._environment = os.environ | dict(environment)
+        self.start()
+
+    def start(self):
+        """Start it, also after it was closed."""
+        self._errors = (self.folder / 'stderr.txt').open('wb')
+        self.process = subprocess.Popen(self._command, stdout=subprocess.PIPE, stderr=self._errors, text=True,
+                                        env=self._environment)
         line = self.process.stdout.readline()
         assert line.startswith('dashboard: http://'), (line, self.process.wait(60))
         self.address = line.split()[1]

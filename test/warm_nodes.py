@@ -1,4 +1,8 @@
-"""Nodes forked from a process that has imported them: a node starts without the time that its imports take."""
+"""
+Nodes forked from a process that has imported them: a node starts without the time of its imports.
+
+Where an environment variable differs that imports may read, such as PYTHONPATH, nodes are processes of their own.
+"""
 
 import multiprocessing
 import os
@@ -12,6 +16,15 @@ _FORKS = multiprocessing.get_context('forkserver')
 _FORKS.set_forkserver_preload(['mobile_robot_control.ros.spin', *(
     f'mobile_robot_control.ros.nodes.{name}'
     for name in ('plant', 'velocity_controller', 'position_controller', 'reference_cart'))])
+
+_AT_THE_START = dict(os.environ)
+_READ_LATER = ('ROS_', 'FASTDDS_', 'PYTEST_')
+"""Beginnings of variables that a node reads when it starts, not when it is imported."""
+
+
+def _is_as_imported(environment):
+    changed = dict(environment.items() ^ _AT_THE_START.items())
+    return all(name.startswith(_READ_LATER) for name in changed)
 
 
 def _run(names, arguments, log, environment, reading):
@@ -61,5 +74,9 @@ class WarmNode(NodeProcess):
     """One or several nodes in a process of their own, forked."""
 
     def __init__(self, names, arguments, log):
-        self.name, self._log = ', '.join(names), log
-        self._process = _Forked((names, arguments, log, os.environ | plugin_environment()))
+        environment = os.environ | plugin_environment()
+        if _is_as_imported(environment):
+            self.name, self._log = ', '.join(names), log
+            self._process = _Forked((names, arguments, log, environment))
+        else:
+            super().__init__(names, arguments, log)

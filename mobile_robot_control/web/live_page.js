@@ -156,6 +156,31 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   mrc.live.on('state', (state) => {
     refused = state.refused;
     recordings = state.recordings;
+    showNodes(state);
+    const failed = state.nodes.filter(({text}) => text.startsWith('law failed')).map(({text}) => text);
+    const now = [...failed, ...Object.values(state.ended), state.failure].filter(Boolean).join('\n');
+    if (now || lasting) notice(now);
+    lasting = now;
+    $('name').textContent = state.name ? `${state.name} · ` : '';
+    document.title = `${state.name ? `${state.name} · ` : ''}mobile_robot_control`;
+    $('read-law').hidden = !state.changed_laws.length;
+    $('read-law').textContent = `Read ${state.changed_laws.join(', ')} again`;
+    const list = $('changes').querySelector('ol');
+    list.textContent = '';
+    for (const {stamp, text} of state.events) {
+      list.append(mrc.element('li', '', `${stamp < 1e9 ? `t = ${stamp.toFixed(3)} s: ` : ''}${text}`));
+    }
+    showRecording();
+    showRun();
+  });
+
+  // Anew only where something has changed: a button that is replaced loses its focus.
+  let shownNodes = '';
+  function showNodes(state) {
+    const shown = JSON.stringify([state.nodes, state.ended, state.unreadable]);
+    if (shown === shownNodes) return;
+    shownNodes = shown;
+    const focused = document.activeElement?.closest('#nodes [data-role]')?.getAttribute('data-role');
     $('nodes').textContent = '';
     for (const {name, role, text, good, reasons} of state.nodes) {
       const row = mrc.element('div', 'node');
@@ -174,22 +199,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       $('nodes').append(mrc.element('div', 'soft', `not readable for this page, ${count}: ${reason}`));
     }
     if (!state.nodes.length) $('nodes').append(mrc.element('p', 'soft', 'no node publishes yet'));
-    const failed = state.nodes.filter(({text}) => text.startsWith('law failed')).map(({text}) => text);
-    const now = [...failed, ...Object.values(state.ended), state.failure].filter(Boolean).join('\n');
-    if (now || lasting) notice(now);
-    lasting = now;
-    $('name').textContent = state.name ? `${state.name} · ` : '';
-    document.title = `${state.name ? `${state.name} · ` : ''}mobile_robot_control`;
-    $('read-law').hidden = !state.changed_laws.length;
-    $('read-law').textContent = `Read ${state.changed_laws.join(', ')} again`;
-    const list = $('changes').querySelector('ol');
-    list.textContent = '';
-    for (const {stamp, text} of state.events) {
-      list.append(mrc.element('li', '', `${stamp < 1e9 ? `t = ${stamp.toFixed(3)} s: ` : ''}${text}`));
-    }
-    showRecording();
-    showRun();
-  });
+    if (focused) $('nodes').querySelector(`[data-role="${focused}"] button`)?.focus();
+  }
 
   function showRecording() {
     const newest = recordings.at(-1)?.state;

@@ -93,7 +93,10 @@ def test_a_node_that_was_killed_is_started_again(page, live):
     os.kill(number, signal.SIGKILL)
     page.wait(lambda: 'was killed by SIGKILL' in page.text('notice'))
     held = page.number('time')
-    page.click(page.find('#nodes [data-role="reference_cart"] button'))
+    page.wait(lambda: page.driver.execute_script(
+        'const button = document.querySelector(`#nodes [data-role="reference_cart"] button`); '
+        'if (button) button.focus(); return Boolean(button)'))
+    page.keys_here(Keys.ENTER)
     page.wait(lambda: (page.number('time') or 0) > held + 0.2 and not page.find('#notice').is_displayed())
 
 
