@@ -92,6 +92,11 @@ class Benchmark:
         candidates = max(self.budgets, default=0) // POPULATION * POPULATION
         return len(self.cells) * (candidates * self.request.scenarios + 2 * self.request.runs * max(1, len(self.budgets)))
 
+    def held(self, folder: Path) -> Done:
+        """Return the cells that a folder holds, with their results."""
+        files = [(cell, cell.file(folder)) for cell in self.cells]
+        return [(cell, json.loads(file.read_text(encoding='utf-8'))) for cell, file in files if file.exists()]
+
     def run(
         self, run: TrialRunner, folder: Path, progress: Callable[[int], object], stopped: Callable[[], bool]
     ) -> Done:
@@ -104,7 +109,6 @@ class Benchmark:
             All cells, or those that were done before it was stopped, with their results.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        found: Done = []
         a_cell = self.rollouts // len(self.cells)
         for cell in self.cells:
             file, counted = cell.file(folder), 0
@@ -124,8 +128,7 @@ class Benchmark:
                 file.with_suffix('.journal').unlink(missing_ok=True)
             # the bar ends where all cells do, whatever one has left out
             progress(a_cell - counted)
-            found.append((cell, json.loads(file.read_text(encoding='utf-8'))))
-        return found
+        return self.held(folder)
 
 
 def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:

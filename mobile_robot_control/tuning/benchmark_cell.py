@@ -164,6 +164,7 @@ def _searched(
     progress: Callable[[int], object], stopped: Callable[[], bool],
 ) -> tuple[Gains, float, str] | None:
     """Return gains, their score, and why there are none; None where the search was stopped."""
+    before = max((one for one in cell.budgets if one < budget), default=0) // POPULATION
     goal = Goal(cell.law, genes, tuple(cell.drawn('training', configuration, cell.training)),
                 cell.track.parameters.laps, smooth=DEFAULT_SMOOTH[drive_of(configuration)])
     settings = SearchSettings('differential_evolution', len(genes), POPULATION, max(1, budget // POPULATION),
@@ -171,8 +172,10 @@ def _searched(
     objective = Objective(configuration, goal, run)
     journal = Journal(file.with_suffix('.journal'), {'cell': file.name}, True)
 
-    def generation(_: Generation) -> None:
-        progress(POPULATION * cell.training)
+    def generation(one: Generation) -> None:
+        # those of a smaller budget have been counted
+        if one.number > before:
+            progress(POPULATION * cell.training)
 
     try:
         found = run_search(settings, objective, journal, generation, stopped)
@@ -193,11 +196,12 @@ def with_gains(configuration: Configuration, gains: Gains) -> Configuration:
 
 
 def _named(genes: Any, gains: Gains, law: str) -> dict[str, Any]:
-    """Return the gains that were searched, by node and name; those of the law where there is nothing to search."""
+    """Return the gains that were searched, by node and name; those of the law alone where nothing can be."""
     if genes:
         return {f'{node}.{name}': value for node, values in search_gains.parameters(genes, gains).items()
                 for name, value in values.items() if name != 'controller_type'}
-    return {f'{law}.{name}': value for name, value in flatten(declared_gains(gains.control)[1]).items()}
+    return {f'position_controller.{law}.{name}': value
+            for name, value in flatten(declared_gains(gains.control)[1]).items()}
 
 
 def judging_trials(cell: Cell, configuration: Configuration) -> list[Trial]:
@@ -288,3 +292,9 @@ def step_time(configuration: Configuration) -> float | None:
     except Exception:  # noqa: BLE001 (a law can raise anything, and its reason is told by its runs)
         return None
     return best
+
+
+def gains_of(cell: Cell, result: Mapping[str, Any]) -> Gains:
+    """Return the gains of a result, exactly as they were judged."""
+    return search_gains.configured_gains(cell.track.sources(cell.more).with_values({
+        'position_controller.controller_type': cell.law, **result['gains']}).configuration())

@@ -29,7 +29,7 @@ from mobile_robot_control.tuning.search import Generation
 
 DOCS = Path(__file__).parents[2] / 'docs'
 PAGES = {path.stem: path.read_text(encoding='utf-8') for path in (DOCS / 'nodes').glob('*.md')}
-COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study', 'plan', 'excite', 'identify', 'dashboard')
+COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study', 'benchmark', 'plan', 'excite', 'identify', 'dashboard')
 
 
 def _page(name):
