@@ -102,7 +102,7 @@ def _multiple(law: str, drawn: Mapping[str, Sequence[float]], largest: float) ->
         f'<svg width="{_WIDTH:g}" height="100" viewBox="0 0 {_WIDTH:g} 100" role="img" '
         f'aria-label="position error of {escape(law)}, at the end {three_digits(1e3 * final)} mm">'
         f'<line class="axis" x1="0" y1="82" x2="{_WIDTH:g}" y2="82"/><polyline {_LINE} points="{error}"/>'
-        f'<text x="0" y="9">{three_digits(1e3 * largest)} mm</text>'
+        f'<text x="{_WIDTH:g}" y="9" text-anchor="end">{three_digits(1e3 * largest)} mm</text>'
         f'<text x="0" y="95">0 s</text><text x="{_WIDTH:g}" y="95" text-anchor="end">{span:.3g} s</text></svg></figure>')
 
 

@@ -125,7 +125,8 @@ class Benchmark:
                 if done is None:
                     break
                 write_atomically(file, json.dumps(done))
-                file.with_suffix('.journal').unlink(missing_ok=True)
+            # also of a cell after whose last line the program was killed
+            file.with_suffix('.journal').unlink(missing_ok=True)
             # the bar ends where all cells do, whatever one has left out
             progress(a_cell - counted)
         return self.held(folder)
@@ -177,7 +178,7 @@ def _numbers(
 ) -> dict[str, Any]:
     """Return the numbers of a row: success over all scenarios, the rest over those that all compared laws master."""
     successes = sum(run.success for run in runs)
-    own = shared if successes >= 0.5 * len(runs) else []
+    own = shared if runs and successes >= 0.5 * len(runs) else []
 
     def at(name: str, fraction: float = 0.5) -> float | None:
         return quantile([runs[n].metrics[name] for n in own], fraction)
@@ -190,7 +191,7 @@ def _numbers(
         'torque_variation': at('torque_variation'), 'command_variation': at('command_variation'),
         'fed_successes': sum(run.success for run in fed),
         'fed_rms': quantile([fed[n].metrics[RANKED] for n in fed_shared], 0.5)
-        if 2 * sum(run.success for run in fed) >= len(fed) else None,
+        if fed and 2 * sum(run.success for run in fed) >= len(fed) else None,
     }
 
 

@@ -258,7 +258,7 @@ def _why(cell: Cell, configuration: Configuration) -> str:
 
 
 def _picture(cell: Cell, configuration: Configuration) -> dict[str, list[float]]:
-    """Return path, reference and error of the first unseen scenario, thinned out, to a tenth of a millimetre."""
+    """Return path, reference and error of the first unseen scenario, thinned out, to a micrometre."""
     trial = judging_trials(cell._replace(runs=1), configuration)[0]
     every = max(1, trial.steps // trial.ratio // _DRAWN) * trial.ratio
     rows = []
@@ -272,7 +272,7 @@ def _picture(cell: Cell, configuration: Configuration) -> dict[str, list[float]]
     except LawFailedError:
         pass
     names = ('time', 'x', 'y', 'reference_x', 'reference_y', 'error')
-    return {name: [round(value, 4) for value in column]
+    return {name: [round(value, 6) for value in column]
             for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
