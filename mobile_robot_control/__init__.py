@@ -52,7 +52,8 @@ __version__ = '0.1.0'
 _HOMES = {
     # what the commands do, as arrays
     'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
-    'benchmark': 'api.benchmarking', 'Benchmarked': 'api.benchmarking', 'plan': 'api.planning', 'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
+    'benchmark': 'api.benchmarking', 'Benchmarked': 'api.benchmarking',
+    'plan': 'api.planning', 'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
     'Plan': 'analysis.planning', 'identify': 'api.identifying', 'Identification': 'identification.result',
     # a run, sample by sample
     'configure': 'configuration.configure', 'Configuration': 'configuration.nodes',

@@ -34,7 +34,8 @@ class BenchmarkFiles(NamedTuple):
 
     output: Annotated[str, Field('', 'folder for benchmark.html, benchmark.json, benchmark.csv, and for what is done '
                                  'of them (cells)')]
-    resume: Annotated[bool, Field('', 'go on with what the folder holds; laws, tracks and seeds may be added')] = False
+    resume: Annotated[bool, Field('', 'go on with what the folder holds; laws, tracks and seeds may be '
+                      'added')] = False
     overwrite: Annotated[bool, Field('', 'replace a benchmark that the folder already holds')] = False
     verify: Annotated[bool, Field('', 'repeat 12 drawn runs of the benchmark in the folder, with the same options, by '
                                   'four nodes in lockstep; exit code 1 where one differs by more than 1e-9')] = False
@@ -46,7 +47,8 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
     cells = folder / CELLS
     held = [*cells.glob('*.json'), *cells.glob('*.journal')]
     if held and not (files.resume or files.overwrite):
-        raise ParameterError([f'{folder}: holds a benchmark already; --resume goes on with it, --overwrite begins anew'])
+        raise ParameterError([f'{folder}: holds a benchmark already; --resume goes on with it, --overwrite begins '
+                              'anew'])
     if files.overwrite:
         for file in held:
             file.unlink()

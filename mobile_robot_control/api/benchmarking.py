@@ -130,8 +130,8 @@ def benchmark(
              'budgets': budgets or None, 'seeds': seeds or None, 'tune': tune, 'workers': workers, **options}
     sources = parameter_sources(files, None, parameters)
     chosen = Benchmark(make_request(BenchmarkRequest, {'sources': sources, **asked}))
-    with runner(chosen.request.where) as run, tqdm(
-            total=chosen.rollouts, disable=not progress, unit='rollout') as bar, tempfile.TemporaryDirectory() as folder:
+    with (runner(chosen.request.where) as run, tempfile.TemporaryDirectory() as folder,
+          tqdm(total=chosen.rollouts, disable=not progress, unit='rollout') as bar):
         done = chosen.run(run, Path(folder), bar.update, lambda: False)
     made = provenance(call_text('benchmark', *files, parameters=parameters, **asked), None)
     return Benchmarked(benchmark_values(chosen, done), made, chosen, done)

@@ -2,11 +2,10 @@
 
 import json
 import math
+import random
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
-
-import numpy as np
 
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.experiment.folders import experiment_folders
@@ -46,9 +45,10 @@ class DrawnRun(NamedTuple):
 
 def drawn_runs(benchmark: Benchmark, done: Done, count: int) -> Iterator[DrawnRun]:
     """Yield runs of a benchmark, drawn by its first seed among those that were complete."""
-    rng = np.random.default_rng(benchmark.seeds[0])
+    rng = random.Random(benchmark.seeds[0])  # noqa: S311 (a draw that can be repeated)
     known = [(cell, found['results'][-1]) for cell, found in done if not found['results'][-1]['reason']]
-    for place in rng.permutation(len(known) * benchmark.request.runs).tolist():
+    places = range(len(known) * benchmark.request.runs)
+    for place in rng.sample(places, len(places)):
         cell, result = known[place // benchmark.request.runs]
         number = place % benchmark.request.runs
         rms = result['rms_position_error'][number]
@@ -107,7 +107,8 @@ def difference(run: DrawnRun, folder: Path, stop: Stop) -> str:
 
 def verify(benchmark: Benchmark, done: Done, folder: Path, count: int, stop: Stop) -> list[str]:
     """Repeat drawn runs; return those that differ, in words, and write all into `verified.json`."""
-    told, differing = [], []
+    told: list[dict[str, str]] = []
+    differing: list[str] = []
     for n, run in enumerate(drawn_runs(benchmark, done, count), 1):
         found = difference(run, folder / 'verified' / f'run_{n}', stop)
         if stop.requested:

@@ -18,8 +18,8 @@ Pictures = Mapping[str, Mapping[str, Mapping[str, Sequence[float]] | None]]
 _SIDE, _WIDTH, _HEIGHT = 120.0, 200.0, 70.0
 _LINE, _REFERENCE = 'class="line"', 'class="reference"'
 _STYLE = """
-table.sortable th button{font:inherit;color:inherit;background:none;border:0;padding:0;cursor:pointer;text-align:inherit;
-text-decoration:underline dotted;min-height:1.5rem}
+table.sortable th button{font:inherit;color:inherit;background:none;border:0;padding:0;cursor:pointer;
+text-align:inherit;text-decoration:underline dotted;min-height:1.5rem}
 th[aria-sort=ascending] button::after{content:' ▲'}th[aria-sort=descending] button::after{content:' ▼'}
 .multiples{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,21.5rem),1fr));gap:.75rem}
 .multiples figure{border:1px solid var(--faint);border-radius:4px;padding:.4rem}
@@ -103,7 +103,8 @@ def _multiple(law: str, drawn: Mapping[str, Sequence[float]], largest: float) ->
         f'aria-label="position error of {escape(law)}, at the end {three_digits(1e3 * final)} mm">'
         f'<line class="axis" x1="0" y1="82" x2="{_WIDTH:g}" y2="82"/><polyline {_LINE} points="{error}"/>'
         f'<text x="{_WIDTH:g}" y="9" text-anchor="end">{three_digits(1e3 * largest)} mm</text>'
-        f'<text x="0" y="95">0 s</text><text x="{_WIDTH:g}" y="95" text-anchor="end">{span:.3g} s</text></svg></figure>')
+        f'<text x="0" y="95">0 s</text><text x="{_WIDTH:g}" y="95" text-anchor="end">{span:.3g} s</text></svg>'
+        '</figure>')
 
 
 def _pictures(values: Mapping[str, Any], pictures: Pictures) -> Iterator[str]:
@@ -180,8 +181,8 @@ def _parts(values: Mapping[str, Any], pictures: Pictures, made: Mapping[str, Any
                        'said; without feedforward, but in its column.</p>',
                        _table(_HEAD, [_row(values, row, several) for row in values['results']]))
     yield page.section('pictures', 'Paths and errors', '<p class="soft">The first scenario that judges: the path (blue) '
-                       'on that of the cart (grey), and the position error. The scale of the error is that of the '
-                       'second half of the run.</p>', *_pictures(values, pictures))
+                       'on that of the cart (grey), and the position error, on the scale of the second half of the '
+                       'run.</p>', *_pictures(values, pictures))
     if failures:
         yield page.section('failures', 'Where each law fails', _table(['law', 'track', 'seed', 'budget', 'failed'],
                                                                       failures))

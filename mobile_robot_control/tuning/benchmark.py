@@ -90,7 +90,8 @@ class Benchmark:
     def rollouts(self) -> int:
         """How many rollouts a whole benchmark has."""
         candidates = max(self.budgets, default=0) // POPULATION * POPULATION
-        return len(self.cells) * (candidates * self.request.scenarios + 2 * self.request.runs * max(1, len(self.budgets)))
+        judged = 2 * self.request.runs * max(1, len(self.budgets))
+        return len(self.cells) * (candidates * self.request.scenarios + judged)
 
     def held(self, folder: Path) -> Done:
         """Return the cells that a folder holds, with their results."""
@@ -135,9 +136,10 @@ class Benchmark:
 def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     """Return the content of `benchmark.json`, of all cells."""
     content = {name: track.content(benchmark.request.sources) for name, track in benchmark.tracks.items()}
+    # a reason may name a file
     runs = [[cell.law, cell.track.name, cell.seed, *(
-        [{name: value for name, value in result.items() if name not in ('score', 'reason')} for result in found['results']])]
-        for cell, found in done]
+        {name: value for name, value in result.items() if name not in ('score', 'reason')}
+        for result in found['results'])] for cell, found in done]
     hashed = {'tracks': content, 'seeds': benchmark.seeds, 'budgets': benchmark.budgets,
               'scenarios': benchmark.request.scenarios, 'runs': runs}
     return {

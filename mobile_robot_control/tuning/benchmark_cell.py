@@ -3,7 +3,7 @@
 import json
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -213,7 +213,7 @@ def judging_trials(cell: Cell, configuration: Configuration) -> list[Trial]:
 
 
 def _judged(cell: Cell, gains: Gains, run: TrialRunner) -> dict[str, Any]:
-    """Run the unseen scenarios without and with feedforward; return success, outcome and metrics of each, as columns."""
+    """Run the unseen scenarios without and with feedforward; return what each has shown, as columns."""
     columns: dict[str, Any] = {}
     for fed in (False, True):
         loop = with_gains(cell.configuration(fed), gains)
@@ -289,7 +289,7 @@ def step_time(configuration: Configuration) -> float | None:
             for _ in range(_STEPS):
                 state, _ = law.step(state, observation, gains, 1.0 / shared.position_rate)
             best = min(best, (time.perf_counter() - begun) / _STEPS)
-    except Exception:  # noqa: BLE001 (a law can raise anything, and its reason is told by its runs)
+    except Exception:  # a law can raise anything; its runs tell the reason
         return None
     return best
 

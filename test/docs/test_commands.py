@@ -35,7 +35,8 @@ ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff',
 SLOW = {'tune', 'study', 'benchmark', *NODES, 'kill'}
 """What runs with the long tests alone."""
 SHORTER = {
-    'tune': '--generations 2', 'study': '--runs 20', 'benchmark': '--budgets 25 --scenarios 1 --runs 2', 'experiment': '-p plant.real_time_factor:=0.0',
+    'tune': '--generations 2', 'study': '--runs 20', 'benchmark': '--budgets 25 --scenarios 1 --runs 2',
+    'experiment': '-p plant.real_time_factor:=0.0',
     'plant': '-p real_time_factor:=0.0', ('README.md', 'experiment'): '-p plant.real_time_factor:=0.0 --composed '
     '--no-report', ('docs/own_robot.md', 'experiment'): '--duration 4',
     ('docs/own_robot.md', 'excite'): '--duration 20', ('docs/own_robot.md', 'plant'): '',

@@ -21,7 +21,8 @@ track: {ros__parameters: {purpose: A base with lag and odometry that drifts., ro
 /**: {ros__parameters: {reference_horizon: 1}}
 """,
 }
-MAIN = ('import sys; from mobile_robot_control.cli import benchmark; from mobile_robot_control.simulation import batch; '
+MAIN = ('import sys; from mobile_robot_control.cli import benchmark; '
+        'from mobile_robot_control.simulation import batch; '
         'batch.COMPILES = False; benchmark._DRAWN = 2; sys.exit(benchmark.main())')
 
 
@@ -30,8 +31,8 @@ def made(tmp_path):
     """A benchmark whose gains are as configured, and the arguments that made it."""
     for name, text in TRACKS.items():
         (tmp_path / f'{name}.yaml').write_text(text)
-    return ['--laws', 'ramsete', 'hybrid_backstepping', '--tracks', *(str(tmp_path / f'{name}.yaml') for name in TRACKS),
-            '--no-tune', '--runs', '3', '--workers', '1', '--output', str(tmp_path / 'out')]
+    tracks = [str(tmp_path / f'{name}.yaml') for name in TRACKS]
+    return ['--laws', 'ramsete', 'hybrid_backstepping', '--tracks', *tracks, '--no-tune', '--runs', '3', '--workers', '1', '--output', str(tmp_path / 'out')]
 
 
 def _run(arguments):
