@@ -180,7 +180,7 @@ def _parts(values: Mapping[str, Any], pictures: Pictures, made: Mapping[str, Any
                        'those of the scenarios in which all compared laws succeed, their medians where nothing else is '
                        'said; without feedforward, but in its column.</p>',
                        _table(_HEAD, [_row(values, row, several) for row in values['results']]))
-    yield page.section('pictures', 'Paths and errors', '<p class="soft">The first scenario that judges: the path (blue) '
+    yield page.section('pictures', 'Paths and errors', '<p class="soft">The first scenario that judges: path (blue) '
                        'on that of the cart (grey), and the position error, on the scale of the second half of the '
                        'run.</p>', *_pictures(values, pictures))
     if failures:

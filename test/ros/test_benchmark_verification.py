@@ -32,7 +32,8 @@ def made(tmp_path):
     for name, text in TRACKS.items():
         (tmp_path / f'{name}.yaml').write_text(text)
     tracks = [str(tmp_path / f'{name}.yaml') for name in TRACKS]
-    return ['--laws', 'ramsete', 'hybrid_backstepping', '--tracks', *tracks, '--no-tune', '--runs', '3', '--workers', '1', '--output', str(tmp_path / 'out')]
+    return ['--laws', 'ramsete', 'hybrid_backstepping', '--tracks', *tracks, '--no-tune', '--runs', '3',
+            '--workers', '1', '--output', str(tmp_path / 'out')]
 
 
 def _run(arguments):
