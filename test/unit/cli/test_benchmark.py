@@ -2,9 +2,7 @@
 
 import csv
 import json
-import os
 import random
-import signal
 import subprocess
 import sys
 import time
@@ -224,7 +222,7 @@ def test_python_returns_the_same_table(track, tmp_path):
 @pytest.mark.parametrize('where', [['--workers', '1'], ['--workers', '2'], 'dask'])
 def test_killed_at_ten_random_moments_it_ends_with_the_same_hash(tmp_path, where):
     command = [sys.executable, '-m', 'mobile_robot_control.cli.benchmark', '--laws', 'kanayama', 'periodic', '--tracks',
-               'published', 'on_curve', '--budgets', '100', '--runs', '10', '--scenarios', '4']
+               'published', 'on_curve', '--budgets', '500', '--runs', '10', '--scenarios', '4']
     if where == 'dask':
         from distributed import LocalCluster  # an extra
 
@@ -233,13 +231,15 @@ def test_killed_at_ten_random_moments_it_ends_with_the_same_hash(tmp_path, where
     begun = time.monotonic()
     subprocess.run([*command, '--output', str(tmp_path / 'whole')], check=True, capture_output=True)
     lasted = time.monotonic() - begun
-    rng = random.Random(1)  # noqa: S311 (of moments)
+    rng, kills = random.Random(1), 0  # noqa: S311 (of moments)
     for _ in range(10):
-        killed = subprocess.Popen([*command, *where, '--output', str(tmp_path / 'killed'), '--resume'],
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        time.sleep(rng.uniform(0.1, 1.0) * lasted)
-        os.kill(killed.pid, signal.SIGKILL)
-        killed.wait()
+        started = subprocess.Popen([*command, *where, '--output', str(tmp_path / 'killed'), '--resume'],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(rng.uniform(0.1, 0.7) * lasted)
+        kills += started.poll() is None
+        started.kill()
+        started.wait()
+    assert kills >= 5
     subprocess.run([*command, *where, '--output', str(tmp_path / 'killed'), '--resume'], check=True,
                    capture_output=True)
     assert read(tmp_path / 'killed')[0]['hash'] == read(tmp_path / 'whole')[0]['hash']
