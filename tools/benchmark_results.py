@@ -183,14 +183,15 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
                 f'better for certain. Hash `{values["hash"]}`.', '')
     yield from (table_row(['track', *laws]), f'|{"---|" * (1 + len(laws))}')
     yield from (table_row([track, *(_cell(rows.row(track, law)) for law in laws)]) for track in rows.tracks)
+    yield from ('', 'Why each track exists:', '')
+    yield from (f'- `{track}`: {found["purpose"]}' for track, found in values['tracks'].items())
     published = [(track, one) for track, found in values['tracks'].items() for one in found['published']]
     if published:
         yield from ('', 'With the gains of the publication, its numbers beside ours:', '',
                     '| track | law | metric | published | ours |', '|---|---|---|---|---|')
         yield from (table_row([track, one['law'], f'`{name}`', f'{value:.5g}', f'{one["ours"][name]:.5g}'])
                     for track, one in published for name, value in one['published'].items())
-    yield from ('', 'To make it again, in some 20 minutes on two cores:', '', '```sh',
-                'benchmark --seed 1 --output runs/benchmark', '```')
+    yield from ('', '`benchmark --seed 1 --output runs/benchmark` makes all of it again, in some 20 minutes on two cores.')
 
 
 def summary_table(values: Mapping[str, Any]) -> Iterator[str]:
