@@ -191,7 +191,8 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
                     '| track | law | metric | published | ours |', '|---|---|---|---|---|')
         yield from (table_row([track, one['law'], f'`{name}`', f'{value:.5g}', f'{one["ours"][name]:.5g}'])
                     for track, one in published for name, value in one['published'].items())
-    yield from ('', '`benchmark --seed 1 --output runs/benchmark` makes all of it again, in some 20 minutes on two cores.')
+    yield from ('', '`benchmark --seed 1 --output runs/benchmark` makes all of it again, in some 20 minutes on two '
+                'cores.')
 
 
 def summary_table(values: Mapping[str, Any]) -> Iterator[str]:
