@@ -118,7 +118,7 @@ def _rough(rows: Rows) -> str:
     wild = max(known, key=lambda row: row['torque_variation'])
     return (f'Where odometry is noisy, {_listed(rows.firsts("noise"))} follow'
             f'{"s" * (len(rows.firsts("noise")) == 1)} best, but the torques of `{calm["law"]}` vary least: '
-            f'{calm["torque_variation"]:.3g} N m over a run in place of up to {wild["torque_variation"]:.3g} N m of '
+            f'{calm["torque_variation"]:.0f} N m over a run in place of up to {wild["torque_variation"]:.0f} N m of '
             f'`{wild["law"]}` (`noise`).')
 
 
