@@ -155,7 +155,7 @@ _CLAIMS: tuple[tuple[str, Any], ...] = (
     ('noise', _rough), ('delay', _delayed),
     ('weak_motors', lambda rows: _on(rows, 'weak_motors', 'Where the motors saturate')),
     ('rectangle', lambda rows: _on(rows, 'rectangle', "On a planner's path at the limits of the motors")),
-    ('robot_kobuki', _bases), ('on_curve', _fed),
+    ('robot_create3', _bases), ('on_curve', _fed),
 )
 
 
