@@ -117,8 +117,8 @@ tools/node_modules/.package-lock.json: tools/package.json tools/package-lock.jso
 
 # the generated parts of docs/: tables of parameters, commands and robots, results of the robots and of the position
 # laws, the table of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
-# examples/tutorial. Where the searches behind the table of the laws have changed, they run again: some ten minutes,
-# which can be interrupted. The last one, the replay that moves, needs chromium
+# examples/tutorial. Where the tracks or searches behind the table of the laws have changed, the benchmark runs again:
+# some 20 minutes, which can be interrupted. The last one, the replay that moves, needs chromium
 pages: MADE := PYTHONPATH=examples/chapter $(BIN)/python tools
 pages: $(TESTED)
 	$(MADE)/package_drawing.py
@@ -129,7 +129,7 @@ pages: $(TESTED)
 	$(MADE)/robot_results.py docs/robots.md
 	$(BIN)/python -m mobile_robot_control.configuration.sros2_policy config/sros2/policy.xml
 	$(MADE)/claims_table.py docs/results.md
-	$(MADE)/law_results.py docs/results.md
+	$(MADE)/benchmark_results.py docs/results.md README.md docs/benchmark.md
 	$(MADE)/path_results.py docs/results.md
 	$(MADE)/result_pictures.py docs/images
 	$(BIN)/python examples/tutorial/execute.py

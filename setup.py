@@ -6,7 +6,7 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'mobile_robot_control'
 NODES = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
-COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study', 'plan', 'excite', 'identify', 'dashboard')
+COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study', 'benchmark', 'plan', 'excite', 'identify', 'dashboard')
 
 
 def config_files():

@@ -13,6 +13,8 @@ from mobile_robot_control import former_names
 if TYPE_CHECKING:
     # the same names as below, for type checkers and editors
     from mobile_robot_control.analysis.planning import Plan as Plan
+    from mobile_robot_control.api.benchmarking import Benchmarked as Benchmarked
+    from mobile_robot_control.api.benchmarking import benchmark as benchmark
     from mobile_robot_control.api.identifying import identify as identify
     from mobile_robot_control.api.loading import load as load
     from mobile_robot_control.api.planning import plan as plan
@@ -50,6 +52,7 @@ __version__ = '0.1.0'
 _HOMES = {
     # the commands as functions that return arrays
     'simulate': 'api.simulating', 'load': 'api.loading', 'tune': 'api.searching', 'study': 'api.studying',
+    'benchmark': 'api.benchmarking', 'Benchmarked': 'api.benchmarking',
     'plan': 'api.planning', 'Run': 'runs.run', 'Tuned': 'api.searching', 'Study': 'api.studying',
     'Plan': 'analysis.planning', 'identify': 'api.identifying', 'Identification': 'identification.result',
     # a run, sample by sample

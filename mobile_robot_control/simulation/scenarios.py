@@ -15,7 +15,7 @@ from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import build
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.course import make_course
+from mobile_robot_control.reference.course import Course, make_course
 from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.simulation.loop_start import plant_grid
 from mobile_robot_control.simulation.trial import Trial, make_trial
@@ -97,10 +97,7 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
     prepared = make_trial(varied, laps * course.period, late * course.period)
     state = prepared.state
     if scenario.start is not None:
-        cart_start = course.reference(0.0).pose
-        offset = scenario.start
-        at = Pose(cart_start.x + offset.x, cart_start.y + offset.y, cart_start.heading + offset.heading)
-        state = state._replace(plant=dynamics.at_rest(at))
+        state = state._replace(plant=dynamics.at_rest(_start(scenario.start, course)))
     loop = prepared.loop
     robot = _varied_robot(loop.plant.robot, scenario)
     model, grid = _varied_model(varied.plant.model, scenario, loop.plant.dt), plant_grid(configuration)
@@ -119,6 +116,12 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
         ),
         state=state._replace(drive=drive_at_rest(model, grid), sensors=sensors_at_rest(state.plant, sensors)),
     )
+
+
+def _start(offset: Pose, course: Course) -> Pose:
+    """Return where the robot starts, by its offset from the cart's start."""
+    cart = course.reference(0.0).pose
+    return Pose(cart.x + offset.x, cart.y + offset.y, cart.heading + offset.heading)
 
 
 def _varied_robot(robot: Robot, scenario: Scenario) -> Robot:
@@ -157,3 +160,26 @@ def scenario_grid(
     return [Scenario(curve, scale, start, mass, friction, nominal.noise, delay)
             for curve, scale, start, mass, friction, delay
             in itertools.product(curves, scales, starts, masses, frictions, delays)]
+
+
+def scenario_configuration(configuration: Configuration, scenario: Scenario) -> Configuration:
+    """
+    Return a configuration that runs as a scenario, for the nodes.
+
+    All nodes then know the scenario's robot, and feedforward would foresee it: without feedforward the run is that of
+    `scenario_trial`, unless a path is timed by the robot's mass.
+    """
+    varied = with_robot(configuration, scenario.robot) if scenario.robot else configuration
+    cart, shared, model = varied.reference_cart, varied.plant.shared, varied.plant.model
+    placement = cart.curve.placement._replace(scale=scenario.scale)
+    curve = cart.curve if scenario.curve == PATH else cart.curve._replace(curve=scenario.curve, placement=placement)
+    robot = shared._replace(robot=_varied_robot(shared.robot, scenario))
+    changed = {node: part._replace(shared=robot) for node, part in varied._asdict().items()}
+    found = Configuration(**changed)
+    found = found._replace(
+        reference_cart=found.reference_cart._replace(curve=curve),
+        plant=found.plant._replace(model=_varied_model(model, scenario, 1.0 / shared.velocity_rate)))
+    if scenario.start is None:
+        return found
+    at = _start(scenario.start, make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ()))
+    return found._replace(plant=found.plant._replace(initial_pose=tuple(at)))

@@ -28,14 +28,15 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').rglob('*.md'),
                 *(ROOT / 'examples').rglob('*.md')])
 FENCE = re.compile(r'^```(\S*)\n(.*?)^```$', re.DOTALL | re.MULTILINE)
-COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study', 'plan', 'excite', 'identify'}
+COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study', 'benchmark', 'plan', 'excite', 'identify'}
 ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff', 'git', 'PYTHONPATH=.',
              'dashboard'}
 """First words of what is not run."""
-SLOW = {'tune', 'study', *NODES, 'kill'}
+SLOW = {'tune', 'study', 'benchmark', *NODES, 'kill'}
 """What runs with the long tests alone."""
 SHORTER = {
-    'tune': '--generations 2', 'study': '--runs 20', 'experiment': '-p plant.real_time_factor:=0.0',
+    'tune': '--generations 2', 'study': '--runs 20', 'benchmark': '--budgets 25 --scenarios 1 --runs 2',
+    'experiment': '-p plant.real_time_factor:=0.0',
     'plant': '-p real_time_factor:=0.0', ('README.md', 'experiment'): '-p plant.real_time_factor:=0.0 --composed '
     '--no-report', ('docs/own_robot.md', 'experiment'): '--duration 4',
     ('docs/own_robot.md', 'excite'): '--duration 20', ('docs/own_robot.md', 'plant'): '',

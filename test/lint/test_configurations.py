@@ -45,6 +45,8 @@ def test_every_shipped_file_loads_with_and_without_a_namespace(path):
 @each(FILES, _id)
 def test_every_key_of_a_shipped_file_is_a_declared_parameter(path):
     for section, content in yaml.safe_load(path.read_text()).items():
+        if path.parent.name == 'tracks' and section in ('track', 'published'):
+            continue  # of the benchmark, which checks them
         nodes = NODES if section == '/**' else [section.removeprefix('/**/')]
         known = set().union(*(declarations(NODES[node]) for node in nodes))
         assert set(_flat(content['ros__parameters'])) <= known

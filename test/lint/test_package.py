@@ -14,7 +14,7 @@ from mobile_robot_control import __version__
 
 ROOT = Path(__file__).parents[2]
 EXECUTABLES = {'plant', 'velocity_controller', 'position_controller', 'reference_cart', 'simulate', 'experiment',
-               'report', 'tune', 'study', 'plan', 'excite', 'identify', 'dashboard'}
+               'report', 'tune', 'study', 'benchmark', 'plan', 'excite', 'identify', 'dashboard'}
 
 
 @pytest.fixture

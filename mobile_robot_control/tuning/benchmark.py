@@ -1,0 +1,298 @@
+"""A benchmark that is asked for: laws on tracks, each law searched with one budget and judged where no search was."""
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path
+from statistics import fmean
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.nodes import course_of
+from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.configuration.track_files import Published, Track, read_track, shipped_tracks
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import INLINE, Field
+from mobile_robot_control.simulation.metrics import summary
+from mobile_robot_control.simulation.rollout import measure
+from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.tuning.benchmark_cell import POPULATION, Cell, judged_runs, run_cell
+from mobile_robot_control.tuning.monte_carlo import LARGEST_SEED, Judged, wilson_interval
+from mobile_robot_control.tuning.ranking import RANKED, quantile, ranked, shared_scenarios
+from mobile_robot_control.tuning.workers import TrialRunner, Workers
+
+_FIRST_SEED, _FIRST_BUDGET = 1, 500
+Done = list[tuple[Cell, dict[str, Any]]]
+"""Cells with their results, as `run_cell` returns them."""
+
+
+class BenchmarkRequest(NamedTuple):
+    """What a benchmark is asked for."""
+
+    sources: ParameterSources
+    laws: Annotated[tuple[str, ...], Field('', 'position laws to compare; all, with those of --law, if left out',
+                                           choices=LAWS)] = ()
+    tracks: Annotated[tuple[str, ...], Field('', 'tracks of this package by name, or files of your own; all of this '
+                                             'package, if left out')] = ()
+    seed: Annotated[int, Field('', 'of the scenarios that search and judge, and of the search', minimum=0,
+                               maximum=LARGEST_SEED)] = _FIRST_SEED
+    seeds: Annotated[tuple[int, ...], Field('', 'several seeds instead: how ranks depend on the draw', minimum=0,
+                                            maximum=LARGEST_SEED)] = ()
+    budgets: Annotated[tuple[int, ...], Field('', f'candidates of each search, {POPULATION} a generation; of several, '
+                                              'the longest search is judged at each', minimum=POPULATION,
+                                              maximum=10**7)] = (_FIRST_BUDGET,)
+    tune: Annotated[bool, Field('', 'take gains as configured, and search for none')] = True
+    scenarios: Annotated[int, Field('', 'scenarios of a search', minimum=1, maximum=1000)] = 8
+    runs: Annotated[int, Field('', 'scenarios that judge', minimum=2, maximum=100_000)] = 100
+    where: Annotated[Workers, INLINE] = Workers()
+
+
+class Benchmark:
+    """
+    A benchmark, checked and ready to run.
+
+    Parameters
+    ----------
+    request : BenchmarkRequest
+        What is asked for; ParameterError is raised where that cannot be compared.
+
+    Attributes
+    ----------
+    cells : list of Cell
+        In the order in which they run: a law with all its tracks is compiled once.
+    tracks : dict of str to Track
+        By name.
+    """
+
+    def __init__(self, request: BenchmarkRequest) -> None:
+        if request.sources.robot is not None:
+            raise ParameterError(['--robot is not taken: each track names its robot; write a track of your own'])
+        self.request = request
+        self.laws = tuple(dict.fromkeys(request.laws or LAWS))
+        self.seeds = tuple(dict.fromkeys(request.seeds or (request.seed,)))
+        self.budgets = tuple(sorted(set(request.budgets))) if request.tune else ()
+        tracks = [read_track(given) for given in dict.fromkeys(request.tracks or shipped_tracks())]
+        self.tracks = {track.name: track for track in tracks}
+        if not tracks or len(self.tracks) < len(tracks):
+            raise ParameterError(['--tracks: two files have one name; rename one' if tracks else
+                                  '--tracks: the package is installed without its tracks; name files of your own'])
+        self.cells = [Cell(law, track, seed, self.budgets, request.scenarios, request.runs, request.sources)
+                      for law in self.laws for track in tracks for seed in self.seeds]
+        # what is wrong with a track is said at once
+        for track in tracks:
+            configuration = track.sources(request.sources).configuration()
+            self.cells[0]._replace(track=track).drawn('judging', configuration, 1)
+
+    @property
+    def rollouts(self) -> int:
+        """How many rollouts a whole benchmark has."""
+        candidates = max(self.budgets, default=0) // POPULATION * POPULATION
+        judged = 2 * self.request.runs * max(1, len(self.budgets))
+        return len(self.cells) * (candidates * self.request.scenarios + judged)
+
+    def held(self, folder: Path) -> Done:
+        """Return the cells that a folder holds, with their results."""
+        files = [(cell, cell.file(folder)) for cell in self.cells]
+        return [(cell, json.loads(file.read_text(encoding='utf-8'))) for cell, file in files if file.exists()]
+
+    def run(
+        self, run: TrialRunner, folder: Path, progress: Callable[[int], object], stopped: Callable[[], bool]
+    ) -> Done:
+        """
+        Run the cells that a folder does not hold; each is written as soon as it is done.
+
+        Returns
+        -------
+        list of (Cell, dict)
+            All cells, or those that were done before it was stopped, with their results.
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        a_cell = self.rollouts // len(self.cells)
+        for cell in self.cells:
+            file, counted = cell.file(folder), 0
+            if not file.exists():
+                if stopped():
+                    break
+
+                def count(rollouts: int) -> None:
+                    nonlocal counted
+                    counted += rollouts
+                    progress(rollouts)
+
+                done = run_cell(cell, run, file, count, stopped)
+                if done is None:
+                    break
+                write_atomically(file, json.dumps(done))
+            # also of a cell after whose last line the program was killed
+            file.with_suffix('.journal').unlink(missing_ok=True)
+            # the bar ends where all cells do, whatever one has left out
+            progress(a_cell - counted)
+        return self.held(folder)
+
+
+def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
+    """Return the content of `benchmark.json`, of all cells."""
+    content = {name: track.content(benchmark.request.sources) for name, track in benchmark.tracks.items()}
+    # a reason may name a file
+    runs = [[cell.law, cell.track.name, cell.seed, *(
+        {name: value for name, value in result.items() if name not in ('score', 'reason')}
+        for result in found['results'])] for cell, found in done]
+    hashed = {'tracks': content, 'seeds': benchmark.seeds, 'budgets': benchmark.budgets,
+              'scenarios': benchmark.request.scenarios, 'runs': runs}
+    return {
+        'hash': sha256(json.dumps(hashed, sort_keys=True).encode()).hexdigest()[:16],
+        'laws': list(benchmark.laws), 'seeds': list(benchmark.seeds), 'budgets': list(benchmark.budgets),
+        'scenarios': benchmark.request.scenarios, 'runs': benchmark.request.runs,
+        'tracks': {name: {'purpose': track.parameters.purpose, 'source': track.source,
+                          'success_within': track.parameters.success_within,
+                          'published': [*published_rows(track, benchmark.request.sources)]}
+                   for name, track in benchmark.tracks.items()},
+        'results': [row for seed in benchmark.seeds for n, _ in enumerate(benchmark.budgets or (0,))
+                    for name in benchmark.tracks for row in _track_rows(name, seed, n, done)],
+    }
+
+
+def _track_rows(
+    track: str, seed: int, number: int, done: Done
+) -> list[dict[str, Any]]:
+    """Return the rows of a track with one seed and the n-th budget, the best law first."""
+    found = {cell.law: (one['results'][number], one['step_time']) for cell, one in done
+             if (cell.track.name, cell.seed) == (track, seed)}
+    # a law that fails for a reason of its own is not compared
+    judged = {law: [] if result['reason'] else judged_runs(result) for law, (result, _) in found.items()}
+    fed = {law: judged_runs(found[law][0], 'fed_') for law, runs in judged.items() if runs}
+    ranks = ranked(judged)
+    shared = shared_scenarios({law: runs for law, runs in judged.items() if runs})
+    fed_shared = shared_scenarios(fed)
+    rows = [{'track': track, 'law': law, 'seed': seed, 'budget': result['budget'], 'rank': ranks[law][0],
+             'last_rank': ranks[law][1], **_numbers(judged[law], shared, fed.get(law, []), fed_shared),
+             'step_time': step, 'score': result.get('score'), 'reason': result['reason'],
+             'gains': result.get('gains', {})} for law, (result, step) in found.items()]
+    return sorted(rows, key=lambda row: (bool(row['reason']), row['rank'], row['last_rank'],
+                                         float('inf') if row['rms'] is None else row['rms']))
+
+
+def _numbers(
+    runs: Sequence[Judged], shared: Sequence[int], fed: Sequence[Judged], fed_shared: Sequence[int]
+) -> dict[str, Any]:
+    """Return the numbers of a row: success over all scenarios, the rest over those that all compared laws master."""
+    successes = sum(run.success for run in runs)
+    own = shared if runs and successes >= 0.5 * len(runs) else []
+
+    def at(name: str, fraction: float = 0.5) -> float | None:
+        return quantile([runs[n].metrics[name] for n in own], fraction)
+
+    return {
+        'runs': len(runs), 'successes': successes,
+        'success_interval': list(wilson_interval(successes, len(runs))) if runs else None,
+        'shared': len(own), 'rms': at(RANKED), 'rms_95': at(RANKED, 0.95), 'worst': at('max_position_error', 1.0),
+        'settling_time': at('settling_time'), 'peak_wheel_torque': at('peak_wheel_torque'), 'energy': at('energy'),
+        'torque_variation': at('torque_variation'), 'command_variation': at('command_variation'),
+        'fed_successes': sum(run.success for run in fed),
+        'fed_rms': quantile([fed[n].metrics[RANKED] for n in fed_shared], 0.5)
+        if fed and 2 * sum(run.success for run in fed) >= len(fed) else None,
+    }
+
+
+def published_rows(track: Track, more: ParameterSources) -> Iterator[dict[str, Any]]:
+    """Yield what a publication reports of laws that are there, with our numbers for its gains beside it."""
+    for one in track.published:
+        if one.law in LAWS:
+            yield {'law': one.law, 'gains': one.gains, 'published': one.metrics, 'ours': _measured(track, one, more)}
+
+
+def _measured(track: Track, one: Published, more: ParameterSources) -> dict[str, float | None]:
+    """Run a law with the gains of a publication from its start; return the metrics that it reports."""
+    values: dict[str, Any] = {f'position_controller.{one.law}.{name}': value for name, value in one.gains.items()}
+    values['position_controller.controller_type'] = one.law
+    if one.initial_pose:
+        values['plant.initial_pose'] = list(one.initial_pose)
+    configuration = configure(track.sources(more).with_values(values).values())
+    duration = track.parameters.laps * course_of(configuration.reference_cart).period
+    found = summary(measure(configuration, duration))
+    return {name: found[name] for name in one.metrics}
+
+
+COLUMNS = ('track', 'law', 'seed', 'budget', 'rank', 'last_rank', 'runs', 'successes', 'shared', 'rms', 'rms_95',
+           'worst', 'settling_time', 'peak_wheel_torque', 'energy', 'torque_variation', 'command_variation',
+           'fed_successes', 'fed_rms', 'step_time', 'score', 'reason')
+"""Of `benchmark.csv`."""
+
+
+def benchmark_table(values: Mapping[str, Any]) -> str:
+    """Return `benchmark.csv`: a row for each law, track, seed and budget; empty where a number is not known."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(COLUMNS)
+    writer.writerows([row[name] for name in COLUMNS] for row in values['results'])
+    return text.getvalue()
+
+
+class LawSummary(NamedTuple):
+    """
+    A law over all tracks of a benchmark, seeds and budgets.
+
+    Attributes
+    ----------
+    law : str
+        Its name.
+    mean_rank : float
+        Of the middles of its ranges of ranks.
+    first, tables : int
+        Tables in which it may be the first, and all.
+    success : float
+        Share of all judged runs.
+    failed : tuple of str
+        Tracks on which it could not be compared.
+    """
+
+    law: str
+    mean_rank: float
+    first: int
+    tables: int
+    success: float
+    failed: tuple[str, ...]
+
+
+def law_summaries(values: Mapping[str, Any]) -> list[LawSummary]:
+    """Return the laws over all tables, that with the best mean rank first."""
+    found = []
+    for law in values['laws']:
+        rows = [row for row in values['results'] if row['law'] == law]
+        asked = len(rows) * values['runs']
+        found.append(LawSummary(
+            law, fmean(0.5 * (row['rank'] + row['last_rank']) for row in rows), sum(row['rank'] == 1 for row in rows),
+            len(rows), sum(row['successes'] for row in rows) / asked,
+            tuple(dict.fromkeys(row['track'] for row in rows if row['reason']))))
+    return sorted(found, key=lambda one: (one.mean_rank, one.law))
+
+
+def rank_text(row: Mapping[str, Any]) -> str:
+    """
+    Return the ranks that a law may have, as text.
+
+    Examples
+    --------
+    >>> rank_text({'rank': 1, 'last_rank': 3}), rank_text({'rank': 2, 'last_rank': 2})
+    ('1–3', '2')
+
+    """
+    first, last = row['rank'], row['last_rank']
+    return f'{first}' if first == last else f'{first}–{last}'
+
+
+def summary_lines(values: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what the command prints: the laws over all tracks, the published numbers, and the hash."""
+    for one in law_summaries(values):
+        failed = f'; not compared on {", ".join(one.failed)}' if one.failed else ''
+        yield (f'{one.law}: mean rank {one.mean_rank:.1f}, first or not told apart from it in {one.first} of '
+               f'{one.tables} tables, success in {100.0 * one.success:.1f} % of the runs{failed}')
+    for name, track in values['tracks'].items():
+        for row in track['published']:
+            both = ', '.join(f'{metric} {row["ours"][metric]:.5g} ({value:.5g} published)'
+                             for metric, value in row['published'].items())
+            yield f'{name}, {row["law"]} with the published gains: {both}'
+    yield f'hash {values["hash"]}'

@@ -1,0 +1,59 @@
+"""Runs of a benchmark, done again by four nodes over DDS."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+TRACKS = {
+    'pushed': """
+track: {ros__parameters: {purpose: Torques and noise., curves: [trifolium], scales: [0.1], turned: 1.0, laps: 0.25,
+    variation: 0.2, delays: [1, 2]}}
+/**: {ros__parameters: {reference_horizon: 1, velocity_rate: 200.0, position_rate: 50.0}}
+/**/plant: {ros__parameters: {max_wheel_torque: 3.0, noise: {pose: [0.001, 0.001, 0.001], velocity: 0.01}}}
+/**/velocity_controller: {ros__parameters: {max_wheel_torque: 3.0}}
+/**/reference_cart: {ros__parameters: {curve: trifolium, scale: 0.1, period: 4.0}}
+""",
+    'late': """
+track: {ros__parameters: {purpose: A base with lag and odometry that drifts., robot: kobuki, scales: [0.2], laps: 0.03,
+    within: 0.05, variation: 0.3}}
+/**: {ros__parameters: {reference_horizon: 1}}
+""",
+}
+MAIN = ('import sys; from mobile_robot_control.cli import benchmark; '
+        'from mobile_robot_control.simulation import batch; '
+        'batch.COMPILES = False; benchmark._DRAWN = 2; sys.exit(benchmark.main())')
+
+
+@pytest.fixture
+def made(tmp_path):
+    """A benchmark whose gains are as configured, and the arguments that made it."""
+    for name, text in TRACKS.items():
+        (tmp_path / f'{name}.yaml').write_text(text)
+    tracks = [str(tmp_path / f'{name}.yaml') for name in TRACKS]
+    return ['--laws', 'ramsete', 'hybrid_backstepping', '--tracks', *tracks, '--no-tune', '--runs', '3',
+            '--workers', '1', '--output', str(tmp_path / 'out')]
+
+
+def _run(arguments):
+    return subprocess.run([sys.executable, '-c', MAIN, *arguments], capture_output=True, text=True, timeout=200,
+                          check=False)
+
+
+def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tmp_path, made):
+    done = _run(made)
+    assert done.returncode == 0, done.stderr
+    verified = _run([*made, '--verify'])
+    assert verified.returncode == 0, verified.stdout + verified.stderr
+    assert verified.stdout.count('the same within 1e-09') == 2
+    assert [one['difference'] for one in json.loads((tmp_path / 'out' / 'verified.json').read_text())] == [''] * 2
+    # gains that are not those of the table
+    for file in (tmp_path / 'out' / 'cells').glob('*.json'):
+        cell = json.loads(file.read_text())
+        for name, value in cell['results'][0]['gains'].items():
+            cell['results'][0]['gains'][name] = value * (1.0 + 1e-6) if isinstance(value, float) else value
+        file.write_text(json.dumps(cell))
+    changed = _run([*made, '--verify'])
+    assert changed.returncode == 1
+    assert 'in the table' in changed.stderr

@@ -1,0 +1,56 @@
+"""The page of a benchmark in a real browser: it sorts, shows every law, and fits phone and desktop."""
+
+import pytest
+
+from mobile_robot_control.pages.benchmark_page import answer, write_benchmark_page
+
+NUMBERS = {'rms': 0.01, 'rms_95': 0.02, 'worst': 0.2, 'settling_time': 1.0, 'peak_wheel_torque': 3.0, 'energy': 20.0,
+           'torque_variation': 40.0, 'command_variation': 4.0, 'fed_rms': 0.005, 'step_time': 1e-6}
+ROW = {'track': 'noise', 'seed': 1, 'budget': 500, 'runs': 10, 'successes': 10, 'success_interval': [0.72, 1.0],
+       'shared': 9, 'reason': '', 'score': 4.0, 'fed_successes': 10, 'gains': {'position_controller.lqr.q1': 1.5}}
+VALUES = {
+    'hash': 'abcd', 'laws': ['lqr', 'fuzzy', 'broken'], 'seeds': [1], 'budgets': [500], 'scenarios': 8, 'runs': 10,
+    'tracks': {'noise': {'purpose': 'Sensors are noisy & loud.', 'source': 'A book', 'published': [
+        {'law': 'lqr', 'gains': {'q1': 2.0}, 'published': {'iae': 0.1}, 'ours': {'iae': 0.1}}]}},
+    'results': [
+        ROW | NUMBERS | {'law': 'lqr', 'rank': 1, 'last_rank': 1},
+        ROW | NUMBERS | {'law': 'fuzzy', 'rank': 2, 'last_rank': 2, 'rms': 0.2, 'successes': 9},
+        ROW | dict.fromkeys(NUMBERS) | {'law': 'broken', 'rank': 3, 'last_rank': 3, 'successes': 0, 'runs': 0,
+                                        'reason': 'at t = 0 s: <b>no answer</b>', 'success_interval': None}],
+}
+DRAWN = {'time': [0.0, 1.0, 2.0], 'x': [0.0, 1.0, 1.0], 'y': [0.0, 0.0, 1.0], 'reference_x': [0.0, 1.0, 1.0],
+         'reference_y': [0.0, 0.1, 1.0], 'error': [0.0, 0.1, 0.0]}
+LAWS = '[...document.querySelectorAll("#numbers tbody tr")].map(row => row.cells[0].textContent)'
+PRESS = '[...document.querySelectorAll("#numbers th button")].find(one => one.textContent.startsWith("RMS")).click()'
+
+
+@pytest.fixture(scope='module')
+def file(tmp_path_factory):
+    file = tmp_path_factory.mktemp('page') / 'benchmark.html'
+    write_benchmark_page(file, VALUES, {'noise': {'lqr': DRAWN, 'fuzzy': DRAWN, 'broken': None}},
+                         {'command_line': 'benchmark', 'versions': {}})
+    return file
+
+
+@pytest.mark.parametrize(('width', 'scheme'), [(1280, 'light'), (390, 'dark')])
+def test_it_sorts_and_fits(browser, file, width, scheme):
+    browser.show(file, width, scheme)
+    assert browser.evaluate('document.documentElement.scrollWidth <= innerWidth')
+    assert browser.violations() == []
+    assert browser.evaluate('document.querySelectorAll(".multiples figure").length') == 2
+    assert browser.evaluate(LAWS) == ['lqr', 'fuzzy', 'broken']
+    browser.evaluate(PRESS)
+    assert browser.evaluate(LAWS) == ['lqr', 'fuzzy', 'broken']
+    browser.evaluate(PRESS)
+    # what is not known stays last
+    assert browser.evaluate(LAWS) == ['fuzzy', 'lqr', 'broken']
+    assert browser.errors() == []
+
+
+def test_it_answers_in_a_sentence_and_shows_a_reason_as_text(file):
+    text = file.read_text()
+    assert answer(VALUES) == ('lqr has the best mean rank, 1.0, of 3 laws; on 1 of 1 tracks no law is better for '
+                              'certain.')
+    assert answer(VALUES) in text
+    assert '<b>no answer</b>' not in text
+    assert '&lt;b&gt;no answer' in text
