@@ -1,4 +1,20 @@
-"""The command `benchmark`: a fair table of laws: each searched with one budget, judged in scenarios no search saw."""
+"""
+The command `benchmark`: compare laws, each searched with one budget and judged in scenarios that no search saw.
+
+Add `--budgets 25 --scenarios 1 --runs 2` to try it.
+
+For example:
+  benchmark --laws kanayama ramsete lqr --tracks on_curve published --seed 1 --output runs/benchmark
+  benchmark --law test/plugins/klancar.py --laws klancar ramsete --tracks published --output runs/mine
+
+Files written to DIR:
+  benchmark.html  ranks on each track, a sortable table, paths and errors, failures, gains
+  benchmark.json, benchmark.csv
+                  the same numbers (docs/metrics.md#benchmarkjson)
+  cells           a file for each finished law, track and seed, from which --resume goes on
+
+Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs.
+"""
 
 import argparse
 import sys
