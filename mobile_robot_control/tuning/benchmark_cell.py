@@ -181,7 +181,8 @@ def _searched(
         found = run_search(settings, objective, journal, generation, stopped)
     finally:
         journal.close()
-    if len(found.history) < settings.generations:
+    # a search in which every candidate fails ends early by itself
+    if len(found.history) < settings.generations and stopped():
         return None
     reason = no_result(found)
     point = [1.0] * len(genes) if found.point is None else found.point.tolist()
