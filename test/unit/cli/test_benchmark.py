@@ -121,8 +121,8 @@ def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_
         # so long that a search in which all fail ends before
         '--budgets', 100) == 0
     values, _ = read(tmp_path / 'out')
-    rows = {row['law']: row for row in values['results']}
-    assert [row['law'] for row in values['results'][2:]] == ['raises', 'empty']
+    rows = {row['law']: row for row in values['results'] if row['budget'] == 100}
+    assert list(rows)[2:] == ['raises', 'empty']
     assert rows['mine']['successes'] == 4
     assert rows['mine']['rank'] <= 2 >= rows['kanayama']['rank']
     assert (rows['raises']['rank'], rows['empty']['last_rank']) == (3, 4)
