@@ -107,8 +107,8 @@ def _everywhere(rows: Rows) -> str:
     shares = {one.law: one.success for one in law_summaries(rows.values)}
     sure = [law for law, share in shares.items() if share == max(shares.values())]
     least = min(shares, key=lambda law: shares[law])
-    return (f'{_listed(sure)} succeed{"s" * (len(sure) == 1)} most often, in {100.0 * shares[sure[0]]:.1f} % of all runs, '
-            f'and `{least}` least often, in {100.0 * shares[least]:.1f} %.')
+    return (f'{_listed(sure)} succeed{"s" * (len(sure) == 1)} most often, in {100.0 * shares[sure[0]]:.1f} % of all '
+            f'runs, and `{least}` least often, in {100.0 * shares[least]:.1f} %.')
 
 
 def _rough(rows: Rows) -> str:
