@@ -49,7 +49,7 @@ def _row(values: Mapping[str, Any], row: Mapping[str, Any], several: bool) -> li
     track = f'{row["track"]}, seed {row["seed"]}, {row["budget"]}' if several else row['track']
     if row['reason']:
         return [page.breakable(row['law']), page.breakable(track), _cell(rank_text(row), row['rank']),
-                f'failed: {escape(row["reason"])}', *['–'] * (len(_HEAD) - 4)]
+                'failed', *['–'] * (len(_HEAD) - 4)]
     variation, unit = ((row['torque_variation'], 'N m') if row['torque_variation'] is not None else
                        (row['command_variation'], 'm/s'))
     return [page.breakable(row['law']), page.breakable(track), _cell(rank_text(row), row['rank']),
