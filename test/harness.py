@@ -188,6 +188,11 @@ class Robots:
             assert not refused, refused
             self._executor.spin_once(timeout_sec=0.05)
 
+    def wait_at(self, seconds, *topics):
+        """Take in messages until every node, or those that publish these topics, has answered a time [s]."""
+        newest = self.recorder.newest
+        self.spin_until(lambda: {newest[topic] for topic in topics or newest} == {round(seconds * 1e9)})
+
     def listen(self, seconds):
         """Take in messages for a while."""
         end = time.monotonic() + seconds

@@ -212,7 +212,10 @@ class Lesson:
                 self._page.driver.execute_script('document.activeElement.value = ""')
             self.press(*keys)
         self.focus('#lesson form button')
+        # it answers after the requests of controls
+        self._page.driver.execute_script('document.querySelector("#lesson .verdict").textContent = ""')
         self.press(self._keys.ENTER)
+        self._page.wait(self.verdict)
         return self.verdict()
 
     def hidden(self):

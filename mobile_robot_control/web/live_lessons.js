@@ -291,7 +291,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       if (rows.length && read('run')(added[added.length - 1]) !== now('run')) rows = [];
       const run = read('run')(added[added.length - 1]);
       rows.push(...added.filter((row) => read('run')(row) === run));
-      if (rows.length > MOST) rows = rows.slice(-MOST / 2);
+      if (rows.length > MOST) {
+        const {over} = running ? running.answer : {}, late = Array.isArray(over) ? over[1] : -Infinity;
+        // those of a span that is asked about stay
+        rows = rows.filter((row, n) => n >= rows.length - MOST / 2 || read('time')(row) <= late);
+      }
       compare();
       if (surface) surface.dot(Math.hypot(now('e1'), now('e2')), Math.atan2(now('e2'), now('e1')));
     });

@@ -74,7 +74,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       rows.forEach(add);
       if (!scene) make();
       const now = performance.now();
-      if (now - fitted > 500 || rows.length > 20) { fitted = now; scene.fit(trail.x, trail.y); }
+      // the plane stays where it is while a pose is placed on it
+      if (!start && (now - fitted > 500 || rows.length > 20)) { fitted = now; scene.fit(trail.x, trail.y); }
       ask();
     });
     mrc.live.on('parameters', (parameters) => {

@@ -49,13 +49,13 @@ def test_changes_are_published_with_their_first_stamp_and_those_of_the_curve_beg
     robot.start(arguments=[*QUICK, '-p', 'hold_at:=0.1', '-p', 'duration:=0.3'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
     _set(robot, 'plant', paused=False)
-    robot.spin_until(lambda: set(robot.recorder.newest.values()) == {100_000_000})
+    robot.wait_at(0.1)
     _set(robot, 'velocity_controller', gains__k1=0.25)
     _set(robot, 'position_controller', controller_type='fuzzy', fuzzy__a=0.5)
     _set(robot, 'reference_cart', period=8.0)
     _set(robot, 'reference_cart', curve='circle', scale=0.5)
     _set(robot, 'plant', initial_pose=[0.5, 0.1, 1.5], hold_at=0.2)
-    robot.spin_until(lambda: set(robot.recorder.newest.values()) == {200_000_000})
+    robot.wait_at(0.2)
     assert robot.trigger('plant/reset')[0]
     robot.spin_until(lambda: robot.log().count('a new run begins') == 4)
     # late subscribers receive all of them
@@ -88,7 +88,7 @@ def test_the_cart_goes_on_where_it_is_with_another_lap_time_and_the_pace_changes
     # as slow as can be, and then as fast as it goes
     _set(robot, 'plant', paused=False, real_time_factor=1e-6)
     _set(robot, 'plant', real_time_factor=0.0)
-    robot.spin_until(lambda: set(robot.recorder.newest.values()) == {500_000_000})
+    robot.wait_at(0.5)
     _set(robot, 'reference_cart', period=4.0)
     _set(robot, 'plant', hold_at=0.0)
     robot.finish()

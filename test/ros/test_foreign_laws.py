@@ -75,7 +75,7 @@ def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, my_kanay
     for until, law in ((0.5, 'my_kanayama'), (1.2, 'backstepping'), (0.0, '')):
         assert all(result.successful for result in robot.set('plant', hold_at=until, paused=False))
         if law:
-            robot.spin_until(lambda until=until: robot.time() == until)
+            robot.wait_at(until)
             result, = robot.set('position_controller', controller_type=law)
             assert result.successful, result.reason
     robot.finish()

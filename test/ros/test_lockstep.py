@@ -75,7 +75,7 @@ def test_a_restarted_plant_starts_a_new_run_that_the_others_join(robot):
     robot.listen(0.2)
     robot.start('plant', arguments=[*arguments, '-p', 'paused:=true'])
     # the recorder may find the new plant later than the nodes do
-    robot.spin_until(lambda: set(robot.recorder.newest.values()) == {0})
+    robot.wait_at(0.0)
     robot.resume()
     robot.finish()
     assert robot.log('velocity_controller').count('a new run') == 3

@@ -23,12 +23,6 @@ def _arguments(overrides):
     return [word for override in overrides for word in ('-p', override.removeprefix('plant.'))]
 
 
-def _time_is(robot, time, *topics):
-    """Spin until every node, or those that publish these topics, has answered a time [s]."""
-    newest = robot.recorder.newest
-    robot.spin_until(lambda: {newest[topic] for topic in topics or newest} == {round(time * 1e9)})
-
-
 @pytest.mark.usefixtures('lossless')
 def test_a_run_after_a_reset_equals_a_fresh_one_to_the_last_bit(robot):
     robot.start(arguments=[*QUICK, '-p', 'duration:=0.6', *_arguments(IMPERFECT)], composed=True)
@@ -37,12 +31,12 @@ def test_a_run_after_a_reset_equals_a_fresh_one_to_the_last_bit(robot):
     success, message = robot.trigger('plant/reset')
     assert (success, message) == (True, 'a new run from [0.8, 0.1, 0.0] begins after t = 0.01 s')
     robot.spin_until(lambda: robot.log().count('a new run begins') == 4)
-    _time_is(robot, 0.0)
+    robot.wait_at(0.0)
     # twice at the same stamp, in the middle of what backstepping and PI law remember
     for _ in range(2):
         for result in robot.set('plant', hold_at=0.4, paused=False):
             assert result.successful, result.reason
-        _time_is(robot, 0.4)
+        robot.wait_at(0.4)
         assert robot.trigger('plant/reset')[0]
     robot.set('plant', hold_at=0.0)
     robot.finish()
@@ -67,7 +61,7 @@ def test_a_new_initial_pose_acts_at_the_next_reset(robot):
     # between position ticks the run goes on to the next one
     assert robot.trigger('plant/reset') == (True, 'a new run from [0.5, -0.5, 1.0] begins after t = 0.11 s')
     # it holds again where it did
-    _time_is(robot, 0.104, 'joint_states', 'wheel_torques')
+    robot.wait_at(0.104, 'joint_states', 'wheel_torques')
     robot.set('plant', hold_at=0.0)
     robot.finish()
     recording = robot.recording()
@@ -85,11 +79,11 @@ def test_a_held_run_is_stepped_by_position_ticks_and_a_running_one_is_not(robot)
     robot.spin_until(robot.recorder.has_every_topic)
     for tick in (1, 2):
         assert robot.trigger('plant/step') == (True, f'time goes on to t = {0.01 * tick:g} s')
-        _time_is(robot, 0.01 * tick)
+        robot.wait_at(0.01 * tick)
     robot.set('plant', paused=False, hold_at=0.104)
     robot.spin_until(lambda: robot.time() == 0.104)
     assert robot.trigger('plant/step') == (True, 'time goes on to t = 0.11 s')
-    _time_is(robot, 0.11)
+    robot.wait_at(0.11)
     robot.set('plant', hold_at=0.0)
     success, message = robot.trigger('plant/step')
     assert not success
@@ -102,7 +96,7 @@ def test_after_a_reset_the_plant_is_held_no_farther_ahead_of_what_is_recorded(ro
     robot.spin_until(lambda: robot.time() > 1.5)
     robot.set('plant', paused=True)
     assert robot.trigger('plant/reset')[0]
-    _time_is(robot, 0.0)
+    robot.wait_at(0.0)
     client = robot.recorder.create_client(GetParameters, 'plant/get_parameters')
     robot.spin_until(client.service_is_ready)
 
@@ -120,7 +114,7 @@ def test_a_base_that_takes_velocities_is_reset_and_stepped_as_well(domain, quick
         assert robot.trigger('plant/step')[0]
         robot.spin_until(lambda: robot.recorder.newest['cmd_vel'] == 10_000_000)
         assert robot.trigger('plant/reset') == (True, 'a new run from [1.0, 0.0, 1.5708] begins after t = 0.01 s')
-        _time_is(robot, 0.0)
+        robot.wait_at(0.0)
         robot.set('plant', paused=False)
         robot.finish()
         assert robot.log().count('a new run begins') == 3

@@ -53,7 +53,7 @@ def _run(robot):
     robot.recorder.limit = 10**9
     robot.start(arguments=ARGUMENTS)
     robot.resume()
-    robot.spin_until(lambda: robot.time() == 1.0)
+    robot.wait_at(1.0)
     # whole numbers are converted, and a value out of bounds is refused by name, by the service of the package
     result, = robot.set('position_controller', backstepping__f=2)
     assert result.successful, result.reason

@@ -14,5 +14,10 @@ def test_the_lesson_of_windup_is_passed_by_keyboard_and_leaves_nothing_behind(pa
     lesson = begin(page, '5_windup', 'desktop')
     assert live.asker.value('/plant', 'max_wheel_torque') == 0.3
     SOLUTIONS['5_windup'](page, lesson)
+    # two minutes later, the span that is asked about is still known
+    page.driver.execute_script(
+        'const late = (n) => mrc.stage.newest().map((value, at) => at === mrc.live.columns.indexOf("time") ? 12 + n / 20 '
+        ': value); mrc.live.tell("rows", Array.from({length: 2500}, (_, n) => late(n)))')
+    assert lesson.check('0,4 m').startswith('Not yet. Measured: 1.')
     lesson.close()
     assert values() == before

@@ -139,8 +139,11 @@ def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
     page.wait(lambda: page.number('time') > 1.0)
     page.keys('r')
     page.wait(lambda: page.number('time') < 1.0)
+    page.wait(lambda: page.driver.execute_script('return Math.max(...mrc.stage.path().y)') == pytest.approx(0.88, abs=0.02))
     page.find('#place').click()
-    x, y = page.driver.execute_script('return mrc.stage.toScreen(0.5, 0.8)')
+    # drawn once more, the plane stays where it is
+    x, y = page.driver.execute_async_script(
+        'requestAnimationFrame(() => requestAnimationFrame(() => arguments[0](mrc.stage.toScreen(0.5, 0.8))))')
     canvas = page.find('#scene')
     size = canvas.size
     (ActionChains(page.driver).move_to_element_with_offset(canvas, x - size['width'] / 2, y - size['height'] / 2)
