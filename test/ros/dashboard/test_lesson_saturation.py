@@ -16,8 +16,9 @@ def test_the_lesson_of_windup_is_passed_by_keyboard_and_leaves_nothing_behind(pa
     SOLUTIONS['5_windup'](page, lesson)
     # two minutes later, the span that is asked about is still known
     page.driver.execute_script(
-        'const late = (n) => mrc.stage.newest().map((value, at) => at === mrc.live.columns.indexOf("time") ? 12 + n / 20 '
-        ': value); mrc.live.tell("rows", Array.from({length: 2500}, (_, n) => late(n)))')
+        'const time = mrc.live.columns.indexOf("time"), newest = mrc.stage.newest();'
+        'const late = (n) => newest.map((value, at) => at === time ? 12 + n / 20 : value);'
+        'mrc.live.tell("rows", Array.from({length: 2500}, (_, n) => late(n)))')
     assert lesson.check('0,4 m').startswith('Not yet. Measured: 1.')
     lesson.close()
     assert values() == before

@@ -139,7 +139,8 @@ def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
     page.wait(lambda: page.number('time') > 1.0)
     page.keys('r')
     page.wait(lambda: page.number('time') < 1.0)
-    page.wait(lambda: page.driver.execute_script('return Math.max(...mrc.stage.path().y)') == pytest.approx(0.88, abs=0.02))
+    highest = 'return Math.max(...mrc.stage.path().y)'
+    page.wait(lambda: page.driver.execute_script(highest) == pytest.approx(0.88, abs=0.02))
     page.find('#place').click()
     # drawn once more, the plane stays where it is
     x, y = page.driver.execute_async_script(
