@@ -1,9 +1,13 @@
 """Mark functions that a compiler may take, without importing one."""
 
+import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 Function = TypeVar('Function', bound=Callable[..., Any])
+
+BEGUN = time.time()
+"""Before any module with a marked function was imported [s]."""
 
 JITABLE: list[Callable[..., Any]] = []
 """Every marked function, in the order of definition: callees before their callers."""

@@ -68,6 +68,8 @@ try:
     import numba
     import numpy as np
     from numba.extending import register_jitable
+
+    from mobile_robot_control.simulation.compile_cache import kept
 except ImportError:
     numba = None  # type: ignore[assignment,unused-ignore]
 
@@ -121,9 +123,9 @@ def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Calla
     _register(*JITABLE, _accelerated_row, references_at, step)
     position_tick, velocity_tick = make_position_tick(step, form), make_velocity_tick(form)
     _register(position_tick, velocity_tick)
-    # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth of the time; never
-    # cached on disk: the cache does not see a change of a callee in another file
-    return numba.njit(nogil=True, error_model='numpy')(trial.bind(position_tick, velocity_tick, references_at, form))
+    # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth of the time
+    return kept(numba.njit(nogil=True, error_model='numpy')(
+        trial.bind(position_tick, velocity_tick, references_at, form)), step)
 
 
 @lru_cache(maxsize=32)
@@ -138,7 +140,7 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
             state, command = step(state, observation, gains, dt)
         return state, command
 
-    return numba.njit(error_model='numpy')(repeated)
+    return kept(numba.njit(error_model='numpy')(repeated), step)
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -147,7 +149,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         _warn_that_it_is_slow()
         return function
     _register(*JITABLE)
-    return numba.njit(nogil=True, error_model='numpy')(function)
+    return kept(numba.njit(nogil=True, error_model='numpy')(function), function)
 
 
 @lru_cache(maxsize=32)

@@ -1,0 +1,108 @@
+"""Compiled functions of this package on disk: the next program that needs one does not compile it for seconds."""
+
+import fcntl
+import hashlib
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, cast
+
+import numba.core.caching
+import numba.core.config
+
+from mobile_robot_control.jit import BEGUN
+
+_caching: Any = numba.core.caching
+_config: Any = numba.core.config
+
+PACKAGE = Path(__file__).parents[1]
+_LOCK = 'lock'
+_KEPT = 30 * 24 * 3600.0
+"""So long after its last use, machine code of another version of the package is removed [s]."""
+
+
+def home() -> Path:
+    """Return the folder of all versions: in NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache."""
+    place = _config.CACHE_DIR or os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
+    return Path(place, PACKAGE.name)
+
+
+@lru_cache(maxsize=1)
+def folder() -> Path | None:
+    """
+    Return the folder for machine code of the modules as they were imported; None where that is not certain.
+
+    numba's own cache looks at the file of a function alone, and not at those of its callees.
+    """
+    sources, files = hashlib.sha256(), sorted(PACKAGE.rglob('*.py'))
+    for file in files:
+        sources.update(f'{file.relative_to(PACKAGE)}\n'.encode() + file.read_bytes())
+    # a file that was edited since then is not the module that runs here
+    as_imported = files and all(file.stat().st_mtime < BEGUN for file in files)
+    return home() / sources.hexdigest()[:16] if as_imported else None
+
+
+class _Place(_caching.UserProvidedCacheLocator):  # type: ignore[misc]
+    """Where a function lies: the folder has the checksum of all sources, which no stamp must repeat."""
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> Any:
+        found = cls(py_func, py_file)
+        found._cache_path = str(folder())
+        return found
+
+    def get_source_stamp(self) -> Any:
+        return ''
+
+
+class _Form(_caching.CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = [_Place]  # noqa: RUF012 (as numba has it)
+
+
+class _Cache(_caching.FunctionCache):  # type: ignore[misc]
+    """A cache that many processes use: two that save at once would exchange their functions in that of numba."""
+
+    _impl_class = _Form
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        self._impl.locator.ensure_cache_path()
+        with Path(self.cache_path, _LOCK).open('w') as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        # without a place it is compiled
+        with suppress(Exception), self._alone():
+            try:
+                return super().load_overload(sig, target_context)
+            except Exception:  # files that were cut off raise anything
+                self.flush()
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        # nor does a full disk end a search
+        with suppress(Exception), self._alone():
+            super().save_overload(sig, data)
+
+
+def kept(dispatcher: Any, *of: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a compiled function that is kept on disk if all functions that it is made of belong to this package."""
+    ours = all((getattr(function, '__module__', '') or '').startswith(f'{PACKAGE.name}.') for function in of)
+    if ours and folder() is not None:
+        with suppress(Exception):  # of a version of numba that keeps its functions in another way
+            dispatcher._cache = _Cache(dispatcher.py_func)
+            forget_old()
+    return cast('Callable[..., Any]', dispatcher)
+
+
+@lru_cache(maxsize=1)
+def forget_old() -> None:
+    """Remove what versions of this package left that were not used for a while."""
+    for lock in home().glob(f'*/{_LOCK}'):
+        if lock.parent != folder() and time.time() - lock.stat().st_mtime > _KEPT:
+            shutil.rmtree(lock.parent, ignore_errors=True)

@@ -1,0 +1,75 @@
+"""Compiled functions on disk: found again, never those of other sources, and never needed."""
+
+import os
+
+import pytest
+
+from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.jit import BEGUN
+from mobile_robot_control.simulation import compile_cache
+
+numba = pytest.importorskip('numba')
+
+
+@pytest.fixture
+def home(monkeypatch, tmp_path):
+    """An empty folder for them."""
+    monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
+    compile_cache.folder.cache_clear()
+    yield tmp_path / 'mobile_robot_control'
+    compile_cache.folder.cache_clear()
+
+
+def _hits(function, *of):
+    """Compile a function, and call it; return how many of its forms came from disk."""
+    dispatcher = compile_cache.kept(numba.njit(function), *of or [function])
+    assert dispatcher(4.0) == wrap_angle(4.0)
+    return sum(dispatcher.stats.cache_hits.values())
+
+
+def test_a_function_of_the_package_is_compiled_once_and_another_one_is_not_kept(home):
+    assert [_hits(wrap_angle), _hits(wrap_angle)] == [0, 1]
+    for foreign in (_hits, object()):
+        assert [_hits(wrap_angle, foreign), _hits(wrap_angle, foreign)] == [0, 0]
+
+
+@pytest.mark.parametrize('damage', [b'', b'nonsense'])
+def test_files_that_were_cut_off_are_written_anew(home, damage):
+    assert _hits(wrap_angle) == 0
+    for file in home.rglob('*.nb*'):
+        file.write_bytes(damage)
+    assert [_hits(wrap_angle), _hits(wrap_angle)] == [0, 1]
+
+
+def test_without_a_place_it_is_compiled(home):
+    home.write_text('no folder')
+    assert [_hits(wrap_angle), _hits(wrap_angle)] == [0, 0]
+
+
+def test_each_state_of_the_sources_has_a_folder_and_one_edited_after_the_import_has_none(home, monkeypatch, tmp_path):
+    package = tmp_path / 'mobile_robot_control_sources'
+    (package / 'model').mkdir(parents=True)
+    callee = package / 'model' / 'callee.py'
+    monkeypatch.setattr(compile_cache, 'PACKAGE', package)
+    found = []
+    for text, age in (('x = 1', 1.0), ('x = 2', 1.0), ('x = 1', 1.0), ('x = 1', -1.0)):
+        callee.write_text(text)
+        os.utime(callee, (BEGUN - age, BEGUN - age))
+        compile_cache.folder.cache_clear()
+        found.append(compile_cache.folder())
+    assert found[0] == found[2] != found[1]
+    assert found[3] is None
+    callee.unlink()
+    compile_cache.folder.cache_clear()
+    assert compile_cache.folder() is None
+
+
+def test_what_was_not_used_for_a_month_is_removed(home):
+    for name, age in (('old', 31), ('newer', 29)):
+        (home / name).mkdir(parents=True)
+        (home / name / 'lock').touch()
+        os.utime(home / name / 'lock', (BEGUN - age * 86400.0,) * 2)
+    compile_cache.forget_old.cache_clear()
+    assert _hits(wrap_angle) == 0
+    assert not (home / 'old').exists()
+    assert (home / 'newer').exists()
