@@ -241,8 +241,9 @@ class Robots:
         return answer.success, answer.message
 
     def _closed_bag(self, namespace):
-        """Close the bags once no message of a loop topic has come for half a second."""
-        self.spin_until(lambda: time.time_ns() - max(each.received for each in self.recorders.values()) > 0.5e9)
+        """Close the bags once no message of a loop topic comes for half a second."""
+        for recorder in self.recorders.values():
+            recorder.drain(lambda: self._executor.spin_once(timeout_sec=0.05), 0.5, 60.0)
         self._bags.close()
         return self._bag(namespace)
 

@@ -22,6 +22,8 @@ SETTLE = 1.0
 """[s] of wall time for finding other publishers, before a run and repeatedly during it."""
 _STANDSTILL = 1.0
 """[s] of wall time, at most, for which a run continues after its law has failed."""
+_BEHIND = 20.0
+"""[s] of wall time, at most, for recording what arrived while this process could not run."""
 
 
 class Course(Protocol):
@@ -91,10 +93,7 @@ class ExperimentRunner:
 
     def drain(self) -> None:
         """Record messages that have arrived and are not recorded yet."""
-        ended = time.time_ns()
-        # another robot on the same topics never falls silent
-        while time.time_ns() - max(ended, self.recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
-            self._turn()
+        self.recorder.drain(self._turn, 0.3, _BEHIND)
 
     def is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""

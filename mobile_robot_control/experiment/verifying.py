@@ -25,7 +25,7 @@ from mobile_robot_control.tuning.benchmark_cell import Cell, gains_of, with_gain
 
 WITHIN = 1e-9
 """Largest difference, of values above 1 as a share of them."""
-_PATIENCE, _TRIES = 20.0, 3
+_PATIENCE = 20.0
 
 
 class DrawnRun(NamedTuple):
@@ -85,17 +85,13 @@ def difference(run: DrawnRun, folder: Path, stop: Stop) -> str:
     rms = math.sqrt(math.fsum(squares) / len(squares))
     if _apart(rms, run.rms):
         return f'its RMS error is {rms!r} m, and {run.rms!r} m in the table'
-    told = ''
-    for _ in range(_TRIES):
-        told, recorded = _recorded(run, trial.steps / run.configuration.plant.shared.velocity_rate, folder, stop)
-        # a busy machine may lose the end of a recording, and what is there is compared
-        for ours, theirs in zip(recorded, expected, strict=False):
-            if any(map(_apart, _numbers(ours), _numbers(theirs))):
-                return f'at t = {theirs.time:g} s: {_numbers(ours)} in place of {_numbers(theirs)}'
-        if told or stop.requested or len(recorded) == len(expected):
-            break
-        told = f'only {len(recorded)} of {len(expected)} samples were recorded'
-    return told
+    told, recorded = _recorded(run, trial.steps / run.configuration.plant.shared.velocity_rate, folder, stop)
+    for ours, theirs in zip(recorded, expected, strict=False):
+        if any(map(_apart, _numbers(ours), _numbers(theirs))):
+            return f'at t = {theirs.time:g} s: {_numbers(ours)} in place of {_numbers(theirs)}'
+    if told or stop.requested or len(recorded) == len(expected):
+        return told
+    return f'only {len(recorded)} of {len(expected)} samples were recorded'
 
 
 def _recorded(run: DrawnRun, duration: float, folder: Path, stop: Stop) -> tuple[str, list[Sample]]:

@@ -1,6 +1,7 @@
 """A recording that begins and ends while the robot drives."""
 
 import time
+from types import SimpleNamespace
 
 import pytest
 import rclpy
@@ -73,3 +74,17 @@ def test_odometry_of_a_driver_without_repetitions_is_recorded(executor):
         publisher.publish(Odometry())
         executor.spin_once(timeout_sec=0.05)
     talker.destroy_node()
+
+
+def test_what_waits_is_recorded_although_the_process_did_not_run_for_a_while():
+    recorder, waiting, turns = SimpleNamespace(received=0), [3, 2, 1], []
+
+    def turn():
+        turns.append(waiting)
+        if len(turns) == 1:  # the time is up before it has looked
+            time.sleep(0.2)
+        elif waiting:
+            recorder.received = waiting.pop()
+
+    Recorder.drain(recorder, turn, 0.1, 60.0)
+    assert not waiting

@@ -26,6 +26,8 @@ from mobile_robot_control.topics import EVENTS, MEASURED_TOPICS, SHARED_TOPICS, 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
 """Steps by which a lockstep run may lead its recording."""
+_TURNS = 10
+"""Without a message, after which none is waiting."""
 NO_LIMIT = 1 << 62
 """[ns]"""
 _DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
@@ -100,6 +102,35 @@ class Recorder(Node):
     def is_complete(self) -> bool:
         """Return whether every loop topic that has had a message is recorded up to `last`."""
         return all(newest >= self.last for newest in self.newest.values())
+
+    def drain(
+        self, turn: Callable[[], object], silence: float, seconds: float, done: Callable[[], bool] = lambda: False
+    ) -> None:
+        """
+        Take messages that have arrived and are not recorded yet.
+
+        Parameters
+        ----------
+        turn : callable
+            Spins once.
+        silence : float
+            It ends when no message of a loop topic comes for so long [s], and in several turns: a process that has not
+            run has not looked.
+        seconds : float
+            It ends at the latest after this time [s]: another robot on the same topics never falls silent.
+        done : callable
+            It ends as soon as this holds.
+
+        """
+        deadline = time.monotonic() + seconds
+        last, turns = time.monotonic(), 0
+        while ((turns < _TURNS or time.monotonic() < last + silence) and time.monotonic() < deadline
+               and not done()):
+            received = self.received
+            turn()
+            turns += 1
+            if self.received != received:
+                last, turns = time.monotonic(), 0
 
     def has_every_node(self) -> bool:
         """Return whether, in addition, the diagnostics of all nodes are discovered, which may report a failed law."""
