@@ -82,7 +82,7 @@ def run_side_by_side(
     """
     # forks know laws that were registered by hand, and import no script again; all begin before the executor's threads
     context = multiprocessing.get_context('fork')
-    counted, stopping, shown = context.Value('q'), context.RawValue('b'), 0
+    counted, stopping, shown = context.Value('q'), context.RawValue('b', stopped()), 0
     with ProcessPoolExecutor(workers, context, _begin, (Pool(1), counted, stopping)) as executor:
         parts = [executor.submit(_run_part, part, folder, size) for part in _parts(cells, workers)]
         try:

@@ -233,7 +233,7 @@ def test_processes_end_with_a_parent_that_is_killed(track, tmp_path):
     """They would go on with the journals of the next benchmark."""
     code = ('import os, sys, time; from mobile_robot_control.cli import benchmark; '
             'from mobile_robot_control.tuning import benchmark_run; '
-            'benchmark_run.run_cell = lambda *_: print(os.getpid(), flush=True) or time.sleep(600); '
+            'benchmark_run.run_cell = lambda *_: os.write(1, b"%d\\n" % os.getpid()) and time.sleep(600); '
             'benchmark.main(sys.argv[1:])')
     parent = subprocess.Popen(
         [sys.executable, '-c', code, '--tracks', str(track), '--output', str(tmp_path / 'out'), '--laws', 'kanayama',
