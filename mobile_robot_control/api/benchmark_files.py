@@ -23,7 +23,6 @@ from mobile_robot_control.tuning.benchmark import (
     benchmark_values,
     summary_lines,
 )
-from mobile_robot_control.tuning.workers import runner
 
 CELLS = 'cells'
 """The folder of what is done, within that of a benchmark."""
@@ -66,9 +65,9 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
 
 def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:
     """Run all cells with a progress bar until they are done or Ctrl-C is pressed."""
-    with runner(benchmark.request.where) as run, Interrupt() as interrupt, tqdm(
+    with Interrupt() as interrupt, tqdm(
             total=benchmark.rollouts, disable=None, unit='rollout', unit_scale=True) as bar:
-        return benchmark.run(run, cells, bar.update, lambda: interrupt.requested)
+        return benchmark.run(cells, bar.update, lambda: interrupt.requested)
 
 
 def write_benchmark(

@@ -19,7 +19,6 @@ from mobile_robot_control.tuning.benchmark import (
     benchmark_values,
     summary_lines,
 )
-from mobile_robot_control.tuning.workers import runner
 
 if TYPE_CHECKING:
     from mobile_robot_control.pages.inline_page import InlinePage
@@ -130,8 +129,8 @@ def benchmark(
              'budgets': budgets or None, 'seeds': seeds or None, 'tune': tune, 'workers': workers, **options}
     sources = parameter_sources(files, None, parameters)
     chosen = Benchmark(make_request(BenchmarkRequest, {'sources': sources, **asked}))
-    with (runner(chosen.request.where) as run, tempfile.TemporaryDirectory() as folder,
+    with (tempfile.TemporaryDirectory() as folder,
           tqdm(total=chosen.rollouts, disable=not progress, unit='rollout') as bar):
-        done = chosen.run(run, Path(folder), bar.update, lambda: False)
+        done = chosen.run(Path(folder), bar.update, lambda: False)
     made = provenance(call_text('benchmark', *files, parameters=parameters, **asked), None)
     return Benchmarked(benchmark_values(chosen, done), made, chosen, done)

@@ -1,4 +1,4 @@
-"""The discrete algebraic Riccati equation of small systems, in plain Python: nodes import no SciPy."""
+"""The discrete algebraic Riccati equation of three states, in plain Python: nodes import no SciPy."""
 
 import math
 from collections.abc import Sequence
@@ -10,6 +10,7 @@ _DOUBLINGS = 60
 """More than any loop needs that settles within 1e15 periods."""
 _SETTLED = 1e-14
 """Relative change of the largest element."""
+_IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:
@@ -46,8 +47,60 @@ def diagonal(values: Sequence[float]) -> Matrix:
     return tuple(tuple(value if n == m else 0.0 for m in range(len(values))) for n, value in enumerate(values))
 
 
+# Written out for three states: four times as fast as loops, in the same order of operations. A search solves 63
+# equations a candidate.
+
+
+def _product(a: Matrix, b: Matrix) -> Matrix:
+    (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = a
+    (b11, b12, b13), (b21, b22, b23), (b31, b32, b33) = b
+    return ((a11 * b11 + a12 * b21 + a13 * b31, a11 * b12 + a12 * b22 + a13 * b32, a11 * b13 + a12 * b23 + a13 * b33),
+            (a21 * b11 + a22 * b21 + a23 * b31, a21 * b12 + a22 * b22 + a23 * b32, a21 * b13 + a22 * b23 + a23 * b33),
+            (a31 * b11 + a32 * b21 + a33 * b31, a31 * b12 + a32 * b22 + a33 * b32, a31 * b13 + a32 * b23 + a33 * b33))
+
+
+def _sum(a: Matrix, b: Matrix) -> Matrix:
+    (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = a
+    (b11, b12, b13), (b21, b22, b23), (b31, b32, b33) = b
+    return ((a11 + b11, a12 + b12, a13 + b13), (a21 + b21, a22 + b22, a23 + b23), (a31 + b31, a32 + b32, a33 + b33))
+
+
+def _transpose(a: Matrix) -> Matrix:
+    (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = a
+    return (a11, a21, a31), (a12, a22, a32), (a13, a23, a33)
+
+
+def _solution(a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix]:
+    """Solve a x = b and a y = c as `solved` does."""
+    p, q, r = [(*row, *first, *second) for row, first, second in zip(a, b, c, strict=True)]
+    if abs(r[0]) > abs(p[0]) and abs(r[0]) > abs(q[0]):
+        p, r = r, p
+    elif abs(q[0]) > abs(p[0]):
+        p, q = q, p
+    # a column that is eliminated is read no more
+    by, p1, p2, p3, p4, p5, p6, p7, p8 = p
+    p1, p2, p3, p4, p5, p6, p7, p8 = p1 / by, p2 / by, p3 / by, p4 / by, p5 / by, p6 / by, p7 / by, p8 / by
+    by, q1, q2, q3, q4, q5, q6, q7, q8 = q
+    q = (q1 - by * p1, q2 - by * p2, q3 - by * p3, q4 - by * p4, q5 - by * p5, q6 - by * p6, q7 - by * p7, q8 - by * p8)
+    by, r1, r2, r3, r4, r5, r6, r7, r8 = r
+    r = (r1 - by * p1, r2 - by * p2, r3 - by * p3, r4 - by * p4, r5 - by * p5, r6 - by * p6, r7 - by * p7, r8 - by * p8)
+    if abs(r[0]) > abs(q[0]):
+        q, r = r, q
+    by, q2, q3, q4, q5, q6, q7, q8 = q
+    q2, q3, q4, q5, q6, q7, q8 = q2 / by, q3 / by, q4 / by, q5 / by, q6 / by, q7 / by, q8 / by
+    p2, p3, p4, p5, p6, p7, p8 = (p2 - p1 * q2, p3 - p1 * q3, p4 - p1 * q4, p5 - p1 * q5, p6 - p1 * q6, p7 - p1 * q7,
+                                  p8 - p1 * q8)
+    r1, r2, r3, r4, r5, r6, r7, r8 = r
+    by = r2 - r1 * q2
+    r3, r4, r5 = (r3 - r1 * q3) / by, (r4 - r1 * q4) / by, (r5 - r1 * q5) / by
+    r6, r7, r8 = (r6 - r1 * q6) / by, (r7 - r1 * q7) / by, (r8 - r1 * q8) / by
+    return (((p3 - p2 * r3, p4 - p2 * r4, p5 - p2 * r5), (q3 - q2 * r3, q4 - q2 * r4, q5 - q2 * r5), (r3, r4, r5)),
+            ((p6 - p2 * r6, p7 - p2 * r7, p8 - p2 * r8), (q6 - q2 * r6, q7 - q2 * r7, q8 - q2 * r8), (r6, r7, r8)))
+
+
 def _largest(a: Matrix) -> float:
-    return max(abs(x) for row in a for x in row)
+    first, second, third = a
+    return max(map(abs, (*first, *second, *third)))
 
 
 def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
@@ -60,14 +113,14 @@ def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     Parameters
     ----------
     a, b : tuple of tuple of float
-        Of x⁺ = A x + B u, shapes (n, n) and (n, m); stabilisable.
+        Of x⁺ = A x + B u, shapes (3, 3) and (3, m); stabilisable.
     q, r : tuple of tuple of float
         Weights of state and input, positive definite.
 
     Returns
     -------
     tuple of tuple of float
-        X, shape (n, n).
+        X, shape (3, 3).
 
     Raises
     ------
@@ -80,21 +133,21 @@ def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
        discrete-time algebraic Riccati equations", International Journal of Control 77, 2004, pp. 767-788.
 
     """
-    size, identity = len(a), diagonal([1.0] * len(a))
     g, h = product(b, solved(r, transposed(b))), q
     for _ in range(_DOUBLINGS):
-        both = solved(added(identity, product(g, h)), tuple([(*row, *other) for row, other in zip(a, g, strict=True)]))
         # (I + G H)⁻¹ A and (I + G H)⁻¹ G
-        w_a, w_g = tuple([row[:size] for row in both]), tuple([row[size:] for row in both])
+        w_a, w_g = _solution(_sum(_IDENTITY, _product(g, h)), a, g)
         # H⁺ = H + Aᵀ H (I + G H)⁻¹ A
-        change = product(transposed(a), product(h, w_a))
-        # G⁺ = G + A (I + G H)⁻¹ G Aᵀ, A⁺ = A (I + G H)⁻¹ A
-        g, h = added(g, product(product(a, w_g), transposed(a))), added(h, change)
-        a = product(a, w_a)
-        if not math.isfinite(_largest(h)):
+        a_t = _transpose(a)
+        change = _product(a_t, _product(h, w_a))
+        h = _sum(h, change)
+        largest = _largest(h)
+        if not math.isfinite(largest):
             break
-        if _largest(change) <= _SETTLED * _largest(h):
+        if _largest(change) <= _SETTLED * largest:
             return h
+        # G⁺ = G + A (I + G H)⁻¹ G Aᵀ, A⁺ = A (I + G H)⁻¹ A
+        g, a = _sum(g, _product(_product(a, w_g), a_t)), _product(a, w_a)
     raise ValueError('the Riccati equation has no stabilising solution that the iteration finds')
 
 
@@ -102,7 +155,7 @@ def optimal_feedback(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     """
     Return the gains K of u = -K x that minimise the sum of xᵀ Q x + uᵀ R u.
 
-    Parameters and errors as in `riccati`; K has the shape (m, n).
+    Parameters and errors as in `riccati`; K has the shape (m, 3).
     """
     b_x = product(transposed(b), riccati(a, b, q, r))
     # K = (R + Bᵀ X B)⁻¹ Bᵀ X A

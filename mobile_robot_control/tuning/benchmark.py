@@ -16,13 +16,14 @@ from mobile_robot_control.configuration.track_files import Published, Track, rea
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import INLINE, Field
+from mobile_robot_control.simulation.batch import cores
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
-from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.tuning.benchmark_cell import POPULATION, Cell, judged_runs, run_cell
+from mobile_robot_control.tuning.benchmark_cell import POPULATION, Cell, judged_runs
+from mobile_robot_control.tuning.benchmark_run import run_cells, run_side_by_side
 from mobile_robot_control.tuning.monte_carlo import LARGEST_SEED, Judged, wilson_interval
 from mobile_robot_control.tuning.ranking import RANKED, quantile, ranked, shared_scenarios
-from mobile_robot_control.tuning.workers import TrialRunner, Workers
+from mobile_robot_control.tuning.workers import Workers, runner
 
 _FIRST_SEED, _FIRST_BUDGET = 1, 500
 Done = list[tuple[Cell, dict[str, Any]]]
@@ -98,9 +99,7 @@ class Benchmark:
         files = [(cell, cell.file(folder)) for cell in self.cells]
         return [(cell, json.loads(file.read_text(encoding='utf-8'))) for cell, file in files if file.exists()]
 
-    def run(
-        self, run: TrialRunner, folder: Path, progress: Callable[[int], object], stopped: Callable[[], bool]
-    ) -> Done:
+    def run(self, folder: Path, progress: Callable[[int], object], stopped: Callable[[], bool]) -> Done:
         """
         Run the cells that a folder does not hold; each is written as soon as it is done.
 
@@ -110,26 +109,13 @@ class Benchmark:
             All cells, or those that were done before it was stopped, with their results.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        a_cell = self.rollouts // len(self.cells)
-        for cell in self.cells:
-            file, counted = cell.file(folder), 0
-            if not file.exists():
-                if stopped():
-                    break
-
-                def count(rollouts: int) -> None:
-                    nonlocal counted
-                    counted += rollouts
-                    progress(rollouts)
-
-                done = run_cell(cell, run, file, count, stopped)
-                if done is None:
-                    break
-                write_atomically(file, json.dumps(done))
-            # also of a cell after whose last line the program was killed
-            file.with_suffix('.journal').unlink(missing_ok=True)
-            # the bar ends where all cells do, whatever one has left out
-            progress(a_cell - counted)
+        where, size = self.request.where, self.rollouts // len(self.cells)
+        workers = 1 if where.scheduler else min(where.workers or cores(), len(self.cells))
+        if workers > 1:
+            run_side_by_side(self.cells, workers, folder, size, progress, stopped)
+        else:
+            with runner(where) as run:
+                run_cells(self.cells, run, folder, size, progress, stopped)
         return self.held(folder)
 
 

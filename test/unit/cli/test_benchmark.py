@@ -1,8 +1,12 @@
 """The command `benchmark`: its table, hash, files and exit codes, on a track so small that rollouts run plain."""
 
+import contextlib
 import csv
 import json
+import multiprocessing
+import os
 import random
+import signal
 import subprocess
 import sys
 import time
@@ -13,10 +17,13 @@ from mobile_robot_control.api import benchmark_files
 from mobile_robot_control.cli import benchmark
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.plugins import register
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.system.interrupt import Interrupt
+from mobile_robot_control.tuning import benchmark_run
 from mobile_robot_control.tuning.benchmark import Benchmark, BenchmarkRequest
 
 TRACK = """
@@ -86,6 +93,17 @@ class _Stopped(Interrupt):
     @requested.setter
     def requested(self, value):
         pass
+
+
+class _Bar(contextlib.nullcontext):
+    """Adds up its updates."""
+
+    def __init__(self, shown):
+        super().__init__(self)
+        self._shown = shown
+
+    def update(self, count):
+        self._shown[1] += count
 
 
 def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash(track, tmp_path, capsys):
@@ -183,6 +201,51 @@ def test_an_interrupted_benchmark_goes_on_to_the_same_hash(track, tmp_path, monk
     assert read(tmp_path / 'stopped')[0]['hash'] == whole
 
 
+def test_two_processes_give_the_hash_of_one_also_where_a_law_came_by_hand_and_after_an_interrupt(
+    track, tmp_path, monkeypatch, capsys
+):
+    register(LAWS['kanayama']._replace(name='by_hand'))
+    laws = ['--laws', 'kanayama', 'by_hand', 'ramsete']
+    assert run(track, tmp_path / 'one', *laws) == 0
+    ends = []
+    monkeypatch.setattr(benchmark_files, 'tqdm', lambda total, **_: ends.append([total, 0]) or _Bar(ends[-1]))
+    monkeypatch.setattr(benchmark_files, 'Interrupt', lambda: _Stopped(0))
+    assert run(track, tmp_path / 'two', *laws, '--workers', 2) == 1
+    assert 'after 0 of 3 cells' in capsys.readouterr().err
+    monkeypatch.setattr(benchmark_files, 'Interrupt', Interrupt)
+    assert run(track, tmp_path / 'two', *laws, '--workers', 2, '--resume') == 0
+    assert ends[-1][0] == ends[-1][1]
+    assert multiprocessing.active_children() == []
+    assert read(tmp_path / 'two')[0]['hash'] == read(tmp_path / 'one')[0]['hash']
+
+
+@pytest.mark.parametrize(('end', 'told'), [
+    (lambda *_: (_ for _ in ()).throw(ParameterError(['a journal is damaged'])), 'a journal is damaged'),
+    (lambda *_: os.kill(os.getpid(), signal.SIGKILL), 'fewer --workers'),
+])
+def test_an_error_in_a_process_and_its_death_are_told(track, tmp_path, monkeypatch, capsys, end, told):
+    monkeypatch.setattr(benchmark_run, 'run_cell', end)
+    assert run(track, tmp_path / 'out', '--laws', 'kanayama', 'ramsete', '--workers', 2) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_processes_end_with_a_parent_that_is_killed(track, tmp_path):
+    """They would go on with the journals of the next benchmark."""
+    code = ('import os, sys, time; from mobile_robot_control.cli import benchmark; '
+            'from mobile_robot_control.tuning import benchmark_run; '
+            'benchmark_run.run_cell = lambda *_: os.write(1, b"%d\\n" % os.getpid()) and time.sleep(600); '
+            'benchmark.main(sys.argv[1:])')
+    parent = subprocess.Popen(
+        [sys.executable, '-c', code, '--tracks', str(track), '--output', str(tmp_path / 'out'), '--laws', 'kanayama',
+         'ramsete', *SMALL, '--workers', '2'], stdout=subprocess.PIPE, text=True)
+    with parent:
+        workers = [int(parent.stdout.readline()) for _ in range(2)]
+        assert parent.pid not in workers
+        parent.kill()
+        # all that write to the pipe have ended
+        assert parent.stdout.read() == ''
+
+
 @pytest.mark.parametrize(('arguments', 'told'), [
     (['--robot', 'kobuki'], 'each track names its robot'),
     (['--tracks', 'rectangel'], "did you mean 'rectangle'?"),
@@ -219,6 +282,16 @@ def test_python_returns_the_same_table(track, tmp_path):
     assert found.hash in found.report(tmp_path / 'page').html
 
 
+def generations(folder):
+    """Count those that were scored, of finished cells and of those begun."""
+    found = 20 * len([*folder.glob('cells/*.json')])
+    for file in folder.glob('cells/*.journal'):
+        # that of a cell which ends now
+        with contextlib.suppress(FileNotFoundError):
+            found += file.read_bytes().count(b'\n') - 1
+    return found
+
+
 @pytest.mark.soak
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize('where', [['--workers', '1'], ['--workers', '2'], 'dask'])
@@ -230,14 +303,16 @@ def test_killed_at_ten_random_moments_it_ends_with_the_same_hash(tmp_path, where
 
         cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
         where = ['--scheduler', cluster.scheduler_address]
-    begun = time.monotonic()
     subprocess.run([*command, '--output', str(tmp_path / 'whole')], check=True, capture_output=True)
-    lasted = time.monotonic() - begun
     rng, kills = random.Random(1), 0  # noqa: S311 (of moments)
     for _ in range(10):
         started = subprocess.Popen([*command, *where, '--output', str(tmp_path / 'killed'), '--resume'],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        time.sleep(rng.uniform(0.1, 0.7) * lasted)
+        # of 80 generations: however fast the machine is, ten kills leave some
+        enough = generations(tmp_path / 'killed') + rng.randint(0, 5)
+        while started.poll() is None and generations(tmp_path / 'killed') <= enough:
+            time.sleep(0.05)
+        time.sleep(rng.uniform(0.0, 0.2))
         kills += started.poll() is None
         started.kill()
         started.wait()
