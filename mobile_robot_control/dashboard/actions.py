@@ -33,8 +33,10 @@ _MOST = 50
 
 _LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque')
 """Parameters that a page sets along with a path."""
-_PATIENCE, _LOOK = 3.0, 0.05
+_PATIENCE, _LOOK = 8.0, 0.05
 """[s] of wall time for a cart to accept a path or refuse it, and between two checks."""
+_HELD = 3.0
+"""[s] of wall time for the same while time stands: a path may have to wait for its next tick."""
 _START = 20.0
 """[s] of wall time for a node to start again."""
 _AT_ONCE = {'period'}
@@ -217,7 +219,8 @@ class Actions:
 
     async def _changed_course(self, before: Counter[str]) -> Counter[str] | None:
         """Wait for a new count of changes, and return it; None if none comes."""
-        for _ in range(round(_PATIENCE / _LOOK)):
+        plant = (await self._present()).get('plant', {})
+        for _ in range(round((_HELD if plant.get('paused') or plant.get('hold_at') else _PATIENCE) / _LOOK)):
             await asyncio.sleep(_LOOK)
             found = await self._course_changes()
             if found != before:

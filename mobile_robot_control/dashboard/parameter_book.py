@@ -157,7 +157,7 @@ class Players:
 
 _MOST = 400
 """Most parameters shown of a node; a driver may have thousands."""
-_OF_EVERY_NODE = ((SetParameters, 'set_parameters'),)
+_OF_EVERY_NODE = ((SetParameters, 'set_parameters'), (SetParametersAtomically, 'set_parameters_atomically'))
 _OF_PLANT = ((Trigger, 'reset'), (Trigger, 'step'))
 """Services that a page may need at once."""
 
@@ -174,11 +174,13 @@ class KnownNode:
         By parameter.
     values : dict of str to object
         Present values by parameter, ready for JSON.
+    unanswered : bool
+        Whether it did not answer the last question in time; it is asked again.
 
     """
 
     def __init__(self, role: str, name: str, endpoint: bytes) -> None:
-        self.role, self.name, self.endpoint = role, name, endpoint
+        self.role, self.name, self.endpoint, self.unanswered = role, name, endpoint, False
         self.entries: dict[str, Entry] = {}
         self.values: dict[str, Any] = {}
 
@@ -214,10 +216,13 @@ class ParameterBook:
         self.version = 0
 
     def discover(self) -> None:
-        """Find the publishing nodes; request the parameters of new ones."""
+        """Find the publishing nodes; request the parameters of new ones, and of those that did not answer."""
         for role, found in self._players.look().items():
             known = self.nodes.get(role)
             if known is not None and (known.name, known.endpoint) == found:
+                if known.unanswered:
+                    known.unanswered = False
+                    self._fetch(known)
                 continue
             # a node that has gone stays until another comes: its state shows its silence
             if known is not None:
@@ -228,9 +233,9 @@ class ParameterBook:
             for kind, service in (*_OF_EVERY_NODE, *(_OF_PLANT if role == 'plant' else ())):
                 self._calls.prepare(kind, f'{found[0]}/{service}')
 
-    def _fetch(self, known: KnownNode) -> None:
+    def _fetch(self, known: KnownNode) -> Future[Any]:
         """Request names from a node, then descriptions and values."""
-        self._ask(known, ListParameters, 'list_parameters', ListParameters.Request(), self._take_names)
+        return self._ask(known, ListParameters, 'list_parameters', ListParameters.Request(), self._take_names)
 
     def _take_names(self, known: KnownNode, listed: Any) -> None:
         names = [name for name in listed.result.names if not is_ros_parameter(name)][:_MOST]
@@ -255,22 +260,28 @@ class ParameterBook:
         self.version += 1
 
     def _ask(self, known: KnownNode, kind: Any, service: str, request: Any,
-             take: Callable[[KnownNode, Any], None]) -> None:
+             take: Callable[[KnownNode, Any], None]) -> Future[Any]:
         def answered(done: Future[Any]) -> None:
-            if done.exception() is None and self.nodes.get(known.role) is known:
+            known.unanswered = done.exception() is not None
+            if not known.unanswered and self.nodes.get(known.role) is known:
                 take(known, done.result())
 
-        self._calls.call(kind, f'{known.name}/{service}', request).add_done_callback(answered)
+        asked = self._calls.call(kind, f'{known.name}/{service}', request)
+        asked.add_done_callback(answered)
+        return asked
 
     def refresh(self) -> None:
         """Read the values of all nodes again, after a change."""
         for known in self.nodes.values():
-            names = list(known.values)
-            if names:
-                self._ask(known, GetParameters, 'get_parameters', GetParameters.Request(names=names),
-                          lambda known, got, names=names: self._take_values(known, names, got))  # type: ignore[misc]
-            else:
-                self._fetch(known)
+            self._read(known)
+
+    def _read(self, known: KnownNode) -> Future[Any]:
+        """Read the values of a node again; return its answer, which is stored before it is handed on."""
+        names = list(known.values)
+        if not names:
+            return self._fetch(known)
+        return self._ask(known, GetParameters, 'get_parameters', GetParameters.Request(names=names),
+                         lambda known, got: self._take_values(known, names, got))
 
     def set(self, role: str, values: dict[str, Any], together: bool = False) -> Future[str]:
         """
@@ -288,7 +299,7 @@ class ParameterBook:
         Returns
         -------
         concurrent.futures.Future
-            With '' or the node's text of refusal; NoAnswerError without an answer.
+            With '' or the node's text of refusal, once the new values are stored; NoAnswerError without an answer.
 
         """
         known = self.nodes.get(role)
@@ -308,8 +319,9 @@ class ParameterBook:
                 return
             results = [answer.result().result] if together else answer.result().results
             refused = list(dict.fromkeys(one.reason or 'refused' for one in results if not one.successful))
-            self.refresh()
-            done.set_result(shortened('; '.join(refused), 1000))
+            text = shortened('; '.join(refused), 1000)
+            # a page that asks for more on its answer finds what it has set
+            self._read(known).add_done_callback(lambda _: done.set_result(text))
 
         kind, service = ((SetParametersAtomically, 'set_parameters_atomically') if together
                          else (SetParameters, 'set_parameters'))

@@ -144,7 +144,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         if (n > 0) compared = {};
         began = now('run');
         const {good, text} = await live.ask({do: 'move', control: n, value: given});
-        if (good) { if (!(accepted > given)) accepted = Number(given); } else if (!(refused < given)) refused = Number(given);
+        if (good) {
+          if (!(accepted > given)) accepted = Number(given);
+          // it was no refusal: the node did not answer in time
+          if (refused <= accepted) refused = NaN;
+        } else if (!(refused < given)) refused = Number(given);
         verdict(null, good ? '' : text);
       };
       let queued = false;
@@ -237,6 +241,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       state = '';
       began = now('run');
       const {good, text} = await live.ask({do: 'lesson', name});
+      // it was closed meanwhile, or another one was begun
+      if (running !== lesson) return;
       if (!good) verdict(false, text);
       if (good && lesson.plan) {
         const shown = await showPlan();

@@ -80,8 +80,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         wanted = null;
         const {good, text} = await send(asked);
         words.textContent = good ? '' : text;
-        if (good) show(asked);
-        else if (!wanted) { field.blur(); moved = -Infinity; show(value); }
+        if (good) value = asked;
+        // while a newer one waits, the slider stays where it was dragged to
+        if (wanted) continue;
+        if (!good) { field.blur(); moved = -Infinity; }
+        show(value);
       }
       busy = false;
     }

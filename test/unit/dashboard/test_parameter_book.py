@@ -1,10 +1,21 @@
 """The entries of parameters: those of nodes that describe themselves equal those of the declarations."""
 
+from concurrent.futures import Future
+from types import SimpleNamespace
+
 import pytest
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterValue
+from rcl_interfaces.msg import FloatingPointRange, ListParametersResult, ParameterDescriptor, ParameterValue
+from rcl_interfaces.msg import SetParametersResult as Result
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.dashboard.parameter_book import described_entry, known_entries, plain_value
+from mobile_robot_control.dashboard.parameter_book import (
+    ParameterBook,
+    described_entry,
+    known_entries,
+    plain_value,
+)
+from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.ros.services.parameter_bridge import declare
 
@@ -46,3 +57,76 @@ def test_the_values_are_plain_json():
     assert plain_value(ParameterValue(type=8, double_array_value=[1.0, 2.5])) == [1.0, 2.5]
     assert plain_value(ParameterValue(type=4, string_value='<b>\n')) == '<b>\\n'
     assert plain_value(ParameterValue(type=5)) is None
+
+
+class Graph:
+    """Stands for a graph with a plant of one parameter, and for the calls to it, which are answered by hand."""
+
+    def __init__(self):
+        self.asked = []
+
+    @staticmethod
+    def resolve_topic_name(topic):
+        return topic
+
+    @staticmethod
+    def get_publishers_info_by_topic(topic):
+        return [SimpleNamespace(endpoint_gid=[1], node_name='plant', node_namespace='/')] if topic == 'odom' else []
+
+    def prepare(self, kind, name):
+        """Need no preparation."""
+
+    def call(self, kind, name, request):
+        self.asked.append((kind, Future()))
+        return self.asked[-1][1]
+
+    def answer(self, kind, response):
+        """Answer the oldest call, which is of this kind."""
+        asked, done = self.asked.pop(0)
+        assert asked is kind
+        if isinstance(response, Exception):
+            done.set_exception(response)
+        else:
+            done.set_result(response)
+
+
+def _found(value):
+    return GetParameters.Response(values=[ParameterValue(type=3, double_value=value)])
+
+
+@pytest.fixture
+def graph():
+    return Graph()
+
+
+@pytest.fixture
+def book(graph):
+    """A book that knows the plant, its first answer having been lost."""
+    made = ParameterBook(graph, graph)
+    made.discover()
+    graph.answer(ListParameters, NoAnswerError('lost'))
+    made.discover()
+    graph.answer(ListParameters, ListParameters.Response(result=ListParametersResult(names=['mass'])))
+    graph.answer(GetParameters, _found(1.0))
+    graph.answer(DescribeParameters, DescribeParameters.Response(descriptors=[ParameterDescriptor(name='mass', type=3)]))
+    return made
+
+
+def test_a_node_whose_answer_was_lost_is_asked_again(graph, book):
+    assert book.value('plant', 'mass') == 1.0
+    book.refresh()
+    graph.answer(GetParameters, NoAnswerError('lost'))
+    book.discover()
+    graph.answer(ListParameters, ListParameters.Response(result=ListParametersResult(names=['mass'])))
+    graph.answer(GetParameters, _found(2.0))
+    assert book.value('plant', 'mass') == 2.0
+    book.discover()
+    assert not graph.asked
+
+
+def test_a_change_is_answered_once_the_new_value_is_known(graph, book):
+    answer = book.set('plant', {'mass': 3.0})
+    graph.answer(SetParameters, SetParameters.Response(results=[Result(successful=True)]))
+    assert not answer.done()
+    graph.answer(GetParameters, _found(3.0))
+    assert (answer.result(), book.value('plant', 'mass')) == ('', 3.0)
