@@ -118,7 +118,7 @@ tools/node_modules/.package-lock.json: tools/package.json tools/package-lock.jso
 # the generated parts of docs/: tables of parameters, commands and robots, results of the robots and of the position
 # laws, the table of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
 # examples/tutorial. Where the tracks or searches behind the table of the laws have changed, the benchmark runs again:
-# some 25 minutes, which can be interrupted. The last one, the replay that moves, needs chromium
+# some 12 minutes, which can be interrupted. The last one, the replay that moves, needs chromium
 pages: MADE := PYTHONPATH=examples/chapter $(BIN)/python tools
 pages: $(TESTED)
 	$(MADE)/package_drawing.py

@@ -35,7 +35,7 @@ def fingerprint(laws: Sequence[str], tracks: Sequence[str]) -> str:
 
 
 def stored(store: Path) -> dict[str, Any]:
-    """Return the stored benchmark, run again where tracks or searches have changed: some 25 minutes, resumable."""
+    """Return the stored benchmark, run again where tracks or searches have changed: some 12 minutes, resumable."""
     found: dict[str, Any] = json.loads(store.read_text(encoding='utf-8')) if store.exists() else {}
     if found.get('fingerprint') != fingerprint(NAMES, list(shipped_tracks())):
         print(COMMAND, file=sys.stderr)
@@ -191,7 +191,7 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
                     '| track | law | metric | published | ours |', '|---|---|---|---|---|')
         yield from (table_row([track, one['law'], f'`{name}`', f'{value:.5g}', f'{one["ours"][name]:.5g}'])
                     for track, one in published for name, value in one['published'].items())
-    yield from ('', '`benchmark --seed 1 --output runs/benchmark` makes all of it again, in some 25 minutes on two '
+    yield from ('', '`benchmark --seed 1 --output runs/benchmark` makes all of it again, in some 12 minutes on two '
                 'cores.')
 
 
