@@ -58,6 +58,9 @@ class Browser:
         self.errors(), self.requests()
         self.driver.get(path.as_uri())
         self.evaluate('Promise.all([...document.images].map(image => image.decode().catch(() => 0)))')
+        if scripts:
+            # charts take the width that is left by then
+            self.evaluate('new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))')
 
     def media(self, kind, scheme):
         """Show the page as on 'print' or, with '', as on a screen, on light or dark ground."""

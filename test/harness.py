@@ -12,7 +12,7 @@ from pathlib import Path
 
 import rclpy
 from mcap.reader import make_reader
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
@@ -224,21 +224,31 @@ class Robots:
 
     def set(self, node, **values):
         """Set parameters of a node, with two underscores for the dot in a name; returns the result for each."""
-        client = self.recorder.create_client(SetParameters, f'{node}/set_parameters')
-        self.spin_until(client.service_is_ready)
+        client = self._known_client(SetParameters, node, 'set_parameters')
         results = self.call(lambda: client.call_async(SetParameters.Request(parameters=[
             Parameter(name.replace('__', '.'), value=value).to_parameter_msg() for name, value in values.items()
-        ]))).results
+        ])), every=10.0).results
         assert len(results) == len(values)
         return results
 
     def trigger(self, service):
         """Call a service without arguments, once unless the answer is lost; returns success and message."""
-        if service not in self._clients:
-            self._clients[service] = self.recorder.create_client(Trigger, service)
-        self.spin_until(self._clients[service].service_is_ready)
-        answer = self.call(lambda: self._clients[service].call_async(Trigger.Request()), every=10.0)
+        client = self._known_client(Trigger, *service.rsplit('/', 1))
+        answer = self.call(lambda: client.call_async(Trigger.Request()), every=10.0)
         return answer.success, answer.message
+
+    def _known_client(self, kind, node, service):
+        """Return a client of a service that its node has discovered: no answer is lost, and one call is enough."""
+        # by the processes, too: a node that was started again has to discover it again
+        key = node, service, *(process.pid for process in self.processes.values())
+        if key not in self._clients:
+            self._clients[key] = self.recorder.create_client(kind, f'{node}/{service}')
+            self.spin_until(self._clients[key].service_is_ready)
+            # a node discovers clients in their order: one that answers a later one knows this one
+            later = self.recorder.create_client(GetParameters, f'{node}/get_parameters')
+            self.spin_until(later.service_is_ready)
+            self.call(lambda: later.call_async(GetParameters.Request()))
+        return self._clients[key]
 
     def _closed_bag(self, namespace):
         """Close the bags once no message of a loop topic comes for half a second."""

@@ -82,8 +82,11 @@ class OpenPage:
     def __init__(self, browser, address, nodes=4):
         self.browser, self.driver = browser, browser.driver
         self.driver.get(address)
+        # a node that answers later makes its controls anew
+        known = ('return [...document.querySelectorAll("#parameters [data-role]")]'
+                 '.filter((one) => one.querySelector("[data-parameter]")).length')
         self.wait(lambda: self.text('run').startswith('t = ') and self.text('nodes').count('running') >= (nodes or 3)
-                  and self.driver.execute_script('return document.getElementById("law").options.length'))
+                  and self.driver.execute_script(known) >= (nodes or 3))
 
     def wait(self, condition, seconds=60.0, look=lambda: None):
         """Wait until a condition holds in the page; a failure tells what `look` returns."""
@@ -103,9 +106,26 @@ class OpenPage:
         return self.driver.execute_script(f'return (document.getElementById("{name}") || {{}}).textContent || ""')
 
     def number(self, column):
-        """Return the newest number of a column."""
-        return self.driver.execute_script(
-            f'const row = mrc.stage && mrc.stage.newest(); return row ? mrc.live.column("{column}")(row) : null')
+        """Return the newest number of a column, once there is one: a topic that was silent for a second has none."""
+        found = []
+
+        def is_there():
+            found.append(self.driver.execute_script(
+                f'const row = mrc.stage && mrc.stage.newest(); return row ? mrc.live.column("{column}")(row) : null'))
+            return found[-1] is not None
+
+        self.wait(is_there)
+        return found[-1]
+
+    def settle(self):
+        """Wait until every request of the page is answered."""
+        self.wait(lambda: self.driver.execute_script('return !(window.mrc && mrc.live) || mrc.live.idle()'))
+
+    def hold(self):
+        """Hold the run, and wait until the page shows it."""
+        self.keys(' ')
+        self.wait(lambda: self.find('#step').is_enabled())
+        self.settle()
 
     def click(self, element):
         """Click an element once it can be seen."""

@@ -89,7 +89,7 @@ def track(controller):
             _time(messages[-1]) for messages in observer.messages.values()) == DURATION)
         for process in processes.values():
             process.send_signal(signal.SIGINT)
-        codes = {name: process.wait(10) for name, process in processes.items()}
+        codes = {name: process.wait(60) for name, process in processes.items()}
     finally:
         for process in processes.values():
             process.kill()

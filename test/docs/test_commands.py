@@ -145,7 +145,7 @@ def _run(text, folder, timeout):
 
 @pytest.mark.long
 def test_the_readmes_commands_run(domain, tmp_path):
-    _run(script(ROOT / 'README.md', SLOW), tmp_path, 100)
+    _run(script(ROOT / 'README.md', SLOW), tmp_path, 280)
 
 
 @pytest.mark.soak

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -24,14 +25,14 @@ def test_a_recorder_that_is_killed_leaves_a_bag_and_no_process(domain, tmp_path,
     run = start_experiment(output, '--duration', 60)
     time.sleep(moment + random.Random(moment).random())  # noqa: S311 (no secret)
     run.kill()
-    killed = time.time_ns()
-    run.communicate(timeout=120)
+    _, errors = run.communicate(timeout=120)
     wait_until(lambda: not processes_of(output))
     recording = bag.read_bag(output / 'bag')
     assert any('the recording was cut off' in problem for problem in recording.problems)
     assert recording.samples[-1].time > 0.0
-    # half a second may not have been written, and as much not have been received
-    assert killed - recording.series.signals['joint_states'].received[-1] < 1_500_000_000
+    # half a second may not have been written, and the plant is at most a second ahead of the recorder
+    shown = [float(found) for found in re.findall(r'\| (\d+\.\d)/', errors)] or [1.0]
+    assert recording.samples[-1].time > shown[-1] - 1.5
     assert (output / 'bag' / 'metadata.yaml').is_file()
 
 
@@ -155,7 +156,7 @@ LEAVING = '''
 import sys, time
 import rclpy
 from mobile_robot_control.cli.experiment import main
-rclpy.try_shutdown = lambda: time.sleep(60.0) if rclpy.ok() else None
+rclpy.try_shutdown = lambda: time.sleep(600.0) if rclpy.ok() else None
 sys.exit(main(sys.argv[1:]))
 '''
 
@@ -164,7 +165,7 @@ def test_a_run_is_evaluated_although_dds_cannot_be_left(domain, tmp_path):
     done = subprocess.run(
         [sys.executable, '-c', LEAVING, '--duration', '0.2', '--output', str(tmp_path / 'run'), '--composed',
          '--no-report', '-p', 'plant.real_time_factor:=0.0'],
-        capture_output=True, text=True, timeout=50, check=False)
+        capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert json.loads((tmp_path / 'run' / 'metrics.json').read_text())['outcome'] == 'completed'
     assert 'bag and metrics: ' in done.stdout

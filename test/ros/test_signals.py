@@ -40,4 +40,4 @@ def test_a_node_ends_when_its_standard_input_closes(robot):
     robot.start('plant')
     robot.listen(0.7)
     robot.processes['plant'].close_input()
-    robot.finish(5.0)
+    robot.finish()

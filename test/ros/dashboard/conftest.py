@@ -98,9 +98,15 @@ def page(browser, live):
     browser.media('', 'light')
     browser.errors(), browser.requests()
     opened = OpenPage(browser, live.address)
+    # the server hears of what was set back a moment later
+    opened.wait(lambda: browser.evaluate(
+        'document.getElementById("pause").textContent === "Pause" && document.getElementById("speed").value === "0.2" && '
+        'document.getElementById("law").value === "backstepping" && !document.querySelector(".parameter.changed")'))
     yield opened
-    errors, requests = browser.errors(), browser.requests()
     browser.close_other_windows()
+    # what a test has asked for last is not done in the next one
+    opened.settle()
+    errors, requests = browser.errors(), browser.requests()
     browser.driver.get('about:blank')
     if len(live.nodes()) < len(NODES):  # a test has failed after it had killed one
         live.close()

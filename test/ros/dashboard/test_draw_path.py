@@ -9,6 +9,7 @@ def _words(page):
 
 
 def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page, live):
+    page.choose('speed', '1')
     run = page.number('run')
     bar = page.find('#path')
     buttons = {button.text: button for button in bar.find_elements('css selector', 'button')}
@@ -35,6 +36,7 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
     # the same path again begins behind the cart, and joins it in the same run
     run = page.number('run')
     buttons['Send'].click()
+    page.settle()
     page.wait(lambda: _words(page) == 'The cart follows it.')
     assert page.number('run') == run
     page.wait(lambda: 'arrived' in page.text('nodes'))

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 from pathlib import Path
 
@@ -19,13 +20,16 @@ from mobile_robot_control.recording.loop_messages import read_loop_messages
 from mobile_robot_control.topics import POSITION_TOPICS
 
 P = 'backstepping.p'
+OPEN_ALL = 'document.querySelectorAll("#live details").forEach((one) => { one.open = true; })'
 
 
 def _drag(page, live, row, right):
     """Drag the slider of a parameter to the right; return the value that it has then, once the node has it."""
     slider = row.find_element('css selector', 'input[type=range]')
     ActionChains(page.driver).drag_and_drop_by_offset(slider, right, 0).perform()
-    page.wait(lambda: abs(live.asker.value('/position_controller', P) - float(slider.get_attribute('value'))) < 1e-9)
+    page.settle()
+    value = float(slider.get_attribute('value'))
+    page.wait(lambda: abs(live.asker.value('/position_controller', P) - value) < 1e-9)
     return live.asker.value('/position_controller', P)
 
 
@@ -79,8 +83,7 @@ def test_the_file_of_a_law_is_read_again_and_its_errors_are_told_with_their_line
                                          'def step(state, observation, gains, dt):\n    raise ValueError("late")'))
         page.click(page.find('#read-law'))
         page.wait(lambda: 'law_file = "my_kanayama ' in page.text('changes'))
-        page.wait(lambda: 'law failed: ValueError: late in ' in page.text('notice'))
-        assert f'{live.law}, line ' in page.text('notice')
+        page.wait(lambda: f'law failed: ValueError: late in {live.law}, line ' in page.text('notice'))
     finally:
         live.law.write_text(text)
     page.click(page.find('#read-law'))
@@ -97,7 +100,7 @@ def test_a_node_that_was_killed_is_started_again(page, live):
         'const button = document.querySelector(`#nodes [data-role="reference_cart"] button`); '
         'if (button) button.focus(); return Boolean(button)'))
     page.keys_here(Keys.ENTER)
-    page.wait(lambda: (page.number('time') or 0) > held + 0.2 and not page.find('#notice').is_displayed())
+    page.wait(lambda: page.number('time') > held + 0.2 and not page.find('#notice').is_displayed())
 
 
 def test_all_defaults_takes_every_parameter_back(page, live):
@@ -105,6 +108,7 @@ def test_all_defaults_takes_every_parameter_back(page, live):
     field = page.parameter('initial_pose', 'plant').find_element('css selector', 'input')
     page.type_into(field, '1.5, 0.5, 0')
     page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == 1.5)
+    page.settle()
     page.click(page.find('#defaults'))
     page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'backstepping')
     page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(1.0))
@@ -123,12 +127,14 @@ def test_another_curve_begins_a_new_run_at_its_start(page):
 
 
 def test_space_holds_the_run_a_step_is_one_position_tick_and_space_lets_it_go_on(page, live):
-    page.keys(' ')
+    page.hold()
     page.wait(lambda: 'paused' in page.text('nodes'))
-    page.wait(lambda: page.find('#step').is_enabled())
-    held = page.number('time')
+    # the answer has the time of the plant, which the page's last row may not have reached yet
+    answer = page.driver.execute_async_script('mrc.live.ask({do: "step"}).then(arguments[0])')
+    held = float(re.fullmatch(r'time goes on to t = ([\d.]+) s', answer['text'])[1])
+    page.wait(lambda: page.number('time') == pytest.approx(held, abs=1e-4))
     page.find('#step').click()
-    page.wait(lambda: page.number('time') > held)
+    page.wait(lambda: page.number('time') > held + 0.001)
     assert page.number('time') == pytest.approx(held + 0.01, abs=1e-4)
     page.keys(' ')
     page.wait(lambda: page.number('time') > held + 0.1)
@@ -164,8 +170,7 @@ def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
 
 
 def test_an_arrow_key_pushes_the_robot(page):
-    page.keys(' ')
-    page.wait(lambda: page.find('#step').is_enabled())
+    page.hold()
     canvas = page.find('#scene')
     for key, column, least in ((Keys.ARROW_LEFT, 'angular', 0.5), (Keys.ARROW_UP, 'linear', 0.1)):
         held, pushes = page.number(column), page.text('changes').count('disturbance')
@@ -192,7 +197,9 @@ def test_the_speed_is_changed_and_measured(page, live):
     page.wait(lambda: live.asker.value('/plant', 'real_time_factor') == 0.1)
     page.wait(lambda: page.number('speed') == pytest.approx(0.1, abs=0.05))
     page.choose('speed', '1')
-    page.wait(lambda: page.number('speed') > 0.3)
+    page.wait(lambda: live.asker.value('/plant', 'real_time_factor') == 1.0)
+    # how much faster depends on the machine
+    page.wait(lambda: page.number('speed') > 0.16)
 
 
 def test_what_one_browser_changes_another_one_shows(page, live):
@@ -213,11 +220,12 @@ def test_the_run_goes_on_while_the_page_is_closed(page, live):
     page.driver.get('about:blank')
     wait_until(lambda: live.process.poll() is None and len(live.nodes()) == 4)
     again = OpenPage(page.browser, live.address)
-    assert again.number('time') > begun
+    page.wait(lambda: again.number('time') > begun)
 
 
 def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_node(page, live, registered):
     page.choose('speed', '1')
+    page.wait(lambda: page.number('time') > 1.0)
     page.find('#record').click()
     page.wait(lambda: page.find('#record').text == 'Stop recording')
     page.wait(lambda: any((live.folder / 'recordings').glob('*/bag/*.mcap')))
@@ -258,9 +266,12 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
 
 
 def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
-    # messages on their way are lost, as where a network fails
-    page.driver.execute_script('window.kept = true; window.former = mrc.socket; mrc.socket.close()')
-    page.wait(lambda: page.text('run').startswith('no connection'))
+    # messages on their way are lost, as where a network fails; the page shows it for a second
+    page.driver.execute_script(
+        'window.kept = true; window.former = mrc.socket; window.shown = "";'
+        'mrc.live.on("connection", (open) => { if (!open) window.shown = document.getElementById("run").textContent; });'
+        'mrc.socket.close()')
+    page.wait(lambda: page.driver.execute_script('return window.shown').startswith('no connection'))
     page.wait(lambda: page.driver.execute_script('return mrc.socket !== window.former && mrc.socket.readyState === 1'))
     before = page.text('run')
     page.wait(lambda: page.text('run') != before)
@@ -290,8 +301,7 @@ def test_nothing_overflows_and_nothing_is_logged(page, live, width, scheme):
     page.browser.call('Emulation.setDeviceMetricsOverride', width=width, height=700, deviceScaleFactor=1,
                       mobile=width < 600)
     page.browser.media('', scheme)
-    for details in page.driver.find_elements('css selector', '#live details'):
-        page.driver.execute_script('arguments[0].open = true', details)
+    page.driver.execute_script(OPEN_ALL)
     page.wait(lambda: 'geometry_msgs' in page.text('topics'))
     over = page.driver.execute_script(
         'return [...document.querySelectorAll("#live *")].filter((one) => !one.closest(".scroll") && '
@@ -304,8 +314,7 @@ def test_nothing_overflows_and_nothing_is_logged(page, live, width, scheme):
 
 
 def test_a_screen_reader_finds_its_way(page, live):
-    for details in page.driver.find_elements('css selector', '#live details'):
-        page.driver.execute_script('arguments[0].open = true', details)
+    page.driver.execute_script(OPEN_ALL)
     page.wait(lambda: 'geometry_msgs' in page.text('topics'))
     assert page.browser.violations() == []
     lesson = Lesson(page, '1_errors')

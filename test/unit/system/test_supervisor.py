@@ -34,8 +34,9 @@ HANG = """
     lock(mutex)
     lock(mutex)
 """
+STOPS = 'import os, signal; os.kill(os.getpid(), signal.SIGSTOP)'
 WORK = """
-    for _ in range(50):
+    for _ in range(100):
         time.sleep(0.05)
         supervisor.note_progress()
 """
@@ -57,11 +58,15 @@ def start():
         process.communicate()
 
 
-def runs(pid):
+def state(pid):
     try:
-        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] != 'Z'
+        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0]
     except OSError:
-        return False
+        return 'Z'
+
+
+def runs(pid):
+    return state(pid) != 'Z'
 
 
 def test_a_process_that_hangs_is_killed_with_its_nodes(start):
@@ -82,7 +87,7 @@ def test_a_process_that_hangs_is_killed_after_a_signal(start, number):
 
 
 def test_a_process_that_makes_progress_is_left_alone(start):
-    process, node = start(WORK, seconds=1e300, grace=2.0)
+    process, node = start(WORK, seconds=1e300, grace=4.0)
     process.send_signal(signal.SIGTERM)
     printed, errors = process.communicate(timeout=50)
     assert (process.returncode, printed, errors) == (0, 'ended by itself\n', '')
@@ -90,8 +95,8 @@ def test_a_process_that_makes_progress_is_left_alone(start):
 
 
 def test_a_process_that_is_stopped_is_left_alone_until_it_goes_on(start):
-    process, node = start(HANG, seconds=0.3)
-    process.send_signal(signal.SIGSTOP)
+    process, node = start(STOPS + HANG, seconds=0.3)
+    wait_until(lambda: state(process.pid) == 'T')
     with pytest.raises(subprocess.TimeoutExpired):
         process.wait(timeout=1.0)
     process.send_signal(signal.SIGCONT)
