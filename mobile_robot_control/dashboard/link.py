@@ -138,10 +138,11 @@ class RobotLink:
         self.states, self.events = NodeStates(), Events()
         self.loop = LoopTopics(self.watching)
         self._diagnostics = PolledTopic(self.watching, '/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', depth=20)
-        self._events = PolledTopic(self.watching, EVENTS, 'diagnostic_msgs/msg/DiagnosticArray', depth=50)
+        self._events = PolledTopic(self.watching, EVENTS, _KIND, depth=50, reliable=True)
         self._course = PolledTopic(self.watching, 'reference_path', 'nav_msgs/msg/Path', latched=True)
         self.paths = PathSender(self.calling)
-        self._changes = PolledTopic(self.watching, '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', depth=5)
+        self._changes = PolledTopic(self.watching, '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', depth=5,
+                                    reliable=True)
         self._thread.start()
 
     def submit(self, job: Callable[[], Any]) -> Future[Any]:

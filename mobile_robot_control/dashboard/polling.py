@@ -18,7 +18,7 @@ _DRAINED = 64
 
 class PolledTopic:
     """
-    A best-effort subscription without an executor: messages between samples wake nothing up.
+    A subscription without an executor: messages between samples wake nothing up.
 
     Parameters
     ----------
@@ -30,6 +30,8 @@ class PolledTopic:
         Messages stored between two samples.
     latched : bool
         Whether to receive the last message of publishers that keep it.
+    reliable : bool
+        Whether lost messages are sent again; where the next one replaces them, they need not be.
 
     Attributes
     ----------
@@ -42,7 +44,8 @@ class PolledTopic:
 
     """
 
-    def __init__(self, node: Node, name: str, kind: str, depth: int = 1, latched: bool = False) -> None:
+    def __init__(self, node: Node, name: str, kind: str, depth: int = 1, latched: bool = False,
+                 reliable: bool = False) -> None:
         self.kind, self.total, self.rate = kind, 0, 0.0
         self.name = node.resolve_topic_name(name)
         self._node = node
@@ -50,7 +53,8 @@ class PolledTopic:
         self._begun, self._counted = time.monotonic(), 0
         self._subscription: Any = node.create_subscription(
             message_class(kind), name, self._unused, LATCHED if latched else QoSProfile(
-                depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT), raw=True)
+                depth=depth, reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT),
+            raw=True)
         self.newest: bytes | None = None
 
     @staticmethod

@@ -62,9 +62,10 @@ def test_a_stranger_that_answers_with_other_numbers_is_counted_and_named(robot, 
     robot.start(arguments=['-p', 'paused:=true'], composed=True)
     robot.resume()
     reason = 'refused cmd_vel: other numbers for a stamp'
+    robot.spin_until(lambda: int(said.get('velocity_controller', (0, '', {}))[2].get(reason, 0)) > 10)
     # the names are discovered after the publishers
-    robot.spin_until(lambda: int(said.get('velocity_controller', (0, '', {}))[2].get(reason, 0)) > 10 and
-                     'cmd_vel has several publishers (/position_controller and /stranger)' in said['velocity_controller'][1])
+    names = 'cmd_vel has several publishers (/position_controller and /stranger)'
+    robot.spin_until(lambda: names in said['velocity_controller'][1])
     level, _, values = said['velocity_controller']
     assert level == b'\x01'
     assert values['publishers of cmd_vel'] == '/position_controller and /stranger'

@@ -100,8 +100,8 @@ def page(browser, live):
     opened = OpenPage(browser, live.address)
     # the server hears of what was set back a moment later
     opened.wait(lambda: browser.evaluate(
-        'document.getElementById("pause").textContent === "Pause" && document.getElementById("speed").value === "0.2" && '
-        'document.getElementById("law").value === "backstepping" && !document.querySelector(".parameter.changed")'))
+        'document.getElementById("pause").textContent === "Pause" && document.getElementById("speed").value === "0.2"'
+        '&& document.getElementById("law").value === "backstepping" && !document.querySelector(".parameter.changed")'))
     yield opened
     browser.close_other_windows()
     # what a test has asked for last is not done in the next one

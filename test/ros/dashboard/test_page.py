@@ -269,7 +269,8 @@ def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
     # messages on their way are lost, as where a network fails; the page shows it for a second
     page.driver.execute_script(
         'window.kept = true; window.former = mrc.socket; window.shown = "";'
-        'mrc.live.on("connection", (open) => { if (!open) window.shown = document.getElementById("run").textContent; });'
+        'const run = document.getElementById("run");'
+        'mrc.live.on("connection", (open) => { if (!open) window.shown = run.textContent; });'
         'mrc.socket.close()')
     page.wait(lambda: page.driver.execute_script('return window.shown').startswith('no connection'))
     page.wait(lambda: page.driver.execute_script('return mrc.socket !== window.former && mrc.socket.readyState === 1'))

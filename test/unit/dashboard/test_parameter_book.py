@@ -108,7 +108,8 @@ def book(graph):
     made.discover()
     graph.answer(ListParameters, ListParameters.Response(result=ListParametersResult(names=['mass'])))
     graph.answer(GetParameters, _found(1.0))
-    graph.answer(DescribeParameters, DescribeParameters.Response(descriptors=[ParameterDescriptor(name='mass', type=3)]))
+    mass = ParameterDescriptor(name='mass', type=3)
+    graph.answer(DescribeParameters, DescribeParameters.Response(descriptors=[mass]))
     return made
 
 

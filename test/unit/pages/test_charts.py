@@ -123,10 +123,11 @@ def test_the_pointer_shows_values_with_units_at_its_time_in_all_charts(charts):
       place => mrc.charts.data.columns[place]); return values[mrc.nearest(times, mrc.charts.hover)]; })''')
 
     def shown():
-        return [(float(text.split()[0]), text.split()[1]) for text in charts.evaluate(of(LEGEND, 'distance')) if ' ' in text]
+        return [(text.split() + ['', ''])[:2] for text in charts.evaluate(of(LEGEND, 'distance'))]
 
     # a chart that has just come in sight follows a moment later
-    wait_until(lambda: shown() == [(pytest.approx(number, rel=1e-3), 'cm') for number in expected], step=0.02)
+    wait_until(lambda: [unit for _, unit in shown()] == ['cm', 'cm'], step=0.02)
+    wait_until(lambda: [float(number) for number, _ in shown()] == pytest.approx(expected, rel=1e-3), step=0.02)
     assert charts.evaluate('document.querySelector(".chart-bar .time").textContent').startswith('t = 2.0')
     # the crosshair of a neighbour is at the same time; away from the charts they show the time of the page
     wait_until(lambda: charts.evaluate(

@@ -88,7 +88,8 @@ def test_it_plays_to_its_end_and_begins_again(show, browser):
     assert end == DURATION
     assert evaluate("document.querySelector('.time').textContent") == '2.00 s of 2.00 s'
     # so slow that it has not ended by the next frame
-    again = evaluate('''new Promise((done) => { mrc.clock.speed = 0.01; document.querySelector('.play').click(); mrc.clock.onChange((clock) => {
+    evaluate('(mrc.clock.speed = 0.01)')
+    again = evaluate('''new Promise((done) => { document.querySelector('.play').click(); mrc.clock.onChange((clock) => {
       if (clock.playing && clock.time > 0) { clock.pause(); done(clock.time); } }); })''')
     assert 0 < again < DURATION
     assert evaluate("document.querySelector('.play').textContent").endswith('Play')
