@@ -2,6 +2,7 @@
 
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import rclpy
@@ -62,10 +63,7 @@ def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
             executor.spin_once(timeout_sec=0.05)
         # topics come from several processes: on a busy machine the messages of one may be late
         recorder.last = max(recorder.newest.values(), default=0)
-        deadline = time.monotonic() + _BEHIND
-        while (not recorder.is_complete() and time.monotonic() < deadline
-               and time.time_ns() - recorder.received < _SILENT * 1e9):
-            executor.spin_once(timeout_sec=0.05)
+        recorder.drain(partial(executor.spin_once, timeout_sec=0.05), _SILENT, _BEHIND, recorder.is_complete)
     return bag.failure
 
 

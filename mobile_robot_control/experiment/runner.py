@@ -91,10 +91,8 @@ class ExperimentRunner:
 
     def drain(self) -> None:
         """Record messages that have arrived and are not recorded yet."""
-        ended = time.time_ns()
         # another robot on the same topics never falls silent
-        while time.time_ns() - max(ended, self.recorder.received) < 0.3e9 and time.time_ns() < ended + 5e9:
-            self._turn()
+        self.recorder.drain(self._turn, 0.3, 5.0)
 
     def is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""

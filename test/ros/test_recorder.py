@@ -1,6 +1,8 @@
 """A recording that begins and ends while the robot drives."""
 
+import itertools
 import time
+from types import SimpleNamespace
 
 import pytest
 import rclpy
@@ -33,7 +35,7 @@ def test_every_topic_of_the_loop_begins_and_ends_at_the_same_stamp(executor):
     executor.add_node(talker)
 
     def publish(topic, *stamps):
-        deadline = time.monotonic() + 30.0
+        deadline = time.monotonic() + 60.0
         while publishers[topic].get_subscription_count() == 0:
             assert time.monotonic() < deadline
             executor.spin_once(timeout_sec=0.05)
@@ -67,9 +69,25 @@ def test_odometry_of_a_driver_without_repetitions_is_recorded(executor):
     publisher = talker.create_publisher(Odometry, 'odom', qos_profile_sensor_data)
     executor.add_node(recorder)
     executor.add_node(talker)
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + 60.0
     while '/odom' not in recorded:
         assert time.monotonic() < deadline
         publisher.publish(Odometry())
         executor.spin_once(timeout_sec=0.05)
     talker.destroy_node()
+
+
+def test_after_a_time_without_a_turn_messages_that_wait_are_recorded():
+    waiting, received = list(range(20)), itertools.count(1)
+    recorder = SimpleNamespace(received=0)
+
+    def turn():
+        if waiting:
+            waiting.pop()
+            recorder.received = next(received)
+
+    # the silence has passed before each of them
+    Recorder.drain(recorder, turn, 0.0, 60.0, lambda: len(waiting) == 5)
+    assert len(waiting) == 5
+    Recorder.drain(recorder, turn, 0.0, 60.0)
+    assert not waiting

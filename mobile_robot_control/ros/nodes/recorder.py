@@ -28,6 +28,8 @@ AHEAD = PUBLISHED.depth // 4
 """Steps by which a lockstep run may lead its recording."""
 NO_LIMIT = 1 << 62
 """[ns]"""
+_SILENT_TURNS = 6
+"""Least turns of the executor without a message of the loop, until nothing more is expected."""
 _DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
 Sink = Callable[[str, str, int, bytes, bool], None]
 
@@ -100,6 +102,30 @@ class Recorder(Node):
     def is_complete(self) -> bool:
         """Return whether every loop topic that has had a message is recorded up to `last`."""
         return all(newest >= self.last for newest in self.newest.values())
+
+    def drain(
+        self, turn: Callable[[], None], silence: float, most: float, done: Callable[[], bool] = lambda: False
+    ) -> None:
+        """
+        Record messages that have arrived, until no loop topic has had one for a time.
+
+        Parameters
+        ----------
+        turn : callable
+            Spins the executor once.
+        silence, most : float
+            Wall times [s] without a message, and for all of it. On a busy machine a process may have no turn for so
+            long, and messages wait: the silence has some turns.
+        done : callable
+            Whether all is recorded.
+
+        """
+        begun, deadline, turns, newest = time.time_ns(), time.monotonic() + most, 0, self.received
+        while (not done() and time.monotonic() < deadline
+               and (turns < _SILENT_TURNS or time.time_ns() - max(begun, newest) < silence * 1e9)):
+            turn()
+            turns = turns + 1 if self.received == newest else 0
+            newest = self.received
 
     def has_every_node(self) -> bool:
         """Return whether, in addition, the diagnostics of all nodes are discovered, which may report a failed law."""
