@@ -30,39 +30,42 @@ def node(monkeypatch):
 class Filtered:
     """Five nodes, started by hand; `heard` is what came on both topics, in its order: stamp [ns] and command."""
 
-    def __init__(self, robot, *arguments):
-        self.robot = robot
+    def __init__(self, robot, log, *arguments):
+        self.robot, self._log = robot, log
         self.heard = {topic: [] for topic in ('cmd_vel_raw', 'cmd_vel')}
         for topic, heard in self.heard.items():
             robot.recorder.create_subscription(TwistStamped, topic, lambda one, heard=heard: heard.append(
                 (one.header.stamp.sec * 10**9 + one.header.stamp.nanosec,
                  BodyVelocity(one.twist.linear.x, one.twist.angular.z))), PUBLISHED)
         ours = ['-p', f'time_constant:={TIME_CONSTANT}', *arguments]
-        self.filter = subprocess.Popen(
-            [sys.executable, '-m', 'command_filter.node', '--ros-args', *ours], stderr=subprocess.PIPE, text=True,
-            env=os.environ | {'PYTHONPATH': os.pathsep.join([str(EXAMPLE), os.environ.get('PYTHONPATH', '')])})
+        with log.open('w') as file:
+            self.filter = subprocess.Popen(
+                [sys.executable, '-m', 'command_filter.node', '--ros-args', *ours], stderr=file,
+                env=os.environ | {'PYTHONPATH': os.pathsep.join([str(EXAMPLE), os.environ.get('PYTHONPATH', '')])})
         robot.start('position_controller', arguments=[*arguments, '-r', 'cmd_vel:=cmd_vel_raw'])
+
+    def printed(self):
+        return self._log.read_text()
 
     def end(self):
         self.filter.send_signal(signal.SIGINT)
-        printed = self.filter.communicate(timeout=60.0)[1]
-        assert self.filter.returncode == 0, printed
-        return printed
+        assert self.filter.wait(60.0) == 0, self.printed()
+        return self.printed()
 
 
 @pytest.fixture
-def filtered(robot):
+def filtered(robot, tmp_path):
     """Starts the filter and the position controller; kills the filter at the end."""
     started = []
 
     def start(*arguments):
-        started.append(Filtered(robot, *arguments))
+        started.append(Filtered(robot, tmp_path / f'filter{len(started)}.txt', *arguments))
         return started[-1]
 
     yield start
     for one in started:
         one.filter.kill()
-        one.filter.communicate()
+        one.filter.wait()
 
 
 @pytest.mark.dds
@@ -102,7 +105,8 @@ def test_on_the_wall_clock_it_filters_at_its_rate_and_falls_silent_with_its_inpu
         assert min(abs(before + (after - before) / share - one) for one in raw) < 1e-9
     robot.stop('position_controller')
     robot.spin_until(lambda: robot.recorder.get_clock().now().nanoseconds - run.heard['cmd_vel'][-1][0] > 10**9)
-    assert 'no cmd_vel_raw for' in run.end()
+    robot.spin_until(lambda: 'no cmd_vel_raw for' in run.printed())
+    run.end()
 
 
 @pytest.mark.parametrize(('change', 'words'), [

@@ -11,8 +11,8 @@ from nav_msgs.msg import Odometry
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.ros.services.qos import PUBLISHED
 
-APPROACH = 0.4
-"""[m/s]"""
+APPROACH = 0.2
+"""[m/s]: so slow that nodes, which report once a second, report it."""
 ELSEWHERE = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'plant:initial_pose:=[1.0, -0.7, 0.6]', '-p',
              f'position_controller:approach.speed:={APPROACH}']
 
@@ -89,8 +89,8 @@ def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(rob
     # this process may have taken in commands that are later than that
     approaching = [linear for (linear, _), stamp in zip(seen.commands, seen.stamps['commands'], strict=True)
                    if stamp <= seen.stamps['cart'][waited]]
-    assert 0.3 < max(map(abs, approaching)) <= APPROACH
-    assert 'and waits; the robot drives there at 0.4 m/s at most' in robot.log()
+    assert 0.15 < max(map(abs, approaching)) <= APPROACH
+    assert 'and waits; the robot drives there at 0.2 m/s at most' in robot.log()
     robot.spin_until(seen.drives)
 
     success, message = call('position_controller/stop')
