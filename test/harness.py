@@ -149,9 +149,11 @@ class Robots:
         names = names or self.loop.nodes
         for together in [names] if composed else [(name,) for name in names]:
             full = [f'{namespace}/{name}'.lstrip('/') for name in together]
-            log = f'{len(list(self._folder.glob("*.log"))):02}_{"_".join(full).replace("/", "_")}.log'
+            log = self._folder / f'{len(list(self._folder.glob("*.log"))):02}_{"_".join(full).replace("/", "_")}.log'
+            # a forked node opens it when it has its first turn
+            log.touch()
             remap = [] if namespace == '/' else ['-r', f'__ns:={namespace}']
-            process = WarmNode(together, ['--ros-args', *map(str, arguments), *remap], self._folder / log)
+            process = WarmNode(together, ['--ros-args', *map(str, arguments), *remap], log)
             self.processes.update(dict.fromkeys(full, process))
 
     def stop(self, *names, number=signal.SIGINT):
