@@ -6,7 +6,7 @@ import shutil
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from statistics import median
+from statistics import fmean, median
 from typing import Any
 
 from command_output import output_of
@@ -20,7 +20,7 @@ from mobile_robot_control.tuning.search_space import search_genes
 
 TABLE, SUMMARY, SEEDS = PagePart('laws'), PagePart('benchmark'), PagePart('seeds')
 STORE, SEEDS_STORE = 'benchmark.json', 'benchmark_seeds.json'
-"""The files beside docs/results.md that have gains and numbers; the second one is made by hand, in two hours."""
+"""The files beside docs/results.md that have gains and numbers; the second one is made by hand, in half an hour."""
 COMMAND = f'benchmark --laws {" ".join(NAMES)} --seed 1'
 _FOLDER = Path('runs/benchmark')
 _BASES = ('robot_create3', 'robot_jackal', 'robot_kobuki', 'robot_turtlebot3_burger_base', 'robot_turtlebot3_waffle',
@@ -210,13 +210,20 @@ def seeds_lines(values: Mapping[str, Any]) -> Iterator[str]:
     if not values:
         return
     head = [f'{track}, {budget}' for track in values['tracks'] for budget in values['budgets']]
-    found = {(row['law'], row['track'], row['budget'], row['seed']): row for row in values['results']}
-    yield (f'Ranks with {len(values["seeds"])} seeds, each of which draws its own scenarios, by track and candidates '
-           f'of the search; hash `{values["hash"]}`:')
+    yield (f'Mean rank over {len(values["seeds"])} seeds, each of which draws its own scenarios, and in brackets all '
+           f'ranks that may be, by track and candidates of the search; hash `{values["hash"]}`, a row for each seed in '
+           '[benchmark_seeds.csv](benchmark_seeds.csv):')
     yield from ('', table_row(['law', *head]), f'|{"---|" * (1 + len(head))}')
     for law in values['laws']:
-        yield table_row([law, *(', '.join(rank_text(found[law, track, budget, seed]) for seed in values['seeds'])
-                                for track in values['tracks'] for budget in values['budgets'])])
+        cells = []
+        for track in values['tracks']:
+            for budget in values['budgets']:
+                rows = [row for row in values['results']
+                        if (row['law'], row['track'], row['budget']) == (law, track, budget)]
+                mean = fmean(0.5 * (row['rank'] + row['last_rank']) for row in rows)
+                span = {'rank': min(row['rank'] for row in rows), 'last_rank': max(row['last_rank'] for row in rows)}
+                cells.append(f'{mean:.1f} ({rank_text(span)})')
+        yield table_row([law, *cells])
 
 
 def main(results: Path, readme: Path, page: Path) -> None:
