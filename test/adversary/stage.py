@@ -74,8 +74,9 @@ class Stage:
         place = Place(self._folder / 'case', self._samples)
         environment = {'HOME': str(place.folder / 'home'), 'TMPDIR': str(place.folder / 'tmp'),
                        'ROS_LOG_DIR': str(place.out), 'PYTHONDONTWRITEBYTECODE': '1',
-                       # the font cache, which is written once for all cases
-                       'MPLCONFIGDIR': str(self._folder / 'matplotlib')} | case.environment
+                       # the caches of fonts and of compiled rollouts, which are written once for all cases
+                       'MPLCONFIGDIR': str(self._folder / 'matplotlib'),
+                       'XDG_CACHE_HOME': str(self._folder / 'cache')} | case.environment
         before = listing(place)
         printed = self._folder / 'printed'
         answer = self._ask({**case._asdict(), 'seconds': min(case.seconds, self.longest), 'environment': environment,

@@ -50,8 +50,9 @@ def test_a_row_of_a_law_that_failed_says_so():
 
 def test_ranks_by_seed_and_budget_are_shown_only_where_they_were_measured():
     assert list(seeds_lines({})) == []
-    row = {'law': 'lqr', 'track': 'noise', 'rank': 1, 'last_rank': 2}
+    row = {'law': 'lqr', 'track': 'noise'}
     lines = list(seeds_lines({'hash': 'ab', 'laws': ['lqr'], 'tracks': {'noise': {}}, 'budgets': [100, 500],
-                              'seeds': [1, 2], 'results': [row | {'budget': budget, 'seed': seed}
-                                                           for budget in (100, 500) for seed in (1, 2)]}))
-    assert lines[-1] == '| lqr | 1–2, 1–2 | 1–2, 1–2 |'
+                              'seeds': [1, 2], 'results': [
+                                  row | {'budget': budget, 'seed': seed, 'rank': seed, 'last_rank': budget // 100 + 1}
+                                  for budget in (100, 500) for seed in (1, 2)]}))
+    assert lines[-1] == '| lqr | 1.8 (1–2) | 3.8 (1–6) |'
