@@ -39,6 +39,11 @@ def _missing(refused):
             if not [key for key in refused.get(node, ()) if reason in key]]
 
 
+def _count(refused):
+    """How many messages the nodes have reported as refused."""
+    return sum(int(count) for reasons in refused.values() for count in reasons.values())
+
+
 def _run(folder, duration, beside=None):
     """Run a robot; returns its messages, and by node the reasons for which it refused messages."""
     refused = {}
@@ -59,7 +64,7 @@ def _run(folder, duration, beside=None):
                 robot.spin_until(lambda: min(map(robot.recorder.count_publishers, garbage.KINDS)) == 2)
                 # every kind has been refused, and reported, before the run begins; and goes on beside it
                 # a node that is starved keeps ten messages of a flood: its turn to see a rare kind may come late
-                robot.spin_until(lambda: not _missing(refused), 150.0)
+                robot.spin_until(lambda: not _missing(refused) and _count(refused) >= 1000, 150.0)
             robot.resume()
             started = time.monotonic()
             robot.finish(60.0 + 20.0 * duration)
@@ -74,7 +79,6 @@ def test_garbage_beside_a_run_changes_no_bit_of_it(domain, lossless, tmp_path, d
     clean, none = _run(tmp_path / 'clean', duration)
     publisher = GarbagePublisher()
     dirty, refused = _run(tmp_path / 'dirty', duration, publisher)
-    assert publisher.count >= 1000
     assert set(none) >= set(REASONS)
     assert not any(none.values())
     for topic, stamps in clean.items():
