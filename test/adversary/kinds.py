@@ -57,8 +57,10 @@ def names(draw, place):  # noqa: PLR0911 (one for each form)
         name = odd_name(draw, sound)
         value = draw.choice(('1.0', '1', 'x', odd_name(draw)))
         text = f'{name}:={value}' if form == 'parameter' else odd_name(draw, f'{sound}:=1.0')
+        # a sound name may have lost a part of its value: the name is told, with the number that was read
+        told = text.partition(':=')[0].rpartition('.')[2] or text
         return _case(draw, command, place, ['-p', text], (text, name, value, name.rpartition('.')[2],
-                                                          text.partition('.')[2], '-p'))
+                                                          text.partition('.')[2], told, '-p'))
     if form in ('law', 'curve'):
         where = 'position_controller.controller_type' if form == 'law' else 'reference_cart.curve'
         name = odd_name(draw, 'backstepping' if form == 'law' else 'trifolium')
