@@ -59,14 +59,14 @@ class _Place(_caching.UserProvidedCacheLocator):  # type: ignore[misc]
         return ''
 
 
-class _Form(_caching.CompileResultCacheImpl):  # type: ignore[misc]
+class _Storage(_caching.CompileResultCacheImpl):  # type: ignore[misc]
     _locator_classes = [_Place]  # noqa: RUF012 (as numba has it)
 
 
 class _Cache(_caching.FunctionCache):  # type: ignore[misc]
     """A cache that many processes use: two that save at once would exchange their functions in that of numba."""
 
-    _impl_class = _Form
+    _impl_class = _Storage
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
@@ -76,7 +76,7 @@ class _Cache(_caching.FunctionCache):  # type: ignore[misc]
             yield
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        # without a place it is compiled
+        # without a folder that can be written, it is compiled
         with suppress(Exception), self._alone():
             try:
                 return super().load_overload(sig, target_context)
@@ -85,7 +85,7 @@ class _Cache(_caching.FunctionCache):  # type: ignore[misc]
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        # nor does a full disk end a search
+        # a full disk ends no search
         with suppress(Exception), self._alone():
             super().save_overload(sig, data)
 
