@@ -3,7 +3,7 @@
 import inspect
 
 
-def each_row(names, rows):
+def each_row(names, rows, name=str):
     """
     Make one case of a test function and the rows of a table, as ``pytest.mark.parametrize`` makes one of each.
 
@@ -14,6 +14,8 @@ def each_row(names, rows):
         rows.
     rows : iterable
         What the function is called with, one after the other.
+    name : callable
+        Returns how a row is called in the message.
 
     """
     rows = list(rows)
@@ -27,45 +29,19 @@ def each_row(names, rows):
                 try:
                     test(**fixtures, **(dict(zip(names, row, strict=True)) if several else {names: row}))
                 except Exception as error:
-                    wrong.append(f'{row}: {type(error).__name__}: {error}')
+                    wrong.append(f'{name(row)}: {type(error).__name__}: {error}')
             assert not wrong, '\n'.join(wrong)
 
         signature = inspect.signature(test)
         case.__name__, case.__doc__, case.__module__ = test.__name__, test.__doc__, test.__module__
         case.__signature__ = signature.replace(parameters=[
-            parameter for name, parameter in signature.parameters.items()
-            if name not in (names if several else [names])])
+            parameter for parameter in signature.parameters.values()
+            if parameter.name not in (names if several else [names])])
         return case
 
     return decorate
 
 
 def each(items, name=str):
-    """
-    Make one case of a test function that takes one item.
-
-    Parameters
-    ----------
-    items : iterable
-        What it is called with, one after the other.
-    name : callable
-        Returns how an item is called in the message.
-
-    """
-    items = list(items)
-
-    def decorate(test):
-        def case():
-            assert items
-            wrong = []
-            for item in items:
-                try:
-                    test(item)
-                except Exception as error:
-                    wrong.append(f'{name(item)}: {type(error).__name__}: {error}')
-            assert not wrong, '\n'.join(wrong)
-
-        case.__name__, case.__doc__, case.__module__ = test.__name__, test.__doc__, test.__module__
-        return case
-
-    return decorate
+    """Make one case of a test function that takes nothing but one item: `each_row` without the argument's name."""
+    return lambda test: each_row(*inspect.signature(test).parameters, items, name)(test)
