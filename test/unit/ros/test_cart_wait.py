@@ -9,24 +9,18 @@ from each import each_row
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 from mobile_robot_control.ros.clocks.cart_wait import CartWait
 
-START = Pose(0.0, 0.0, 0.0)
-
-
-def line(time):
-    """Return the reference of a cart that drives along x at 0.3 m/s."""
-    return Reference(Pose(0.3 * time, 0.0, 0.0), BodyVelocity(0.3, 0.0))
-
 
 class Cart:
-    """A cart at a rate [Hz], whose steady clock and whose odometry the test moves."""
+    """A cart at a rate [Hz] that drives along x at 0.3 m/s; the test moves its steady clock and its odometry."""
 
     def __init__(self, rate):
-        self.now, self.age, self.logged = 100.0, 0.0, []
+        self.now, self.age, self.logged, self._period = 100.0, 0.0, [], 1.0 / rate
         log = types.SimpleNamespace(warning=self.logged.append, info=self.logged.append)
         monitor = types.SimpleNamespace(age=lambda topic: self.age, missing=lambda: [])
-        self._period = 1.0 / rate
-        node, clock = types.SimpleNamespace(get_logger=lambda: log), types.SimpleNamespace(now=lambda: self.now)
-        self.wait = CartWait(node, clock, monitor, 0.5, self._period, line)
+        self.wait = CartWait(
+            types.SimpleNamespace(get_logger=lambda: log), types.SimpleNamespace(now=lambda: self.now), monitor, 0.5,
+            self._period, lambda time: Reference(Pose(0.3 * time, 0.0, 0.0), BodyVelocity(0.3, 0.0)))
+        self.wait.note(Pose(0.0, 0.0, 0.0))
 
     def run(self, seconds, follows=True):
         """Return the last reference; the robot is where the cart is, or stays."""
@@ -41,7 +35,6 @@ class Cart:
 @each_row('rate', [50.0, 4.0, 0.5])
 def test_the_cart_drives_at_any_rate(rate):
     cart = Cart(rate)
-    cart.wait.note(START)
     reference = cart.run(20.0)
     assert reference.velocity.linear == 0.3
     assert 0.3 * 18.0 < reference.pose.x <= 0.3 * 20.0
@@ -50,7 +43,6 @@ def test_the_cart_drives_at_any_rate(rate):
 
 def test_what_it_waits_for_is_logged_once_and_reported():
     cart = Cart(50.0)
-    cart.wait.note(START)
     cart.run(5.0)
     assert cart.logged == ['the cart drives']
     cart.run(5.0, follows=False)
@@ -71,7 +63,6 @@ def test_what_it_waits_for_is_logged_once_and_reported():
 
 def test_a_node_that_was_held_up_finds_its_cart_where_it_was():
     cart = Cart(50.0)
-    cart.wait.note(START)
     before = cart.run(5.0)
     cart.now += 3.0
     assert cart.wait.references()[0] == before._replace(velocity=BodyVelocity(0.0, 0.0))

@@ -1,13 +1,16 @@
-"""The ages of a node's inputs and of their stamps."""
+"""The ages of a node's inputs and of their stamps, and the log of refused messages."""
 
 import math
+import struct
 import types
 
 import pytest
 from each import each_row
 
-from mobile_robot_control.ros.inputs import input_monitor
+from mobile_robot_control.ros.inputs import input_monitor, input_validation
 from mobile_robot_control.ros.inputs.input_monitor import InputMonitor
+from mobile_robot_control.ros.inputs.input_validation import InputValidator
+from mobile_robot_control.ros.inputs.stamp_policy import LockstepStampPolicy
 
 
 @pytest.fixture
@@ -51,26 +54,39 @@ def test_the_age_of_a_stamp_is_that_at_its_arrival_and_what_has_passed_since(mak
 ])
 def test_stamps_that_no_message_of_some_seconds_explains_are_told_once(make, ages, text):
     monitor, _, logged = make()
+    assert run(monitor, ages, 3) == []
     found, = run(monitor, ages)
     assert found.startswith(text)
-    assert logged == [found]
-    assert run(monitor, ages, 2) == [found]
-    assert len(logged) == 1
+    assert run(monitor, ages, 2) == logged == [found]
     assert run(monitor, [0.0]) == []
 
 
-@each_row('ages', [[0.001, 0.4], [-0.005], [0.09], []])
-def test_messages_that_are_sometimes_late_are_not_told(make, ages):
-    assert run(make()[0], ages) == []
-
-
-def test_a_latency_that_is_configured_is_none_that_is_told_and_not_for_a_moment(make):
+def test_messages_that_are_sometimes_late_are_not_told_nor_what_is_configured_or_of_a_simulated_clock(make):
+    for ages in ([0.001, 0.4], [-0.005], [0.09], []):
+        assert run(make()[0], ages) == []
     monitor, _, _ = make()
-    assert run(monitor, [0.25], 3) == []
-    assert len(run(monitor, [0.25])) == 1
     monitor.latencies['odom'] = 0.2
     assert run(monitor, [0.25]) == []
+    assert run(make(is_simulated=True)[0], [-0.1]) == []  # which goes on in steps
 
 
-def test_stamps_may_be_ahead_of_a_simulated_clock_that_goes_on_in_steps(make):
-    assert run(make(is_simulated=True)[0], [-0.1]) == []
+def test_refused_messages_are_logged_at_most_every_two_seconds_for_each_topic_and_reason(monkeypatch):
+    warnings, now = [], [100.0]
+    node = types.SimpleNamespace(get_logger=lambda: types.SimpleNamespace(warning=warnings.append))
+    monkeypatch.setattr(input_validation, 'time', types.SimpleNamespace(monotonic=lambda: now[0]))
+    validator, policy = InputValidator(node, None, 2.0), LockstepStampPolicy(10)
+    policy.accept(50)
+
+    def refuse(topic, stamp):
+        message = b'\0\1\0\0' + struct.pack('<iI', 0, stamp)
+        assert validator.validate(topic, message, lambda _: None, policy) is None
+        return [warning.split(': ')[0] for warning in warnings]
+
+    for topic in ('odom', 'reference'):
+        for stamp in (55, 55, 70, 70):
+            logged = refuse(topic, stamp)
+    assert logged == ['refused a message on odom'] * 2 + ['refused a message on reference'] * 2
+    for now[0], count in ((101.9, 4), (102.1, 5)):
+        assert len(refuse('odom', 55)) == count
+    assert validator.refused == {'odom: stamp not on the grid': 4, 'odom: not the next stamp': 2,
+                                 'reference: stamp not on the grid': 2, 'reference: not the next stamp': 2}

@@ -54,6 +54,10 @@ class Counting:
             self.driver.take(topic, ValidInput(stamp, decision, value))
         return [one[:2] for one in self.published[before:]], self.said
 
+    def used(self, topic):
+        """Return the number of the last step's input."""
+        return self.published[-1][2][topic][1]
+
 
 def _at(stamp):
     """Return a position controller whose last step was at a stamp."""
@@ -62,6 +66,15 @@ def _at(stamp):
         node.take('odom', now)
         node.take('reference', now)
     assert node.published[-1][0] == stamp
+    return node
+
+
+def _velocity_at(stamp):
+    node = Counting(VELOCITY)
+    for now in range(0, stamp + D, D):
+        if now % P == 0:
+            node.take('cmd_vel', now, float(now))
+        node.take('joint_states', now)
     return node
 
 
@@ -87,14 +100,15 @@ def test_a_node_without_a_run_begins_or_joins_one(stamp, said):
 
 
 def test_inputs_may_come_in_any_order_and_again():
-    orders = [('odom', 'reference'), ('reference', 'odom'), ('odom', 'odom', 'reference'),
-              ('reference', 'reference', 'odom')]
-    nodes = [Counting(POSITION) for _ in orders]
-    for node, order in zip(nodes, orders, strict=True):
+    published = []
+    for order in (('odom', 'reference'), ('reference', 'odom'), ('odom', 'odom', 'reference'),
+                  ('reference', 'reference', 'odom')):
+        node = Counting(POSITION)
         for stamp in range(0, 5 * P, P):
             for topic in order:
                 node.take(topic, stamp, stamp)
-    assert all(node.published == nodes[0].published for node in nodes)
+        published.append(node.published)
+    assert published == published[:1] * 4
 
 
 def test_a_repeated_question_is_answered_by_the_same_numbers_without_a_step():
@@ -105,25 +119,16 @@ def test_a_repeated_question_is_answered_by_the_same_numbers_without_a_step():
         assert node.take('reference', P, 9.0) == ([], [])
     assert node.published[-3:] == [last] * 3
     assert node.steps == 2
+    # and one that ends publishes no zero
+    node.driver.close()
+    assert (node.published[-1], node.driver.accepted) == (last, P)
 
 
-def _velocity_at(stamp):
-    node = Counting(VELOCITY)
-    for now in range(0, stamp + D, D):
-        if now % P == 0:
-            node.take('cmd_vel', now, float(now))
-        node.take('joint_states', now)
-    return node
-
-
-def test_a_command_holds_until_the_next_position_tick_with_its_age():
+def test_a_command_holds_until_the_next_position_tick_with_its_age_from_which_live_changes_act():
     node = _velocity_at(2 * P + D)
     assert [(stamp, *its['cmd_vel']) for stamp, _, its in node.published[-3:]] == [
         (2 * P - D, P, P, P - D), (2 * P, 2 * P, 2 * P, 0), (2 * P + D, 2 * P, 2 * P, D)]
-
-
-def test_live_changes_act_from_a_position_tick_on():
-    assert _velocity_at(2 * P).changes == [0, P // D, 2 * P // D]
+    assert node.changes == [0, P // D, 2 * P // D]
 
 
 def test_a_command_is_waited_for_and_its_first_numbers_count():
@@ -133,7 +138,7 @@ def test_a_command_is_waited_for_and_its_first_numbers_count():
     assert node.published[-1][0] == P
     node.take('cmd_vel', P, 2.0)
     node.take('joint_states', P + D)
-    assert node.published[-1][2]['cmd_vel'][1] == 1.0
+    assert node.used('cmd_vel') == 1.0
 
 
 def test_a_restarted_velocity_controller_joins_between_position_ticks_by_a_repeated_command():
@@ -143,15 +148,13 @@ def test_a_restarted_velocity_controller_joins_between_position_ticks_by_a_repea
 
 
 # a plant that is started again asks stamp 0, too
-
-
 @each_row('topic', ['odom', 'reference'])
 def test_at_zero_an_input_with_other_numbers_begins_a_new_run(topic):
     node = _at(0)
     values = {'odom': 0.0, 'reference': 0.0, topic: -0.0}
     assert node.take('odom', 0, values['odom']) == ([], [])
     assert node.take('reference', 0, values['reference']) == ([(0, 1)], [f'other {topic}', 'START', 'begins'])
-    assert node.published[-1][2][topic][1] == values[topic]
+    assert node.used(topic) == values[topic]
     assert node.take('odom', P)[0] == node.take('reference', P, 1.0)[0][1:] == []
     assert node.published[-1][0] == P
 
@@ -181,23 +184,13 @@ def test_a_reference_cart_compares_the_question_alone():
     assert node.take('odom', 0, 2.0) == ([(0, 1)], ['other odom', 'START', 'begins'])
 
 
-def test_a_run_that_ended_within_its_first_position_period_leaves_no_command():
+def test_of_a_run_that_ended_early_no_command_is_left_and_of_two_first_questions_the_second_counts():
     node = _velocity_at(2 * D)
     assert node.take('joint_states', 0) == ([], [])
     assert node.take('cmd_vel', 0, 5.0) == ([(0, 1)], ['START', 'begins'])
-    assert node.published[-1][2]['cmd_vel'][1] == 5.0
-
-
-def test_of_two_first_questions_the_second_counts():
-    node = Counting(POSITION)
-    node.take('odom', 0, 1.0)
-    node.take('odom', 0, 2.0)
-    node.take('reference', 0)
-    assert node.published[-1][2]['odom'][1] == 2.0
-
-
-def test_a_node_that_ends_publishes_no_zero():
-    node = _at(P)
-    node.driver.close()
-    assert node.published[-1][0] == P
-    assert node.driver.accepted == P
+    assert node.used('cmd_vel') == 5.0
+    twice = Counting(POSITION)
+    for value in (1.0, 2.0):
+        twice.take('odom', 0, value)
+    twice.take('reference', 0)
+    assert twice.used('odom') == 2.0

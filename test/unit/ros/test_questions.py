@@ -2,7 +2,7 @@
 
 import types
 
-from each import each_row
+import pytest
 
 from mobile_robot_control.configuration.nodes import PlantParameters
 from mobile_robot_control.ros.clocks import questions
@@ -36,16 +36,16 @@ class Asker:
     def is_over(self):
         return self.now == self.end
 
+    @property
+    def tick(self):
+        return self.now - self.now % P
+
     def step(self, inputs, _dt):
         self.pushed.append(inputs.value('command'))
         self.k += 1
 
     def publish_question(self):
         self.asked.append(self.now)
-
-    @property
-    def tick(self):
-        return self.now - self.now % P
 
     def note_silence(self, silence, stamp, tick):
         assert (stamp, tick) == (self.now, self.tick)
@@ -85,27 +85,28 @@ class Asker:
         return self.asked
 
 
-@each_row(('stamp', 'asked'), [
-    (3 * D, [4 * D]),                                  # STEP
-    (2 * D, []), (0, []),                              # AGAIN
-    (4 * D, []), (3 * D + 1, []), (-D, []),            # REFUSED
-])
-def test_each_decision(monkeypatch, stamp, asked):
-    plant = Asker(monkeypatch)
+@pytest.fixture
+def make(monkeypatch):
+    """Make a plant of some periods and parameters."""
+    return lambda **given: Asker(monkeypatch, **given)
+
+
+def test_each_decision_and_of_several_answers_to_a_stamp_the_first(make):
+    plant = make()
     plant.run_to(3 * D)
-    assert plant.answer(stamp) == asked
-    assert plant.k == 3 + len(asked)
+    for stamp in (2 * D, 0, 4 * D, 3 * D + 1, -D):  # AGAIN, twice, and REFUSED
+        assert plant.answer(stamp) == []
+    assert plant.k == 3
+    assert plant.answer(3 * D, 1.0) == [4 * D]  # STEP
+    plant.answer(3 * D, 2.0)
+    assert plant.pushed[3:] == [1.0]
+    # a motion that diverged asks nothing
+    plant.exit_code = 1
+    assert plant.answer(4 * D) == []
 
 
-def test_the_first_answer_of_a_stamp_counts(monkeypatch):
-    plant = Asker(monkeypatch)
-    plant.answer(0, 1.0)
-    plant.answer(0, 2.0)
-    assert plant.pushed == [1.0]
-
-
-def test_a_question_is_repeated_while_it_is_not_answered(monkeypatch):
-    plant = Asker(monkeypatch)
+def test_a_question_is_repeated_while_it_is_not_answered(make):
+    plant = make()
     plant.run_to(D)
     (repeat,) = plant.timers
     plant.asked = []
@@ -119,75 +120,62 @@ def test_a_question_is_repeated_while_it_is_not_answered(monkeypatch):
     assert plant.silences == [0.1, 0.2]
 
 
-def test_a_plant_that_is_held_waits_for_nobody(monkeypatch):
-    plant = Asker(monkeypatch, paused=True)
+def test_while_it_is_paused_it_waits_for_nobody_and_no_answer_moves_it(make):
+    plant = make(paused=True)
     plant.wall += 5.0
     plant.timers[0]()
     assert plant.asked[-1] == 'again 0'
     assert not plant.silences
-
-
-def test_while_it_is_paused_no_answer_moves_it_and_the_question_is_repeated_at_the_end(monkeypatch):
-    plant = Asker(monkeypatch, paused=True)
     assert plant.answer(0) == []
     assert plant.k == 0
     assert plant.change(paused=False) == ['again 0']
     assert plant.answer(0) == [D]
 
 
-def test_it_holds_at_a_time_and_steps_from_position_tick_to_position_tick(monkeypatch):
-    plant = Asker(monkeypatch, hold_at=0.005)
+def test_it_holds_at_a_time_and_steps_from_position_tick_to_position_tick(make):
+    plant = make(hold_at=0.005)
     plant.run_to(3 * D)
     assert plant.answer(3 * D) == []
     assert plant.control.step() == (True, 'time goes on to t = 0.01 s')
     plant.run_to(P)
     assert plant.answer(P) == []
-    assert plant.control.step()[1] == 'time goes on to t = 0.02 s'
-    assert plant.control.step()[1] == 'time goes on to t = 0.03 s'
+    assert [plant.control.step()[1] for _ in range(2)] == [f'time goes on to t = {t} s' for t in (0.02, 0.03)]
     plant.run_to(3 * P)
     assert plant.answer(3 * P) == []
     plant.change(hold_at=0.0)
     assert plant.control.step() == (False, 'the run is not held: set the parameter paused to true first')
 
 
-@each_row(('at', 'last'), [(0, P), (D, P), (P, P), (P + D, 2 * P)])
-def test_a_reset_begins_anew_after_an_answered_position_tick_that_is_not_the_first(monkeypatch, at, last):
-    plant = Asker(monkeypatch)
-    plant.run_to(at)
-    done, words = plant.control.reset()
-    assert done
-    assert words.endswith(f'begins after t = {last / 1e9:g} s')
-    plant.run_to(last)
-    assert plant.answer(last) == [0]
-    # a late answer of the run that ended moves nothing, and is not refused
-    assert plant.driver.policy('command').decide(last) is StampDecision.AGAIN
-    assert plant.answer(0) == [D]
-    plant.run_to(2 * P)
+def test_a_reset_begins_anew_after_an_answered_position_tick_that_is_not_the_first(make):
+    for at, last in ((0, P), (D, P), (P, P), (P + D, 2 * P)):
+        plant = make()
+        plant.run_to(at)
+        done, words = plant.control.reset()
+        assert done
+        assert words.endswith(f'begins after t = {last / 1e9:g} s')
+        plant.run_to(last)
+        assert plant.answer(last) == [0]
+        # a late answer of the run that ended moves nothing, and is not refused
+        assert plant.driver.policy('command').decide(last) is StampDecision.AGAIN
+        assert plant.answer(0) == [D]
+        plant.run_to(2 * P)
+    # one that is held goes on to its reset, and the new one is held
+    held = make(paused=True)
+    held.control.reset()
+    held.run_to(P)
+    assert held.answer(P) == [0]
+    assert held.answer(0) == []
 
 
-def test_a_held_run_goes_on_to_its_reset_and_the_new_one_is_held(monkeypatch):
-    plant = Asker(monkeypatch, paused=True)
-    plant.control.reset()
-    plant.run_to(P)
-    assert plant.answer(P) == [0]
-    assert plant.answer(0) == []
-
-
-def test_a_base_follows_a_command_until_the_next_position_tick(monkeypatch):
-    plant = Asker(monkeypatch, period=P)
+def test_a_base_follows_a_command_until_the_next_position_tick(make):
+    plant = make(period=P)
     assert plant.answer(0, 4.0) == [*(f'wheels {n * D}' for n in range(1, 5)), P]
     assert plant.pushed == [4.0] * 5
 
 
-@each_row(('period', 'end', 'asked'), [(D, 2 * D, []), (P, P, []), (P, P + D, [f'wheels {P + D}'])])
-def test_the_last_question_is_answered_and_ends_the_run(monkeypatch, period, end, asked):
-    plant = Asker(monkeypatch, period=period, end=end)
-    while plant.exit_code is None:
-        said = plant.answer(plant.now)
-    assert (plant.now, plant.exit_code, said) == (end, 0, asked)
-
-
-def test_a_motion_that_diverged_asks_nothing(monkeypatch):
-    plant = Asker(monkeypatch)
-    plant.exit_code = 1
-    assert plant.answer(0) == []
+def test_the_last_question_is_answered_and_ends_the_run(make):
+    for period, end, asked in ((D, 2 * D, []), (P, P, []), (P, P + D, [f'wheels {P + D}'])):
+        plant = make(period=period, end=end)
+        while plant.exit_code is None:
+            said = plant.answer(plant.now)
+        assert (plant.now, plant.exit_code, said) == (end, 0, asked)

@@ -19,16 +19,18 @@ class Still:
         return '/robot1/reference_cart'
 
     def publish(self, array):
-        assert {status.name for status in array.status} == {'robot1/reference_cart'}
-        assert {status.hardware_id for status in array.status} == {'robot1'}
+        assert {(status.name, status.hardware_id) for status in array.status} == {('robot1/reference_cart', 'robot1')}
         run, = {int(status.values[1].value) for status in array.status}
         self.published.append((stamp_nanoseconds(array.header.stamp), run, {
             status.values[0].key: json.loads(status.values[0].value) for status in array.status}))
 
 
-def test_changes_act_from_a_step_or_from_a_run_on():
+def test_changes_act_from_a_step_or_from_a_run_on_and_the_first_run_has_the_number_0():
     node = Still()
     events = RunEvents(node)
+    events.note({'curve': 'circle'}, at_start=True)
+    events.begin_run(anew=False)
+    events.publish_pending(0)
     events.note({'paused': True, 'hold_at': 3.0})
     assert not events.pending
     events.note({'scale': 0.5, 'period': 12.0}, at_start=True)
@@ -39,16 +41,7 @@ def test_changes_act_from_a_step_or_from_a_run_on():
     events.begin_run(anew=True)
     events.publish_pending(0)
     assert node.published == [
-        (1_500_000_000, 0, {'period': 0.30000000000000004}), (0, 1, {'period': 8.0}),
+        (0, 0, {'curve': 'circle'}), (1_500_000_000, 0, {'period': 0.30000000000000004}), (0, 1, {'period': 8.0}),
         # the newest lap time, which was set after the scale
         (0, 1, {'scale': 0.5, 'period': 8.0, 'center': [1.0, 2.0]})]
     assert not events.pending
-
-
-def test_the_first_run_has_the_number_0():
-    node = Still()
-    events = RunEvents(node)
-    events.note({'curve': 'circle'}, at_start=True)
-    events.begin_run(anew=False)
-    events.publish_pending(0)
-    assert node.published == [(0, 0, {'curve': 'circle'})]

@@ -2,7 +2,7 @@
 
 import types
 
-from each import each_row
+import pytest
 
 from mobile_robot_control.ros.clocks.wall_clock import WallClockDriver
 from mobile_robot_control.ros.inputs.input_validation import ValidInput
@@ -76,18 +76,24 @@ class Robot:
         return self.did
 
 
-def test_it_waits_for_what_it_needs_then_begins_once():
-    robot = Robot()
+@pytest.fixture
+def robot():
+    return Robot()
+
+
+def test_it_waits_for_what_it_needs_and_until_the_node_is_ready_then_begins_once(robot):
     assert robot.tick() == []
     robot.take('command')
     assert robot.tick() == []
     robot.take('wheels')
+    robot.ready = False
+    assert robot.tick() == []
+    robot.ready = True
     assert robot.tick() == ['run', 'begin', 'cw']
-    assert len(robot.tick()) == 1
+    assert robot.tick() == ['cw']
 
 
-def test_a_silent_input_that_is_needed_makes_the_robot_rest_until_it_is_back():
-    robot = Robot()
+def test_a_silent_input_that_is_needed_makes_the_robot_rest_until_it_is_back(robot):
     robot.take('wheels', 'command', 'acceleration')
     robot.tick()
     assert robot.tick(0.09) == ['wca']
@@ -96,19 +102,20 @@ def test_a_silent_input_that_is_needed_makes_the_robot_rest_until_it_is_back():
     assert robot.tick() == ['resume', 'wca']
 
 
-@each_row(('back', 'did'), [(('wheels', 'command'), ['wc']), (('wheels', 'acceleration'), [
-    'wa', 'silent: command']), (('wheels',), ['w', 'silent: command'])])
-def test_other_inputs_are_left_out_when_they_are_old(back, did):
-    robot = Robot()
-    robot.take('wheels', 'command', 'acceleration')
-    robot.tick()
-    robot.now += 1.0
-    robot.take(*back)
-    assert robot.tick() == did
+def test_other_inputs_are_left_out_when_they_are_old():
+    for back, did in ((('wheels', 'command'), ['wc']), (('wheels', 'acceleration'), ['wa', 'silent: command']),
+                      (('wheels',), ['w', 'silent: command'])):
+        robot = Robot()
+        robot.take('wheels', 'command', 'acceleration')
+        robot.tick()
+        robot.now += 1.0
+        robot.take(*back)
+        assert robot.tick() == did
 
 
-def test_a_robot_that_is_held_rests_and_resumes():
-    robot = Robot()
+def test_a_robot_that_is_held_rests_and_resumes_and_stands_at_the_end_if_it_has_driven(robot):
+    robot.driver.close()
+    assert robot.did == []
     robot.held = True
     assert robot.tick() == ['rest']
     robot.take('wheels', 'command')
@@ -118,19 +125,12 @@ def test_a_robot_that_is_held_rests_and_resumes():
     assert robot.tick() == ['rest']
     robot.held = False
     assert robot.tick() == ['resume', 'wc']
+    robot.did = []
+    robot.driver.close()
+    assert robot.did == ['rest']
 
 
-def test_it_begins_only_when_the_node_is_ready():
-    robot = Robot()
-    robot.ready = False
-    robot.take('wheels', 'command')
-    assert robot.tick() == []
-    robot.ready = True
-    assert robot.tick() == ['run', 'begin', 'wc']
-
-
-def test_time_that_jumps_back_begins_another_run():
-    robot = Robot()
+def test_time_that_jumps_back_begins_another_run(robot):
     robot.take('wheels', 'command')
     robot.tick()
     robot.did = []
@@ -139,14 +139,3 @@ def test_time_that_jumps_back_begins_another_run():
     assert robot.tick() == []
     robot.take('wheels', 'command')
     assert robot.tick() == ['run', 'begin', 'wc']
-
-
-@each_row('has_driven', [False, True])
-def test_a_robot_that_has_driven_stands_at_the_end(has_driven):
-    robot = Robot()
-    if has_driven:
-        robot.take('wheels', 'command')
-        robot.tick()
-    robot.did = []
-    robot.driver.close()
-    assert robot.did == ['rest'] * has_driven

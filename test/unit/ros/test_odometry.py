@@ -1,0 +1,119 @@
+"""Odometry: its age, what contradicts it, and its transform on /tf."""
+
+import math
+import sys
+import types
+
+import pytest
+from each import each_row
+
+from mobile_robot_control.configuration.shared import Shared
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
+from mobile_robot_control.ros.inputs.odom_age import OdomAge, WallClockOdomAge
+from mobile_robot_control.ros.inputs.odom_conflict import contradicts
+from mobile_robot_control.ros.inputs.odom_twist import OdomTwist
+from mobile_robot_control.ros.nodes.plant_publishers import make_broadcaster
+
+MS = 1_000_000
+POSE, VELOCITY = Pose(1.0, 2.0, 0.0), BodyVelocity(0.5, 0.1)
+LAST = (0, Pose(1.0, 0.0, 3.1), BodyVelocity(0.5, 1.0))
+STILL = BodyVelocity(0.0, 0.0)
+V, OMEGA, DT = 0.4, 0.8, 0.02
+
+
+def test_in_lockstep_repeats_are_counted_from_the_first_on_and_a_time_of_sampling_tells_the_age():
+    age = OdomAge(Shared(position_rate=100.0))
+    ages = []
+    for step, x in enumerate([1.0, 1.0, 1.0, 1.1, 1.1]):
+        age.note(10 * step * MS, POSE._replace(x=x), VELOCITY)
+        ages.append(age.at(10 * step * MS, 0.05))
+    assert ages == pytest.approx([0.05, 0.06, 0.07, 0.05, 0.06])
+    age.begin()
+    age.note(0, POSE._replace(x=1.1), VELOCITY)
+    assert age.at(0, 0.0) == 0.0
+    sampled = OdomAge(Shared(odometry_stamped='sampled'))
+    sampled.note_step(100 * MS, POSE, VELOCITY, 40 * MS)
+    assert [sampled.at(100 * MS, latency) for latency in (0.0, 0.01)] == pytest.approx([0.06, 0.07])
+
+
+def test_on_the_wall_clock_a_sample_with_a_new_stamp_is_as_old_as_it_was_and_the_reference_moves_on_to_now():
+    age = WallClockOdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
+    age.note(1000 * MS, POSE, VELOCITY)
+    age.note(1030 * MS, POSE, VELOCITY)
+    assert age.at(1040 * MS, 0.02) == pytest.approx(0.06)
+    age.note(1050 * MS, POSE._replace(y=2.1), VELOCITY)
+    # not older than any message may be, and not of the future
+    assert [age.at(now * MS, 0.02) for now in (1060, 9000, 1000)] == pytest.approx([0.03, 0.5, 0.0])
+    reference = Reference(POSE, BodyVelocity(0.5, 0.0))
+    assert age.present(reference, 20 * MS) == Reference(Pose(1.01, 2.0, 0.0), BodyVelocity(0.5, 0.0))
+    assert age.present(reference, -20 * MS) == reference
+    assert age.present(reference, 9000 * MS).pose.x == pytest.approx(1.25)
+    # by its acceleration, where that is sent
+    pose, velocity, acceleration = age.present(reference._replace(acceleration=BodyAcceleration(1.0, 2.0)), 20 * MS)
+    assert velocity == pytest.approx((0.52, 0.04))
+    assert pose.x == pytest.approx(1.0 + 0.5 * 0.02 + 0.5 * 0.02**2, abs=1e-7)
+    assert acceleration == (1.0, 2.0)
+
+
+@each_row(('periods', 'pose', 'speed', 'expected'), [
+    (1, Pose(1.01, 0.0, 3.12), 0.5, False),
+    (1, Pose(1.06, 0.0, 3.12), 0.5, False),  # a noisy one
+    (1, Pose(1.01, 0.0, -math.pi), 0.5, False),  # across the branch of the angle
+    (1, Pose(1.2, 0.0, 3.12), 0.5, True),
+    (1, Pose(1.01, 0.0, 2.5), 0.5, True),
+    (1, Pose(1.01, 0.0, 3.12), 3.0, True),
+    (1, Pose(1.2, 0.0, 3.12), 1e6, True),  # no matter how fast it says it is
+    (100, Pose(1.9, 0.0, 3.1), 0.5, False),  # after a pause it may be elsewhere
+])
+def test_jumps_contradict_the_odometry_before_and_motions_do_not(periods, pose, speed, expected):
+    assert contradicts(periods * 20 * MS, pose, BodyVelocity(speed, 1.0), LAST) is expected
+
+
+def _twist():
+    """Return what compares twists with poses, and what it tells."""
+    told = []
+    log = types.SimpleNamespace(warning=told.append, info=told.append)
+    return OdomTwist(types.SimpleNamespace(get_logger=lambda: log)), told
+
+
+def _drive(twist, velocity, begin, end, aside=0.0):
+    """Drive in a circle; the heading is wrapped."""
+    found = []
+    for n in range(begin, end):
+        angle = OMEGA * n * DT
+        found.append(twist.note(int((100.0 + n * DT) * 1e9), Pose(
+            aside + V / OMEGA * math.sin(angle), V / OMEGA * (1.0 - math.cos(angle)),
+            math.remainder(angle, 2.0 * math.pi)), velocity))
+    return found
+
+
+@each_row('wrong', [STILL, BodyVelocity(-V, OMEGA), BodyVelocity(V, 0.0), BodyVelocity(V * 2.0, OMEGA)])
+def test_a_twist_that_contradicts_is_replaced_within_a_second_and_taken_again_where_it_agrees(wrong):
+    twist, told = _twist()
+    assert _drive(twist, wrong, 0, 100)[-1] == pytest.approx((V, OMEGA), rel=1e-3)
+    words, = told
+    assert words.startswith('the twist of odom (')
+    assert '(0.40 m/s, 0.80 rad/s), which are used instead' in words
+    assert _drive(twist, BodyVelocity(V, OMEGA), 100, 200)[-1] == BodyVelocity(V, OMEGA)
+    assert told[1:] == ['the twist of odom agrees with its poses again']
+
+
+def test_a_twist_is_taken_as_it_is_where_it_agrees_also_at_rest_and_after_a_jump_in_time_or_place():
+    twist, told = _twist()
+    assert set(_drive(twist, BodyVelocity(V, OMEGA), 0, 500)) == {BodyVelocity(V, OMEGA)}
+    # a reset, from which it drives on along the same circle
+    assert set(_drive(twist, BodyVelocity(V, OMEGA), 500, 600, aside=0.8)) == {BodyVelocity(V, OMEGA)}
+    assert {twist.note(int(500e9) + n * 20 * MS, Pose(9.0, 9.0, 0.0), STILL) for n in range(200)} == {STILL}
+    assert not told
+
+
+def test_odometry_becomes_a_transform_where_tf2_is_installed(monkeypatch):
+    sent, module = [], types.ModuleType('tf2_ros')
+    monkeypatch.setitem(sys.modules, 'tf2_ros', None)
+    assert make_broadcaster(None, 'odom', 'base_link') is None
+    module.TransformBroadcaster = lambda node: types.SimpleNamespace(sendTransform=sent.append)
+    monkeypatch.setitem(sys.modules, 'tf2_ros', module)
+    make_broadcaster(None, 'odom', 'base_link')(1_500_000_000, Pose(1.0, -2.0, 0.0))
+    (header, child, transform), = ((one.header, one.child_frame_id, one.transform) for one in sent)
+    assert (header.frame_id, child, header.stamp.sec, header.stamp.nanosec) == ('odom', 'base_link', 1, 500_000_000)
+    assert (transform.translation.x, transform.translation.y, transform.rotation.w) == (1.0, -2.0, 1.0)
