@@ -2,23 +2,34 @@
 
 import json
 import os
+import re
 import signal
 import time
 
 import pytest
-from harness import CONFIG, experiment, run_command, start_experiment
+from each import each_row
+from harness import CONFIG, numbers_in, run_command, start_experiment
 from mcap_ros2.reader import read_ros2_messages
 from processes import processes_of
 
 from mobile_robot_control.cli import simulate
 from mobile_robot_control.runs import bag
 
+FAST = ('-p', 'plant.real_time_factor:=0.0')
+WALL_CLOCK = ('--params-file', CONFIG / 'wall_clock.yaml')
 
-def test_experiment_and_simulate_give_the_same_metrics(domain, tmp_path, capsys):
-    run = ['--duration', '2', '--params-file', str(CONFIG / 'fuzzy.yaml')]
-    metrics, _ = experiment(tmp_path / 'run', *run, '--composed', report=True)
+
+def metrics_of(output):
+    return json.loads((output / 'metrics.json').read_text())
+
+
+def test_a_run_in_a_namespace_has_the_metrics_of_simulate_and_is_replaced_by_one_that_diverges(
+        domain, tmp_path, capsys, monkeypatch):
+    run = ['--duration', '1', '--params-file', str(CONFIG / 'fuzzy.yaml'), '--robot', 'chapter']
+    done = run_command('experiment', *run, *FAST, '--output', tmp_path, '--namespace', '/robot1', '--composed')
+    assert done.returncode == 0, done.stderr
     assert simulate.main([*run, '--json']) == 0
-    simulated = json.loads(capsys.readouterr().out)
+    metrics, simulated = numbers_in(tmp_path / 'metrics.json'), json.loads(capsys.readouterr().out)
     assert set(metrics) == set(simulated)
     assert metrics.pop('outcome') == simulated.pop('outcome') == 'completed'
     assert metrics.pop('error') == simulated.pop('error') == 'true'
@@ -26,97 +37,91 @@ def test_experiment_and_simulate_give_the_same_metrics(domain, tmp_path, capsys)
     assert metrics.pop('settling_time') is simulated.pop('settling_time') is None
     for name, value in simulated.items():
         assert metrics[name] == pytest.approx(value, rel=1e-9, abs=1e-9)
-    assert (tmp_path / 'run' / 'figures' / 'path.png').read_bytes().startswith(b'\x89PNG')
-    assert 'data:image/svg+xml' in (tmp_path / 'run' / 'report.html').read_text()
-
-
-def test_an_experiment_in_a_namespace_is_recorded_and_read_by_the_mcap_library(domain, tmp_path):
-    output = tmp_path / 'run'
-    done = run_command('experiment', '--duration', 1, '--output', output, '--namespace', '/robot1', '--no-report',
-                       '-p', 'plant.real_time_factor:=0.0', '--params-file', CONFIG / 'hybrid_backstepping.yaml',
-                       '--robot', 'chapter')
-    assert done.returncode == 0, done.stderr
-    assert (output / 'parameters.yaml').read_text().startswith('# robot: chapter\n')
-    recording = bag.read_bag(output / 'bag', '/robot1')
+    assert (tmp_path / 'figures' / 'path.png').read_bytes().startswith(b'\x89PNG')
+    assert 'data:image/svg+xml' in (tmp_path / 'report.html').read_text()
+    assert (tmp_path / 'parameters.yaml').read_text().startswith('# robot: chapter\n')
+    recording = bag.read_bag(tmp_path / 'bag', '/robot1')
     assert len(recording.samples) == 501
     assert not recording.problems
+    # others read it, too
     topics = {}
-    for message in read_ros2_messages(output / 'bag' / 'bag.mcap'):
+    for message in read_ros2_messages(tmp_path / 'bag' / 'bag.mcap'):
         topics.setdefault(message.channel.topic, []).append(message.ros_msg)
     of_the_robot = {'odom', 'joint_states', 'reference', 'cmd_vel', 'wheel_torques', 'tracking_error', 'reference_path'}
     assert {'/clock', '/parameter_events', *(f'/robot1/{name}' for name in of_the_robot)} <= set(topics)
     assert topics['/robot1/joint_states'][-1].header.stamp.sec == 1
     assert list(topics['/robot1/wheel_torques'][0].name) == ['wheel_right_joint', 'wheel_left_joint']
-    assert 'storage_identifier: mcap' in (output / 'bag' / 'metadata.yaml').read_text()
+    assert 'storage_identifier: mcap' in (tmp_path / 'bag' / 'metadata.yaml').read_text()
 
-
-def test_a_recorder_that_stalls_misses_no_message(domain, tmp_path):
-    """The run waits for the recorder: in the time of the stall, publishers would overrun their queues three times."""
-    output = tmp_path / 'run'
-    run = start_experiment(output, '--duration', 12, '-p', 'plant.real_time_factor:=0.0', '--composed')
-    os.kill(run.pid, signal.SIGSTOP)
-    time.sleep(1.5)
-    os.kill(run.pid, signal.SIGCONT)
-    _, errors = run.communicate(timeout=120)
-    assert run.returncode == 0, errors
-    recording = bag.read_bag(output / 'bag')
-    assert not recording.problems
-    assert len(recording.samples) == 6001
-
-
-@pytest.mark.parametrize('name', [pytest.param('position_controller', marks=pytest.mark.soak), 'plant'])
-def test_a_node_that_dies_is_named(domain, tmp_path, name):
-    output = tmp_path / 'run'
-    run = start_experiment(output, '--duration', 30)
-    os.kill(*processes_of(output, name), signal.SIGKILL)
-    _, errors = run.communicate(timeout=120)
-    assert run.returncode == 1
-    assert f'{name} was killed by SIGKILL' in errors
-    assert 'Traceback' not in errors
-    metrics = json.loads((output / 'metrics.json').read_text())
-    assert metrics['outcome'] == 'node_died'
-    assert 0.0 < metrics['duration'] < 30.0
-    assert bag.read_bag(output / 'bag').samples[-1].time == metrics['duration']
-    assert not processes_of(output)
-
-
-def test_a_node_that_hangs_is_named(domain, tmp_path):
-    output = tmp_path / 'run'
-    # another node may be without a turn for a second or two
-    run = start_experiment(output, '--duration', 30, '--patience', 5)
-    os.kill(*processes_of(output, 'reference_cart'), signal.SIGSTOP)
-    _, errors = run.communicate(timeout=120)
-    assert run.returncode == 1
-    assert 'reference_cart gave no answer for 5.0 s' in errors
-    assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'node_died'
-    assert bag.read_bag(output / 'bag').samples
-
-
-def test_divergence_ends_with_exit_code_1(domain, tmp_path):
-    output = tmp_path / 'run'
-    done = run_command('experiment', '--duration', 60, '--output', output, '--no-report', '--composed', '-p',
-                       'plant.real_time_factor:=0.0', '-p', 'plant.initial_pose:=[1.0, 0.5, 1.0]', '-p',
-                       'position_controller.controller_type:=backstepping', '-p',
-                       'position_controller.backstepping.q:=1e12')
+    (tmp_path / 'notes.txt').write_text('mine')
+    # nothing is written there, so it runs without
+    monkeypatch.setenv('HOME', '/dev/null')
+    done = run_command('experiment', '--duration', 60, *FAST, '--output', tmp_path, '--overwrite', '--no-report',
+                       '--composed', *(word for override in (
+                           'plant.initial_pose:=[1.0, 0.5, 1.0]', 'position_controller.controller_type:=backstepping',
+                           'position_controller.backstepping.q:=1e12') for word in ('-p', override)))
     assert done.returncode == 1
     assert 'the motion diverged' in done.stderr
-    assert json.loads((output / 'metrics.json').read_text())['outcome'] == 'diverged'
+    assert metrics_of(tmp_path)['outcome'] == 'diverged'
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        'bag', 'log', 'metrics.json', 'notes.txt', 'parameters.yaml']
 
 
-@pytest.mark.parametrize(('number', 'report'), [
-    (signal.SIGINT, False), pytest.param(signal.SIGTERM, True, marks=pytest.mark.soak)])
-def test_an_interrupted_run_has_a_complete_bag_and_metrics(domain, tmp_path, number, report):
+@pytest.mark.parametrize(('number', 'report', 'options'), [
+    (signal.SIGINT, False, FAST),
+    pytest.param(signal.SIGTERM, True, FAST, marks=pytest.mark.soak),
+    pytest.param(signal.SIGINT, False, WALL_CLOCK, marks=pytest.mark.soak),
+])
+def test_a_run_whose_recorder_stalls_and_is_interrupted_has_a_complete_bag_and_metrics(
+        domain, tmp_path, number, report, options):
+    """In lockstep it waits for the recorder: in the time of the stall, publishers would overrun their queues."""
     output = tmp_path / 'run'
-    run = start_experiment(output, '--duration', 60, report=report)
+    run = start_experiment(output, '--duration', 600, '--composed', *options, report=report)
+    shown = ''
+    if options is FAST:
+        os.kill(run.pid, signal.SIGSTOP)
+        time.sleep(1.5)
+        os.kill(run.pid, signal.SIGCONT)
+        while not re.search(r'\| \d\d+\.\d/', shown):
+            read = run.stderr.read(1)
+            assert read, shown
+            shown += read
     run.send_signal(number)
     _, errors = run.communicate(timeout=120)
     assert run.returncode == 1, errors
-    assert 'Traceback' not in errors
-    metrics = json.loads((output / 'metrics.json').read_text())
+    assert 'Traceback' not in shown + errors
+    metrics, recording = metrics_of(output), bag.read_bag(output / 'bag')
     assert metrics['outcome'] == 'interrupted'
-    assert bag.read_bag(output / 'bag').samples[-1].time == metrics['duration'] > 0.0
+    assert recording.samples[-1].time == metrics['duration'] > 0.8
+    if options is FAST:
+        assert not recording.problems
+        assert len(recording.samples) == round(500 * metrics['duration']) + 1 > 5000
+    assert not [problem for problem in recording.problems if 'cut off' in problem]
     assert not processes_of(output)
     assert (output / 'report.html').exists() == report
+
+
+@pytest.mark.parametrize(('name', 'number', 'told', 'options'), [
+    ('plant', signal.SIGKILL, 'was killed by SIGKILL', ()),
+    pytest.param('position_controller', signal.SIGKILL, 'was killed by SIGKILL', (), marks=pytest.mark.soak),
+    # another node may be without a turn for a second or two
+    ('reference_cart', signal.SIGSTOP, 'gave no answer for 5.0 s', ('--patience', 5)),
+    pytest.param('reference_cart', signal.SIGSTOP, 'gave no answer for 5.0 s', ('--patience', 5, *WALL_CLOCK),
+                 marks=pytest.mark.soak),
+])
+def test_a_node_that_dies_or_hangs_is_named(domain, tmp_path, name, number, told, options):
+    output = tmp_path / 'run'
+    run = start_experiment(output, '--duration', 30, *options)
+    os.kill(*processes_of(output, name), number)
+    _, errors = run.communicate(timeout=120)
+    assert run.returncode == 1
+    assert f'{name} {told}' in errors
+    assert 'Traceback' not in errors
+    metrics = metrics_of(output)
+    assert metrics['outcome'] == 'node_died'
+    assert bag.read_bag(output / 'bag').samples[-1].time == metrics['duration']
+    assert 0.0 < metrics['duration'] < 30.0
+    assert not processes_of(output)
 
 
 def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
@@ -128,29 +133,14 @@ def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
     assert not (tmp_path / 'run').exists()
 
 
-def test_overwrite_replaces_what_an_experiment_wrote_and_nothing_else(domain, tmp_path, monkeypatch):
-    # nothing is written there, so it runs without
-    monkeypatch.setenv('HOME', '/dev/null')
-    (tmp_path / 'notes.txt').write_text('mine')
-    experiment(tmp_path, '--duration', 0.2, '--composed')
-    # as if that experiment had drawn them
-    (tmp_path / 'figures').mkdir()
-    for name in ('report.html', 'figures/path.png'):
-        (tmp_path / name).write_text('old')
-    experiment(tmp_path, '--duration', 0.4, '--composed', '--overwrite')
-    assert json.loads((tmp_path / 'metrics.json').read_text())['duration'] == 0.4
-    assert not [name for name in ('report.html', 'figures') if (tmp_path / name).exists()]
-    assert (tmp_path / 'notes.txt').read_text() == 'mine'
-
-
-@pytest.mark.parametrize(('name', 'value', 'refusal'), [
+@each_row(('name', 'value', 'refusal'), [
     ('ROS_DOMAIN_ID', 'abc', "ROS_DOMAIN_ID = 'abc' is no ROS domain"),
-    ('RMW_IMPLEMENTATION', 'nonsense', "RMW_IMPLEMENTATION = 'nonsense' is not installed"),
     ('ROS_STATIC_PEERS', 'nonsense', 'Unable to resolve peer nonsense'),
 ])
 def test_an_environment_that_ros_refuses_leaves_nothing_behind(domain, tmp_path, monkeypatch, name, value, refusal):
-    monkeypatch.setenv(name, value)
-    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'new' / 'run')
+    with monkeypatch.context() as changed:
+        changed.setenv(name, value)
+        done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'new' / 'run')
     assert done.returncode == 2, done.stderr
     assert refusal in done.stderr
     assert 'Traceback' not in done.stderr
