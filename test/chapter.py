@@ -36,7 +36,7 @@ def wheel_accelerations(right, left, torque, friction=K, coupling=False, offset=
     Eq. (13) and (14), solved for the second derivatives of the wheel angles.
 
     The coupling is the pair of generalised forces that Maggi's equations of the same robot have and the chapter
-    lacks; test_coupled.py derives it once more, from the energies (2)-(4) with the constraint forces.
+    lacks; test_dynamics.py derives it once more, from the energies (2)-(4) with the constraint forces.
     """
     a = M * r**2 / 4 + (I_A + M * offset**2) * r**2 / (4 * R**2) + I_0
     b = M * r**2 / 4 - (I_A + M * offset**2) * r**2 / (4 * R**2)

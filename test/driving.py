@@ -21,13 +21,9 @@ from mobile_robot_control.model.sensors import (
 )
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
-PERIOD = 2_000_000
-"""Of the velocity grid [ns]."""
-ROBOT = Robot()
-TRUE_ANGLES, TRUE_ODOMETRY, QUIET = Encoders(), WheelOdometry(), Noise()
-DT = PERIOD / 1e9
-RATIO = 5
-"""Velocity periods in a position period."""
+# period of the velocity grid [ns] and [s], and such periods in a position period
+PERIOD, DT, RATIO = 2_000_000, 0.002, 5
+ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, QUIET = Robot(), Encoders(), WheelOdometry(), Noise()
 
 
 class Step(NamedTuple):
@@ -41,14 +37,6 @@ class Step(NamedTuple):
     pose: Pose
     velocity: BodyVelocity
     taken: int
-
-
-@jitable
-def moved_by(plant, velocity, dt):
-    """Move a robot by the arc of a body velocity."""
-    end = along_arc(plant.pose, velocity.linear * dt, velocity.angular * dt)
-    return moved(plant, end.x - plant.pose.x, end.y - plant.pose.y, velocity.linear * dt, velocity.angular * dt,
-                 velocity, ROBOT)
 
 
 @jitable
@@ -68,8 +56,10 @@ def begin(constants):
 
 @jitable
 def go_on(step, velocity, constants, dt):
-    """Move robot and sensors by one step."""
-    plant = moved_by(step.plant, velocity, dt)
+    """Move robot and sensors by one step, along the arc of a body velocity."""
+    way, turn, pose = velocity.linear * dt, velocity.angular * dt, step.plant.pose
+    end = along_arc(pose, way, turn)
+    plant = moved(step.plant, end.x - pose.x, end.y - pose.y, way, turn, velocity, ROBOT)
     return seen(step.k + 1, plant, advance_sensors(step.sensors, plant, step.k + 1, constants), constants)
 
 
@@ -85,9 +75,5 @@ def drive(velocities, encoders=TRUE_ANGLES, odometry=TRUE_ODOMETRY, noise=QUIET,
 
 def shown_steps(odometry, period, steps):
     """Return the step of the sample that is shown at each step, from 0 on."""
-    constants = sensor_constants(ROBOT, QUIET, TRUE_ANGLES, odometry, period, RATIO * period)
-    step, found = begin(constants), []
-    for _ in range(steps):
-        found.append(step.taken)
-        step = go_on(step, BodyVelocity(0.1, 0.0), constants, period / 1e9)
-    return found
+    return [0, *(step.taken for step in drive([BodyVelocity(0.1, 0.0)] * (steps - 1), odometry=odometry,
+                                              period=period))]

@@ -1,5 +1,6 @@
 """Noise, delay and disturbance, each by itself."""
 
+import itertools
 import math
 import statistics
 
@@ -23,23 +24,23 @@ from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorqu
 
 N = 20000
 HERE = Pose(1.0, -2.0, 3.1)
+TORQUE = WheelTorque(1.0, 2.0)
 
 
 def correlation(a, b):
     return statistics.fmean(x * y for x, y in zip(a, b, strict=True))
 
 
-def test_the_noise_is_standard_normal_and_independent():
-    drawn = {(seed, channel): [gaussian(seed, channel, k) for k in range(N)] for seed in (0, 1) for channel in (0, 1)}
-    for numbers in drawn.values():
+def test_the_noise_is_standard_normal_and_independent_and_the_same_in_every_version():
+    drawn = [[gaussian(seed, channel, k) for k in range(N)] for seed in (0, 1) for channel in (0, 1)]
+    for numbers in drawn:
         assert abs(statistics.fmean(numbers)) < 4.0 / math.sqrt(N)
         assert statistics.pvariance(numbers) == pytest.approx(1.0, abs=4.0 * math.sqrt(2.0 / N))
-        inside = sum(abs(x) < 1.0 for x in numbers) / N
-        assert inside == pytest.approx(0.6827, abs=0.015)
+        assert sum(abs(x) < 1.0 for x in numbers) / N == pytest.approx(0.6827, abs=0.015)
         assert abs(correlation(numbers[1:], numbers[:-1])) < 4.0 / math.sqrt(N)
-    first, *others = drawn.values()
-    for other in others:
-        assert abs(correlation(first, other)) < 4.0 / math.sqrt(N)
+    assert all(abs(correlation(*two)) < 4.0 / math.sqrt(N) for two in itertools.combinations(drawn, 2))
+    assert [gaussian(*place) for place in ((7, 1, 5), (7, 1, 6), (123456, 3, 10**6))] == [
+        0.12711440351769684, -1.2278496992711858, -0.31690598789478797]
 
 
 def test_without_noise_measurements_equal_the_true_values():
@@ -49,70 +50,47 @@ def test_without_noise_measurements_equal_the_true_values():
     assert measured_twist(velocity, wheels, Noise(), Robot()) is velocity
 
 
-def test_the_noise_has_the_covariances_published_in_odom():
-    noise, robot = Noise((0.01, 0.02, 0.03), 0.5, seed=3), Robot()
-    velocity = BodyVelocity(0.3, -0.4)
-    poses, twists = [], []
-    for k in range(N):
-        pose = measured_pose(Pose(1.0, -2.0, 0.3), noise, k)
-        wheels = measured_wheels(wheel_velocity(velocity, robot), noise, k)
-        poses.append(pose)
-        twists.append(measured_twist(velocity, wheels, noise, robot))
-    for axis, mean, variance in ((0, 1.0, 0), (1, -2.0, 1), (2, 0.3, 5)):
-        values = [pose[axis] for pose in poses]
-        assert statistics.fmean(values) == pytest.approx(mean, abs=1e-3)
-        assert statistics.pvariance(values) == pytest.approx(pose_variances(noise)[variance], rel=0.05)
-    for axis, mean, variance in ((0, 0.3, 0), (1, -0.4, 5)):
-        values = [twist[axis] for twist in twists]
+def test_the_noise_has_the_covariances_published_in_odom_and_its_heading_is_wrapped():
+    noise, robot, velocity = Noise((0.01, 0.02, 0.03), 0.5, seed=3), Robot(), BodyVelocity(0.3, -0.4)
+    poses = [measured_pose(Pose(1.0, -2.0, 0.3), noise, k) for k in range(N)]
+    twists = [measured_twist(velocity, measured_wheels(wheel_velocity(velocity, robot), noise, k), noise, robot)
+              for k in range(N)]
+    found = [*zip(*poses, strict=True), *zip(*twists, strict=True)]
+    of_pose, of_twist = pose_variances(noise), twist_variances(noise, robot)
+    variances = (of_pose[0], of_pose[1], of_pose[5], of_twist[0], of_twist[5])
+    for values, mean, variance in zip(found, (1.0, -2.0, 0.3, 0.3, -0.4), variances, strict=True):
         assert statistics.fmean(values) == pytest.approx(mean, abs=2e-3)
-        assert statistics.pvariance(values) == pytest.approx(twist_variances(noise, robot)[variance], rel=0.05)
+        assert statistics.pvariance(values) == pytest.approx(variance, rel=0.05)
     both = correlation([v - 0.3 for v, _ in twists], [w + 0.4 for _, w in twists])
-    assert abs(both) < 0.05 * math.sqrt(twist_variances(noise, robot)[0] * twist_variances(noise, robot)[5])
-
-
-def test_a_noisy_heading_is_wrapped():
+    assert abs(both) < 0.05 * math.sqrt(of_twist[0] * of_twist[5])
     headings = [measured_pose(HERE, Noise((0.0, 0.0, 0.5)), k).heading for k in range(100)]
-    assert all(-math.pi < heading <= math.pi for heading in headings)
-    assert min(headings) < 0.0 < max(headings)
+    assert -math.pi < min(headings) < 0.0 < max(headings) <= math.pi
 
 
 @each_row('steps', [0, 1, 3])
 def test_torques_are_applied_late_by_the_delay(steps):
-    line, acting = empty_line(Delay(steps)), []
-    for k in range(1, 7):
-        line, torque = delayed(line, WheelTorque(float(k), -float(k)))
+    line, acting, asked = empty_line(Delay(steps)), [], [WheelTorque(float(k), -float(k)) for k in range(1, 7)]
+    for one in asked:
+        line, torque = delayed(line, one)
         acting.append(torque)
         assert len(line) == steps
-    late = [WheelTorque(0.0, 0.0)] * steps + [WheelTorque(float(k), -float(k)) for k in range(1, 7)]
-    assert acting == late[:6]
+    assert acting == ([WheelTorque(0.0, 0.0)] * steps + asked)[:6]
 
 
-def test_an_impulse_lasts_one_period_and_a_step_for_good():
-    torque = WheelTorque(1.0, 2.0)
-    pushed = [disturbed(torque, Disturbance(0.25, (0.5, 0.25), (0.0, -3.0)), k, 0.125) for k in range(5)]
-    assert pushed == [(1.0, 2.0), (1.0, 2.0), (5.0, 1.0), (1.0, -1.0), (1.0, -1.0)]
-    assert disturbed(torque, Disturbance(0.25), 7, 0.125) is torque
+def test_an_impulse_lasts_one_period_and_a_step_for_good_and_a_push_acts_in_one_step_beside_them():
+    lasting = Disturbance(0.25, (0.5, 0.25), (0.0, -3.0))
+    assert [disturbed(TORQUE, lasting, k, 0.125) for k in range(5)] == [
+        (1.0, 2.0), (1.0, 2.0), (5.0, 1.0), (1.0, -1.0), (1.0, -1.0)]
+    assert disturbed(TORQUE, Disturbance(0.25), 7, 0.125) is TORQUE
+    robot = Robot(wheel_radius=0.1, wheel_separation=0.4)
+    pushed = [disturbed(TORQUE, with_push(lasting, Push(3.0, -0.5), k, 0.125, robot), k, 0.125) for k in (1, 2)]
+    assert [*pushed[0], *pushed[1]] == pytest.approx([1.025, 2.275, 5.025, 1.275])
 
 
 def test_a_push_does_the_same_work_as_its_torques_on_the_wheels():
-    robot, wrench = Robot(wheel_radius=0.1, wheel_separation=0.4), Push(3.0, -0.5)
-    torque = wheel_torques_of(wrench, robot)
+    robot = Robot(wheel_radius=0.1, wheel_separation=0.4)
+    torque = wheel_torques_of(Push(3.0, -0.5), robot)
     # 0.05 (3 ± 0.5 / 0.2)
     assert torque == pytest.approx((0.025, 0.275))
-    for velocity in (BodyVelocity(1.0, 0.0), BodyVelocity(0.0, 1.0), BodyVelocity(-0.7, 2.0)):
-        wheels = wheel_velocity(velocity, robot)
-        assert torque.right * wheels.right + torque.left * wheels.left == pytest.approx(
-            3.0 * velocity.linear - 0.5 * velocity.angular)
-
-
-def test_a_push_acts_in_one_step_beside_impulse_and_step():
-    robot, lasting = Robot(wheel_radius=0.1, wheel_separation=0.4), Disturbance(0.25, (0.5, 0.0), (0.0, -3.0))
-    one = with_push(lasting, Push(3.0, -0.5), 2, 0.125, robot)
-    assert disturbed(WheelTorque(1.0, 2.0), one, 2, 0.125) == pytest.approx((5.025, -0.725))
-    before = with_push(lasting, Push(3.0, -0.5), 1, 0.125, robot)
-    assert disturbed(WheelTorque(1.0, 2.0), before, 1, 0.125) == pytest.approx((1.025, 2.275))
-
-
-def test_the_same_place_of_a_sequence_has_the_same_number_in_every_version():
-    assert [gaussian(*place) for place in ((7, 1, 5), (7, 1, 6), (123456, 3, 10**6))] == [
-        0.12711440351769684, -1.2278496992711858, -0.31690598789478797]
+    wheels = wheel_velocity(BodyVelocity(-0.7, 2.0), robot)
+    assert torque.right * wheels.right + torque.left * wheels.left == pytest.approx(3.0 * -0.7 - 0.5 * 2.0)

@@ -1,4 +1,4 @@
-"""Sensors that are not ideal: hand-computed numbers, and the times at which odometry is sampled and arrives."""
+"""Sensors that are not ideal: numbers by hand, when odometry is sampled and arrives, and its covariances."""
 
 import itertools
 import math
@@ -12,13 +12,24 @@ from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.encoders import Encoders, WheelAngles, angle_velocity, encoder_angles, encoder_constants
 from mobile_robot_control.model.events import events_at, events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.model.noise import Noise, measured_pose, measured_wheels
+from mobile_robot_control.model.noise import Noise, measured_pose, measured_wheels, pose_variances, twist_variances
 from mobile_robot_control.model.odometry import Calibration, WheelOdometry, odometer_motion, wheel_slip
 from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants, sensor_violations
+from mobile_robot_control.model.sensor_covariance import (
+    sensed_pose_variances,
+    sensed_twist_variances,
+    wheel_velocity_variance,
+)
 from mobile_robot_control.model.sensors import advance_sensors, sensors_at_start
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
 STRAIGHT = [BodyVelocity(0.5, 0.0)] * 1000
+QUARTER = [BodyVelocity(0.5, 1.0)] * round(0.5 * math.pi / DT)
+NOISE = Noise((0.01, 0.02, 0.03), 0.1, seed=3)
+
+
+def constants_of(encoders=TRUE_ANGLES, odometry=TRUE_ODOMETRY, noise=QUIET):
+    return sensor_constants(ROBOT, noise, encoders, odometry, PERIOD, 5 * PERIOD)
 
 
 def test_angles_are_in_whole_ticks_and_the_wheels_start_between_two_edges():
@@ -31,9 +42,8 @@ def test_angles_are_in_whole_ticks_and_the_wheels_start_between_two_edges():
 
 def test_a_velocity_is_a_difference_of_ticks_over_the_window():
     # 0.01 s is 5 periods of 2 ms, 0.0101 s is 6 of them
-    assert encoder_constants(Encoders(1000, 0.01), PERIOD)[1:] == (5, 0.01, True)
-    assert encoder_constants(Encoders(1000, 0.0101), PERIOD)[1:] == (6, 0.012, True)
-    assert encoder_constants(Encoders(1000), PERIOD)[1:] == (1, 0.002, True)
+    for window, expected in ((0.01, (5, 0.01, True)), (0.0101, (6, 0.012, True)), (0.0, (1, 0.002, True))):
+        assert encoder_constants(Encoders(1000, window), PERIOD)[1:] == expected
     assert encoder_constants(Encoders(), PERIOD).differences is False
     assert angle_velocity(WheelAngles(3.0, 1.0), WheelAngles(2.0, 2.0), 0.5) == (2.0, -2.0)
     # 1 rad/s turns the wheel by 1.59 ticks in 0.01 s: velocities of one and of two ticks of 0.628 rad/s each
@@ -66,7 +76,6 @@ def test_jitter_delays_each_sample_by_up_to_its_length():
     assert len(late) == 5000 // 25 - 1
     assert {*late} == {0, 1, 2, 3, 4, 5}
     assert statistics.fmean(late) == pytest.approx(2.5, abs=0.3)
-    assert shown == shown_steps(odometry, PERIOD, 5000)
 
 
 @each_row(('rate', 'period', 'step', 'number'), [
@@ -81,47 +90,40 @@ def test_events_do_not_drift(rate, period, step, number):
     assert max(events) <= 10**9
 
 
-def test_with_all_off_the_sensors_show_what_ideal_ones_do():
-    noise = Noise((0.01, 0.02, 0.03), 0.1, seed=5)
-    for step in drive([BodyVelocity(0.3, 0.02 * k) for k in range(50)], noise=noise):
-        wheels = measured_wheels(wheel_velocity(step.plant.velocity, ROBOT), noise, step.k)
+def test_with_all_off_the_sensors_show_what_ideal_ones_do_with_the_covariance_of_the_noise():
+    for step in drive([BodyVelocity(0.3, 0.02 * k) for k in range(50)], noise=NOISE):
+        wheels = measured_wheels(wheel_velocity(step.plant.velocity, ROBOT), NOISE, step.k)
         assert step.wheels == wheels
         assert step.angles == (step.plant.right_angle, step.plant.left_angle)
         if step.k % 5 == 0:
-            assert step.pose == measured_pose(step.plant.pose, noise, step.k)
+            assert step.pose == measured_pose(step.plant.pose, NOISE, step.k)
             assert step.velocity == pytest.approx(
                 odometer_motion(wheels, Calibration(0.035, 0.035, 0.35)), abs=1e-12)
+    assert sensed_twist_variances(constants_of(noise=NOISE)) == pytest.approx(twist_variances(NOISE, ROBOT))
+    assert sensed_pose_variances(constants_of(noise=NOISE)) == pose_variances(NOISE)
 
 
 def test_the_twist_is_that_of_the_wheels_with_the_radii_and_the_separation_of_odometry():
     # r_R = 0.0385 m, r_L = 0.0315 m, b = 0.4375 m: v = (0.0385 + 0.0315) / 2 * 10, omega = 0.007 * 10 / 0.4375
-    constants = sensor_constants(
-        ROBOT, Noise(), Encoders(), WheelOdometry(radius_error=(0.1, -0.1), separation_error=0.25), PERIOD, PERIOD)
-    assert constants.odometry.calibration == pytest.approx((0.0385, 0.0315, 0.4375))
-    assert odometer_motion(WheelVelocity(10.0, 10.0), constants.odometry.calibration) == pytest.approx((0.35, 0.16))
+    calibration = constants_of(odometry=WheelOdometry(radius_error=(0.1, -0.1), separation_error=0.25)
+                               ).odometry.calibration
+    assert calibration == pytest.approx((0.0385, 0.0315, 0.4375))
+    assert odometer_motion(WheelVelocity(10.0, 10.0), calibration) == pytest.approx((0.35, 0.16))
 
 
-def test_a_radius_error_lengthens_a_straight_line():
+@each_row(('velocities', 'errors', 'length', 'curvature'), [
     # 1000 steps of 1 mm
-    end = drive(STRAIGHT, odometry=WheelOdometry(True, radius_error=(0.02, 0.02)))[-1]
-    assert end.plant.pose == pytest.approx((1.0, 0.0, 0.0))
-    assert end.pose == pytest.approx((1.02, 0.0, 0.0), abs=1e-12)
-
-
-def test_a_separation_error_turns_a_circle_into_a_larger_one():
-    # a quarter of a circle of 0.5 m
-    circle = [BodyVelocity(0.5, 1.0)] * round(0.5 * math.pi / DT)
-    end = drive(circle, odometry=WheelOdometry(True, separation_error=0.25))[-1]
-    turned = len(circle) * DT / 1.25
-    assert end.pose == pytest.approx((0.625 * math.sin(turned), 0.625 * (1.0 - math.cos(turned)), turned), abs=1e-12)
-
-
-def test_unequal_radii_bend_a_straight_line():
-    # curvature (r_R - r_L) / (b (r_R + r_L) / 2) = 0.02 / 0.35
-    end = drive(STRAIGHT, odometry=WheelOdometry(True, radius_error=(0.01, -0.01)))[-1]
-    curvature = 0.02 / 0.35
-    assert end.pose == pytest.approx(
-        (math.sin(curvature) / curvature, (1.0 - math.cos(curvature)) / curvature, curvature), abs=1e-12)
+    (STRAIGHT, {'radius_error': (0.02, 0.02)}, 1.02, 0.0),
+    # a quarter of a circle of 0.5 m becomes a part of one of 0.625 m
+    (QUARTER, {'separation_error': 0.25}, 0.5 * DT * len(QUARTER), 1.0 / 0.625),
+    # the difference of both radii over their mean and over the separation
+    (STRAIGHT, {'radius_error': (0.01, -0.01)}, 1.0, 0.02 / 0.35),
+])
+def test_errors_of_radius_and_separation_lengthen_and_bend_the_way(velocities, errors, length, curvature):
+    end = drive(velocities, odometry=WheelOdometry(True, **errors))[-1].pose
+    turn = length * curvature
+    assert end == pytest.approx((length, 0.0, 0.0) if not turn else (
+        math.sin(turn) / curvature, (1.0 - math.cos(turn)) / curvature, turn), abs=1e-12)
 
 
 def test_slip_spreads_the_pose_by_the_square_root_of_the_way():
@@ -135,62 +137,66 @@ def test_slip_spreads_the_pose_by_the_square_root_of_the_way():
 
 
 def test_slip_is_independent_of_the_noise_on_the_velocities():
-    odometry = sensor_constants(
-        ROBOT, QUIET, TRUE_ANGLES, WheelOdometry(True, slip=math.sqrt(0.035)), PERIOD, PERIOD).odometry
+    odometry = constants_of(odometry=WheelOdometry(True, slip=math.sqrt(0.035))).odometry
     drawn = [(*wheel_slip(WheelAngles(1.0, 1.0), k, 3, odometry),
               *measured_wheels(WheelVelocity(0.0, 0.0), Noise(velocity=1.0, seed=3), k)) for k in range(2000)]
     for one, other in itertools.combinations(range(4), 2):
         assert abs(statistics.fmean(numbers[one] * numbers[other] for numbers in drawn)) < 4.0 / math.sqrt(2000.0)
 
 
-def test_a_motion_that_has_diverged_is_not_measured():
-    constants = sensor_constants(ROBOT, Noise(), Encoders(100), WheelOdometry(True, slip=0.1), PERIOD, PERIOD)
+@each_row('value', [math.inf, math.nan])
+def test_a_motion_that_has_diverged_is_not_measured(value):
+    constants = constants_of(Encoders(100), WheelOdometry(True, slip=0.1))
     sensors = sensors_at_start(at_rest(Pose(0.0, 0.0, 0.0)), constants)
-    for value in (math.inf, math.nan):
-        gone = PlantState(Pose(value, 0.0, value), BodyVelocity(value, value), value, value)
-        assert advance_sensors(sensors, gone, 1, constants) is sensors
+    gone = PlantState(Pose(value, 0.0, value), BodyVelocity(value, value), value, value)
+    assert advance_sensors(sensors, gone, 1, constants) is sensors
 
 
-@each_row('changed', [
-    Encoders(ticks=100), Encoders(window=0.1), WheelOdometry(dead_reckoning=True), WheelOdometry(rate=30.0),
-    WheelOdometry(latency=0.01), WheelOdometry(radius_error=(0.0, 0.1)), WheelOdometry(separation_error=0.1),
+@each_row(('changed', 'ideal'), [
+    (TRUE_ODOMETRY, True), (WheelOdometry(slip=0.1), True), (WheelOdometry(dead_reckoning=True), False),
+    (WheelOdometry(rate=30.0), False), (WheelOdometry(latency=0.01), False),
+    (WheelOdometry(radius_error=(0.0, 0.1)), False), (WheelOdometry(separation_error=0.1), False),
+    (Encoders(ticks=100), False), (Encoders(window=0.1), False),
 ])
-def test_sensors_are_ideal_until_one_of_their_parameters_changes(changed):
-    encoders, odometry = (changed, WheelOdometry()) if isinstance(changed, Encoders) else (Encoders(), changed)
-    assert is_ideal(Encoders(), WheelOdometry())
-    assert not is_ideal(encoders, odometry)
+def test_sensors_are_ideal_until_a_parameter_changes_but_for_slip_without_dead_reckoning(changed, ideal):
+    both = (changed, TRUE_ODOMETRY) if isinstance(changed, Encoders) else (TRUE_ANGLES, changed)
+    assert is_ideal(*both) is ideal
 
 
-def test_slip_without_dead_reckoning_changes_nothing():
-    assert is_ideal(Encoders(), WheelOdometry(slip=0.1))
-
-
-def violations(encoders=TRUE_ANGLES, odometry=TRUE_ODOMETRY):
-    return list(sensor_violations(encoders, odometry, PERIOD, 5 * PERIOD))
-
-
-@each_row(('encoders', 'text', 'longest'), [
+@each_row(('changed', 'text', 'accepted', 'refused'), [
     (Encoders(window=0.5), 'encoders.window = 0.5 s is 250 periods of the velocity loop, more than 64; '
-     'take at most 0.128 s', Encoders(window=0.128)),
-])
-def test_a_window_that_is_too_long_is_refused_with_the_longest(encoders, text, longest):
-    assert violations(encoders) == [text]
-    assert not violations(longest)
-
-
-@each_row(('odometry', 'text', 'longest'), [
+     'take at most 0.128 s', {'window': 0.128}, {'window': 0.1281}),
     (WheelOdometry(latency=1.0), 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples on '
-     'their way, more than 64; take a latency of at most 0.64 s, or a lower odometry.rate', 0.64),
+     'their way, more than 64; take a latency of at most 0.64 s, or a lower odometry.rate', {'latency': 0.64},
+     {'latency': 0.68}),
     (WheelOdometry(rate=30.0, latency=3.0), 'odometry.latency = 3.0 s with odometry.rate = 30.0 Hz keeps 90 samples on '
-     'their way, more than 64; take a latency of at most 2.132 s, or a lower odometry.rate', 2.132),
+     'their way, more than 64; take a latency of at most 2.132 s, or a lower odometry.rate', {'latency': 2.132},
+     {'latency': 2.172}),
+    (WheelOdometry(rate=1e-4), 'odometry.rate = 0.0001 Hz is below 0.001 Hz; take at least 0.001 Hz, or 0 for every '
+     'position tick', {'rate': 1e-3}, {'rate': 0.9e-3}),
 ])
-def test_odometry_with_too_many_samples_is_refused_with_the_longest_latency(odometry, text, longest):
-    assert violations(odometry=odometry) == [text]
-    assert not violations(odometry=odometry._replace(latency=longest))
-    assert violations(odometry=odometry._replace(latency=longest + 0.04))
+def test_sensors_that_keep_too_many_samples_are_refused_with_the_largest_value_that_is_not(
+        changed, text, accepted, refused):
+    def violations(one):
+        both = (one, TRUE_ODOMETRY) if isinstance(one, Encoders) else (TRUE_ANGLES, one)
+        return list(sensor_violations(*both, PERIOD, 5 * PERIOD))
+
+    assert violations(changed) == [text]
+    assert not violations(changed._replace(**accepted))
+    assert violations(changed._replace(**refused))
 
 
-def test_a_rate_that_is_too_low_is_refused():
-    assert violations(odometry=WheelOdometry(rate=1e-4)) == [
-        'odometry.rate = 0.0001 Hz is below 0.001 Hz; take at least 0.001 Hz, or 0 for every position tick']
-    assert not violations(odometry=WheelOdometry(rate=1e-3))
+def test_rounding_to_ticks_by_hand():
+    # a tick of 0.1 rad in 0.01 s: 10 rad/s, 100 / 6 rad²/s², beside 0.01 of the noise
+    constants = constants_of(Encoders(1, 0.01), noise=NOISE)
+    constants = constants._replace(encoders=constants.encoders._replace(tick=0.1))
+    assert wheel_velocity_variance(constants) == pytest.approx(16.6766667)
+    linear, *_, angular = sensed_twist_variances(constants)
+    assert (linear, angular) == pytest.approx(
+        (0.5 * 0.035**2 * 16.6766667, 2.0 * 0.035**2 / 0.35**2 * 16.6766667))
+    # the last angles are in the pose of dead reckoning
+    plain, ticked = (sensed_pose_variances(constants_of(encoders, WheelOdometry(True)))
+                     for encoders in (TRUE_ANGLES, Encoders(1000)))
+    assert plain == (0.0,) * 6
+    way = (0.035 * 2.0 * math.pi / 1000.0) ** 2 / 12.0
+    assert ticked == pytest.approx((0.5 * way, 0.5 * way, 0.0, 0.0, 0.0, 2.0 * way / 0.35**2))

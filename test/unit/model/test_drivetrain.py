@@ -1,4 +1,4 @@
-"""Motors: torque-speed line and lag, and what a step with them reports."""
+"""Motors and Coulomb friction: torque-speed line, lag, which wheel stands, and what a step with them reports."""
 
 import math
 
@@ -11,7 +11,7 @@ from mobile_robot_control.model.disturbance import Disturbance
 from mobile_robot_control.model.driven import driven_step, motorised_step
 from mobile_robot_control.model.drivetrain import discretise_drivetrain, has_ideal_motors
 from mobile_robot_control.model.dynamics import PlantState, at_rest, step
-from mobile_robot_control.model.friction import Friction
+from mobile_robot_control.model.friction import Directions, Friction, released
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.model.motors import Motor, MotorState, motors_at_rest
 from mobile_robot_control.model.plant import Imperfections, actuated_step
@@ -19,26 +19,33 @@ from mobile_robot_control.model.prediction import is_uneventful, stands
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.wheels import Forcing
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 ROBOT, DT = Robot(), 0.002
-NONE = WheelTorque(0.0, 0.0)
+FREE = Robot(viscous_friction=0.0)
+NONE, REST = WheelTorque(0.0, 0.0), Directions(0.0, 0.0)
 IDEAL, LINE = Motor(), Motor(stall_torque=1.4, no_load_speed=6.4)
 
 
-def turning(right, left):
-    return PlantState(Pose(0.0, 0.0, 0.3), body_velocity(WheelVelocity(right, left), ROBOT), 0.0, 0.0)
+def turning(right, left, robot=ROBOT):
+    return PlantState(Pose(0.0, 0.0, 0.3), body_velocity(WheelVelocity(right, left), robot), 0.0, 0.0)
 
 
 def drivetrain(motor=IDEAL, coulomb=0.0, dt=DT, robot=ROBOT):
     return discretise_drivetrain(discretise(robot, dt), motor, Friction(coulomb))
 
 
-def test_both_groups_are_ideal_by_default_and_then_alone():
-    assert has_ideal_motors(Motor(), Friction())
-    assert not has_ideal_motors(LINE, Friction())
-    assert not has_ideal_motors(Motor(time_constant=0.01), Friction())
-    assert not has_ideal_motors(Motor(), Friction(0.01))
+def advanced(state, torque, drive, steps):
+    motors = motors_at_rest()
+    for _ in range(steps):
+        state, motors, _ = motorised_step(state, motors, torque, NONE, drive)
+    return state
+
+
+@each_row(('motor', 'coulomb', 'ideal'), [
+    (IDEAL, 0.0, True), (LINE, 0.0, False), (Motor(time_constant=0.01), 0.0, False), (IDEAL, 0.01, False)])
+def test_both_groups_are_ideal_by_default_and_then_alone(motor, coulomb, ideal):
+    assert has_ideal_motors(motor, Friction(coulomb)) is ideal
 
 
 @each_row(('given', 'missing'), [
@@ -66,24 +73,16 @@ def test_the_torque_speed_line_by_hand(speed, asked, given):
 
 def test_the_lag_is_a_first_order_one_and_its_mean_is_applied():
     drive = drivetrain(Motor(time_constant=0.01))
-    state, motors, asked = at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(), WheelTorque(1.0, -0.5)
-    impulse = 0.0
+    state, motors, impulse = at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(), 0.0
     for n in range(1, 21):
-        state, motors, applied = motorised_step(state, motors, asked, NONE, drive)
+        state, motors, applied = motorised_step(state, motors, WheelTorque(1.0, -0.5), NONE, drive)
         reached = 1.0 - math.exp(-n * DT / 0.01)
         assert motors.torque == pytest.approx((reached, -0.5 * reached), rel=1e-13)
         impulse += applied.right * DT
         assert impulse == pytest.approx(n * DT - 0.01 * reached, rel=1e-12)
 
 
-def test_with_ideal_motors_and_no_friction_the_step_is_that_of_the_dynamics():
-    start, torque = turning(3.0, -1.0), WheelTorque(0.4, -0.2)
-    end, motors, applied = motorised_step(start, motors_at_rest(), torque, NONE, drivetrain())
-    assert end == step(start, torque, discretise(ROBOT, DT))
-    assert motors.torque == applied == torque
-
-
-def test_delay_limit_and_disturbance_are_those_of_the_plant_without_motors():
+def test_with_ideal_motors_delay_limit_and_disturbance_are_those_of_the_plant_without_motors():
     plant = discretise(ROBOT, DT)
     imperfect = Imperfections(delay=Delay(1), disturbance=Disturbance(0.0, (0.001, 0.0), (0.0, 0.3)))
     old, line = turning(2.0, 1.0), empty_line(imperfect.delay)
@@ -99,18 +98,17 @@ def test_the_stall_torque_limits_the_motor_and_not_the_disturbance():
     imperfect = Imperfections(disturbance=Disturbance(0.0, (0.0, 0.0), (5.0, 5.0)))
     state, _, _, acting, applied = driven_step(
         turning(-3.0, -3.0), motors_at_rest(), (), WheelTorque(3.0, 3.0), 0, drivetrain(LINE), imperfect, 0.0)
-    assert acting == WheelTorque(3.0, 3.0)
-    assert applied == WheelTorque(1.4, 1.4)
+    assert (acting, applied) == (WheelTorque(3.0, 3.0), WheelTorque(1.4, 1.4))
     # (A+B) dw/dt = 1.4 + 5
     assert wheel_velocity(state.velocity, ROBOT).right == pytest.approx(-3.0 + DT * 6.4 / 0.007125, rel=1e-2)
 
 
 def test_the_applied_torque_is_before_friction():
     # 0.3 N m are asked for, and friction takes 0.1 of them: the wheels feel 0.2
-    state, _, applied = motorised_step(turning(2.0, 2.0), motors_at_rest(), WheelTorque(0.3, 0.3), NONE,
-                                       drivetrain(coulomb=0.1))
+    start, felt = turning(2.0, 2.0), WheelTorque(0.3 - 0.1, 0.3 - 0.1)
+    state, _, applied = motorised_step(start, motors_at_rest(), WheelTorque(0.3, 0.3), NONE, drivetrain(coulomb=0.1))
     assert applied == WheelTorque(0.3, 0.3)
-    assert state == step(turning(2.0, 2.0), WheelTorque(0.3 - 0.1, 0.3 - 0.1), discretise(ROBOT, DT))
+    assert state == step(start, felt, discretise(ROBOT, DT))
 
 
 def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
@@ -123,11 +121,40 @@ def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
     assert applied.left == pytest.approx(mean, rel=1e-12)
 
 
-def test_a_wheel_stands_while_no_torque_exceeds_its_friction():
-    assert stands(0.0, 0.5, 0.1, 0.2, 1.0)
-    assert not stands(1.0, 0.5, 0.1, 0.2, 1.0)
-    assert not stands(0.0, 0.9, 0.1, 0.2, 1.0)
-    assert not stands(0.0, 0.5, 0.5, 0.2, 1.0)
+@each_row(('directions', 'torque', 'expected'), [
+    # with B/A = -0.5 and a friction of 1 N m
+    (REST, (0.9, -1.0), (0.0, 0.0)),
+    (REST, (1.1, 0.0), (1.0, 0.0)),
+    # the left wheel holds 0.9 + 0.5 (2 - 1) = 1.4 N m, more than it can
+    (REST, (2.0, 0.9), (1.0, 1.0)),
+    (REST, (2.0, -0.9), (1.0, 0.0)),
+    (REST, (-1.2, 1.3), (-1.0, 1.0)),
+    (REST, (0.9, 2.0), (1.0, 1.0)),
+    # beside a wheel that turns: 0 + 0.5 (3 - 1) = 1.0, and a little more
+    (Directions(1.0, 0.0), (3.0, 0.0), (1.0, 0.0)), (Directions(1.0, 0.0), (3.1, 0.0), (1.0, 1.0)),
+    (Directions(0.0, -1.0), (0.0, -3.1), (-1.0, -1.0)), (Directions(0.0, -1.0), (0.9, -3.1), (0.0, -1.0)),
+    (Directions(-1.0, 1.0), (5.0, -5.0), (-1.0, 1.0)),
+])
+def test_which_wheels_break_away_by_hand(directions, torque, expected):
+    assert released(directions, WheelTorque(*torque), -0.5, 1.0) == expected
+
+
+def test_a_coasting_robot_stops_where_the_friction_has_taken_its_energy():
+    # without viscous friction: (A+B) w²/2 = F × angle, in w (A+B)/F = 0.7125 s
+    state, drive = turning(10.0, 10.0, FREE), drivetrain(coulomb=0.1, dt=0.033, robot=FREE)
+    assert advanced(state, NONE, drive, 21).velocity.linear > 0.0
+    end = advanced(state, NONE, drive, 22)
+    assert end.velocity == BodyVelocity(0.0, 0.0)
+    angle = 0.007125 * 10.0**2 / 2.0 / 0.1
+    assert (end.right_angle, end.left_angle) == pytest.approx((angle, angle), rel=1e-12)
+    assert end.pose[:2] == pytest.approx((0.035 * angle * math.cos(0.3), 0.035 * angle * math.sin(0.3)), rel=1e-12)
+    assert advanced(end, NONE, drive, 5) == end
+
+
+@each_row(('speed', 'asked', 'fading', 'expected'), [
+    (0.0, 0.5, 0.1, True), (1.0, 0.5, 0.1, False), (0.0, 0.9, 0.1, False), (0.0, 0.5, 0.5, False)])
+def test_a_wheel_stands_while_no_torque_exceeds_its_friction(speed, asked, fading, expected):
+    assert stands(speed, asked, fading, 0.2, 1.0) is expected
 
 
 @each_row(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
