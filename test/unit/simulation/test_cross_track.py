@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError
-from mobile_robot_control.reference.cart import CurveParameters, Placement, reference_at
+from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.course import CurveCourse
 from mobile_robot_control.reference.curve import Curve
 from mobile_robot_control.reference.curves import BUILT_IN, CURVES, circle
@@ -18,10 +18,11 @@ from mobile_robot_control.simulation.index_meter import CartOnPath
 from mobile_robot_control.simulation.path_table import POINTS, GrowingPath
 
 PERIOD = 16.0
+CROSSING, LAP = CURVES['lissajous'], Placement(period=PERIOD)
 PLACED = Placement(scale=0.7, period=PERIOD, phase=0.3, center=(1.1, -0.4), rotation=0.6)
 EXACT = 1e-8
 """What docs/metrics.md promises, of the scale."""
-PATHS = {name: GrowingPath(CurveCourse(CURVES[name], PLACED)) for name in (curve.name for curve in BUILT_IN)}
+PATHS = {curve.name: GrowingPath(CurveCourse(curve, PLACED)) for curve in BUILT_IN}
 
 
 def across(path, x, y, time, bound=math.inf):
@@ -57,41 +58,31 @@ def test_it_is_the_distance_that_brute_force_finds(name, time, ahead, aside):
     assert across(PATHS[name], x, y, time, math.hypot(ahead, aside)) == pytest.approx(found, rel=1e-12)
 
 
-@given(radius=st.floats(0.0, 3.0), angle=st.floats(-1.5, 1.5), time=st.floats(0.0, 40.0))
-def test_of_a_circle_it_is_the_difference_of_the_radii(radius, angle, time):
-    placed = Placement(scale=1.5, period=PERIOD)
-    at = 2.0 * math.pi * time / PERIOD + angle
-    path = GrowingPath(CurveCourse(CURVES['circle'], placed))
-    found = across(path, radius * math.cos(at), radius * math.sin(at), time)
-    assert found == pytest.approx(abs(radius - 1.5), abs=1.5 * EXACT)
-
-
-def test_beyond_a_quarter_lap_it_is_the_distance_to_the_end_of_the_quarter():
-    path = GrowingPath(CurveCourse(CURVES['circle'], Placement(period=PERIOD)))
-    # half a lap from the cart, both ends are a quarter of the circle away
-    assert across(path, 1.0, 0.0, 0.5 * PERIOD) == pytest.approx(math.sqrt(2.0), abs=EXACT)
-    # the way in which the quarter ends between two points of the table
-    time = 0.4131 * PERIOD
-    chord = 2.0 * math.sin(math.pi * (0.4131 - 0.25))
-    assert across(path, 1.0, 0.0, time) == pytest.approx(chord, abs=EXACT)
+@each_row(('curve', 'scale', 'x', 'y', 'time', 'distance'), [
+    ('circle', 1.5, 2.0 * math.cos(1.0), 2.0 * math.sin(1.0), 0.0, 0.5),
+    # before its start a closed path has its end
+    ('circle', 1.0, 1.3 * math.cos(1.0), -1.3 * math.sin(1.0), 0.0, 0.3),
+    # half a lap from the cart both ends are a quarter of the circle away; here the quarter ends between two points
+    ('circle', 1.0, 1.0, 0.0, 0.5 * PERIOD, math.sqrt(2.0)),
+    ('circle', 1.0, 1.0, 0.0, 0.4131 * PERIOD, 2.0 * math.sin(math.pi * (0.4131 - 0.25))),
+    # an open path begins at its start
+    ('line', 4.0, -0.3, 0.4, 1.0, 0.5), ('line', 4.0, 0.3, 0.4, 1.0, 0.4),
+])
+def test_of_circles_and_lines_it_is_computed_by_hand(curve, scale, x, y, time, distance):
+    path = GrowingPath(CurveCourse(CURVES[curve], Placement(scale=scale, period=PERIOD)))
+    assert across(path, x, y, time) == pytest.approx(distance, abs=EXACT)
 
 
 def test_the_other_branch_of_a_path_that_crosses_itself_is_not_taken():
-    path = GrowingPath(CurveCourse(CURVES['lissajous'], Placement(period=PERIOD)))
+    path = GrowingPath(CurveCourse(CROSSING, LAP))
     # the cart is at the crossing, headed (1, 2); the robot stands on the branch headed (-1, 2)
-    other = reference_at(CURVES['lissajous'], 0.51 * PERIOD, Placement(period=PERIOD)).pose
+    other = reference_at(CROSSING, 0.51 * PERIOD, LAP).pose
     table = path.between(0.0, PERIOD)
     nearest, place = nearest_on_path(table, other.x, other.y, 0.0, float(POINTS), math.inf)
     assert nearest < EXACT
     assert place == pytest.approx(0.51 * POINTS, abs=1e-3)
     # from there to the line along (1, 2) it is the sine of the angle between both branches
     assert across(path, other.x, other.y, 0.0) == pytest.approx(0.8 * math.hypot(other.x, other.y), rel=0.01)
-
-
-def test_an_open_path_begins_at_its_start():
-    path = GrowingPath(CurveCourse(CURVES['line'], Placement(scale=4.0, period=PERIOD)))
-    assert across(path, -0.3, 0.4, 1.0) == pytest.approx(0.5, abs=EXACT)
-    assert across(path, 0.3, 0.4, 1.0) == pytest.approx(0.4, abs=EXACT)
 
 
 @given(x=st.floats(-2.0, 3.0), y=st.floats(-2.0, 2.0), begin=st.floats(-100.0, 300.0), length=st.floats(0.0, 400.0),
@@ -103,22 +94,14 @@ def test_what_is_skipped_has_nothing_that_is_nearer(x, y, begin, length, name):
     assert nearest_on_path(table._replace(speed=math.inf), x, y, begin, begin + length, math.inf) == fast
 
 
-def test_a_closed_path_has_its_end_before_its_start():
-    def from_zero(s):
-        assert s >= 0.0
-        return circle(s)
-
-    path = GrowingPath(CurveCourse(Curve('from zero', from_zero), Placement(period=PERIOD)))
-    assert across(path, 1.3 * math.cos(1.0), -1.3 * math.sin(1.0), 0.0) == pytest.approx(0.3, abs=EXACT)
-
-
 def test_points_at_which_a_curve_fails_are_left_out():
     def broken(s):
+        assert s >= 0.0
         if 1.0 < s < 1.2:
             raise ValueError
         return circle(s)
 
-    path = GrowingPath(CurveCourse(Curve('broken', broken), Placement(period=PERIOD)))
+    path = GrowingPath(CurveCourse(Curve('broken', broken), LAP))
     # the nearest points that there are lie 0.1 rad away, or up to a step farther
     found = across(path, 1.5 * math.cos(1.1), 1.5 * math.sin(1.1), 0.0)
     assert math.hypot(1.5 - math.cos(0.1), math.sin(0.1)) <= found < math.hypot(1.5 - math.cos(0.113), math.sin(0.113))
@@ -134,40 +117,30 @@ def test_of_a_cart_that_drives_for_long_few_points_are_kept():
     assert len(GrowingPath(CurveCourse(CURVES['circle'], PLACED)).between(1e6, 1e6).x) < POINTS
 
 
-CURVE = CurveParameters('lissajous', Placement(period=PERIOD))
-
-
-def tick(clock, along, aside=0.0):
+def tick(clock, along, aside):
     """Return a tick at a time of the clock whose cart is at a time along the curve; the robot is beside it."""
-    reference = reference_at(CURVES[CURVE.curve], along, CURVE.placement)
+    reference = reference_at(CROSSING, along, LAP)
     x, y, heading = reference.pose
     pose = Pose(x - aside * math.sin(heading), y + aside * math.cos(heading), heading)
     return PositionTick(clock, pose, BodyVelocity(0.0, 0.0), reference, TrackingError(0.0, aside, 0.0))
 
 
 def measured(ticks):
-    cart = CartOnPath(CurveCourse(CURVES[CURVE.curve], CURVE.placement))
+    cart = CartOnPath(CurveCourse(CROSSING, LAP))
     return [cart.cross_track(one, one.pose, abs(one.error.lateral)) for one in ticks]
 
 
-def test_a_cart_that_waits_is_found_where_its_reference_is():
+@each_row(('count', 'along'), [
     # at 4.7 s it waits for two laps, drives on and comes to the crossing at 8 s of its own
-    waiting = [tick(0.1 * n, 4.7 if 47 < n < 367 else 0.1 * (n if n < 48 else n - 320), 0.001) for n in range(500)]
-    assert measured(waiting) == pytest.approx([0.001] * 500, abs=1e-6)
-
-
-def test_a_recording_may_begin_within_a_lap():
-    assert measured(tick(0.1 * n, 9.3 + 0.1 * n, 0.001) for n in range(200)) == pytest.approx([0.001] * 200, abs=1e-6)
-
-
-def test_a_reference_may_be_late_at_one_tick_and_not_at_the_next():
-    late = [tick(0.1 * n, 0.1 * n - (0.06 if n % 3 == 1 else 0.0), 0.001) for n in range(100)]
-    assert measured(late) == pytest.approx([0.001] * 100, abs=1e-6)
+    (500, lambda n: 4.7 if 47 < n < 367 else 0.1 * (n if n < 48 else n - 320)),
+    # a recording may begin within a lap, a reference be late at one tick and not at the next
+    (200, lambda n: 9.3 + 0.1 * n), (100, lambda n: 0.1 * n - (0.06 if n % 3 == 1 else 0.0)),
+])
+def test_a_cart_is_found_where_its_reference_is(count, along):
+    assert measured(tick(0.1 * n, along(n), 0.001) for n in range(count)) == pytest.approx([0.001] * count, abs=1e-6)
 
 
 def test_of_a_reference_that_is_not_on_the_path_nothing_is_known():
-    first, second, third = (tick(0.1 * n, 0.1 * n, 0.001) for n in range(3))
-    off = second._replace(reference=second.reference._replace(pose=Pose(0.5, 0.5, 0.0)))
-    found = measured([first, off, third])
-    assert math.isnan(found[1])
-    assert found[0] == found[2] == pytest.approx(0.001, abs=1e-6)
+    first, off, third = (tick(0.1 * n, 0.1 * n, 0.001) for n in range(3))
+    off = off._replace(reference=off.reference._replace(pose=Pose(0.5, 0.5, 0.0)))
+    assert measured([first, off, third]) == pytest.approx([0.001, math.nan, 0.001], abs=1e-6, nan_ok=True)

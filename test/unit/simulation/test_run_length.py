@@ -1,4 +1,8 @@
-"""Work without a step, and work without an end in sight, is refused before anything begins or is written."""
+"""Work without a step or an end in sight is refused before it begins; an interrupted run keeps what was done."""
+
+import json
+import os
+import signal
 
 import pytest
 from each import each_row
@@ -6,16 +10,12 @@ from each import each_row
 from mobile_robot_control.cli import experiment, simulate, study, tune
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.recording.csv_table import Rows
+from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.simulation.run_length import ONE_RUN, check_run_length
 
 TUNE = ['backstepping', '--seed', '1']
 STUDY = ['--runs', '1', '--seed', '1']
-
-
-@pytest.fixture(autouse=True)
-def no_signal_handlers(monkeypatch):
-    """Leave the signals to the test runner."""
-    monkeypatch.setattr(experiment, 'Stop', object)
 
 
 @each_row(('command', 'arguments', 'refusal'), [
@@ -27,26 +27,24 @@ def no_signal_handlers(monkeypatch):
     (tune, [*TUNE, '-p', 'reference_cart.period:=1e12'], 'reference_cart.period = 1000000000000.0 s: 5e+14 steps'),
     (study, [*STUDY, '--laps', '1e9'], '--laps 1e+09 of reference_cart.period = 16.0 s: 8e+12 steps'),
     (study, [*STUDY, '--laps', '1e-9'], 'is too short for a step'),
+    # a number without measure
+    (simulate, ['--duration', '1e300'], 'duration = 1e+300 is beyond 1e+12; write a smaller number'),
+    (experiment, ['--duration', '1.7e308'], 'duration = 1.7e+308 is beyond 1e+12'),
+    (tune, [*TUNE, '--population', '1000000000'], 'it must be at least 5, at most 100000'),
+    (tune, [*TUNE, '--generations', 400 * '9'], 'is not finite; it must be a finite number'),
+    (tune, [*TUNE, '--random', '1000000000'], 'at most 100000'), (tune, [*TUNE, '--workers', '10000'], 'at most 1000'),
+    (tune, [*TUNE, '--delays', '1', '9'], 'at most 8'), (study, [*STUDY, '--runs', '1000000000'], 'at most 1000000'),
 ])
-def test_a_run_without_a_step_or_an_end_is_refused(tmp_path, capsys, command, arguments, refusal):
-    assert command.main([*arguments, '--output', str(tmp_path / 'out')]) == 2
+def test_a_run_without_a_step_or_an_end_is_refused(tmp_path, monkeypatch, capsys, command, arguments, refusal):
+    # leave the signals to the test runner
+    monkeypatch.setattr(experiment, 'Stop', object)
+    try:
+        code = command.main([*arguments, '--output', str(tmp_path / 'out')])
+    except SystemExit as ended:
+        code = ended.code
+    assert code == 2
     assert refusal in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-@each_row(('command', 'arguments'), [
-    (simulate, ['--duration', '1e300']), (experiment, ['--duration', '1.7e308']),
-    (tune, [*TUNE, '--population', '1000000000']), (tune, [*TUNE, '--generations', 400 * '9']),
-    (tune, [*TUNE, '--random', '1000000000']), (tune, [*TUNE, '--workers', '1000000']),
-    (tune, [*TUNE, '--delays', '1', '9']),
-    (study, [*STUDY, '--runs', '1000000000']),
-])
-def test_a_number_without_measure_is_bad_usage(tmp_path, capsys, command, arguments):
-    with pytest.raises(SystemExit) as ended:
-        command.main([*arguments, '--output', str(tmp_path / 'out')])
-    assert ended.value.code == 2
-    error = capsys.readouterr().err
-    assert 'at most' in error or 'is beyond 1e+12; write a smaller number' in error or 'is not finite' in error
 
 
 def test_one_step_and_the_longest_run_pass():
@@ -54,9 +52,30 @@ def test_one_step_and_the_longest_run_pass():
     check_run_length('', 2e6, 500.0, ONE_RUN)
     with pytest.raises(ParameterError):
         check_run_length('', 0.001, 500.0, ONE_RUN)
-
-
-def test_a_plant_whose_duration_is_shorter_than_a_step_is_refused():
     with pytest.raises(ParameterError, match=r'take at least 0\.002 s, or 0 for no end'):
         configure({'plant': {'duration': 1e-4}})
-    assert configure({'plant': {'duration': 0.0}})
+
+
+def test_an_interrupted_simulation_writes_what_was_done(tmp_path, monkeypatch, capsys):
+    def interrupted(parameters, duration):
+        for count, sample in enumerate(rollout(parameters, duration)):
+            if count == 200:
+                os.kill(os.getpid(), signal.SIGINT)
+            yield sample
+
+    monkeypatch.setattr('mobile_robot_control.simulation.simulate.rollout', interrupted)
+    output, before = tmp_path / 'run.csv', signal.getsignal(signal.SIGINT)
+    assert simulate.main(['--duration', '16', '--output', str(output), '--json']) == 1
+    assert signal.getsignal(signal.SIGINT) is before
+    printed, errors = capsys.readouterr()
+    metrics = json.loads(printed)
+    assert metrics['outcome'] == 'interrupted'
+    assert 0.3 < metrics['duration'] < 0.5
+    assert f'simulate: interrupted at t = {metrics["duration"]} s' in errors
+    written = json.loads(output.with_suffix('.metrics.json').read_text())
+    assert written.pop('provenance')['command_line'].startswith('simulate --duration 16')
+    assert written == metrics
+    with output.open() as file:
+        rows = Rows(file)
+        assert [sample.time for sample in rows][-1] == metrics['duration']
+        assert not rows.left_out

@@ -32,30 +32,33 @@ from mobile_robot_control.tuning.search import WORST
 from mobile_robot_control.tuning.search_gains import configured_gains
 from mobile_robot_control.tuning.search_space import bounded, search_genes
 
-SHORT = {'reference_cart': {'period': 1.0, 'scale': 0.05}}
 DISTRIBUTION = ScenarioDistribution(('trifolium', 'lemniscate'), (0.5, 1.0), longest_delay=2,
                                     noise=Noise((0.01, 0.01, 0.0)))
 
 
-def short_lap(**nodes):
+def short_lap(**plant):
     """The configuration of a lap of 1 s, started on the path."""
-    return configure({**SHORT, 'plant': {'initial_pose': [0.05, 0.0, 0.5 * math.pi]}, **nodes})
+    return configure({'reference_cart': {'period': 1.0, 'scale': 0.05},
+                      'plant': {'initial_pose': [0.05, 0.0, 0.5 * math.pi], **plant}})
+
+
+LAP = short_lap()
+NOMINAL = configured_scenario(LAP)
 
 
 def run(trials):
     return batch.run_trials(trials, compile_them=False)
 
 
-def goal(*scenarios, **other):
-    return Goal('backstepping', search_genes('backstepping'), scenarios, **other)
-
-
-def test_the_configured_scenario_makes_the_configured_trial():
-    parameters = configure({'plant': {'noise.pose': [0.1, 0.0, 0.0], 'delay.velocity_steps': 1}})
-    assert scenario_trial(parameters, configured_scenario(parameters), 0.5, 0.25) == make_trial(parameters, 8.0, 4.0)
+def objective_of(parameters, *scenarios, runner=run, **other):
+    """Return the objective of a search over scenarios, or over the configured one."""
+    goal = Goal('backstepping', search_genes('backstepping'), scenarios or (configured_scenario(parameters),))
+    return Objective(parameters, goal._replace(**other), runner)
 
 
 def test_a_scenario_sets_robot_start_curve_noise_and_delay():
+    parameters = configure({'plant': {'noise.pose': [0.1, 0.0, 0.0], 'delay.velocity_steps': 1}})
+    assert scenario_trial(parameters, configured_scenario(parameters), 0.5, 0.25) == make_trial(parameters, 8.0, 4.0)
     scenario = Scenario('lemniscate', 0.5, Pose(0.1, -0.2, math.pi), 1.2, 0.8, Noise(seed=5), 2)
     made = scenario_trial(Configuration(), scenario, 1.0, 0.75)
     robot, nominal = made.loop.plant.robot, Configuration().plant.shared.robot
@@ -89,72 +92,46 @@ def test_random_scenarios_are_uniform_within_their_bounds():
 
 
 def test_a_grid_contains_every_combination_once():
-    starts = [None, Pose(0.0, 0.1, 0.0)]
     nominal = configured_scenario(Configuration())
-    made = scenario_grid(nominal, ['circle', 'line'], [1.0], starts, [0.8, 1.2], [1.0], [0])
+    made = scenario_grid(nominal, ['circle', 'line'], [1.0], [None, Pose(0.0, 0.1, 0.0)], [0.8, 1.2], [1.0], [0])
     assert len(made) == len(set(made)) == 8
     assert made[1] == Scenario('circle', 1.0, None, 1.2, 1.0)
 
 
-def test_the_score_is_the_mean_or_the_worst_of_equation_29_over_the_scenarios():
-    parameters = short_lap()
-    near, far = (configured_scenario(parameters)._replace(start=Pose(x, 0.0, 0.0)) for x in (0.0, 0.02))
-    single = [objective(run([scenario_trial(parameters, one, 1.0, 0.0)])[0].totals, False) for one in (near, far)]
-    start = configured_gains(parameters)
-    assert Objective(parameters, goal(near, far), run).score(start) == pytest.approx(sum(single) / 2.0, rel=1e-15)
-    assert Objective(parameters, goal(near, far, combine='worst'), run).score(start) == max(single)
-    literal = Objective(parameters, goal(near, literal=True), run).score(start)
-    assert literal < single[0]
-
-
-def test_the_weight_of_smoothness_adds_the_variation_per_second():
-    parameters = short_lap()
-    scenario = configured_scenario(parameters)
-    start = configured_gains(parameters)
-    alone = Objective(parameters, goal(scenario), run).score(start)
-    trial = scenario_trial(parameters, scenario, 1.0, 0.0)
-    trial = trial._replace(form=trial.form._replace(varies=True))
-    seconds = trial.steps * trial.loop.plant.dt
-    rough = run([trial])[0].variation / seconds
+def test_the_score_is_the_mean_or_the_worst_of_equation_29_and_the_variation_per_second_by_its_weight():
+    near, far = (NOMINAL._replace(start=Pose(x, 0.0, 0.0)) for x in (0.0, 0.02))
+    trials = [scenario_trial(LAP, one, 1.0, 0.0) for one in (near, far)]
+    trials = [trial._replace(form=trial.form._replace(varies=True)) for trial in trials]
+    outcomes, start = run(trials), configured_gains(LAP)
+    single = [objective(outcome.totals, False) for outcome in outcomes]
+    assert objective_of(LAP, near, far).score(start) == pytest.approx(sum(single) / 2.0, rel=1e-15)
+    assert objective_of(LAP, near, far, combine='worst').score(start) == max(single)
+    assert objective_of(LAP, near, literal=True).score(start) < single[0]
+    rough = outcomes[0].variation / (trials[0].steps * trials[0].loop.plant.dt)
     assert rough > 0.0
-    for weight in (0.1, 3.0):
-        found = Objective(parameters, goal(scenario)._replace(smooth=weight), run).score(start)
-        assert found == pytest.approx(alone + weight * rough, rel=1e-12)
+    assert objective_of(LAP, near, smooth=3.0).score(start) == pytest.approx(single[0] + 3.0 * rough, rel=1e-12)
+    # only a base that is driven by velocity is searched with a weight
+    assert DEFAULT_SMOOTH['torque'] == 0.0 < DEFAULT_SMOOTH['velocity']
 
 
-def test_a_base_that_is_driven_by_velocity_is_searched_with_a_weight():
-    assert DEFAULT_SMOOTH['torque'] == 0.0
-    assert DEFAULT_SMOOTH['velocity'] > 0.0
-
-
-def test_a_generation_scores_as_its_individuals():
-    parameters = short_lap()
-    objective = Objective(parameters, goal(configured_scenario(parameters)), run)
+def test_a_generation_scores_as_its_individuals_and_unstable_gains_and_diverging_runs_worst():
+    scored = objective_of(LAP)
     points = [[0.3, 0.2, 0.1, 0.4, 0.02, 0.3, 0.02, 0.3], [0.1, 0.5, 0.1, 0.4, 0.01, 0.3, 0.01, 0.3]]
-    scores = objective(np.array(points))
-    assert scores.tolist() == [objective.score(objective.gains(point)) for point in points]
+    scores = scored(np.array(points))
+    assert scores.tolist() == [scored.score(scored.gains(point)) for point in points]
     assert len(set(scores)) == 2
-
-
-def test_unstable_gains_and_diverging_runs_score_worst():
-    parameters = short_lap()
-    tried = []
-
-    def counting(trials):
-        tried.extend(trials)
-        return run(trials)
-
-    genes = bounded(search_genes('backstepping'), {'k1': (0.0, 200.0)})
-    objective = Objective(parameters, goal(configured_scenario(parameters))._replace(genes=genes), counting)
     # 200 N s at 500 Hz is unstable in the sampled loop: refused without a rollout
-    assert objective(np.array([[0.5, 0.5, 0.5, 0.5, 1.0, 0.5, 1.0, 0.5]])).tolist() == [WORST]
+    tried = []
+    scored = objective_of(LAP, runner=lambda trials: tried.extend(trials) or run(trials),
+                          genes=bounded(search_genes('backstepping'), {'k1': (0.0, 200.0)}))
+    assert scored(np.array([[0.5, 0.5, 0.5, 0.5, 1.0, 0.5, 1.0, 0.5]])).tolist() == [WORST]
     assert not tried
-    pushed = short_lap(plant={'disturbance.step': [1e9, 1e9]})
-    assert Objective(pushed, goal(configured_scenario(pushed)), run).score(configured_gains(pushed)) == WORST
+    pushed = short_lap(**{'disturbance.step': [1e9, 1e9]})
+    assert objective_of(pushed).score(configured_gains(pushed)) == WORST
 
 
 def test_success_is_judged_by_the_late_errors_of_a_complete_run():
-    made = make_trial(short_lap(), 1.0, late=0.75)
+    made = make_trial(LAP, 1.0, late=0.75)
     (outcome,) = run([made])
     assert judge(made, outcome).success
     assert not judge(made, outcome._replace(steps=made.steps - 1)).success
@@ -173,13 +150,13 @@ def test_the_confidence_interval_is_wilsons(successes, runs, low, high):
 
 
 def test_trials_with_performance_indices_are_judged_by_them_too():
-    plain = make_trial(short_lap(), 1.0)
+    plain = make_trial(LAP, 1.0)
     made = plain._replace(form=plain.form._replace(indices=True))
     (outcome,), (without,) = run([made]), run([plain])
     judged, known = judge(made, outcome).metrics, judge(plain, without).metrics
     assert list(judged) == [*known, *INDICES]
     assert {name: judged[name] for name in known} == known
-    expected = summary(measure(short_lap(), 1.0))
+    expected = summary(measure(LAP, 1.0))
     assert [judged[name] for name in INDICES] == [expected[name] for name in INDICES]
     # one that is not complete has none, and neither has one whose law raised, which summed nothing
     for broken in (outcome._replace(steps=3), outcome._replace(steps=0, indices=())):
@@ -197,23 +174,20 @@ def test_the_worst_share_within_the_band_is_the_smallest_and_that_of_a_run_that_
 
 
 def test_the_spread_over_seeds_is_that_of_the_configured_run_where_something_is_random():
-    noisy = short_lap(plant={'initial_pose': [0.05, 0.0, 0.5 * math.pi], 'noise.pose': [0.001, 0.001, 0.002]})
-    errors = Objective(noisy, goal(configured_scenario(noisy)), run).spread(noisy)
+    noisy = short_lap(**{'noise.pose': [0.001, 0.001, 0.002]})
+    errors = objective_of(noisy).spread(noisy)
     assert len(errors) == 20
     assert sorted(set(errors)) == list(errors)
     outcome, = run([make_trial(noisy, 1.0)])
     assert math.sqrt(outcome.totals.squared_position / outcome.totals.time) in errors
-    assert Objective(short_lap(), goal(configured_scenario(short_lap())), run).spread(short_lap()) == ()
+    assert objective_of(LAP).spread(LAP) == ()
 
 
 def test_mass_is_lag_and_friction_is_the_dead_zone_of_a_base():
-    base = {'plant': {'drive': 'velocity', 'base.lag': [0.1, 0.2], 'base.dead_zone': [0.01, 0.02]}}
-    configured = short_lap(**base)
-    varied = {'base.lag': [0.15, 0.3], 'base.dead_zone': [0.03, 0.06]}
-    same = short_lap(plant={**base['plant'], **varied})
-    scenario = configured_scenario(configured)
-    varied, expected = (scenario_trial(one, factors, 1.0, 0.0).loop.drive for one, factors in (
-        (configured, scenario._replace(mass=1.5, friction=3.0)), (same, scenario)))
+    base, same = (short_lap(drive='velocity', **{'base.lag': lag, 'base.dead_zone': zone})
+                  for lag, zone in (([0.1, 0.2], [0.01, 0.02]), ([0.15, 0.3], [0.03, 0.06])))
+    varied, expected = (scenario_trial(parameters, NOMINAL._replace(mass=mass, friction=friction), 1.0, 0.0).loop.drive
+                        for parameters, mass, friction in ((base, 1.5, 3.0), (same, 1.0, 1.0)))
     assert [varied.linear.dead_zone, varied.angular.dead_zone] == pytest.approx([0.03, 0.06])
     assert varied.linear.response.end == pytest.approx(expected.linear.response.end)
     assert varied.angular.response.end == pytest.approx(expected.angular.response.end)
