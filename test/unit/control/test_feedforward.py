@@ -1,6 +1,5 @@
-"""Feedforward: the lead of a command, the torques of an acceleration, and the reference's acceleration."""
+"""Feedforward: the torques of an acceleration, and the reference's acceleration."""
 
-import itertools
 import math
 
 import pytest
@@ -10,23 +9,14 @@ from hypothesis import strategies as st
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.control.bumpless_transfer import begin, change, step
-from mobile_robot_control.control.feedforward import Feedforward, inverse_dynamics
-from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.control.feedforward import inverse_dynamics
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState, fed_step
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.dynamics import at_rest
 from mobile_robot_control.model.dynamics import step as move
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.quantities import (
-    BodyAcceleration,
-    BodyVelocity,
-    Observation,
-    Pose,
-    Reference,
-    TrackingError,
-)
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose
 from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
 from mobile_robot_control.reference.course import CurveCourse, references_along
 from mobile_robot_control.reference.curve import CurvePoint
@@ -34,7 +24,6 @@ from mobile_robot_control.reference.curves import CURVES
 
 SPEEDS = st.floats(-3.0, 3.0)
 PLACED = Placement(scale=1.3, period=9.0, phase=0.2, center=(1.0, -2.0), rotation=0.7)
-DEFAULTS = VelocityGains()
 
 
 @given(SPEEDS, SPEEDS, SPEEDS, SPEEDS)
@@ -46,19 +35,14 @@ def test_equations_13_and_14_solved_for_the_torques(v, omega, v_rate, omega_rate
     assert ((after.linear - v) / dt, (after.angular - omega) / dt) == pytest.approx((v_rate, omega_rate), abs=1e-3)
 
 
-def test_the_torques_of_a_robot_that_follows_its_command_are_those_of_the_motion_alone():
+def test_torques_of_the_motion_alone_are_fed_forward_and_limits_do_not_wind_the_integral_up():
     command, acceleration, age = BodyVelocity(0.4, -0.2), BodyAcceleration(0.3, 0.5), 0.008
     present = BodyVelocity(0.4 + 0.3 * age, -0.2 + 0.5 * age)
-    state, torque = fed_step(VelocityPiState(), command, acceleration, age, present, DEFAULTS, Robot(), 0.0, 0.002)
-    assert state == VelocityPiState()
-    assert torque == inverse_dynamics(present, acceleration, Robot())
-
-
-def test_torques_that_are_fed_forward_are_limited_and_do_not_wind_the_integral_up():
-    state, torque = fed_step(VelocityPiState(), BodyVelocity(0.1, 0.0), BodyAcceleration(100.0, 0.0), 0.0,
-                             BodyVelocity(0.0, 0.0), DEFAULTS, Robot(), 2.0, 0.002)
-    assert torque == (2.0, 2.0)
-    assert state == VelocityPiState()
+    own = inverse_dynamics(present, acceleration, Robot())
+    for asked, when, limit, torque in ((acceleration, age, 0.0, own), (BodyAcceleration(1e2, 0.0), 0.0, 2.0, (2, 2))):
+        measured = present if limit == 0.0 else command
+        found = fed_step(VelocityPiState(), command, asked, when, measured, VelocityGains(), Robot(), limit, 0.002)
+        assert found == (VelocityPiState(), torque)
 
 
 @each_row('curve', CURVES)
@@ -78,12 +62,11 @@ def test_third_derivatives_are_taken_where_a_curve_gives_them():
             dddx=0.5 * (8.0 * math.sin(2.0 * s) + math.sin(s)), dddy=0.5 * (math.cos(s) - 8.0 * math.cos(2.0 * s)))
 
     for time in (0.0, 0.7, 3.3, 6.1):
-        exact, differences = (accelerated_at(curve, time, PLACED).acceleration
-                              for curve in (with_third, CURVES['trifolium']))
+        exact, differences, wrong = (accelerated_at(curve, time, PLACED).acceleration for curve in (
+            with_third, CURVES['trifolium'], lambda s: with_third(s)._replace(dddx=10.0)))
         assert differences == pytest.approx(exact, rel=1e-7, abs=1e-8)
-    # they are used: others give another acceleration
-    wrong = accelerated_at(lambda s: with_third(s)._replace(dddx=1.0), 0.7, PLACED).acceleration
-    assert abs(wrong.angular - exact.angular) > 0.1
+        # they are used: others give another acceleration
+        assert abs(wrong.angular - exact.angular) > 0.1
 
 
 def test_without_a_horizon_nothing_is_computed():
@@ -97,36 +80,11 @@ def test_without_a_horizon_nothing_is_computed():
     assert len(references_along(CurveCourse(once, PLACED), 2)(10**9, 10**7)) == 3
 
 
-OBSERVED = Observation(TrackingError(0.0, 0.0, 0.0), Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(0.5, 0.2)),
-                       BodyVelocity(0.0, 0.0))
-
-
-def test_the_command_leads_before_its_limits_and_a_change_of_the_lead_is_no_jump():
-    control = PositionControl(feedforward=Feedforward(0.15, 0.05))
-    acceleration = BodyAcceleration(1.0, -0.5)
-    running, command = step(begin(control, 0.02, under_way=False), OBSERVED, 0.02, acceleration)
-    assert command == pytest.approx((0.5 + 0.2 * 1.0, 0.2 - 0.2 * 0.5))
-    slow = control._replace(limits=control.limits._replace(linear_velocity=0.6))
-    assert step(begin(slow, 0.02, under_way=False), OBSERVED, 0.02, acceleration)[1].linear == 0.6
-    assert step(begin(control, 0.02, under_way=False), OBSERVED, 0.02)[1] == pytest.approx((0.5, 0.2))
-    running = change(running, PositionControl(), 0.02)
-    commands = [command]
-    for _ in range(100):
-        running, command = step(running, OBSERVED, 0.02, acceleration)
-        commands.append(command)
-    assert max(abs(b.linear - a.linear) for a, b in itertools.pairwise(commands)) < 0.025
-    assert commands[-1] == pytest.approx((0.5, 0.2), abs=1e-4)
-
-
-def configured(**shared):
-    return configure({node: {name.replace('__', '.'): value for name, value in shared.items()} for node in NODES})
-
-
-def test_feedforward_needs_a_horizon_and_a_horizon_accelerations_that_can_be_sent():
-    with pytest.raises(ParameterError, match=r'feedforward.enabled = True needs reference_horizon = 1 or more'):
-        configured(feedforward__enabled=True)
-    assert configured(feedforward__enabled=True, reference_horizon=1).plant.shared.reference_horizon == 1
-    fast = {node: {'reference_horizon': 1} for node in NODES}
-    fast['reference_cart'] |= {'period': 1e-7}
-    with pytest.raises(ParameterError, match=r'acceleration of .* beyond 1e.12; lower the scale or raise'):
-        configure(fast)
+@each_row(('shared', 'cart', 'words'), [
+    ({'feedforward.enabled': True}, {}, 'feedforward.enabled = True needs reference_horizon = 1 or more'),
+    ({'reference_horizon': 1}, {'period': 1e-7}, r'acceleration of .* beyond 1e.12; lower the scale or raise'),
+])
+def test_feedforward_needs_a_horizon_and_a_horizon_accelerations_that_can_be_sent(shared, cart, words):
+    with pytest.raises(ParameterError, match=words):
+        configure({node: shared | (cart if node == 'reference_cart' else {}) for node in NODES})
+    configure({node: shared | {'reference_horizon': 1} for node in NODES})

@@ -1,37 +1,33 @@
-"""The linear-quadratic law: its model, its table, its symmetries."""
-
+"""The linear-quadratic law, its model, table and Riccati equation in plain Python, against SciPy's."""
 
 import math
 
 import numpy as np
 import pytest
 from each import each_row
-from observation import observed
+from observation import ask
 from scipy.linalg import expm, solve_discrete_are
 
 from mobile_robot_control.control import lqr
-from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.lqr import SPEEDS, TURNS, LqrWeights, error_dynamics, feedback, prepare
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
+from mobile_robot_control.control.riccati import diagonal, optimal_feedback, riccati, solved
 
 WEIGHTS, DT = LqrWeights(q1=4.0, q2=30.0, q3=2.0), 0.01
 TABLE = prepare(WEIGHTS, DT)
 
 
-def ask(error, velocity, table=TABLE):
-    return lqr.step(NoState(), observed(
-        TrackingError(*error), Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(*velocity))), table, DT)[1]
-
-
-def gains_at(velocity, table=TABLE):
+def gains_at(*velocity):
     """K, read from the commands for small errors."""
-    columns = []
-    for n in range(3):
-        error = [1e-6 if m == n else 0.0 for m in range(3)]
-        columns.append([(there - here) / 1e-6
-                        for there, here in zip(
-                            ask(error, velocity, table), ask((0.0,) * 3, velocity, table), strict=True)])
-    return np.array(columns).T
+    here, *there = (np.array(ask(lqr, error, velocity, TABLE, DT)[1])
+                    for error in [(0.0, 0.0, 0.0), *map(tuple, 1e-6 * np.eye(3))])
+    return np.array([(command - here) / 1e-6 for command in there]).T
+
+
+def optimal(a, b, q, r):
+    """Return the solution of the equation and the gains, by SciPy."""
+    a, b, q, r = map(np.array, (a, b, q, r))
+    x = solve_discrete_are(a, b, q, r)
+    return x, np.linalg.solve(r + b.T @ x @ b, b.T @ x @ a)
 
 
 @each_row(('v_r', 'omega_r'), [(0.4, 0.0), (0.4, 1e-3), (0.4, -0.02), (-0.7, 2.0), (0.0, 1.0)])
@@ -39,43 +35,58 @@ def gains_at(velocity, table=TABLE):
 def test_the_model_is_the_linearised_one_exactly_over_a_period(v_r, omega_r, dt):
     whole = np.zeros((5, 5))
     whole[:3] = [[0.0, omega_r, 0.0, 1.0, 0.0], [-omega_r, 0.0, v_r, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0]]
-    step = expm(whole * dt)
-    phi, gamma = error_dynamics(v_r, omega_r, dt)
-    assert np.array(phi) == pytest.approx(step[:3, :3], abs=1e-13)
-    assert np.array(gamma) == pytest.approx(step[:3, 3:], abs=1e-11)
+    assert np.hstack(error_dynamics(v_r, omega_r, dt)) == pytest.approx(expm(whole * dt)[:3], abs=1e-11)
 
 
 def test_the_gains_are_those_of_a_discrete_riccati_solution():
-    weights, dt = WEIGHTS, 0.1
-    for row, v_r in [*zip(prepare(weights, dt), SPEEDS, strict=True)][::4]:
+    for row, v_r in [*zip(prepare(WEIGHTS, 0.1), SPEEDS, strict=True)][::4]:
         for gains, omega_r in [*zip(row, TURNS, strict=True)][::3]:
-            phi, gamma = map(np.array, error_dynamics(v_r, omega_r, dt))
-            x = solve_discrete_are(phi, gamma, np.diag(weights), np.eye(2))
-            expected = np.linalg.solve(np.eye(2) + gamma.T @ x @ gamma, gamma.T @ x @ phi)
+            _, expected = optimal(*error_dynamics(v_r, omega_r, 0.1), np.diag(WEIGHTS), np.eye(2))
             assert np.reshape(gains, (2, 3)) == pytest.approx(expected, rel=1e-8, abs=1e-8)
-            assert abs(np.linalg.eigvals(phi - gamma @ expected)).max() < 1.0
 
 
 @each_row('v_r', [SPEEDS[0], SPEEDS[4], -SPEEDS[4], SPEEDS[-1]])
 @each_row('omega_r', [0.0, TURNS[5], -TURNS[5], TURNS[-1]])
 def test_at_the_nodes_of_the_table_the_command_is_optimal_for_all_signs(v_r, omega_r):
     # sin and cos of e3 are 1e-12 from linear
-    assert gains_at((v_r, omega_r)) == pytest.approx(np.array(feedback(WEIGHTS, v_r, omega_r, DT)), abs=1e-5)
+    assert gains_at(v_r, omega_r) == pytest.approx(np.array(feedback(WEIGHTS, v_r, omega_r, DT)), abs=1e-5)
 
 
 @each_row(('v_r', 'omega_r'), [(0.4, 0.2), (0.22, -1.1), (0.65, 1.9), (-1.0, 0.6)])
 def test_between_the_nodes_the_gains_are_near_the_optimal_ones_and_stabilise(v_r, omega_r):
-    exact, found = np.array(feedback(WEIGHTS, v_r, omega_r, DT)), gains_at((v_r, omega_r))
+    exact, found = np.array(feedback(WEIGHTS, v_r, omega_r, DT)), gains_at(v_r, omega_r)
     assert found == pytest.approx(exact, abs=0.06 * abs(exact).max())
     phi, gamma = map(np.array, error_dynamics(v_r, omega_r, DT))
     assert abs(np.linalg.eigvals(phi - gamma @ found)).max() < 1.0
 
 
-def test_beyond_the_table_its_edge_holds():
-    assert gains_at((5.0, 9.0)) == pytest.approx(gains_at((SPEEDS[-1], TURNS[-1])), abs=1e-4)
-
-
-def test_the_lateral_gain_fades_where_the_cart_stands():
-    lateral = [gains_at((v_r, 0.0))[1, 1] for v_r in (SPEEDS[0], 0.5 * SPEEDS[0], 0.0, -0.5 * SPEEDS[0])]
+def test_beyond_the_table_its_edge_holds_and_the_lateral_gain_fades_where_the_cart_stands():
+    assert gains_at(5.0, 9.0) == pytest.approx(gains_at(SPEEDS[-1], TURNS[-1]), abs=1e-4)
+    lateral = [gains_at(share * SPEEDS[0], 0.0)[1, 1] for share in (1.0, 0.5, 0.0, -0.5)]
     full = math.sqrt(WEIGHTS.q2)
     assert lateral == pytest.approx([full, 0.5 * full, 0.0, -0.5 * full], rel=0.05)
+
+
+def test_scalar_equations_by_hand():
+    # x = x - x² / (1 + x) + 1: x² - x - 1 = 0, and k = x / (1 + x)
+    golden, one = 0.5 * (1.0 + 5.0 ** 0.5), diagonal((1.0,) * 3)
+    assert np.array(riccati(one, one, one, one)) == pytest.approx(golden * np.eye(3), rel=1e-14)
+    # pivots that must be exchanged
+    assert solved(((0.0, 2.0), (4.0, 1.0)), ((6.0,), (7.0,))) == ((1.0,), (3.0,))
+
+
+@each_row('seed', range(32))
+def test_random_systems_have_the_solution_of_scipy(seed):
+    draws = np.random.default_rng(seed)
+    inputs = draws.integers(1, 4)
+    system = (draws.normal(size=(3, 3)), draws.normal(size=(3, inputs)),
+              np.diag(draws.uniform(0.1, 9.0, 3)), np.diag(draws.uniform(0.1, 9.0, inputs)))
+    x, gains = optimal(*system)
+    plain = [tuple(tuple(map(float, row)) for row in array) for array in system]
+    assert np.array(riccati(*plain)) == pytest.approx(x, rel=1e-8, abs=1e-8 * abs(x).max())
+    assert np.array(optimal_feedback(*plain)) == pytest.approx(gains, rel=1e-7, abs=1e-8)
+
+
+def test_a_system_that_no_input_stabilises_is_refused():
+    with pytest.raises(ValueError, match='no stabilising solution'):
+        riccati(diagonal((2.0, 0.5, 0.5)), ((0.0,), (1.0,), (1.0,)), diagonal((1.0, 1.0, 1.0)), ((1.0,),))

@@ -1,0 +1,69 @@
+"""The static laws of Kanayama et al., of Samson (Ramsete) and of Klancar et al., which is periodic in the heading."""
+
+import math
+from random import Random
+
+import pytest
+from each import each_row
+from observation import ask
+
+from mobile_robot_control.control import backstepping, kanayama, periodic, ramsete
+from mobile_robot_control.control.backstepping import BacksteppingGains
+from mobile_robot_control.control.kanayama import KanayamaGains
+from mobile_robot_control.control.periodic import PeriodicGains
+from mobile_robot_control.control.ramsete import RamseteGains, sinc
+from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.quantities import Pose
+
+UP = 0.5 * math.pi
+KANAYAMA, RAMSETE, PERIODIC = KanayamaGains(2.0, 10.0, 4.0), RamseteGains(4.0, 0.5), PeriodicGains(4.0, 0.5)
+
+
+@each_row(('law', 'gains', 'error', 'velocity', 'command'), [
+    # faster by kx e1, turning left by v_r ky e2, by v_r ktheta sin e3 with the speed v_r cos e3
+    (kanayama, KANAYAMA, (0.1, 0.1, 0.0), (0.5, 0.2), (0.7, 0.7)),
+    (kanayama, KANAYAMA, (0.0, 0.0, UP), (0.5, 0.2), (0.0, 2.2)),
+    # k = 2 * 0.5 * sqrt(3² + 4 * 2²) = 5; sin(pi/2) / (pi/2) = 2 / pi
+    (ramsete, RAMSETE, (0.1, 0.2, UP), (2.0, 3.0), (0.5, 3.0 + 2.5 * math.pi + 4.0 * 2.0 * 0.2 * 2.0 / math.pi)),
+    # cos⁴(pi/4) = 1/4
+    (periodic, PERIODIC, (0.1, 0.2, UP), (2.0, 3.0), (0.5, 3.0 + 4.0 * 2.0 * 0.25 * 0.2 + 5.0)),
+    # facing away is an equilibrium, without a jump
+    (periodic, PERIODIC, (0.1, 0.2, math.pi), (2.0, 3.0), (-1.5, 3.0)),
+    (periodic, PERIODIC, (0.1, 0.2, -math.pi), (2.0, 3.0), (-1.5, 3.0)),
+])
+def test_the_command_is_the_one_by_hand(law, gains, error, velocity, command):
+    assert ask(law, error, velocity, gains)[1] == pytest.approx(command, abs=1e-14)
+
+
+@each_row('error', [(0.3, -0.2, 0.7), (-1.0, 0.5, 2.9), (0.1, 0.4, -1.8)])
+def test_backstepping_at_alpha_1_is_kanayamas_law_with_a_constant_heading_gain(error):
+    # K_x = p f, K_y = 2 p / q, and the heading gain is q g where this law has K_θ v_r
+    same = KanayamaGains(kx=1.5 * 2.0, ky=2.0 * 1.5 / 0.5, ktheta=0.5 * 3.0 / 0.2)
+    expected = ask(backstepping, error, (0.2, -0.4), BacksteppingGains(p=1.5, q=0.5, alpha=1.0, f=2.0, g=3.0))
+    assert ask(kanayama, error, (0.2, -0.4), same)[1] == pytest.approx(expected[1], rel=1e-14)
+
+
+@each_row(('angle', 'value'), [
+    (0.0, 1.0), (-1e-10, 1.0), (1e-3, 1.0 - 1e-6 / 6.0 + 1e-12 / 120.0), (math.pi, 0.0),
+])
+def test_sinc_has_its_limit_at_zero(angle, value):
+    assert sinc(angle) == pytest.approx(value, abs=1e-15)
+
+
+def test_samsons_law_agrees_with_wpilib_on_random_inputs():
+    controller = pytest.importorskip('wpimath.controller')
+    from wpimath.geometry import Pose2d, Rotation2d
+
+    draws = Random(1)  # noqa: S311 (no secret)
+    for n in range(500):
+        reference, pose = (Pose(draws.uniform(-5.0, 5.0), draws.uniform(-5.0, 5.0), draws.uniform(-3.1, 3.1))
+                           for _ in range(2))
+        if n % 10 == 0:
+            # about where both change from the quotient to the series
+            pose = pose._replace(heading=reference.heading + draws.uniform(-2e-9, 2e-9))
+        velocity = draws.uniform(-2.0, 2.0), draws.uniform(-4.0, 4.0)
+        gains = RamseteGains(b=draws.uniform(0.1, 100.0), zeta=draws.uniform(0.01, 0.99))
+        theirs = controller.RamseteController(gains.b, gains.zeta).calculate(
+            *(Pose2d(x, y, Rotation2d(heading)) for x, y, heading in (pose, reference)), *velocity)
+        _, ours = ask(ramsete, tracking_error(reference, pose), velocity, gains)
+        assert ours == pytest.approx((theirs.vx, theirs.omega), rel=1e-9, abs=1e-9)
