@@ -24,15 +24,6 @@ _BYTES = st.tuples(_ENCODINGS, st.lists(st.one_of(_WORDS, st.binary(max_size=9))
     lambda drawn: drawn[0] + b''.join(drawn[1]))
 
 
-def _read(reader, message):
-    """Return the numbers of a message and '', or none and why it was refused."""
-    try:
-        content = reader(message)
-    except RefusedMessageError as refusal:
-        return [], str(refusal)
-    return list(_numbers(content)), ''
-
-
 def _numbers(content):
     for part in content:
         yield from _numbers(part) if isinstance(part, tuple) else [part]
@@ -44,27 +35,27 @@ def _numbers(content):
 @given(_BYTES)
 def test_any_bytes_are_read_or_refused(message):
     for reader in READERS.values():
-        content, refusal = _read(reader, message)
-        assert refusal.isprintable()
-        assert len(refusal) < 500
-        assert all(abs(number) <= 1e12 for number in content)
+        numbers, words = [], ''
+        try:
+            numbers = _numbers(reader(message))
+        except RefusedMessageError as refusal:
+            words = str(refusal)
+        assert all(abs(number) <= 1e12 for number in numbers)
+        assert words.isprintable()
+        assert len(words) < 500
 
 
-@each_row('error', [ValueError('9' * 5000), RecursionError(), MemoryError(), Exception('one\ntwo\x1b')])
-def test_whatever_a_step_raises_is_a_refusal_in_one_line(error):
+@each_row(('error', 'reason'), [
+    (ValueError('9' * 5000), 'not readable'), (RecursionError(), 'not readable'), (MemoryError(), 'not readable'),
+    (Exception('one\ntwo\x1b'), 'not readable'), (RefusedMessageError('too odd', 'x'), 'too odd'),
+])
+def test_whatever_a_step_raises_is_a_refusal_in_one_line(error, reason):
     def step(_):
         raise error
 
     with pytest.raises(RefusedMessageError) as refused:
         read_or_refuse('a/msg/B', (bytes, step), b'')
-    assert refused.value.reason == 'not readable'
+    assert refused.value.reason == reason
     assert str(refused.value).isprintable()
     assert len(str(refused.value)) < 400
-
-
-def test_a_refusal_of_a_step_keeps_its_reason():
-    def step(_):
-        raise RefusedMessageError('too odd', 'x')
-
-    with pytest.raises(RefusedMessageError, match=r'too odd \(x\)'):
-        read_or_refuse('a/msg/B', (step,), b'')
+    assert reason == 'not readable' or 'too odd (x)' in str(refused.value)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from each import each_row
+from each import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
@@ -10,12 +10,12 @@ from rosbags.typesys import Stores, get_typestore
 from mobile_robot_control.messages.cdr import deserialise
 
 STORE = get_typestore(Stores.ROS2_KILTED)
-
+ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
 KINDS = [
     'sensor_msgs/msg/JointState', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/TwistStamped',
     'geometry_msgs/msg/AccelStamped', 'geometry_msgs/msg/Vector3Stamped', 'geometry_msgs/msg/Twist',
     'geometry_msgs/msg/WrenchStamped', 'sensor_msgs/msg/TimeReference', 'trajectory_msgs/msg/MultiDOFJointTrajectory',
-    'diagnostic_msgs/msg/DiagnosticArray']
+    ARRAY]
 NUMBERS = {
     'float64': st.floats(allow_nan=False), 'int32': st.integers(-2**31, 2**31 - 1), 'uint32': st.integers(0, 10**9),
     'byte': st.integers(0, 3), 'string': st.text(st.characters(
@@ -38,9 +38,6 @@ def _field(node, content):
     return drawn.map(np.array) if element[1][0] == 'float64' else drawn
 
 
-HEAD = STORE.types['std_msgs/msg/Header'](STORE.types['builtin_interfaces/msg/Time'](1, 2), 'odom')
-
-
 def _assert_same(ours, theirs):
     """Compare every field that we have."""
     if hasattr(ours, '_fields'):
@@ -49,14 +46,13 @@ def _assert_same(ours, theirs):
     elif type(theirs).__name__.endswith(('Duration', 'Time')):
         assert ours == theirs.sec * 10**9 + theirs.nanosec
     elif isinstance(ours, tuple):
-        assert len(ours) == len(theirs)
         for one, other in zip(ours, theirs, strict=True):
             _assert_same(one, other)
     else:
         assert ours == theirs
 
 
-@each_row('kind', KINDS)
+@each(KINDS)
 def test_every_field_equals_that_of_rosbags(kind):
     @settings(max_examples=20)
     @given(messages(kind), st.sampled_from([b'', b'\0\0\0', b'padding!']))
@@ -78,18 +74,16 @@ def test_random_bytes_are_read_or_refused_with_a_value_error(kind, garbage):
         assert data[:2] in (b'\0\1', b'\0\0')
 
 
-@each_row('mark', [b'\0\2', b'\0\3', b'\0\6', b'\0\7', b'\1\1', b''])
-def test_what_is_no_plain_cdr_is_refused(mark):
-    with pytest.raises(ValueError, match='not plain CDR'):
-        deserialise('geometry_msgs/msg/Vector3Stamped', mark + bytes(100 if mark else 0))
-
-
-def test_a_text_that_ends_behind_the_message_is_refused():
-    array = bytes(STORE.serialize_cdr(STORE.types['diagnostic_msgs/msg/DiagnosticArray'](header=HEAD, status=[
-        STORE.types['diagnostic_msgs/msg/DiagnosticStatus'](level=0, name='n', message='m', hardware_id='h', values=[
-            STORE.types['diagnostic_msgs/msg/KeyValue'](key='k', value='long')])]),
-        'diagnostic_msgs/msg/DiagnosticArray'))
-    assert deserialise('diagnostic_msgs/msg/DiagnosticArray', array).status[0].values == (('k', 'long'),)
+def test_no_plain_cdr_and_a_text_that_ends_behind_the_message_are_refused():
+    for mark in (b'\0\2', b'\0\3', b'\0\6', b'\0\7', b'\1\1', b''):
+        with pytest.raises(ValueError, match='not plain CDR'):
+            deserialise('geometry_msgs/msg/Vector3Stamped', mark + bytes(100 if mark else 0))
+    types = STORE.types
+    head = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](1, 2), 'odom')
+    status = types['diagnostic_msgs/msg/DiagnosticStatus'](0, 'n', 'm', 'h', [
+        types['diagnostic_msgs/msg/KeyValue']('k', 'long')])
+    array = bytes(STORE.serialize_cdr(types[ARRAY](head, [status]), ARRAY))
+    assert deserialise(ARRAY, array).status[0].values == (('k', 'long'),)
     for end in range(4, len(array)):
         with pytest.raises(ValueError, match=r'behind the message|unpack_from'):
-            deserialise('diagnostic_msgs/msg/DiagnosticArray', array[:end])
+            deserialise(ARRAY, array[:end])
