@@ -12,10 +12,11 @@ import sys
 import time
 
 import pytest
+from each import each_row
 
+import mobile_robot_control as mrc
 from mobile_robot_control.api import benchmark_files
 from mobile_robot_control.cli import benchmark
-from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.checking import ParameterError
@@ -72,10 +73,8 @@ def read(folder):
         return json.loads((folder / 'benchmark.json').read_text()), list(csv.DictReader(file))
 
 
-def law_file(folder, name, failure='pass'):
-    file = folder / f'{name}.py'
-    file.write_text(LAW.format(name=name, failure=failure))
-    return file
+def hash_of(folder):
+    return read(folder)[0]['hash']
 
 
 class _Stopped(Interrupt):
@@ -106,13 +105,14 @@ class _Bar(contextlib.nullcontext):
         self._shown[1] += count
 
 
-def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash(track, tmp_path, capsys):
-    assert run(track, tmp_path / 'one', '--laws', 'kanayama', 'ramsete') == 0
+def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash_from_python_too(track, tmp_path, capsys):
+    laws = ('kanayama', 'ramsete')
+    assert run(track, tmp_path / 'one', '--laws', *laws) == 0
     values, rows = read(tmp_path / 'one')
     assert f'hash {values["hash"]}' in capsys.readouterr().out
     assert [(row['law'], row['track'], row['runs']) for row in rows] == [
         (row['law'], 'small', '4') for row in values['results']]
-    assert {row['law'] for row in rows} == {'kanayama', 'ramsete'}
+    assert {row['law'] for row in rows} == set(laws)
     for row in values['results']:
         assert set(row['gains']) == {f'position_controller.{row["law"]}.{name}' for name in (
             ('kx', 'ky', 'ktheta') if row['law'] == 'kanayama' else ('b', 'zeta'))}
@@ -123,23 +123,24 @@ def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash(trac
     page = (tmp_path / 'one' / 'benchmark.html').read_text()
     assert values['hash'] in page
     assert page.count('class="sortable"') == 2
-    # elsewhere, later, with another name of the folder
-    assert run(track, tmp_path / 'two', '--laws', 'kanayama', 'ramsete') == 0
-    assert read(tmp_path / 'two')[0]['hash'] == values['hash']
-    assert run(track, tmp_path / 'three', '--laws', 'kanayama', 'ramsete', '--seed', 2) == 0
-    assert read(tmp_path / 'three')[0]['hash'] != values['hash']
+    # elsewhere and later
+    found = mrc.benchmark(laws=laws, tracks=[track], budgets=[25], scenarios=1, runs=4, workers=1)
+    assert found.hash == values['hash']
+    assert found.hash in repr(found)
+    assert list(found.to_dataframe()['law']) == [row['law'] for row in rows]
+    assert found.hash in found.report(tmp_path / 'page').html
+    assert run(track, tmp_path / 'other', '--laws', *laws, '--seed', 2) == 0
+    assert hash_of(tmp_path / 'other') != values['hash']
 
 
-def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_last_with_their_reason(
-    track, tmp_path, capsys
-):
+def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_last_with_their_reason(track, tmp_path):
+    for name, failure in (('mine', 'pass'), ('raises', "raise ValueError('no answer')"), ('empty', "v = float('nan')")):
+        (tmp_path / f'{name}.py').write_text(LAW.format(name=name, failure=failure))
     assert run(track, tmp_path / 'out', '--laws', 'kanayama', 'raises', 'mine', 'empty', *(
-        word for file in (law_file(tmp_path, 'mine'), law_file(tmp_path, 'raises', "raise ValueError('no answer')"),
-                          law_file(tmp_path, 'empty', "v = float('nan')")) for word in ('--law', file)),
+        word for name in ('mine', 'raises', 'empty') for word in ('--law', tmp_path / f'{name}.py')),
         # so long that a search in which all fail ends before
         '--budgets', 100) == 0
-    values, _ = read(tmp_path / 'out')
-    rows = {row['law']: row for row in values['results'] if row['budget'] == 100}
+    rows = {row['law']: row for row in read(tmp_path / 'out')[0]['results'] if row['budget'] == 100}
     assert list(rows)[2:] == ['raises', 'empty']
     assert rows['mine']['successes'] == 4
     assert rows['mine']['rank'] <= 2 >= rows['kanayama']['rank']
@@ -150,30 +151,30 @@ def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_
 
 
 def test_what_a_folder_holds_is_kept_unless_asked(track, tmp_path, capsys):
-    assert run(track, tmp_path / 'out', '--laws', 'ramsete', '--no-tune') == 0
-    values, _ = read(tmp_path / 'out')
+    out, words = tmp_path / 'out', ['--no-tune', '--laws', 'ramsete']
+    assert run(track, out, *words) == 0
+    values, _ = read(out)
     assert values['budgets'] == []
-    configured = flatten(configure({}).position_controller.control.ramsete)
+    configured = flatten(mrc.configure({}).position_controller.control.ramsete)
     assert values['results'][0]['gains'] == {f'position_controller.ramsete.{name}': value
                                              for name, value in configured.items()}
-    assert run(track, tmp_path / 'out', '--laws', 'ramsete', '--no-tune') == 2
+    assert run(track, out, *words) == 2
     assert '--resume' in capsys.readouterr().err
     # nothing is run again, and another law is added
-    before = {file: file.stat().st_mtime_ns for file in (tmp_path / 'out' / 'cells').iterdir()}
-    assert run(track, tmp_path / 'out', '--laws', 'ramsete', 'kanayama', '--no-tune', '--resume') == 0
+    before = {file: file.stat().st_mtime_ns for file in (out / 'cells').iterdir()}
+    assert run(track, out, *words, 'kanayama', '--resume') == 0
     assert all(file.stat().st_mtime_ns == time_ns for file, time_ns in before.items())
-    assert len(read(tmp_path / 'out')[1]) == 2
+    assert len(read(out)[1]) == 2
 
 
 def test_a_longer_search_begins_with_the_shorter_one(track, tmp_path):
-    folders = {budgets: tmp_path / '_'.join(budgets) for budgets in (('25',), ('50',), ('25', '50'))}
-    for budgets, folder in folders.items():
-        assert run(track, folder, '--laws', 'ramsete', '--budgets', *budgets) == 0
-    found = {budgets: {row['budget']: row['gains'] for row in read(folder)[0]['results']}
-             for budgets, folder in folders.items()}
-    # the first option is 25 in each
-    assert found[('25', '50')][50] == found[('50',)][50]
-    assert found[('25', '50')][25] == found[('25',)][25]
+    found = {}
+    for budgets in ((), (50,)):
+        # after 25, the first of SMALL
+        assert run(track, tmp_path / str(budgets), '--laws', 'ramsete', '--budgets', 25, *budgets) == 0
+        found[budgets] = {row['budget']: row['gains'] for row in read(tmp_path / str(budgets))[0]['results']}
+    alone = mrc.benchmark(laws=['ramsete'], tracks=[track], budgets=[50], scenarios=1, runs=4, workers=1)
+    assert found[50,] == {25: found[()][25], 50: alone.results[0]['gains']}
 
 
 def test_training_and_judging_have_no_scenario_in_common_and_are_those_of_every_law(track):
@@ -189,16 +190,14 @@ def test_training_and_judging_have_no_scenario_in_common_and_are_those_of_every_
 def test_an_interrupted_benchmark_goes_on_to_the_same_hash(track, tmp_path, monkeypatch, capsys):
     laws = ['--laws', 'kanayama', 'ramsete', '--budgets', '50']
     assert run(track, tmp_path / 'whole', *laws) == 0
-    whole = read(tmp_path / 'whole')[0]['hash']
     for generations in (1, 3):
         monkeypatch.setattr(benchmark_files, 'Interrupt', lambda generations=generations: _Stopped(generations))
         assert run(track, tmp_path / 'stopped', *laws, '--resume') == 1
         assert '--resume goes on' in capsys.readouterr().err
         assert not (tmp_path / 'stopped' / 'benchmark.json').exists()
-    monkeypatch.undo()
-    monkeypatch.setattr(batch, 'COMPILES', False)
+    monkeypatch.setattr(benchmark_files, 'Interrupt', Interrupt)
     assert run(track, tmp_path / 'stopped', *laws, '--resume') == 0
-    assert read(tmp_path / 'stopped')[0]['hash'] == whole
+    assert hash_of(tmp_path / 'stopped') == hash_of(tmp_path / 'whole')
 
 
 def test_two_processes_give_the_hash_of_one_also_where_a_law_came_by_hand_and_after_an_interrupt(
@@ -216,13 +215,15 @@ def test_two_processes_give_the_hash_of_one_also_where_a_law_came_by_hand_and_af
     assert run(track, tmp_path / 'two', *laws, '--workers', 2, '--resume') == 0
     assert ends[-1][0] == ends[-1][1]
     assert multiprocessing.active_children() == []
-    assert read(tmp_path / 'two')[0]['hash'] == read(tmp_path / 'one')[0]['hash']
+    assert hash_of(tmp_path / 'two') == hash_of(tmp_path / 'one')
 
 
-@pytest.mark.parametrize(('end', 'told'), [
-    (lambda *_: (_ for _ in ()).throw(ParameterError(['a journal is damaged'])), 'a journal is damaged'),
-    (lambda *_: os.kill(os.getpid(), signal.SIGKILL), 'fewer --workers'),
-])
+def _damaged(*_):
+    raise ParameterError(['a journal is damaged'])
+
+
+@each_row(('end', 'told'), [
+    (_damaged, 'a journal is damaged'), (lambda *_: os.kill(os.getpid(), signal.SIGKILL), 'fewer --workers')])
 def test_an_error_in_a_process_and_its_death_are_told(track, tmp_path, monkeypatch, capsys, end, told):
     monkeypatch.setattr(benchmark_run, 'run_cell', end)
     assert run(track, tmp_path / 'out', '--laws', 'kanayama', 'ramsete', '--workers', 2) == 2
@@ -235,10 +236,9 @@ def test_processes_end_with_a_parent_that_is_killed(track, tmp_path):
             'from mobile_robot_control.tuning import benchmark_run; '
             'benchmark_run.run_cell = lambda *_: os.write(1, b"%d\\n" % os.getpid()) and time.sleep(600); '
             'benchmark.main(sys.argv[1:])')
-    parent = subprocess.Popen(
-        [sys.executable, '-c', code, '--tracks', str(track), '--output', str(tmp_path / 'out'), '--laws', 'kanayama',
-         'ramsete', *SMALL, '--workers', '2'], stdout=subprocess.PIPE, text=True)
-    with parent:
+    with subprocess.Popen(
+            [sys.executable, '-c', code, '--tracks', str(track), '--output', str(tmp_path / 'out'), '--laws',
+             'kanayama', 'ramsete', *SMALL, '--workers', '2'], stdout=subprocess.PIPE, text=True) as parent:
         workers = [int(parent.stdout.readline()) for _ in range(2)]
         assert parent.pid not in workers
         parent.kill()
@@ -246,40 +246,23 @@ def test_processes_end_with_a_parent_that_is_killed(track, tmp_path):
         assert parent.stdout.read() == ''
 
 
-@pytest.mark.parametrize(('arguments', 'told'), [
+@each_row(('arguments', 'told'), [
     (['--robot', 'kobuki'], 'each track names its robot'),
     (['--tracks', 'rectangel'], "did you mean 'rectangle'?"),
     (['--laws', 'lqrr'], 'lqrr'),
     (['--verify'], 'holds no benchmark'),
+    (['--tracks', 'none.yaml'], "none.yaml: has no section 'track'"),
+    (['--tracks', 'within.yaml'], 'purpose is missing'),
+    (['--tracks', 'wihtin.yaml'], "did you mean 'within'?"),
 ])
-def test_what_cannot_be_compared_is_refused(track, tmp_path, capsys, arguments, told):
-    with pytest.raises(SystemExit) if '--laws' in arguments else pytest.MonkeyPatch.context():
+def test_what_cannot_be_compared_is_refused_by_name(track, tmp_path, capsys, monkeypatch, arguments, told):
+    monkeypatch.chdir(tmp_path)
+    for name, text in (('none', ''), ('within', 'track: {ros__parameters: {within: 1.0}}\n'),
+                       ('wihtin', 'track: {ros__parameters: {purpose: x, wihtin: 1.0}}\n')):
+        (tmp_path / f'{name}.yaml').write_text(f'{text}/**: {{ros__parameters: {{velocity_rate: 100.0}}}}')
+    with pytest.raises(SystemExit) if '--laws' in arguments else contextlib.nullcontext():
         assert run(track, tmp_path / 'out', *arguments) == 2
     assert told in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(('text', 'told'), [
-    ('/**: {ros__parameters: {velocity_rate: 100.0}}', "has no section 'track'"),
-    ('track: {ros__parameters: {within: 1.0}}\n/**: {ros__parameters: {velocity_rate: 100.0}}', 'purpose is missing'),
-    ('track: {ros__parameters: {purpose: x, wihtin: 1.0}}', "did you mean 'within'?"),
-])
-def test_a_track_with_a_mistake_is_refused_by_name(tmp_path, text, told):
-    file = tmp_path / 'odd.yaml'
-    file.write_text(text)
-    with pytest.raises(ParameterError, match=r'odd\.yaml') as error:
-        Benchmark(BenchmarkRequest(ParameterSources(), tracks=(str(file),)))
-    assert told in str(error.value)
-
-
-def test_python_returns_the_same_table(track, tmp_path):
-    assert run(track, tmp_path / 'out', '--laws', 'ramsete') == 0
-    from mobile_robot_control import benchmark as compared
-
-    found = compared(laws=['ramsete'], tracks=[track], budgets=[25], scenarios=1, runs=4, workers=1)
-    assert found.hash == read(tmp_path / 'out')[0]['hash']
-    assert found.hash in repr(found)
-    assert list(found.to_dataframe()['law']) == ['ramsete']
-    assert found.hash in found.report(tmp_path / 'page').html
 
 
 def generations(folder):
@@ -297,26 +280,26 @@ def generations(folder):
 @pytest.mark.parametrize('where', [['--workers', '1'], ['--workers', '2'], 'dask'])
 def test_killed_at_ten_random_moments_it_ends_with_the_same_hash(tmp_path, where):
     command = [sys.executable, '-m', 'mobile_robot_control.cli.benchmark', '--laws', 'kanayama', 'periodic', '--tracks',
-               'published', 'on_curve', '--budgets', '500', '--runs', '10', '--scenarios', '4']
+               'published', 'on_curve', '--budgets', '500', '--runs', '10', '--scenarios', '4', '--output']
     if where == 'dask':
         from distributed import LocalCluster  # an extra
 
         cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
         where = ['--scheduler', cluster.scheduler_address]
-    subprocess.run([*command, '--output', str(tmp_path / 'whole')], check=True, capture_output=True)
+    whole, killed = tmp_path / 'whole', tmp_path / 'killed'
+    command, resumed = [*command, str(whole)], [*command, str(killed), *where, '--resume']
+    subprocess.run(command, check=True, capture_output=True)
     rng, kills = random.Random(1), 0  # noqa: S311 (of moments)
     for _ in range(10):
-        started = subprocess.Popen([*command, *where, '--output', str(tmp_path / 'killed'), '--resume'],
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        started = subprocess.Popen(resumed, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         # of 80 generations: however fast the machine is, ten kills leave some
-        enough = generations(tmp_path / 'killed') + rng.randint(0, 5)
-        while started.poll() is None and generations(tmp_path / 'killed') <= enough:
+        enough = generations(killed) + rng.randint(0, 5)
+        while started.poll() is None and generations(killed) <= enough:
             time.sleep(0.05)
         time.sleep(rng.uniform(0.0, 0.2))
         kills += started.poll() is None
         started.kill()
         started.wait()
     assert kills >= 5
-    subprocess.run([*command, *where, '--output', str(tmp_path / 'killed'), '--resume'], check=True,
-                   capture_output=True)
-    assert read(tmp_path / 'killed')[0]['hash'] == read(tmp_path / 'whole')[0]['hash']
+    subprocess.run(resumed, check=True, capture_output=True)
+    assert hash_of(killed) == hash_of(whole)

@@ -4,12 +4,13 @@ import csv
 import json
 
 import pytest
+from each import each_row
 
 import mobile_robot_control as mrc
 from mobile_robot_control.cli import plan
 
-TIMING = {'reference_cart.path.closed': True, 'reference_cart.timing.max_linear_velocity': 0.5,
-          'reference_cart.timing.max_wheel_torque': 0.3}
+TIMING = {'reference_cart.timing.max_linear_velocity': 0.5, 'reference_cart.timing.max_wheel_torque': 0.3}
+CLOSED = {'reference_cart.path.closed': True, **TIMING}
 
 
 @pytest.fixture
@@ -19,15 +20,17 @@ def square(tmp_path):
     return file
 
 
-def _options(values):
-    return [word for name, value in values.items()
-            for word in ('-p', f'{name}:={str(value).lower()}')]
+def _run(file, folder, values):
+    return plan.main([str(file), '--output', str(folder), *(
+        word for name, value in values.items() for word in ('-p', f'{name}:={str(value).lower()}'))])
 
 
-def test_table_numbers_and_page_are_those_of_the_function(square, tmp_path, capsys):
-    assert plan.main([str(square), '--output', str(tmp_path / 'plan'), *_options(TIMING)]) == 0
+def test_table_numbers_and_page_are_those_of_the_function_and_dry_friction_is_among_the_torques(
+    square, tmp_path, capsys
+):
+    assert _run(square, tmp_path / 'plan', CLOSED) == 0
     assert 'plan.html' in capsys.readouterr().out
-    planned = mrc.plan(square, parameters=TIMING)
+    planned = mrc.plan(square, parameters=CLOSED)
     with (tmp_path / 'plan' / 'plan.csv').open() as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == list(plan.COLUMNS)
@@ -39,31 +42,27 @@ def test_table_numbers_and_page_are_those_of_the_function(square, tmp_path, caps
     assert sum(planned.active.values()) == pytest.approx(1.0)
     assert numbers['limits']['max_wheel_torque'] == 0.3
     page = (tmp_path / 'plan' / 'plan.html').read_text()
-    for name in ('waypoint speed', 'wheel torque', 'Plan of square.csv'):
-        assert name in page
+    assert not [name for name in ('waypoint speed', 'wheel torque', 'Plan of square.csv') if name not in page]
     # half of the motors' torque is planned with
     assert abs(planned.wheel_torque).max() == pytest.approx(0.15, rel=1e-3)
     # counter-clockwise
     assert (planned.wheel_velocity[:, 0] >= planned.wheel_velocity[:, 1] - 1e-9).all()
-
-
-def test_dry_friction_is_among_the_torques(square):
-    slower = mrc.plan(square, parameters={**TIMING, '/**.friction.coulomb': 0.05})
-    assert slower.duration > mrc.plan(square, parameters=TIMING).duration
+    slower = mrc.plan(square, parameters={**CLOSED, '/**.friction.coulomb': 0.05})
+    assert slower.duration > planned.duration
     assert abs(slower.wheel_torque).max() == pytest.approx(0.15, rel=1e-3)
 
 
-@pytest.mark.parametrize(('text', 'options', 'words'), [
+@each_row(('text', 'options', 'words'), [
     ('0,0\n', {}, 'square.csv: has 1 waypoint'),
     ('0,0\n1,0\n0,0\n', {}, 'square.csv:2: the path turns back'),
-    ('0,0\n1,0\n', {'reference_cart.timing.max_wheel_torque': 0.0}, 'needs a limit of the acceleration'),
-    ('0,0\n1,0\n', {'reference_cart.timing.max_linear_velocity': 0.0}, 'needs a limit of the speed'),
-    ('0,0\n1,0\n', {'reference_cart.scale': 2.0}, 'scale = 2.0 places a curve'),
-    ('0,0\n1,0\n', {'reference_cart.path.laps': 2}, 'path.laps = 2 needs path.closed = true'),
+    ('0,0\n1,0\n', {'timing.max_wheel_torque': 0.0}, 'needs a limit of the acceleration'),
+    ('0,0\n1,0\n', {'timing.max_linear_velocity': 0.0}, 'needs a limit of the speed'),
+    ('0,0\n1,0\n', {'scale': 2.0}, 'scale = 2.0 places a curve'),
+    ('0,0\n1,0\n', {'path.laps': 2}, 'path.laps = 2 needs path.closed = true'),
 ])
 def test_what_cannot_be_planned_is_refused(square, tmp_path, capsys, text, options, words):
     square.write_text(text)
-    given = {name: value for name, value in TIMING.items() if 'timing' in name} | options
-    assert plan.main([str(square), '--output', str(tmp_path / 'plan'), *_options(given)]) == 2
+    values = TIMING | {f'reference_cart.{name}': value for name, value in options.items()}
+    assert _run(square, tmp_path / 'plan', values) == 2
     assert words in capsys.readouterr().err
     assert not (tmp_path / 'plan').exists()
