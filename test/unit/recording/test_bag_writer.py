@@ -3,17 +3,20 @@
 import errno
 import math
 import os
+import re
+import shutil
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 import yaml
-from bag_making import WALL, messages_of, write
+from bag_making import WALL, messages_of, record, write
 from measuring import configuration
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.recording.bag_writer import BagWriter, ros_distribution
 from mobile_robot_control.runs import bag
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
@@ -64,10 +67,7 @@ def test_bag_and_metadata_equal_those_of_rosbags(tmp_path, samples):
 def test_messages_older_than_half_a_second_are_in_the_file(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         write(writer, samples)
-        copy = tmp_path / 'copy'
-        copy.mkdir()
-        for name in ('bag.mcap', 'metadata.yaml'):
-            (copy / name).write_bytes((tmp_path / 'bag' / name).read_bytes())
+        copy = shutil.copytree(tmp_path / 'bag', tmp_path / 'copy')
     recording = bag.read_bag(copy)
     assert 1.5 <= recording.samples[-1].time < 2.0
     assert recording.samples == bag.read_bag(tmp_path / 'bag').samples[:len(recording.samples)]
@@ -125,20 +125,15 @@ def test_a_full_disk_ends_the_recording_and_not_the_program(tmp_path, monkeypatc
     assert whole == [sample.time for sample in samples[:len(whole)]]
 
 
-def test_a_removed_folder_is_reported(tmp_path, samples):
+def test_a_folder_that_is_removed_or_moved_is_reported(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         write(writer, samples[:1])
-        for file in (tmp_path / 'bag').iterdir():
-            file.unlink()
-        (tmp_path / 'bag').rmdir()
+        shutil.rmtree(tmp_path / 'bag')
         write(writer, samples)
         assert 'was removed while it was written' in writer.failure
-
-
-def test_a_moved_folder_is_reported_on_closing(tmp_path, samples):
-    with BagWriter(tmp_path / 'bag') as writer:
+    with BagWriter(tmp_path / 'moved') as writer:
         write(writer, samples)
-        (tmp_path / 'bag').rename(tmp_path / 'elsewhere')
+        (tmp_path / 'moved').rename(tmp_path / 'elsewhere')
     assert 'No such file or directory; name a folder that can be written' in writer.failure
     assert bag.read_bag(tmp_path / 'elsewhere').samples[-1].time == 2.0
 
@@ -148,3 +143,29 @@ def test_an_existing_folder_is_refused_and_unchanged(tmp_path):
     with pytest.raises(FileExistsError), BagWriter(tmp_path / 'bag'):
         pass
     assert not list((tmp_path / 'bag').iterdir())
+
+
+def _wheels():
+    """Return the distribution whose wheels are installed, by their names; None without wheels."""
+    names = [re.fullmatch(r'ros-(\w+)-rclpy', found.metadata['Name'] or '') for found in metadata.distributions()]
+    return next((name[1] for name in names if name), None)
+
+
+@pytest.mark.skipif(_wheels() is None, reason='ROS 2 does not come from wheels here')
+def test_without_a_sourced_distribution_the_wheels_name_it_if_there_are_any(monkeypatch):
+    def missing(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.delenv('ROS_DISTRO', raising=False)
+    assert ros_distribution() == _wheels()
+    monkeypatch.setattr(metadata, 'version', missing)
+    assert ros_distribution() == 'unknown'
+
+
+def test_a_bag_names_the_sourced_distribution_and_can_be_read(tmp_path, monkeypatch, samples):
+    for name in ('jazzy', 'zebra'):
+        monkeypatch.setenv('ROS_DISTRO', name)
+        folder = record(tmp_path / name, samples[:50])
+        content = yaml.safe_load((folder / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+        assert content['ros_distro'] == name
+        assert not bag.read_bag(folder).problems

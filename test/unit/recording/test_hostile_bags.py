@@ -8,6 +8,7 @@ import sys
 
 import pytest
 from bag_making import WALL, messages_of, write_mcap
+from each import each_row
 from lz4 import frame
 from mcap.writer import CompressionType, Writer
 from measuring import configuration
@@ -44,12 +45,12 @@ def _chunk(compression, declared, packed):
 
 def _zeros(compression, size):
     """Return as many zeros, packed piece by piece."""
-    piece = bytes(1 << 24)
-    if compression == b'zstd':
-        packer = ZstdCompressor().compressobj()
-        return b''.join(packer.compress(piece) for _ in range(size // len(piece))) + packer.flush()
-    packer = frame.LZ4FrameCompressor()
-    return packer.begin() + b''.join(packer.compress(piece) for _ in range(size // len(piece))) + packer.flush()
+    piece, packer = bytes(1 << 24), ZstdCompressor().compressobj()
+    begin = b''
+    if compression != b'zstd':
+        packer = frame.LZ4FrameCompressor()
+        begin = packer.begin()
+    return begin + b''.join(packer.compress(piece) for _ in range(size // len(piece))) + packer.flush()
 
 
 @pytest.fixture(scope='module')
@@ -64,8 +65,7 @@ def _plain(path, samples, compression=CompressionType.NONE):
     return path.read_bytes()
 
 
-@pytest.mark.parametrize('compression', [b'zstd', b'lz4'])
-@pytest.mark.parametrize('declared', [GIGABYTES, 1000])
+@each_row(('compression', 'declared'), itertools.product((b'zstd', b'lz4'), (GIGABYTES, 1000)))
 def test_a_chunk_that_unpacks_to_more_than_it_declares_or_may_is_left_out(tmp_path, samples, compression, declared):
     content = _plain(tmp_path / 'bag.mcap', samples)
     bomb = _chunk(compression, declared, _zeros(compression, LARGEST))
@@ -107,17 +107,26 @@ def test_a_packed_message_that_unpacks_to_too_much_or_is_damaged_is_a_value_erro
     assert unpack_message(ZstdCompressor().compress(b'message')) == b'message'
 
 
-@pytest.mark.parametrize('received', [1 << 63, (1 << 64) - 1])
-def test_an_impossible_time_of_receipt_is_left_out(tmp_path, samples, received):
-    with (tmp_path / 'bag.mcap').open('wb') as stream:
+def _problems(folder, *messages):
+    """Return the problems of a bag of odometry: time of receipt and CDR of each message."""
+    with (folder / 'bag.mcap').open('wb') as stream:
         writer = Writer(stream)
         writer.start('ros2')
-        schema = writer.register_schema(LOOP_TOPICS['odom'].kind, 'ros2msg', b'')
-        channel = writer.register_channel('/odom', 'cdr', schema)
-        message = next(message for topic, _, message in messages_of(samples[0]) if topic == 'odom')
-        writer.add_message(channel, received, message, received)
+        kind = writer.register_schema(LOOP_TOPICS['odom'].kind, 'ros2msg', b'')
+        channel = writer.register_channel('/odom', 'cdr', kind)
+        for received, message in messages:
+            writer.add_message(channel, received, message, received)
         writer.finish()
-    assert any('/odom: received at no possible time' in problem for problem in bag.read_bag(tmp_path).problems)
+    return bag.read_bag(folder).problems
+
+
+def test_an_impossible_time_of_receipt_is_left_out_and_many_odd_messages_are_one_problem(tmp_path, samples):
+    message = next(message for topic, _, message in messages_of(samples[0]) if topic == 'odom')
+    for received in (1 << 63, (1 << 64) - 1):
+        assert '/odom: received at no possible time' in ' '.join(_problems(tmp_path, (received, message)))
+    problems = _problems(tmp_path, *((WALL, bytes(length)) for length in range(50)))
+    assert [problem for problem in problems if 'left out' in problem] == [
+        '50 messages left out: /odom: not readable (0 bytes hold no stamp)']
 
 
 def test_a_record_that_ends_early_is_no_message(tmp_path):
@@ -125,19 +134,6 @@ def test_a_record_that_ends_early_is_no_message(tmp_path):
     for opcode, body in itertools.product((SCHEMA, CHANNEL, MESSAGE), bodies):
         (tmp_path / 'bag.mcap').write_bytes(MAGIC + _record(opcode, body))
         assert not bag.read_bag(tmp_path).samples
-
-
-def test_many_odd_messages_of_a_kind_are_one_problem(tmp_path, samples):
-    with (tmp_path / 'bag.mcap').open('wb') as stream:
-        writer = Writer(stream)
-        writer.start('ros2')
-        channel = writer.register_channel('/odom', 'cdr', writer.register_schema(LOOP_TOPICS['odom'].kind, 'ros2msg',
-                                                                                 b''))
-        for length in range(50):
-            writer.add_message(channel, WALL, bytes(length), WALL)
-        writer.finish()
-    problems = [problem for problem in bag.read_bag(tmp_path).problems if 'left out' in problem]
-    assert problems == ['50 messages left out: /odom: not readable (0 bytes hold no stamp)']
 
 
 @pytest.mark.parametrize('compression', [CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD])

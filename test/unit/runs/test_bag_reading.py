@@ -4,6 +4,7 @@ import random
 
 import pytest
 from bag_making import WALL, event, messages_of, record, write, write_mcap
+from each import each_row
 from mcap.writer import CompressionType
 from measuring import configuration
 from rclpy.serialization import serialize_message
@@ -40,12 +41,8 @@ def _files(folder):
 def _same(recorded, samples):
     assert [sample.time for sample in recorded] == [sample.time for sample in samples]
     for ours, theirs in zip(recorded, samples, strict=True):
-        assert ours.torque == theirs.torque
-        assert ours.applied == theirs.applied
-        assert ours.wheels == theirs.wheels
-        assert ours.command == theirs.command
-        assert ours.tick.error == theirs.tick.error
-        assert ours.tick.velocity == theirs.tick.velocity
+        assert ours[2:] == theirs[2:]
+        assert (ours.tick.error, ours.tick.velocity) == (theirs.tick.error, theirs.tick.velocity)
         assert ours.tick.pose == pytest.approx(theirs.tick.pose, abs=1e-12)
 
 
@@ -61,33 +58,29 @@ def test_a_complete_bag_is_read_back_and_left_unchanged(whole, samples):
     assert _files(whole) == before
 
 
-def test_a_bag_without_metadata_is_read_by_its_file_alone(whole, samples):
+def test_a_bag_without_metadata_or_index_is_read_by_its_file_alone(whole, samples):
     (whole / 'metadata.yaml').unlink()
     assert bag.read_bag(whole).samples == bag.read_bag(whole / 'bag.mcap').samples
-    _same(bag.read_bag(whole).samples, samples)
-
-
-@pytest.mark.parametrize('seed', range(4))
-def test_a_file_cut_off_anywhere_is_read_up_to_there(whole, samples, seed):
-    file = whole / 'bag.mcap'
-    data = file.read_bytes()
-    length = random.Random(seed).randrange(len(data) - 60_000)  # noqa: S311 (no secret)
-    file.write_bytes(data[:length])
-    before = _files(whole)
-    recording = bag.read_bag(whole)
-    assert [problem for problem in recording.problems if 'the recording was cut off: bag.mcap' in problem]
-    found = recording.samples
-    _same(found, samples[:len(found)])
-    assert len(found) >= (length - 20_000) / len(data) * len(samples) * 0.9
-    assert _files(whole) == before
-
-
-def test_a_file_without_its_index_is_complete(whole, samples):
     file = whole / 'bag.mcap'
     file.write_bytes(file.read_bytes()[:-8])
     recording = bag.read_bag(whole)
     assert not recording.problems
     _same(recording.samples, samples)
+
+
+def test_a_file_cut_off_anywhere_is_read_up_to_there(whole, samples):
+    file = whole / 'bag.mcap'
+    data = file.read_bytes()
+    for seed in range(4):
+        length = random.Random(seed).randrange(len(data) - 60_000)  # noqa: S311 (no secret)
+        file.write_bytes(data[:length])
+        before = _files(whole)
+        recording = bag.read_bag(whole)
+        assert [problem for problem in recording.problems if 'the recording was cut off: bag.mcap' in problem]
+        found = recording.samples
+        _same(found, samples[:len(found)])
+        assert len(found) >= (length - 20_000) / len(data) * len(samples) * 0.9
+        assert _files(whole) == before
 
 
 def test_a_damaged_chunk_is_left_out_and_reported(tmp_path):
@@ -106,38 +99,32 @@ def test_a_damaged_chunk_is_left_out_and_reported(tmp_path):
     assert len(times) < len(samples)
 
 
-@pytest.mark.parametrize('content', [b'', b'\x89MC', b'\x89MCAP0\r\n', b'\x89MCAP0\r\n' + bytes(1000)])
-def test_a_file_without_a_message_is_reported_as_cut_off(tmp_path, content):
-    (tmp_path / 'bag.mcap').write_bytes(content)
-    recording = bag.read_bag(tmp_path)
-    assert not recording.samples
-    assert any('cut off' in problem for problem in recording.problems)
-    assert any('no message of the control loop' in problem for problem in recording.problems)
-
-
-def test_an_empty_bag_is_reported(tmp_path):
+def test_a_file_without_a_message_is_reported_as_cut_off_and_an_empty_bag_as_empty(tmp_path):
+    for content in (b'', b'\x89MC', b'\x89MCAP0\r\n', b'\x89MCAP0\r\n' + bytes(1000)):
+        (tmp_path / 'bag.mcap').write_bytes(content)
+        recording = bag.read_bag(tmp_path)
+        assert not recording.samples
+        for part in ('cut off', 'no message of the control loop'):
+            assert any(part in problem for problem in recording.problems)
     with BagWriter(tmp_path / 'bag'):
         pass
     assert any('the bag holds nothing' in problem for problem in bag.read_bag(tmp_path / 'bag').problems)
 
 
-def test_a_path_without_a_bag_is_refused_with_a_remedy(tmp_path):
-    (tmp_path / 'text').mkdir()
-    (tmp_path / 'text' / 'notes.txt').write_text('hello')
-    (tmp_path / 'false').mkdir()
-    (tmp_path / 'false' / 'bag.mcap').write_text('this is not an mcap file')
-    (tmp_path / 'other').mkdir()
-    (tmp_path / 'other' / 'bag_0.db3').write_text('this is not a database')
-    (tmp_path / 'gone').mkdir()
-    (tmp_path / 'gone' / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 9}')
-    for name in ('text', 'false', 'other', 'gone', 'nowhere'):
-        with pytest.raises(BagError) as refused:
-            bag.read_bag(tmp_path / name)
-        assert str(tmp_path / name) in str(refused.value)
-        assert 'name ' in str(refused.value)
+@each_row(('file', 'content'), [
+    ('text/notes.txt', 'hello'), ('false/bag.mcap', 'this is not an mcap file'), (None, ''),
+    ('other/bag_0.db3', 'this is not a database'),
+    ('gone/metadata.yaml', 'rosbag2_bagfile_information: {version: 9}')])
+def test_a_path_without_a_bag_is_refused_with_a_remedy(tmp_path, file, content):
+    path = (tmp_path / (file or 'nowhere/x')).parent
+    if file:
+        path.mkdir()
+        (tmp_path / file).write_text(content)
+    with pytest.raises(BagError, match=f'(?s){path}.*name |name .*{path}'):
+        bag.read_bag(path)
 
 
-def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
+def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE):
     types = get_typestore(Stores.ROS2_KILTED)
     topics = {}
     writer = Writer(path, version=9, storage_plugin=storage)
@@ -146,44 +133,42 @@ def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE, prefix='/'):
         for sample in samples:
             for topic, stamp, message in messages_of(sample):
                 if topic not in topics:
-                    topics[topic] = writer.add_connection(prefix + topic, LOOP_TOPICS[topic].kind, typestore=types)
+                    topics[topic] = writer.add_connection(f'/{topic}', LOOP_TOPICS[topic].kind, typestore=types)
                 writer.write(topics[topic], WALL + stamp, message)
 
 
-@pytest.mark.parametrize(('storage', 'mode'), [
+@each_row(('storage', 'mode'), [
     (StoragePlugin.SQLITE3, CompressionMode.NONE), (StoragePlugin.SQLITE3, CompressionMode.FILE),
-    (StoragePlugin.MCAP, CompressionMode.NONE), (StoragePlugin.MCAP, CompressionMode.STORAGE),
-    (StoragePlugin.MCAP, CompressionMode.FILE), (StoragePlugin.MCAP, CompressionMode.MESSAGE),
-])
+    *((StoragePlugin.MCAP, mode) for mode in CompressionMode)])
 def test_bags_written_by_rosbags_are_read(tmp_path, samples, storage, mode):
-    _by_rosbags(tmp_path / 'bag', samples, storage, mode)
-    before = _files(tmp_path / 'bag')
-    recording = bag.read_bag(tmp_path / 'bag')
+    path = tmp_path / f'{storage.name}_{mode.name}'
+    _by_rosbags(path, samples, storage, mode)
+    before = _files(path)
+    recording = bag.read_bag(path)
     assert not recording.problems
     _same(recording.samples, samples)
-    assert _files(tmp_path / 'bag') == before
+    assert _files(path) == before
 
 
-@pytest.mark.parametrize('compression', [CompressionType.LZ4, CompressionType.ZSTD])
-@pytest.mark.parametrize('cut', [False, True])
-def test_compressed_chunks_are_read_complete_or_cut_off(tmp_path, samples, compression, cut):
+@each_row('compression', [CompressionType.LZ4, CompressionType.ZSTD])
+def test_compressed_chunks_are_read_complete_or_cut_off(tmp_path, samples, compression):
     file = tmp_path / 'run_0.mcap'
     write_mcap(file, samples, compression, 50_000)
-    if cut:
-        file.write_bytes(file.read_bytes()[:-file.stat().st_size // 2])
     recording = bag.read_bag(tmp_path)
-    assert bool(recording.problems) == cut
-    found = recording.samples
-    assert len(found) > 100
-    _same(found, samples[:len(found)] if cut else samples)
+    assert not recording.problems
+    _same(recording.samples, samples)
+    file.write_bytes(file.read_bytes()[:-file.stat().st_size // 2])
+    recording = bag.read_bag(tmp_path)
+    assert recording.problems
+    assert len(recording.samples) > 100
+    _same(recording.samples, samples[:len(recording.samples)])
 
 
 def test_split_files_are_read_in_numerical_order(tmp_path, samples):
-    (tmp_path / 'bag').mkdir()
     for n, part in ((2, samples[:250]), (10, samples[250:])):
         record(tmp_path / f'bag_{n}', part)
-        (tmp_path / f'bag_{n}' / f'bag_{n}.mcap').rename(tmp_path / 'bag' / f'bag_{n}.mcap')
-    recording = bag.read_bag(tmp_path / 'bag')
+        (tmp_path / f'bag_{n}' / f'bag_{n}.mcap').rename(tmp_path / f'bag_{n}.mcap')
+    recording = bag.read_bag(tmp_path)
     assert not recording.problems
     _same(recording.samples, samples)
 
@@ -202,10 +187,8 @@ def test_a_bag_of_another_namespace_is_reported_with_its_topics(tmp_path, sample
     record(tmp_path / 'bag', samples, '/robot1/')
     recording = bag.read_bag(tmp_path / 'bag')
     assert not recording.samples
-    text = '\n'.join(recording.problems)
-    assert 'none of the topics' in text
-    assert '/robot1/odom' in text
-    assert '--namespace' in text
+    for part in ('none of the topics', '/robot1/odom', '--namespace'):
+        assert part in '\n'.join(recording.problems)
     _same(bag.read_bag(tmp_path / 'bag', '/robot1').samples, samples)
 
 
@@ -219,10 +202,10 @@ def test_unreadable_messages_are_left_out_and_counted(tmp_path, samples):
             if topic != 'odom':
                 writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, message)
     text = '\n'.join(bag.read_bag(tmp_path / 'bag').problems)
-    assert '1 messages left out: /joint_states: a wheel is not named' in text
-    assert '/odom: is of type std_msgs/msg/String, not nav_msgs/msg/Odometry' in text
-    assert '/cmd_vel: not readable (11 bytes hold no stamp)' in text
-    assert 'no messages on odom' in text
+    for part in ('1 messages left out: /joint_states: a wheel is not named', 'no messages on odom',
+                 '/odom: is of type std_msgs/msg/String, not nav_msgs/msg/Odometry',
+                 '/cmd_vel: not readable (11 bytes hold no stamp)'):
+        assert part in text
 
 
 def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):
