@@ -2,21 +2,25 @@
 
 import math
 
+import chapter
 import numpy as np
 import pytest
+from each import each_row
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from observation import observed
+from scipy.linalg import expm
 
 from mobile_robot_control.control import backstepping, bumpless_transfer, fuzzy, hybrid_backstepping, velocity_pi
 from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate
 from mobile_robot_control.control.fuzzy import surface
 from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains, fade_step
 from mobile_robot_control.control.law import NoState
-from mobile_robot_control.control.laws import LAWS, PositionControl
+from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, select
 from mobile_robot_control.control.membership import FuzzyGains, memberships
 from mobile_robot_control.control.tracking_error import bearing, distance, tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
+from mobile_robot_control.control.velocity_stability import instability, spectral_radius
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Pose, Reference, TrackingError, WheelTorque
@@ -27,11 +31,18 @@ DIRECTIONS = st.floats(-math.pi, math.pi, exclude_min=True)
 POSES = st.builds(Pose, ORDINARY, ORDINARY, DIRECTIONS)
 ERRORS = st.builds(TrackingError, ORDINARY, ORDINARY, DIRECTIONS)
 ANY_ERRORS = st.builds(TrackingError, FINITE, FINITE, FINITE)
-REFERENCES = st.builds(Reference, st.just(Pose(0.0, 0.0, 0.0)), st.builds(BodyVelocity, ORDINARY, ORDINARY))
+REST = BodyVelocity(0.0, 0.0)
+ORIGIN = Pose(0.0, 0.0, 0.0)
+REFERENCES = st.builds(Reference, st.just(ORIGIN), st.builds(BodyVelocity, ORDINARY, ORDINARY))
 ANY_REFERENCES = st.builds(Reference, st.builds(Pose, FINITE, FINITE, FINITE), st.builds(BodyVelocity, FINITE, FINITE))
 POSITIVE = st.floats(0.01, 10.0)
-BACKSTEPPING_GAINS = st.builds(BacksteppingGains, p=POSITIVE, q=POSITIVE, alpha=st.floats(1.0, 5.0), f=POSITIVE,
-                               g=POSITIVE)
+ALPHA = st.floats(1.0, 5.0)
+BACKSTEPPING_GAINS = st.builds(BacksteppingGains, p=POSITIVE, q=POSITIVE, alpha=ALPHA, f=POSITIVE, g=POSITIVE)
+SIZES = st.floats(-12.0, 12.0).map(lambda power: min(max(10.0 ** power, SMALLEST), LARGEST))
+WITHIN = st.floats(-LARGEST, LARGEST)
+VELOCITY_GAINS = st.builds(VelocityGains, k1=st.floats(0.01, 200.0), ti1=st.floats(0.01, 100.0),
+                           k2=st.floats(0.01, 60.0), ti2=st.floats(0.01, 100.0))
+RATES = st.floats(20.0, 20000.0)
 
 
 @st.composite
@@ -55,29 +66,21 @@ def fuzzy_gains(draw):
         assume(False)
 
 
-SIZES = st.floats(-12.0, 12.0).map(lambda power: min(max(10.0 ** power, SMALLEST), LARGEST))
-WITHIN = st.floats(-LARGEST, LARGEST)
-
-
 @st.composite
 def extreme_controls(draw):
     """Draw any law with any gains that the parameters allow."""
     b1, size = draw(SIZES), draw(SIZES)
-    b0 = max(SMALLEST, 0.25 * b1 * b1 * draw(st.floats(0.0, 0.999)))
+    sizes = ('backstepping.p', 'backstepping.q', 'backstepping.f', 'backstepping.g', 'fuzzy.a',
+             'hybrid_backstepping.seek_acceleration', 'hybrid_backstepping.seek_speed')
     try:
-        return build(PositionControl, {
-            'controller_type': draw(st.sampled_from(list(LAWS))), 'backstepping.p': draw(SIZES),
-            'backstepping.q': draw(SIZES), 'backstepping.alpha': draw(st.floats(1.0, 5.0)),
-            'backstepping.f': draw(SIZES), 'backstepping.g': draw(SIZES), 'hybrid_backstepping.b0': b0,
-            'hybrid_backstepping.b1': b1, 'hybrid_backstepping.seek_acceleration': draw(SIZES),
-            'hybrid_backstepping.seek_speed': draw(SIZES), 'fuzzy.a': draw(SIZES),
-            'fuzzy.c': [0.5 * size * side for side in (-2.0, -1.0, 0.0, 1.0, 2.0)]})
+        return build(PositionControl, {name: draw(SIZES) for name in sizes} | {
+            'controller_type': draw(st.sampled_from(list(LAWS))), 'backstepping.alpha': draw(ALPHA),
+            'hybrid_backstepping.b0': max(SMALLEST, 0.25 * b1 * b1 * draw(st.floats(0.0, 0.999))),
+            'hybrid_backstepping.b1': b1, 'fuzzy.c': [0.5 * size * side for side in (-2.0, -1.0, 0.0, 1.0, 2.0)]})
     except ParameterError:
         assume(False)
 
 
-VELOCITY_GAINS = st.builds(VelocityGains, k1=st.floats(0.01, 200.0), ti1=st.floats(0.01, 100.0),
-                           k2=st.floats(0.01, 60.0), ti2=st.floats(0.01, 100.0))
 SEEKING_GAINS, FUZZY_GAINS = seeking_gains(), fuzzy_gains()
 
 
@@ -87,7 +90,15 @@ def mirrored(error, reference):
             Reference(Pose(x, -y, -heading), BodyVelocity(v_r, -omega_r)))
 
 
-# tracking error
+def driven(error, reference, gains):
+    """Return the command of backstepping."""
+    return backstepping.step(NoState(), observed(error, reference), gains, 0.01)[1]
+
+
+def torques(state, command, gains, robot=Robot(), limit=0.0):  # noqa: B008 (immutable)
+    """Return the integrals and the torques of the velocity law for a robot at rest."""
+    return velocity_pi.step(state, command, REST, gains, robot, limit, 0.01)
+
 
 @given(POSES, POSES, ORDINARY, ORDINARY, ORDINARY)
 def test_equation_23_does_not_change_under_a_common_planar_motion(reference, pose, x, y, turn):
@@ -117,28 +128,13 @@ def test_the_bearing_is_wrapped_and_points_at_the_cart(error):
         assert far * math.sin(direction) == pytest.approx(error.lateral, abs=1e-14 * far)
 
 
-# backstepping
-
-@given(ANY_ERRORS, ANY_REFERENCES, BACKSTEPPING_GAINS)
-def test_backstepping_gives_finite_commands_for_finite_inputs(error, reference, gains):
-    _, command = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
-    assert all(map(math.isfinite, command))
-
-
-@given(ERRORS, REFERENCES, BACKSTEPPING_GAINS)
-def test_backstepping_is_mirror_symmetric(error, reference, gains):
-    _, command = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
-    _, other = backstepping.step(NoState(), observed(*mirrored(error, reference)), gains, 0.01)
-    assert (other.linear, -other.angular) == command
-
-
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS)
 def test_equations_25_to_28_along_the_error_dynamics_24(error, reference, gains):
     """dV/dt of (26) by the chain rule with (24), in which the middle equation has the product of v_r and sin e3."""
     e1, e2, e3 = error
     v_r, omega_r = reference.velocity
     p, q, alpha, _, _ = gains
-    _, (v, omega) = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
+    v, omega = driven(error, reference, gains)
     e1_rate = omega * e2 + v_r * math.cos(e3) - v
     e2_rate = -omega * e1 + v_r * math.sin(e3)
     e3_rate = omega_r - omega
@@ -161,9 +157,8 @@ def test_equations_25_to_28_along_the_error_dynamics_24(error, reference, gains)
 def test_deviation_3_at_alpha_1_only_three_products_of_gains_matter(error, reference, gains, scale):
     gains = gains._replace(alpha=1.0)
     twin = BacksteppingGains(gains.p * scale, gains.q * scale, 1.0, gains.f / scale, gains.g / scale)
-    _, one = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
-    _, other = backstepping.step(NoState(), observed(error, reference), twin, 0.01)
-    assert other == pytest.approx(one, rel=1e-12, abs=1e-9)
+    one = driven(error, reference, gains)
+    assert driven(error, reference, twin) == pytest.approx(one, rel=1e-12, abs=1e-9)
 
 
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS, VELOCITY_GAINS, st.floats(0.1, 10.0))
@@ -173,23 +168,23 @@ def test_deviation_13_another_unit_of_length_changes_no_motion(error, reference,
     (e1, e2, e3), (pose, (v_r, omega_r), _) = error, reference
     longer = TrackingError(scale * e1, scale * e2, e3), Reference(pose, BodyVelocity(scale * v_r, omega_r))
     area = scale ** (2.0 * gains.alpha)
-    _, one = backstepping.step(NoState(), observed(error, reference), gains, 0.01)
-    _, other = backstepping.step(NoState(), observed(*longer), gains._replace(p=gains.p / area, f=gains.f * area), 0.01)
+    one = driven(error, reference, gains)
+    other = driven(*longer, gains._replace(p=gains.p / area, f=gains.f * area))
     assert other == pytest.approx((scale * one.linear, one.angular), rel=1e-9, abs=1e-9)
     # N s has one length, N m s/rad two, as a torque has
-    robot, measured = Robot(), BodyVelocity(0.0, 0.0)
-    larger = robot._replace(wheel_radius=scale * robot.wheel_radius, wheel_separation=scale * robot.wheel_separation)
-    _, torque = velocity_pi.step(VelocityPiState(), one, measured, inner, robot, 0.0, 0.01)
-    _, scaled = velocity_pi.step(VelocityPiState(), other, measured, inner._replace(
-        k1=scale * inner.k1, k2=scale**2 * inner.k2), larger, 0.0, 0.01)
+    larger = Robot()._replace(wheel_radius=scale * Robot().wheel_radius,
+                              wheel_separation=scale * Robot().wheel_separation)
+    _, torque = torques(VelocityPiState(), one, inner)
+    stronger = inner._replace(k1=scale * inner.k1, k2=scale**2 * inner.k2)
+    _, scaled = torques(VelocityPiState(), other, stronger, larger)
     assert scaled == pytest.approx([scale**2 * part for part in torque], rel=1e-9, abs=1e-9)
 
 
-# hybrid backstepping
-
 @given(ANY_ERRORS, ANY_REFERENCES, BACKSTEPPING_GAINS, SEEKING_GAINS, st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0),
        DIRECTIONS)
-def test_the_hybrid_law_gives_finite_commands_for_finite_inputs(error, reference, inner, seeking, seen, fade, last):
+def test_backstepping_and_the_hybrid_law_give_finite_commands_for_finite_inputs(
+        error, reference, inner, seeking, seen, fade, last):
+    assert all(map(math.isfinite, driven(error, reference, inner)))
     state = HybridState(seen, fade, 0.0, 0.0, last)
     for _ in range(3):
         state, command = hybrid_backstepping.step(state, observed(error, reference), (inner, seeking), 0.01)
@@ -197,15 +192,16 @@ def test_the_hybrid_law_gives_finite_commands_for_finite_inputs(error, reference
 
 
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS, SEEKING_GAINS, DIRECTIONS)
-def test_the_hybrid_law_is_mirror_symmetric(error, reference, inner, seeking, last):
+def test_backstepping_and_the_hybrid_law_are_mirror_symmetric(error, reference, inner, seeking, last):
+    other = driven(*mirrored(error, reference), inner)
+    assert (other.linear, -other.angular) == driven(error, reference, inner)
     # straight behind counts as left on both sides
     assume(abs(bearing(error)) < math.pi)
     assume(abs(last) < math.pi)
-    gains = (inner, seeking)
     state, other = HybridState(last_bearing=last), HybridState(last_bearing=-last)
     for _ in range(3):
-        state, command = hybrid_backstepping.step(state, observed(error, reference), gains, 0.1)
-        other, opposite = hybrid_backstepping.step(other, observed(*mirrored(error, reference)), gains, 0.1)
+        state, command = hybrid_backstepping.step(state, observed(error, reference), (inner, seeking), 0.1)
+        other, opposite = hybrid_backstepping.step(other, observed(*mirrored(error, reference)), (inner, seeking), 0.1)
         assert (opposite.linear, -opposite.angular) == command
         assert (other.seen, other.fade, -other.seek, -other.last_bearing) == (
             state.seen, state.fade, state.seek, state.last_bearing)
@@ -236,8 +232,6 @@ def test_equation_33_latches_for_good_and_the_seeking_stays_within_its_speed(err
         else:
             assert state.fade == 0.0
 
-
-# fuzzy
 
 @settings(max_examples=50)
 @given(st.floats(0.0, 1e15), DIRECTIONS, FUZZY_GAINS)
@@ -280,38 +274,35 @@ def test_the_fuzzy_law_is_mirror_symmetric_for_symmetric_turns(i1, i2, gains):
     assert right.angular == pytest.approx(-left.angular, abs=1e-14)
 
 
-# velocity law
+STATES = st.builds(VelocityPiState, ORDINARY, ORDINARY)
+COMMANDS = st.builds(BodyVelocity, ORDINARY, ORDINARY)
 
-@given(VELOCITY_GAINS, ORDINARY, ORDINARY, ORDINARY, ORDINARY, st.floats(0.01, 10.0))
-def test_the_velocity_law_keeps_its_limit_and_never_winds_up_further(gains, v, omega, common, differential, limit):
-    state = VelocityPiState(common, differential)
-    after, torque = velocity_pi.step(state, BodyVelocity(v, omega), BodyVelocity(0.0, 0.0), gains, Robot(), limit, 0.01)
+
+@given(VELOCITY_GAINS, COMMANDS, STATES, st.floats(0.01, 10.0))
+def test_the_velocity_law_keeps_its_limit_and_never_winds_up_further(gains, command, state, limit):
+    after, torque = torques(state, command, gains, limit=limit)
     assert max(map(abs, torque)) <= limit
-    for channel, error, requested, given_ in (
-        (0, v, 5.0 * gains.k1 * v + common, 0.5 * (torque.right + torque.left)),
-        (1, omega, 5.0 * gains.k2 * omega + differential, 0.5 * (torque.right - torque.left)),
-    ):
-        if abs(requested - given_) > 1e-9 and (requested - given_) * error > 0.0:
-            assert after[channel] == state[channel]
-        elif abs(requested - given_) > 1e-9:
-            assert (after[channel] - state[channel]) * error >= 0.0
+    for gain, error, before, now, applied in zip(
+            (gains.k1, gains.k2), command, state, after,
+            (0.5 * (torque.right + torque.left), 0.5 * (torque.right - torque.left)), strict=True):
+        beyond = 5.0 * gain * error + before - applied
+        if abs(beyond) > 1e-9:
+            assert now == before if beyond * error > 0.0 else (now - before) * error >= 0.0
 
 
-@given(VELOCITY_GAINS, ORDINARY, ORDINARY, ORDINARY, ORDINARY)
-def test_equation_17_without_a_limit_both_channels_always_integrate(gains, v, omega, common, differential):
-    state = VelocityPiState(common, differential)
-    after, torque = velocity_pi.step(state, BodyVelocity(v, omega), BodyVelocity(0.0, 0.0), gains, Robot(), 0.0, 0.01)
-    expected = (common + 5.0 * gains.k1 * v * 0.01 / gains.ti1,
-                differential + 5.0 * gains.k2 * omega * 0.01 / gains.ti2)
-    assert after == pytest.approx(expected, rel=1e-12, abs=1e-13)
-    sum_, difference = 5.0 * gains.k1 * v + common, 5.0 * gains.k2 * omega + differential
+@given(VELOCITY_GAINS, COMMANDS, STATES)
+def test_equation_17_without_a_limit_both_channels_always_integrate(gains, command, state):
+    after, torque = torques(state, command, gains)
+    common, differential = 5.0 * gains.k1 * command.linear, 5.0 * gains.k2 * command.angular
+    assert after == pytest.approx((state[0] + common * 0.01 / gains.ti1, state[1] + differential * 0.01 / gains.ti2),
+                                  rel=1e-12, abs=1e-13)
+    sum_, difference = common + state[0], differential + state[1]
     assert torque == pytest.approx(WheelTorque(sum_ + difference, sum_ - difference), rel=1e-12, abs=1e-10)
 
 
 @settings(max_examples=150)
 @given(extreme_controls(), st.lists(st.tuples(st.builds(TrackingError, WITHIN, WITHIN, DIRECTIONS), st.builds(
-    Reference, st.just(Pose(0.0, 0.0, 0.0)), st.builds(BodyVelocity, WITHIN, WITHIN))), min_size=1, max_size=4),
-    st.booleans())
+    Reference, st.just(ORIGIN), st.builds(BodyVelocity, WITHIN, WITHIN))), min_size=1, max_size=4), st.booleans())
 def test_no_gains_give_a_command_beyond_1e12(control, inputs, under_way):
     running = bumpless_transfer.begin(control, 0.01, under_way=under_way)
     for error, reference in inputs:
@@ -319,3 +310,80 @@ def test_no_gains_give_a_command_beyond_1e12(control, inputs, under_way):
         # written so that NaN does not pass
         assert abs(command.linear) <= LARGEST
         assert abs(command.angular) <= LARGEST
+
+
+# the chapter's laws are above: with gains of one side, or without feed-forward
+SYMMETRIC = [law.name for law in BUILT_IN if law.name not in ('backstepping', 'hybrid_backstepping', 'fuzzy')]
+SELECTED = {name: select(PositionControl(controller_type=name), 0.01) for name in SYMMETRIC}
+
+
+def steps(name, inputs):
+    """Return the commands of a law for some pairs of error and reference."""
+    law, gains = SELECTED[name]
+    state, commands = law.start, []
+    for error, reference in inputs:
+        state, command = law.step(state, observed(error, reference), gains, 0.01)
+        commands.append(command)
+    return commands
+
+
+@each_row('name', SYMMETRIC)
+@settings(max_examples=50)
+@given(inputs=st.lists(st.tuples(ERRORS, REFERENCES), min_size=1, max_size=4))
+def test_the_command_for_the_mirrored_error_is_mirrored(name, inputs):
+    assume(all(abs(error.heading) < math.pi for error, _ in inputs))
+    for one, other in zip(steps(name, inputs), steps(name, [mirrored(*each) for each in inputs]), strict=True):
+        assert (other.linear, -other.angular) == one
+
+
+@each_row('name', SYMMETRIC)
+@settings(max_examples=50)
+@given(reference=REFERENCES.filter(lambda reference: abs(reference.velocity.linear) > 0.2))
+def test_on_the_cart_the_command_is_its_velocity(name, reference):
+    for command in steps(name, [(TrackingError(0.0, 0.0, 0.0), reference)] * 3):
+        assert command == pytest.approx(reference.velocity, rel=1e-13, abs=1e-13)
+
+
+def largest_pole(gains, rate, delay):
+    """
+    Spectral radius of the sampled loop in wheel coordinates: wheel velocities, integrals, torques on their way.
+
+    Eq. (13)-(14) under a hold by the exponential series of the augmented matrix, Eq. (16)-(17) and (5)-(7), (19).
+    """
+    dt, r, R = 1.0 / rate, chapter.r, chapter.R
+    inverse = np.linalg.inv(np.array([[chapter.A, chapter.B], [chapter.B, chapter.A]]))
+    augmented = np.zeros((4, 4))
+    augmented[:2, :2], augmented[:2, 2:] = -chapter.K * inverse, inverse
+    held = expm(augmented * dt)
+    to_body = np.array([[r / 2, r / 2], [r / (2 * R), -r / (2 * R)]])
+    to_wheels = np.array([[1.0, 1.0], [1.0, -1.0]])
+    proportional = np.diag([gains.k1, gains.k2]) * R / r
+    integral = np.diag([gains.k1 / gains.ti1, gains.k2 / gains.ti2]) * R / r * dt
+    # the requested torque: of the errors -to_body w, and of the integrals
+    from_wheels, from_integrals = -to_wheels @ proportional @ to_body, to_wheels
+    size = 4 + 2 * delay
+    matrix = np.zeros((size, size))
+    matrix[:2, :2] = held[:2, :2]
+    matrix[2:4, :2], matrix[2:4, 2:4] = -integral @ to_body, np.eye(2)
+    if delay == 0:
+        matrix[:2, :2] += held[:2, 2:] @ from_wheels
+        matrix[:2, 2:4] = held[:2, 2:] @ from_integrals
+    else:
+        matrix[:2, 4:6] = held[:2, 2:]
+        for k in range(delay - 1):
+            matrix[4 + 2 * k:6 + 2 * k, 6 + 2 * k:8 + 2 * k] = np.eye(2)
+        matrix[-2:, :2], matrix[-2:, 2:4] = from_wheels, from_integrals
+    return max(abs(np.linalg.eigvals(matrix)))
+
+
+@given(VELOCITY_GAINS, RATES, st.integers(0, 3))
+def test_the_spectral_radius_is_that_of_the_state_matrix(gains, rate, delay):
+    assert spectral_radius(gains, Robot(), rate, delay) == pytest.approx(largest_pole(gains, rate, delay), rel=1e-7)
+
+
+@settings(max_examples=50)
+@given(VELOCITY_GAINS, RATES, st.booleans())
+def test_instability_is_reported_exactly_where_the_radius_reaches_1(gains, rate, lockstep):
+    radius = max(largest_pole(gains, rate, delay) for delay in ((0,) if lockstep else (1, 2)))
+    if abs(radius - 1.0) > 1e-7:
+        assert bool(instability(gains, Robot(), rate, lockstep)) == (radius > 1.0)

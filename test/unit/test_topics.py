@@ -3,83 +3,69 @@
 from each import each_row
 
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.topics import (
-    LOOP_TOPICS,
-    LOOPS,
-    POSITION_TOPICS,
-    first_silent,
-    silent_node,
-)
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, POSITION_TOPICS, first_silent, silent_node
 
 TORQUE, VELOCITY = LOOPS['torque'], LOOPS['velocity']
-TICK = 10
+ALL = {'joint_states': 20, 'odom': 20, 'reference': 20, 'cmd_vel': 20, 'wheel_torques': 20}
 
 
 def test_every_topic_has_one_rate_and_belongs_to_nodes_that_exist():
-    assert {*TORQUE.velocity_topics, *POSITION_TOPICS} == set(LOOP_TOPICS)
-    assert not {*TORQUE.velocity_topics} & {*POSITION_TOPICS}
+    assert sorted((*TORQUE.velocity_topics, *POSITION_TOPICS)) == sorted(LOOP_TOPICS)
     for topic in LOOP_TOPICS.values():
         assert {topic.publisher, *topic.subscribers} <= set(NODES)
         assert topic.publisher not in topic.subscribers
-
-
-@each_row(('node', 'inputs'), [
-    ('plant', {'wheel_torques': 'velocity_controller'}),
-    ('velocity_controller', {'joint_states': 'plant', 'cmd_vel': 'position_controller'}),
-    ('position_controller', {'odom': 'plant', 'reference': 'reference_cart'}),
-    ('reference_cart', {'odom': 'plant'}),
-])
-def test_inputs_of_a_node_name_their_publishers(node, inputs):
-    assert TORQUE.inputs_of(node) == inputs
-
-
-def test_a_base_takes_cmd_vel_itself_and_no_node_needs_its_joint_states():
-    assert VELOCITY.inputs_of('plant') == {'cmd_vel': 'position_controller'}
-    assert VELOCITY.topics_of('plant') == ['joint_states', 'odom', 'cmd_vel']
-    assert 'velocity_controller' not in VELOCITY.nodes
-    assert VELOCITY.velocity_topics == ('joint_states',)
-    assert [loop.command for loop in (TORQUE, VELOCITY)] == ['wheel_torques', 'cmd_vel']
-    for node in ('position_controller', 'reference_cart'):
-        assert VELOCITY.inputs_of(node) == TORQUE.inputs_of(node)
-
-
-@each_row(('newest', 'node'), [
-    ({}, 'reference_cart'),
-    ({'reference': 10}, 'position_controller'),
-    ({'reference': 0, 'cmd_vel': 10, 'wheel_torques': 12}, 'reference_cart'),
-    ({'reference': 10, 'cmd_vel': 10}, 'velocity_controller'),
-    ({'reference': 10, 'cmd_vel': 10, 'wheel_torques': 10}, 'velocity_controller'),
-    ({'reference': 10, 'cmd_vel': 10, 'wheel_torques': 12}, None),
-])
-def test_the_first_node_without_an_answer_is_the_silent_one(newest, node):
-    assert first_silent(newest, stamp=12, tick=10, loop=TORQUE) == node
-
-
-@each_row(('newest', 'node'), [
-    ({}, 'reference_cart'), ({'reference': 10}, 'position_controller'), ({'reference': 10, 'cmd_vel': 10}, None),
-])
-def test_a_base_waits_for_no_answer_between_position_ticks(newest, node):
-    assert first_silent(newest, stamp=12, tick=10, loop=VELOCITY) == node
-    assert silent_node(newest | {'joint_states': 12, 'odom': 10}, True, TICK, VELOCITY) == (node or 'plant')
-
-
-def test_a_question_comes_before_its_answer_and_at_the_same_rate():
+    # a question comes before its answer and at the same rate
     for question, answer in TORQUE.answers + VELOCITY.answers:
         assert LOOP_TOPICS[question].rate == LOOP_TOPICS[answer].rate
         assert LOOP_TOPICS[question].publisher == 'plant'
 
 
-ALL = {'joint_states': 20, 'odom': 20, 'reference': 20, 'cmd_vel': 20, 'wheel_torques': 20}
-
-
-@each_row(('newest', 'lockstep', 'silent'), [
-    ({}, True, 'plant'),
-    (ALL, True, 'plant'),
-    (ALL | {'reference': 10}, True, 'reference_cart'),
-    (ALL | {'cmd_vel': 10}, True, 'position_controller'),
-    (ALL | {'wheel_torques': 18}, True, 'velocity_controller'),
-    (ALL | {'odom': 10, 'reference': 10}, True, 'plant'),
-    (ALL | {'tracking_error': 20, 'reference': 5}, False, 'reference_cart'),
+@each_row(('loop', 'node', 'inputs'), [
+    (TORQUE, 'plant', {'wheel_torques': 'velocity_controller'}),
+    (TORQUE, 'velocity_controller', {'joint_states': 'plant', 'cmd_vel': 'position_controller'}),
+    # a base takes cmd_vel itself
+    (VELOCITY, 'plant', {'cmd_vel': 'position_controller'}),
+    *((loop, *row) for loop in (TORQUE, VELOCITY) for row in (
+        ('position_controller', {'odom': 'plant', 'reference': 'reference_cart'}),
+        ('reference_cart', {'odom': 'plant'}))),
 ])
-def test_the_node_that_owes_an_answer_is_named(newest, lockstep, silent):
-    assert silent_node(newest, lockstep, TICK, TORQUE) == silent
+def test_inputs_of_a_node_name_their_publishers(loop, node, inputs):
+    assert loop.inputs_of(node) == inputs
+
+
+def test_no_node_needs_the_joint_states_of_a_base():
+    assert VELOCITY.topics_of('plant') == ['joint_states', 'odom', 'cmd_vel']
+    assert 'velocity_controller' not in VELOCITY.nodes
+    assert VELOCITY.velocity_topics == ('joint_states',)
+    assert [loop.command for loop in (TORQUE, VELOCITY)] == ['wheel_torques', 'cmd_vel']
+
+
+@each_row(('loop', 'newest', 'node'), [
+    (TORQUE, {}, 'reference_cart'),
+    (TORQUE, {'reference': 10}, 'position_controller'),
+    (TORQUE, {'reference': 0, 'cmd_vel': 10, 'wheel_torques': 12}, 'reference_cart'),
+    (TORQUE, {'reference': 10, 'cmd_vel': 10}, 'velocity_controller'),
+    (TORQUE, {'reference': 10, 'cmd_vel': 10, 'wheel_torques': 10}, 'velocity_controller'),
+    (TORQUE, {'reference': 10, 'cmd_vel': 10, 'wheel_torques': 12}, None),
+    # a base waits for no answer between position ticks
+    (VELOCITY, {}, 'reference_cart'),
+    (VELOCITY, {'reference': 10}, 'position_controller'),
+    (VELOCITY, {'reference': 10, 'cmd_vel': 10}, None),
+])
+def test_the_first_node_without_an_answer_is_the_silent_one(loop, newest, node):
+    assert first_silent(newest, stamp=12, tick=10, loop=loop) == node
+
+
+@each_row(('newest', 'lockstep', 'loop', 'silent'), [
+    ({}, True, TORQUE, 'plant'),
+    (ALL, True, TORQUE, 'plant'),
+    (ALL | {'reference': 10}, True, TORQUE, 'reference_cart'),
+    (ALL | {'cmd_vel': 10}, True, TORQUE, 'position_controller'),
+    (ALL | {'wheel_torques': 18}, True, TORQUE, 'velocity_controller'),
+    (ALL | {'odom': 10, 'reference': 10}, True, TORQUE, 'plant'),
+    (ALL | {'tracking_error': 20, 'reference': 5}, False, TORQUE, 'reference_cart'),
+    ({'joint_states': 12, 'odom': 10}, True, VELOCITY, 'reference_cart'),
+    ({'joint_states': 12, 'odom': 10, 'reference': 10, 'cmd_vel': 10}, True, VELOCITY, 'plant'),
+])
+def test_the_node_that_owes_an_answer_is_named(newest, lockstep, loop, silent):
+    assert silent_node(newest, lockstep, 10, loop) == silent
