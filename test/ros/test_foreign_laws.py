@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from harness import CONFIG, experiment, run_command
+from harness import CONFIG, run_command
 from rcl_interfaces.srv import DescribeParameters
 from watching import Timeline
 
+from mobile_robot_control.cli import simulate
 from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.plugins import load_plugins
@@ -18,7 +19,6 @@ from mobile_robot_control.simulation.rollout import rollout
 
 PLUGINS = Path(__file__).parents[1] / 'plugins'
 KANAYAMA = PLUGINS / 'kanayama.py'
-OPTIONS = ['--law', KANAYAMA, '--curve', PLUGINS / 'ellipse.py']
 FILE = """
 /**/position_controller: {ros__parameters: {controller_type: my_kanayama, my_kanayama: {p: 4.0, a: 50.0}}}
 /**/reference_cart: {ros__parameters: {curve: ellipse, period: 8.0}}
@@ -30,11 +30,11 @@ def my_kanayama(registered):
     load_plugins([str(KANAYAMA)], [str(PLUGINS / 'ellipse.py')])
 
 
-def variant(folder, before, name='variant.py'):
+def variant(folder, before):
     """Write the law with statements before its return."""
-    text = KANAYAMA.read_text().replace('    return state', f'{before}\n    return state')
-    file = folder / name
-    file.write_text(text.replace('import math\n', 'import math\nimport time\n'))
+    file = folder / 'variant.py'
+    file.write_text(KANAYAMA.read_text().replace('    return state', f'{before}\n    return state')
+                    .replace('import math\n', 'import math\nimport time\n'))
     return file
 
 
@@ -42,25 +42,24 @@ def close(a, b):
     return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
 
 
-@pytest.mark.long
 def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(domain, tmp_path, my_kanayama):
-    file = tmp_path / 'mine.yaml'
-    file.write_text(FILE)
-    done = run_command('experiment', *OPTIONS, '--duration', 1, '--output', tmp_path / 'both', '--composed', '-p',
-                       'plant.real_time_factor:=0.0', '--compare', file, CONFIG / 'fuzzy.yaml')
+    files = [tmp_path / 'mine.yaml', tmp_path / 'again.yaml']
+    for file in files:
+        file.write_text(FILE)
+    done = run_command('experiment', '--law', KANAYAMA, '--curve', PLUGINS / 'ellipse.py', '--duration', 0.5,
+                       '--output', tmp_path / 'both', '--composed', '-p', 'plant.real_time_factor:=0.0', '--compare',
+                       *files)
     assert done.returncode == 0, done.stderr
-    report = (tmp_path / 'both' / 'report.html').read_text()
-    assert 'my_kanayama' in report
-    recording = bag.read_bag(tmp_path / 'both' / 'mine' / 'bag')
-    simulated = list(rollout(at_cart_start(configure(load([file]))), 1.0))
-    assert len(recording.samples) == len(simulated) == 501
-    for ours, theirs in zip(recording.samples, simulated, strict=True):
+    assert 'my_kanayama' in (tmp_path / 'both' / 'report.html').read_text()
+    recording, again = (bag.read_bag(tmp_path / 'both' / file.stem / 'bag').samples for file in files)
+    assert again == recording
+    simulated = list(rollout(at_cart_start(configure(load(files[:1]))), 0.5))
+    assert len(recording) == len(simulated) == 251
+    for ours, theirs in zip(recording, simulated, strict=True):
         assert close(ours.command, theirs.command)
         assert close(ours.torque, theirs.torque)
         assert close(ours.tick.reference.pose, theirs.tick.reference.pose)
         assert close(ours.tick.pose, theirs.tick.pose)
-    _, again = experiment(tmp_path / 'again', *OPTIONS, '--duration', 1, '--params-file', file)
-    assert again.samples == recording.samples
 
 
 def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, my_kanayama):
@@ -89,38 +88,28 @@ def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, my_kanay
     assert max(abs(sample.tick.error.lateral) for sample in ticks) < 0.1
 
 
-@pytest.mark.parametrize(('failing', 'reason'), [
-    ('    e1 = math.nan if e1 > 0.015 else e1', 'its command is v = nan m/s'),
-    pytest.param('    e1 / (e1 < 0.015)', 'ZeroDivisionError: float division by zero', marks=pytest.mark.soak),
-])
-def test_a_law_that_fails_in_lockstep_stands_still_and_ends_the_experiment(domain, tmp_path, failing, reason):
-    law = variant(tmp_path, failing)
-    options = ['--law', law, '--duration', 4, '-p', 'position_controller.controller_type:=my_kanayama']
+def test_a_law_that_is_slow_in_lockstep_and_then_fails_stands_still_and_ends_the_experiment(
+        domain, tmp_path, capsys, registered):
+    law = variant(tmp_path, '    time.sleep(0.7 * (0.0 < observation.velocity.linear < 0.03))\n'
+                            '    e1 = math.nan if e1 > 0.015 else e1')
+    options = ['--law', str(law), '--duration', '4', '-p', 'position_controller.controller_type:=my_kanayama']
     done = run_command('experiment', *options, '--output', tmp_path / 'run', '--no-report', '--composed', '-p',
                        'plant.real_time_factor:=0.0')
     assert done.returncode == 1
-    assert f'experiment: position_controller: law failed: {reason}' in done.stderr
+    assert 'experiment: position_controller: law failed: its command is v = nan m/s' in done.stderr
     assert json.loads((tmp_path / 'run' / 'metrics.json').read_text())['outcome'] == 'law_failed'
-    simulated = run_command('simulate', *options, '--json')
-    assert simulated.returncode == 1
-    failed_at = json.loads(simulated.stdout)['duration']
-    assert f'failed at t = {failed_at:g} s' in simulated.stderr
-    # zero from the very stamp on
+    assert simulate.main([*options, '--json']) == 1
+    simulated = capsys.readouterr()
+    failed_at = json.loads(simulated.out)['duration']
+    assert f'failed at t = {failed_at:g} s' in simulated.err
+    # zero from the very stamp on, and a slow step before is none that fails
     recorded = bag.read_bag(tmp_path / 'run' / 'bag').samples
-    assert failed_at > 0.0
+    assert any(0.0 < sample.tick.velocity.linear < 0.03 for sample in recorded if sample.tick.time < failed_at)
     assert recorded[-1].time >= failed_at
     for sample in recorded:
         assert (tuple(sample.command) == (0.0, 0.0)) == (sample.tick.time >= failed_at)
     log = ''.join(file.read_text() for file in (tmp_path / 'run' / 'log').glob('*.log'))
-    assert f"the position law 'my_kanayama' failed at t = {failed_at:g} s: {reason}" in log
-
-
-def test_a_slow_law_is_only_slow_in_lockstep(domain, tmp_path):
-    law = variant(tmp_path, '    time.sleep(0.7 * (0.0 < observation.velocity.linear < 0.03))')
-    metrics, recording = experiment(tmp_path / 'run', '--law', law, '--duration', 0.2, '--composed', '-p',
-                                    'position_controller.controller_type:=my_kanayama')
-    assert metrics['outcome'] == 'completed'
-    assert any(0.0 < sample.tick.velocity.linear < 0.03 for sample in recording.samples)
+    assert f"the position law 'my_kanayama' failed at t = {failed_at:g} s: its command is v = nan m/s" in log
 
 
 def test_a_slow_step_on_the_wall_clock_stops_the_robot_until_a_law_is_selected(robot, tmp_path, registered):
@@ -130,8 +119,9 @@ def test_a_slow_step_on_the_wall_clock_stops_the_robot_until_a_law_is_selected(r
         DiagnosticArray, '/diagnostics', lambda array: states.extend(
             (status.level, status.message) for status in array.status if status.name == 'position_controller'), 10)
     line = Timeline(robot.recorder)
-    robot.start(arguments=['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p',
-                           'position_controller:controller_type:=my_kanayama'])
+    arguments = ['--params-file', CONFIG / 'wall_clock.yaml', '-p', 'position_controller:controller_type:=my_kanayama']
+    robot.start('position_controller', arguments=arguments)
+    robot.start('plant', 'velocity_controller', 'reference_cart', arguments=arguments, composed=True)
     robot.spin_until(lambda: len(line.speeds) > 100 and line.speeds[-1][1] > 0.2)
     slow, = robot.set('position_controller', my_kanayama__b1=3.0)
     assert slow.successful
