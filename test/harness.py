@@ -124,7 +124,7 @@ class Robots:
         self.processes, self.recorders, self._clients = {}, {}, {}
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         self._executor = make_executor()
-        self._bags = contextlib.ExitStack()
+        self._bags, self._bags_are_closed = contextlib.ExitStack(), False
         for namespace in namespaces:
             bag = self._bags.enter_context(BagWriter(self._bag(namespace)))
             with _announced_seldom():
@@ -254,9 +254,11 @@ class Robots:
 
     def _closed_bag(self, namespace):
         """Close the bags once no message of a loop topic comes for half a second."""
-        for recorder in self.recorders.values():
-            recorder.drain(lambda: self._executor.spin_once(timeout_sec=0.05), 0.5, 60.0)
-        self._bags.close()
+        if not self._bags_are_closed:
+            for recorder in self.recorders.values():
+                recorder.drain(lambda: self._executor.spin_once(timeout_sec=0.05), 0.5, 60.0)
+            self._bags.close()
+            self._bags_are_closed = True
         return self._bag(namespace)
 
     def recording(self, namespace='/'):
@@ -295,3 +297,18 @@ class Robots:
                 ending.callback(step)
             stop_processes(list(dict.fromkeys(self.processes.values())))
             self._see_peers_leave()
+
+
+@contextlib.contextmanager
+def driven(folder, arguments, drive='torque', composed=True):
+    """
+    Run robots to their end and yield them.
+
+    The arguments of each, by namespace, say that it is `paused`, that its `real_time_factor` is 0, and its `duration`.
+    """
+    with contextlib.closing(Robots(folder, tuple(arguments), drive)) as robots:
+        for namespace, own in arguments.items():
+            robots.start(namespace=namespace, arguments=own, composed=composed)
+        robots.resume()
+        robots.finish()
+        yield robots

@@ -1,15 +1,21 @@
-"""Fuzzed calls of the parameter services: each value is applied whole or refused by name, and the run goes on."""
+"""Parameter services: fuzzed calls are applied whole or refused by name, and what they list can be loaded again."""
 
 import itertools
 
 import pytest
+import yaml
 from harness import CONFIG
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from parameter_calls import DECLARED, Call, calls, of, plain, wild
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
 
 SLOW = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'lockstep:=true', '-p', 'real_time_factor:=0.2']
 _KINDS = {'get_parameters': GetParameters, 'set_parameters': SetParameters,
@@ -17,7 +23,7 @@ _KINDS = {'get_parameters': GetParameters, 'set_parameters': SetParameters,
 
 
 class Services:
-    """The parameter services of the nodes, called from this process."""
+    """The parameter services of the nodes, called from this process; `values` are those that each must hold."""
 
     def __init__(self, robot, nodes=tuple(NODES)):
         self._robot = robot
@@ -28,26 +34,24 @@ class Services:
         robot.spin_until(lambda: all(client.service_is_ready() for client in self._clients.values()))
         self.values = {node: self.get(node) for node in nodes}
 
-    def _call(self, node, name, request):
-        return self._robot.call(lambda: self._clients[node, name].call_async(request))
+    def _call(self, node, name, **request):
+        return self._robot.call(lambda: self._clients[node, name].call_async(_KINDS[name].Request(**request)))
 
     def get(self, node):
         """Return all parameters of a node."""
         names = list(DECLARED[node])
-        values = self._call(node, 'get_parameters', GetParameters.Request(names=names)).values
-        assert len(values) == len(names)
+        values = self._call(node, 'get_parameters', names=names).values
         return {name: plain(value) for name, value in zip(names, values, strict=True)}
 
     def set(self, node, messages):
         """Set parameters of a node one by one; returns the result for each."""
-        results = self._call(node, 'set_parameters', SetParameters.Request(parameters=messages)).results
+        results = self._call(node, 'set_parameters', parameters=messages).results
         assert len(results) == len(messages)
         return results
 
     def set_atomically(self, node, messages):
         """Set parameters of a node as one; returns the result."""
-        return self._call(
-            node, 'set_parameters_atomically', SetParametersAtomically.Request(parameters=messages)).result
+        return self._call(node, 'set_parameters_atomically', parameters=messages).result
 
 
 def _each(services, call):
@@ -60,7 +64,6 @@ def _each(services, call):
             services.values[call.node][setting.message.name] = plain(setting.message.value)
         else:
             assert setting.message.name in result.reason, (call, result)
-            assert result.reason
 
 
 def _all_or_nothing(services, call):
@@ -77,6 +80,11 @@ def _all_or_nothing(services, call):
         assert result.reason
         for name in bad:
             assert name in result.reason, (call, result)
+
+
+def _assert_it_is_whole(robot):
+    assert {process.exit_code() for process in robot.processes.values()} == {None}
+    assert 'Traceback' not in robot.log()
 
 
 def _assert_it_goes_on(robot, services):
@@ -103,9 +111,7 @@ def test_fuzzed_calls_are_applied_whole_or_refused_by_name(robot):
     fuzz()
     _assert_it_goes_on(robot, services)
     assert next(count) > 100
-    for name, process in robot.processes.items():
-        assert process.exit_code() is None
-        assert 'Traceback' not in robot.log(name)
+    _assert_it_is_whole(robot)
 
 
 def test_values_that_fit_together_are_accepted_in_any_order(robot):
@@ -134,14 +140,75 @@ def test_values_that_fit_together_are_accepted_in_any_order(robot):
     assert held() == (4.0, 5.0)
 
 
-def test_the_present_values_can_be_set_again(robot):
-    robot.start('position_controller')
-    services = Services(robot, ['position_controller'])
-    values = services.values['position_controller']
-    kinds = {name: declared.kind for name, declared in DECLARED['position_controller'].items()}
-    results = services.set('position_controller', [
-        of(name, int(value) if kinds.get(name) is int else value) for name, value in values.items()])
-    assert [result.reason for result in results] == [''] * len(values)
+# numbers of which rclpy's client makes texts
+SMALL = """
+/**/plant: {ros__parameters: {paused: true, duration: 3e+5, noise.pose: [0.0, 1.0e-05, 2.0e-05],
+                              pose_covariance_diagonal: [1e-7, 1e-7, 1e-7, 1e-7, 1e-7, 1e-7]}}
+/**/position_controller: {ros__parameters: {limits.linear_velocity: 1.0e-05}}
+"""
+
+
+class Client:
+    """The calls that `ros2 param dump` and `ros2 param load` make."""
+
+    def __init__(self, robot, node):
+        self._robot, self._name = robot, node
+        self._client = AsyncParameterClient(robot.recorder, node)
+        robot.spin_until(self._client.services_are_ready)
+
+    def dump(self):
+        """Return the tree that `ros2 param dump` writes."""
+        names = sorted(self._robot.call(self._client.list_parameters).result.names)
+        values = self._robot.call(lambda: self._client.get_parameters(names)).values
+        tree = {}
+        for name, value in zip(names, values, strict=True):
+            *groups, leaf = name.split('.')
+            group = tree
+            for each in groups:
+                group = group.setdefault(each, {})
+            found = parameter_value_to_python(value)
+            group[leaf] = found if isinstance(found, bool | int | float | str) else list(found)
+        return {f'/{self._name}': {'ros__parameters': tree}}
+
+    def load(self, file):
+        """Load a file as `ros2 param load` does; return the reasons of what was refused."""
+        results = self._robot.call(lambda: self._client.load_parameter_file(str(file), use_wildcard=True)).results
+        assert results
+        return [result.reason for result in results if not result.successful]
+
+
+def test_a_dump_is_loaded_again_by_services_nodes_and_commands(robot, tmp_path):
+    (tmp_path / 'small.yaml').write_text(SMALL)
+    robot.start(arguments=['--params-file', tmp_path / 'small.yaml'], composed=True)
+    clients = {node: Client(robot, node) for node in NODES}
+    files = {node: tmp_path / f'{node}.yaml' for node in NODES}
+    for node, client in clients.items():
+        dumped = client.dump()
+        files[node].write_text(yaml.dump(dumped, default_flow_style=False))
+        assert client.load(files[node]) == []
+        assert client.dump() == dumped
+        check_ros_arguments([node], ['--ros-args', '--params-file', str(files[node])])
+    assert configure(load(files.values())) == configure(load([tmp_path / 'small.yaml']))
+    # of a shipped file the section for all nodes is loaded alone; Jazzy reads the sections of all nodes
+    client, file = clients['position_controller'], tmp_path / 'changed.yaml'
+    refused, tree = client.load(CONFIG / 'fuzzy.yaml'), client.dump()
+    assert all(reason.startswith('unknown parameter ') or 'read-only' in reason for reason in refused)
+    assert refused or tree == yaml.safe_load(files['position_controller'].read_text())
+    # what can change changes, what cannot is named
+    values = tree['/position_controller']['ros__parameters']
+    values['fuzzy']['a'], values['limits']['angular_velocity'] = 0.25, 2e-05
+    file.write_text(yaml.dump(tree, default_flow_style=False))
+    assert client.load(file) == []
+    assert client.dump() == tree
+    values['input_timeout'], values['fuzzy']['a'], values['lockstep'] = 0.75, 0.5, 1
+    file.write_text(yaml.dump(tree, default_flow_style=False))
+    refused = client.load(file)
+    assert len(refused) == 2
+    assert all('read-only while the node runs' in reason for reason in refused)
+    after = client.dump()['/position_controller']['ros__parameters']
+    assert (after['input_timeout'], after['fuzzy']['a'], after['lockstep']) == (0.5, 0.5, True)
+    # while the recorder takes in their last messages, for which they wait
+    robot.stop()
 
 
 @pytest.mark.soak
@@ -180,6 +247,4 @@ def test_controllers_survive_any_gains_that_they_accept(robot):
 
     fuzz()
     print(f'{len(diverged)} of 150 calls made the motion diverge')
-    for name, process in robot.processes.items():
-        assert process.exit_code() is None
-        assert 'Traceback' not in robot.log(name)
+    _assert_it_is_whole(robot)

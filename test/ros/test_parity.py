@@ -1,94 +1,199 @@
-"""Four processes over DDS and one process without ROS give the same numbers."""
+"""Nodes over DDS and one process without ROS give the same numbers, and every run gives the same bytes."""
 
 import math
-import multiprocessing
+import subprocess
+import sys
 
 import pytest
-from harness import CONFIG, experiment
+from harness import CONFIG, driven, experiment
 from mcap_ros2.reader import read_ros2_messages
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load, save_configuration
+from mobile_robot_control.configuration.nodes import course_of
+from mobile_robot_control.configuration.robot_files import shipped_robots
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.simulation.rollout import rollout
 
+# a covering array of what makes the simulated robot a real one: every pair of options is in one of ROBOTS and MORE
+BASE = {'plant.drive': 'velocity'}
+LAGGING = {**BASE, 'plant.base.lag': [0.15, 0.1], 'plant.base.dead_time': [0.02, 0.043],
+           'plant.base.max_acceleration': [1.0, 4.0]}
+COARSE = {**BASE, 'plant.base.max_speed': [0.7, 2.0], 'plant.base.dead_zone': [0.01, 0.02],
+          'plant.base.quantum': [0.001, 0.01], 'plant.base.command_rate': 30.0}
+UNEVEN = {**BASE, 'plant.base.wheel_gain': [1.02, 0.98], 'plant.base.turn_gain': 0.9,
+          'plant.base.max_deceleration': [2.0, 0.0]}
+JITTER = {'plant.base.command_jitter': 0.012, 'plant.odometry.jitter': 0.015}
+MOTORS = {'plant.motor.stall_torque': 2.0, 'plant.motor.no_load_speed': 30.0, 'plant.motor.time_constant': 0.01}
+FRICTION = {'plant.friction.coulomb': 0.05}
+LATE = {'plant.odometry.rate': 30.0, 'plant.odometry.latency': 0.05}
+TICKS = {'plant.encoders.ticks': 2000, 'plant.encoders.window': 0.01}
+DRIFTING = {'plant.odometry.dead_reckoning': True, 'plant.odometry.radius_error': [0.002, -0.001],
+            'plant.odometry.separation_error': 0.01, 'plant.odometry.slip': 0.002}
+NOISE = {'plant.noise.velocity': 0.01, 'plant.noise.pose': [0.001, 0.001, 0.002], 'plant.noise.seed': 3}
+COMPENSATED = {'position_controller.compensate_latency': True, 'position_controller.odom_latency': 0.04}
+DELAY = {'plant.delay.velocity_steps': 2}
+STAMPED = {'/**.odometry_stamped': 'sampled'}
+PUSHED = {'plant.disturbance.time': 0.5, 'plant.disturbance.impulse': [0.002, -0.001]}
 
-def _close(a, b):
-    return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
+ROBOTS = {
+    'base with everything': {**LAGGING, **COARSE, **UNEVEN, **LATE, **JITTER, **TICKS, **DRIFTING, **NOISE,
+                             **COMPENSATED},
+    'torques with everything': {**MOTORS, **FRICTION, **LATE, **TICKS, **DRIFTING, **NOISE, **COMPENSATED, **DELAY,
+                                **PUSHED, **STAMPED},
+}
+"""In `make test`."""
+MORE = {
+    'ideal base': BASE,
+    'lagging, compensated, noise': {**LAGGING, **COMPENSATED, **NOISE},
+    'lagging, late, drifting': {**LAGGING, **LATE, **DRIFTING},
+    'coarse, ticks, noise': {**COARSE, **TICKS, **NOISE},
+    'coarse, late, compensated': {**COARSE, **LATE, **COMPENSATED, **STAMPED},
+    'uneven, jitter, compensated': {**UNEVEN, **LATE, **JITTER, **COMPENSATED, **STAMPED},
+    'motors, ticks, compensated, pushed': {**MOTORS, **TICKS, **COMPENSATED, **PUSHED},
+    'motors, late, noise': {**MOTORS, **LATE, **NOISE},
+    'friction, drifting, delay': {**FRICTION, **DRIFTING, **DELAY},
+    'friction, noise, pushed': {**FRICTION, **NOISE, **PUSHED},
+    'motors, friction, coupled': {**MOTORS, **FRICTION, 'plant.centripetal_coupling': True},
+    'hybrid law on a late base': {**LAGGING, **LATE, **COMPENSATED,
+                                  'position_controller.controller_type': 'hybrid_backstepping'},
+    'fuzzy law with friction': {**MOTORS, **FRICTION, **TICKS, 'position_controller.controller_type': 'fuzzy'},
+}
+"""In `make soak`."""
+
+QUICK = ['plant.real_time_factor:=0.0', 'plant.paused:=true']
 
 
-# composed, which is faster; the last test shows that four processes give the same numbers
-@pytest.mark.parametrize('controller', [
+def _assignments(options):
+    """Return options as they are written after -p."""
+    return [f'{name}:={str(value).lower() if isinstance(value, bool) else value}' for name, value in options.items()]
+
+
+def _configured(folder, seconds, files, overrides=()):
+    """Return a configuration with the robot at the start of the cart, and the arguments of its nodes."""
+    made = at_cart_start(configure(load(files, [*overrides, *QUICK, f'plant.duration:={float(seconds)}'])))
+    save_configuration(folder / 'all.yaml', made)
+    return made, {'/': ['--params-file', folder / 'all.yaml']}
+
+
+def _numbers(sample, drive):
+    """Return what nodes and rollout compute alike to rounding."""
+    tick = sample.tick
+    turned = [math.cos(tick.pose.heading), math.sin(tick.pose.heading)]
+    torques = (*sample.torque, *sample.applied) if drive == 'torque' else ()
+    return (*sample.command, *sample.wheels, sample.right_angle, sample.left_angle, *tick.pose[:2], *turned,
+            *tick.velocity, *tick.error, *tick.reference.pose[:2], *torques)
+
+
+def _assert_agree(recording, configuration, seconds):
+    """Each sample of the rollout is recorded, with its times and numbers."""
+    simulated = list(rollout(configuration, float(seconds)))
+    assert not recording.problems
+    assert len(recording.samples) == len(simulated)
+    drive = configuration.plant.model.drive
+    for ours, theirs in zip(recording.samples, simulated, strict=True):
+        assert (ours.time, ours.tick.time) == (theirs.time, theirs.tick.time)
+        assert ours.tick.reference.velocity == theirs.tick.reference.velocity
+        assert all(abs(x - y) <= 1e-9 * max(1.0, abs(y))
+                   for x, y in zip(_numbers(ours, drive), _numbers(theirs, drive), strict=True)), (ours, theirs)
+
+
+@pytest.mark.parametrize('law', [
     # without memory, as ramsete
     pytest.param(name, marks=pytest.mark.soak) if name in ('kanayama', 'periodic') else name for name in LAWS])
-def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, controller):
-    file = CONFIG / f'{controller}.yaml'
+def test_recorded_topics_agree_with_the_rollout(domain, lossless, tmp_path, law):
     # a lap of the law that has a memory; the others meet every speed of the cart within a sixth of it
-    duration = 16 if controller == 'hybrid_backstepping' else 3
-    metrics, recording = experiment(tmp_path / 'run', '--duration', duration, '--params-file', file, '--composed')
-    simulated = list(rollout(configure(load([file])), float(duration)))
-    assert metrics['outcome'] == 'completed'
-    assert not recording.problems
-    assert len(recording.samples) == len(simulated) == 500 * duration + 1
-    for recorded, sample in zip(recording.samples, simulated, strict=True):
-        assert recorded.time == sample.time
-        assert recorded.tick.time == sample.tick.time
-        assert _close(recorded.command, sample.command)
-        assert _close(recorded.torque, sample.torque)
-        assert _close(recorded.wheels, sample.wheels)
-        assert _close(recorded.tick.velocity, sample.tick.velocity)
-        assert _close(recorded.tick.pose[:2], sample.tick.pose[:2])
-        assert _close(recorded.tick.error, sample.tick.error)
-    assert _close(metrics['final_pose'], simulated[-1].tick.pose)
+    seconds = 16 if law == 'hybrid_backstepping' else 3
+    configuration, arguments = _configured(tmp_path, seconds, [CONFIG / f'{law}.yaml'])
+    with driven(tmp_path / 'run', arguments) as robot:
+        _assert_agree(robot.recording(), configuration, seconds)
 
 
-IMPERFECT = ('noise.pose:=[0.01, 0.02, 0.005]', 'noise.velocity:=0.05', 'noise.seed:=7', 'delay.velocity_steps:=2',
-             'disturbance.time:=1.0', 'disturbance.impulse:=[0.002, -0.001]', 'disturbance.step:=[0.05, 0.02]')
-FED = ('/**.feedforward.enabled:=true', '/**.reference_horizon:=3', 'position_controller.feedforward.lag:=0.02')
+@pytest.mark.parametrize('options', [
+    *(pytest.param(options, id=name) for name, options in ROBOTS.items()),
+    *(pytest.param(options, id=name, marks=pytest.mark.soak) for name, options in MORE.items())])
+def test_a_robot_as_it_is_agrees_with_the_rollout_and_drives_again_to_the_last_bit(
+        domain, lossless, tmp_path, options):
+    found = []
+    # in lockstep /clock changes no bit
+    for use_sim_time in ('false', 'true'):
+        configuration, arguments = _configured(tmp_path, 2, [], _assignments(options))
+        arguments['/'] += ['-p', f'use_sim_time:={use_sim_time}']
+        with driven(tmp_path / use_sim_time, arguments, configuration.plant.model.drive) as robot:
+            _assert_agree(robot.recording(), configuration, 2)
+            found.append(robot.messages())
+    first, second = found
+    assert first == second
+    assert len(first['joint_states']) == 1001
+    assert len(first['cmd_vel']) == len(first['odom']) == 201
+    assert all(len(bytes_) == 1 for stamps in first.values() for bytes_ in stamps.values())
 
 
-def test_recorded_topics_agree_with_the_rollout_with_feedforward_under_noise_delay_and_disturbance(domain, tmp_path):
-    file = CONFIG / 'hybrid_backstepping.yaml'
-    overrides = [*(f'plant.{assignment}' for assignment in IMPERFECT), 'position_controller.compensate_latency:=true',
-                 'position_controller.odom_latency:=0.05', *FED]
-    options = [word for override in overrides for word in ('-p', override)]
-    _, recording = experiment(tmp_path / 'run', '--duration', 3, '--params-file', file, *options)
-    simulated = list(rollout(configure(load([file], overrides)), 3.0))
-    assert not recording.problems
-    recorded = recording.samples
-    assert len(recorded) == len(simulated) == 1501
-    for ours, theirs in zip(recorded, simulated, strict=True):
-        for one in ('command', 'torque', 'wheels', 'applied'):
-            assert _close(getattr(ours, one), getattr(theirs, one)), (one, ours.time)
-        assert _close(ours.tick.pose, theirs.tick.pose)
-        assert _close(ours.tick.velocity, theirs.tick.velocity)
-    truth = {message.ros_msg.header.stamp.sec + message.ros_msg.header.stamp.nanosec / 1e9: message.ros_msg
-             for message in read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap', topics=['/ground_truth'])}
+def test_four_processes_on_a_busy_machine_agree_with_the_rollout_and_with_composed_nodes_to_the_last_bit(
+        domain, lossless, tmp_path):
+    overrides = [
+        'plant.noise.pose:=[0.01, 0.02, 0.005]', 'plant.noise.velocity:=0.05', 'plant.noise.seed:=7',
+        'plant.delay.velocity_steps:=2', 'plant.disturbance.time:=1.0', 'plant.disturbance.impulse:=[0.002, -0.001]',
+        'plant.disturbance.step:=[0.05, 0.02]', 'position_controller.compensate_latency:=true',
+        'position_controller.odom_latency:=0.05', 'position_controller.feedforward.lag:=0.02',
+        '/**.feedforward.enabled:=true', '/**.reference_horizon:=3']
+    configuration, arguments = _configured(tmp_path, 3, [CONFIG / 'hybrid_backstepping.yaml'], overrides)
+    busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+    try:
+        with driven(tmp_path / 'loaded', arguments, composed=False) as robot:
+            recording = robot.recording()
+            _assert_agree(recording, configuration, 3)
+            loaded = robot.messages()
+    finally:
+        busy.kill()
+        busy.wait()
+    with driven(tmp_path / 'composed', arguments) as robot:
+        assert robot.messages() == loaded
+    truth, odometry = ({message.ros_msg.header.stamp.sec + message.ros_msg.header.stamp.nanosec / 1e9: message.ros_msg
+                        for message in read_ros2_messages(tmp_path / 'loaded' / 'bag' / 'bag.mcap', topics=[topic])}
+                       for topic in ('/ground_truth', '/odom'))
     off = [sample.tick.pose.x - truth[sample.time].pose.pose.position.x
-           for sample in recorded if sample.time in truth and sample.tick.time == sample.time]
+           for sample in recording.samples if sample.time in truth and sample.tick.time == sample.time]
     # no run waits for the subscription to ground_truth: on a busy machine its first messages are missing
     assert len(off) > 30
     # of n draws the standard deviation is known to 1 / sqrt(2 n), that is 5 % of 200
     assert math.sqrt(sum(error**2 for error in off) / len(off)) == pytest.approx(0.01, rel=4 / math.sqrt(2 * len(off)))
-    odom = next(read_ros2_messages(tmp_path / 'run' / 'bag' / 'bag.mcap', topics=['/odom'])).ros_msg
-    assert list(odom.pose.covariance)[::7] == pytest.approx([1e-4, 4e-4, 0.0, 0.0, 0.0, 2.5e-5])
+    assert list(odometry[0.0].pose.covariance)[::7] == pytest.approx([1e-4, 4e-4, 0.0, 0.0, 0.0, 2.5e-5])
 
 
-def _keep_a_core_busy():
-    while True:
-        pass
+PATH = """
+/**: {ros__parameters: {reference_horizon: 2, feedforward.enabled: true, friction.coulomb: 0.01}}
+/**/reference_cart:
+  ros__parameters:
+    curve: path
+    path: {file: bend.csv, corner_tolerance: 0.1}
+    timing: {max_linear_velocity: 0.5, max_linear_acceleration: 1.0, max_wheel_torque: 0.4}
+"""
 
 
-def test_under_load_and_composed_a_run_is_the_same_to_the_last_bit(domain, tmp_path):
-    run = ['--duration', 3, '--params-file', CONFIG / 'hybrid_backstepping.yaml',
-           '-p', 'plant.initial_pose:=[0.8, 0.1, 0.0]', *(word for override in FED for word in ('-p', override))]
-    load_process = multiprocessing.get_context('spawn').Process(target=_keep_a_core_busy, daemon=True)
-    load_process.start()
-    try:
-        _, loaded = experiment(tmp_path / 'loaded', *run)
-    finally:
-        load_process.kill()
-    _, composed = experiment(tmp_path / 'composed', *run, '--composed')
-    assert not loaded.problems + composed.problems
-    assert len(loaded.samples) == 1501
-    assert composed.samples == loaded.samples
+def test_nodes_and_simulate_drive_a_path_alike_to_its_end(domain, lossless, tmp_path):
+    file = tmp_path / 'path.yaml'
+    file.write_text(PATH)
+    (tmp_path / 'bend.csv').write_text('x,y\n0,0\n0.5,0\n0.5,0.5\n')
+    seconds = round(course_of(configure(load([file])).reference_cart).period + 0.5, 2)
+    assert 3.0 < seconds < 10.0
+    configuration, arguments = _configured(tmp_path, seconds, [file])
+    with driven(tmp_path / 'run', arguments) as robot:
+        recording = robot.recording()
+    _assert_agree(recording, configuration, seconds)
+    last = recording.samples[-1].tick
+    assert last.reference.velocity == (0.0, 0.0)
+    assert last.reference.pose[:2] == pytest.approx((0.5, 0.5))
+    assert max(math.hypot(*sample.tick.error[:2]) for sample in recording.samples) < 0.01
+
+
+@pytest.mark.parametrize('robot', [pytest.param('create3', marks=pytest.mark.soak), 'turtlebot3_burger'])
+def test_an_experiment_with_a_shipped_robot_is_the_one_that_is_simulated(domain, quick_discovery, tmp_path, robot):
+    metrics, recording = experiment(tmp_path / 'run', '--robot', robot, '--duration', 2, '--composed')
+    configuration = at_cart_start(configure(load([shipped_robots()[robot]])))
+    _assert_agree(recording, configuration, 2)
+    assert metrics['outcome'] == 'completed'
+    assert metrics['error'] == 'true'
+    assert (metrics['energy'] is None) == (configuration.plant.model.drive == 'velocity')
+    # the robot has begun to move
+    assert abs(recording.samples[-1].command.linear) > 0.05

@@ -1,4 +1,4 @@
-"""Bad configuration is refused by name, by nodes and commands, before a node starts: exit code 2, no traceback."""
+"""Bad parameters, names and arguments are refused with the remedy before a node starts: exit code 2, no traceback."""
 
 import os
 import subprocess
@@ -6,144 +6,160 @@ import sys
 import types
 
 import pytest
+from each import each_row
 from harness import CONFIG, run_command
 
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.ros import spin
+from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
 
-BAD = {
-    'out of bounds': ('/**: {ros__parameters: {robot.mass: -1.0}}', ['robot.mass = -1.0', 'above 0.0 kg']),
-    'wrong type': ('/**: {ros__parameters: {velocity_rate: fast}}', ["velocity_rate = 'fast'", 'a number']),
-    'not finite': ('/**: {ros__parameters: {peer_timeout: .nan}}', ['peer_timeout = nan', 'finite']),
-    'unknown key': ('/**: {ros__parameters: {velocity_rat: 500.0}}', ['velocity_rat', "'velocity_rate'"]),
-    'rates do not divide': ('/**: {ros__parameters: {position_rate: 80.0}}',
-                            ['position_rate = 80.0 Hz does not divide velocity_rate = 500.0 Hz']),
-    'no whole nanoseconds': ('/**: {ros__parameters: {velocity_rate: 300.0}}', ['velocity_rate = 300.0', 'whole nano']),
-    'empty file': ('', ['is empty']),
-    'only a comment': ('# nothing\n', ['is empty']),
-    'broken file': ('/**: {ros__parameters: [', ['line 1']),
-    'no parameters': ('robot: 3\n', ['ros__parameters']),
-    'mixed numbers': ('/**: {ros__parameters: {initial_pose: [0, 0.5, 1.0]}}', ['initial_pose', '[0.0, 0.5, 1.0]']),
-}
-NODE_BAD = {
-    'c out of order': ('position_controller', '{fuzzy.c: [0.1, 0.0, 0.2, 0.3, 0.4]}', ['fuzzy.c', 'must ascend']),
-    'b without a rule': ('position_controller', '{fuzzy.b: [0.1, 0.2, 0.3, 0.4, 0.1, 0.5]}', ['fuzzy.b', 'b2 < b1']),
-    'fade swings': ('position_controller', '{hybrid_backstepping.b0: 1.0}', ['hybrid_backstepping.b0', '4 b0']),
-    'unknown law': ('position_controller', '{controller_type: fuzy}', ["'fuzy'", "'fuzzy'"]),
-    'unstable gains': ('velocity_controller', '{gains: {k1: 128.444, ti1: 60.9756, k2: 29.048, ti2: 31.4465}}',
-                       ['gains.k1 = 128.444', 'spectral radius', 'slowest stable rate is 1577']),
-    'unknown curve': ('reference_cart', '{curve: square}', ["'square'", 'lemniscate']),
-    'too short': ('plant', '{initial_pose: [1.0, 2.0]}', ['initial_pose', '3 elements']),
-    "another node's": ('plant', '{controller_type: fuzzy}', ['controller_type', 'position_controller']),
-}
-CASES = [(name, 'plant', *case) for name, case in BAD.items()]
-CASES += [(name, node, f'{node}: {{ros__parameters: {values}}}', words)
-          for name, (node, values, words) in NODE_BAD.items()]
-
-
-def _node(name, *arguments):
-    return subprocess.run(
-        [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args', *map(str, arguments)],
-        stdin=subprocess.PIPE, capture_output=True, text=True, timeout=120, check=False,
-    )
-
-
-def _assert_refused(done, words):
-    assert done.returncode == 2, done.stderr
-    assert 'Traceback' not in done.stderr
-    for word in words:
-        assert word in done.stderr
-
-
-@pytest.mark.parametrize(('node', 'text', 'words'), [case[1:] for case in CASES], ids=[case[0] for case in CASES])
-def test_a_node_refuses_a_file(domain, tmp_path, capfd, node, text, words):
-    file = tmp_path / 'parameters.yaml'
-    file.write_text(text)
-    # in this process, which is faster; the overrides below are given to processes of their own
-    stopped = types.SimpleNamespace(requested=True)
-    code = spin.spin([node], ['--ros-args', '--params-file', str(file)], stopped)
-    _assert_refused(subprocess.CompletedProcess(node, code, stderr=capfd.readouterr().err), words)
-
-
-@pytest.mark.parametrize(('text', 'words'), [case[2:] for case in CASES], ids=[case[0] for case in CASES])
-def test_simulate_refuses_a_file(tmp_path, text, words):
-    file = tmp_path / 'parameters.yaml'
-    file.write_text(text)
-    _assert_refused(run_command('simulate', '--duration', 1, '--params-file', file), words)
-
-
-def test_experiment_refuses_unstamped_commands(domain, tmp_path):
-    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run', '--params-file',
-                       CONFIG / 'wall_clock.yaml', '-p', '/**.stamped_cmd_vel:=false')
-    _assert_refused(done, ['stamped_cmd_vel = false', 'stamped_cmd_vel:=true'])
-    assert not (tmp_path / 'run').exists()
-
-
-@pytest.mark.parametrize('node', ['velocity_controller', 'position_controller'])
-def test_a_node_refuses_a_missing_file(domain, node):
-    _assert_refused(_node(node, '--params-file', '/nowhere.yaml'), ['/nowhere.yaml', 'cannot be read'])
-
-
-@pytest.mark.parametrize(('override', 'words'), [
-    ('velocity_rate:=hello', ["velocity_rate = 'hello'"]),
-    ('robot.mass:=0.0', ['robot.mass = 0.0']),
-    ('nonsense:=1', ["'nonsense'"]),
-    ('=:', ['=:']),
-    ('lockstep:=false use_sim_time:=true', ['use_sim_time = True', 'lockstep = False']),
-])
-def test_a_node_refuses_an_override(domain, override, words):
-    _assert_refused(_node('plant', *(word for one in override.split() for word in ('-p', one))), words)
-
-
-@pytest.mark.parametrize(('arguments', 'words'), [
-    (['--params-file', CONFIG / 'fuzzy.yaml', '-p', 'controller_type:=backstepping'],
+FILES = [
+    ('plant', '/**: {ros__parameters: {robot.mass: -1.0}}', ['robot.mass = -1.0', 'above 0.0 kg']),
+    ('plant', '/**: {ros__parameters: {velocity_rate: fast}}', ["velocity_rate = 'fast'", 'a number']),
+    ('plant', '/**: {ros__parameters: {peer_timeout: .nan}}', ['peer_timeout = nan', 'finite']),
+    ('plant', '/**: {ros__parameters: {velocity_rat: 500.0}}', ['velocity_rat', "'velocity_rate'"]),
+    ('plant', '/**: {ros__parameters: {position_rate: 80.0}}',
+     ['position_rate = 80.0 Hz does not divide velocity_rate = 500.0 Hz']),
+    ('plant', '/**: {ros__parameters: {velocity_rate: 300.0}}', ['velocity_rate = 300.0', 'whole nano']),
+    ('plant', '# nothing\n', ['is empty']),
+    ('plant', '/**: {ros__parameters: [', ['line 1']),
+    ('plant', 'robot: 3\n', ['ros__parameters']),
+    ('plant', '/**: {ros__parameters: {initial_pose: [0, 0.5, 1.0]}}', ['initial_pose', '[0.0, 0.5, 1.0]']),
+    ('plant', 'plant: {ros__parameters: {initial_pose: [1.0, 2.0]}}', ['initial_pose', '3 elements']),
+    ('plant', 'plant: {ros__parameters: {controller_type: fuzzy}}', ['controller_type', 'position_controller']),
+    ('position_controller', '/**: {ros__parameters: {fuzzy.c: [0.1, 0.0, 0.2, 0.3, 0.4]}}', ['fuzzy.c', 'must ascend']),
+    ('position_controller', '/**: {ros__parameters: {fuzzy.b: [0.1, 0.2, 0.3, 0.4, 0.1, 0.5]}}',
+     ['fuzzy.b', 'b2 < b1']),
+    ('position_controller', '/**: {ros__parameters: {hybrid_backstepping.b0: 1.0}}', ['4 b0']),
+    ('position_controller', '/**: {ros__parameters: {controller_type: fuzy}}', ["'fuzy'", "'fuzzy'"]),
+    ('velocity_controller', '/**: {ros__parameters: {gains: {k1: 128.444, ti1: 60.9756, k2: 29.048, ti2: 31.4465}}}',
+     ['gains.k1 = 128.444', 'spectral radius', 'slowest stable rate is 1577']),
+    ('reference_cart', '/**: {ros__parameters: {curve: square}}', ["'square'", 'lemniscate']),
+]
+FUZZY = ['--params-file', str(CONFIG / 'fuzzy.yaml')]
+ARGUMENTS = [
+    ('plant', ['--params-file', '/nowhere.yaml'], ['/nowhere.yaml', 'cannot be read']),
+    ('plant', ['-p', 'velocity_rate:=hello'], ["velocity_rate = 'hello'"]),
+    ('plant', ['-p', 'robot.mass:=0.0'], ['robot.mass = 0.0']),
+    ('plant', ['-p', 'nonsense:=1'], ["'nonsense'"]),
+    ('plant', ['-p', '=:'], ['=:']),
+    ('plant', ['-p', 'lockstep:=false', '-p', 'use_sim_time:=true'], ['use_sim_time = True', 'lockstep = False']),
+    ('plant', ['-r', 'odom:=cmd_vel'], ["odom and cmd_vel would be the same topic, '/cmd_vel'; change the remapping"]),
+    ('position_controller', [*FUZZY, '-p', 'controller_type:=backstepping'],
      ["controller_type = 'backstepping'", "'fuzzy'", 'write -p position_controller:controller_type:=backstepping']),
-    (['-r', '__ns:=/robot1', '--params-file', CONFIG / 'fuzzy.yaml', '-p', 'controller_type:=backstepping'],
+    ('position_controller', ['-r', '__ns:=/robot1', *FUZZY, '-p', 'controller_type:=backstepping'],
      ["controller_type = 'backstepping'", "write it under '/**/position_controller' of a file"]),
-    (['-r', '__ns:=/robot1', '-p', 'position_controller:controller_type:=fuzzy'],
+    ('position_controller', ['-r', '__ns:=/robot1', '-p', 'position_controller:controller_type:=fuzzy'],
      ["namespace '/robot1'", "write 'controller_type: fuzzy' under '/**/position_controller' of a file"]),
+]
+
+
+def _assert_refused(code, error, words):
+    assert code == 2, error
+    assert 'Traceback' not in error
+    for word in words:
+        assert word in error
+
+
+def _spin(capfd, node, *arguments):
+    """Start a node in this process as an executable does; returns its exit code and what it has printed."""
+    capfd.readouterr()
+    code = spin.spin([node], ['--ros-args', *map(str, arguments)], types.SimpleNamespace(requested=True))
+    return code, capfd.readouterr().err
+
+
+@each_row(('node', 'text', 'words'), FILES)
+def test_nodes_and_commands_refuse_a_file(domain, tmp_path, capfd, node, text, words):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text(text)
+    _assert_refused(*_spin(capfd, node, '--params-file', file), words)
+    with pytest.raises(ParameterError) as refused:
+        configure(load([file]))
+    for word in words:
+        assert word in str(refused.value)
+
+
+@each_row(('node', 'arguments', 'words'), ARGUMENTS)
+def test_nodes_refuse_arguments(domain, capfd, node, arguments, words):
+    _assert_refused(*_spin(capfd, node, *arguments), words)
+
+
+def test_peers_that_ros_cannot_resolve_are_refused(domain, monkeypatch, capfd):
+    monkeypatch.setenv('ROS_STATIC_PEERS', 'nonsense')
+    _assert_refused(*_spin(capfd, 'plant'), ['Unable to resolve peer nonsense'])
+
+
+def test_of_a_file_for_all_nodes_each_takes_its_sections_and_whole_numbers_as_floats(domain, capfd):
+    whole = ['-p', 'robot.mass:=10', '-p', 'duration:=1', '-p', 'real_time_factor:=0']
+    assert _spin(capfd, 'plant', *FUZZY, *whole)[0] == 0
+
+
+@each_row(('program', 'words'), [
+    (['ros.executables', 'plant', '--ros-args', '-p', 'robot.mass:=0.0'], ['robot.mass = 0.0']),
+    (['cli.simulate', '--duration', '1', '-p', '/**.robot.mass:=0.0'], ['robot.mass = 0.0']),
+    (['cli.simulate'], ['usage', 'duration']),
+    (['cli.simulate', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
+    (['cli.experiment', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
+    (['cli.experiment', '--duration', '1', '--output', '{folder}/run', '-p', '/**.robot.mass:=-1.0', '-p',
+      'reference_cart.curve:=square'], ['robot.mass = -1.0', "curve = 'square'"]),
+    (['cli.experiment', '--duration', '1', '--output', '{folder}/run', '--params-file', str(CONFIG / 'wall_clock.yaml'),
+      '-p', '/**.stamped_cmd_vel:=false'], ['stamped_cmd_vel = false', 'stamped_cmd_vel:=true']),
+    (['cli.experiment', '--duration', '1', '--output', '{folder}'], ['holds an experiment already', '--overwrite']),
 ])
-def test_an_override_that_rcl_would_ignore_is_refused(domain, arguments, words):
-    _assert_refused(_node('position_controller', *arguments), words)
-
-
-def test_experiment_names_every_violation_and_starts_nothing(domain, tmp_path):
-    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run', '-p', 'plant.duration:=-1.0',
-                       '-p', '/**.robot.mass:=-1.0', '-p', 'reference_cart.curve:=square')
-    _assert_refused(done, ['robot.mass = -1.0', "curve = 'square'"])
-    assert not (tmp_path / 'run').exists()
-
-
-@pytest.mark.parametrize('command', ['simulate', 'experiment'])
-def test_an_unwritable_output_is_refused(domain, tmp_path, command):
+def test_processes_end_with_exit_code_2_and_leave_a_folder_as_it_was(domain, tmp_path, program, words):
     (tmp_path / 'file').write_text('a file, not a folder')
-    _assert_refused(run_command(command, '--duration', 1, '--output', tmp_path / 'file' / 'run'), ['file'])
-
-
-@pytest.mark.parametrize('arguments', [(), ('--duration', '0'), ('--duration', 'long'), ('--duration', 'nan')])
-def test_simulate_refuses_a_missing_or_invalid_duration(arguments):
-    _assert_refused(run_command('simulate', *arguments), ['usage', 'duration'])
-
-
-def test_a_folder_with_an_experiment_is_refused_and_kept(domain, tmp_path):
     (tmp_path / 'metrics.json').write_text('{"mine": 1}')
-    done = run_command('experiment', '--duration', 1, '--output', tmp_path)
-    _assert_refused(done, ['holds an experiment already', '--overwrite'])
-    assert (tmp_path / 'metrics.json').read_text() == '{"mine": 1}'
-
-
-def test_whole_numbers_are_accepted_as_floats(robot):
-    robot.start(arguments=['-p', 'robot.mass:=10', '-p', 'duration:=1', '-p', 'real_time_factor:=0'], composed=True)
-    robot.finish()
+    module, *arguments = program
+    done = subprocess.run(
+        [sys.executable, '-m', f'mobile_robot_control.{module}', *(one.format(folder=tmp_path) for one in arguments)],
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120, check=False)
+    _assert_refused(done.returncode, done.stderr, words)
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {
+        'file': 'a file, not a folder', 'metrics.json': '{"mine": 1}'}
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason='root writes everywhere')
 def test_a_folder_without_permission_is_refused(domain, tmp_path):
     tmp_path.chmod(0o500)
-    _assert_refused(run_command('experiment', '--duration', 1, '--output', tmp_path / 'run'), ['Permission'])
+    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run')
+    _assert_refused(done.returncode, done.stderr, ['Permission'])
 
 
-def test_sections_of_our_other_nodes_are_accepted(domain):
-    """One file is shared by all nodes of the package."""
-    done = _node('plant', '--params-file', CONFIG / 'fuzzy.yaml', '-p', 'robot.mass:=-1.0')
-    _assert_refused(done, ['robot.mass'])
-    assert 'unknown' not in done.stderr
+
+@each_row(('names', 'arguments', 'violation'), [
+    *(('position_controller', [*FUZZY, option, rule],
+       "fuzzy.yaml: section '/**/position_controller' does not reach the node position_controller, which is renamed")
+      for option in ('-r', '--remap') for rule in ('__node:=pc', '__name:=pc', 'position_controller:__node:=pc')),
+    ('plant', ['-r', '__node:=robot', '-p', 'plant:duration:=1.0'],
+     "-p 'plant:duration:=1.0': reaches no node, since plant is renamed 'robot'; write -p 'robot:duration:=1.0'"),
+    ('plant', ['-r', '__ns:=/a', '-r', '__ns:=/b', '-p', 'plant:duration:=1.0'],
+     "reaches no node in the namespace '/a'; write 'duration: 1.0' under '/**/plant' of a file"),
+    ('plant reference_cart', ['-r', '__node:=x'],
+     'plant, reference_cart would have the names /x, /x; rename one of them alone, such as -r plant:__node:=my_plant'),
+    ('plant', ['-r', '__ns:='],
+     "-r '__ns:=': '' is no namespace of ROS"),
+    ('plant', ['--', 'more'], "'more' has no effect: nodes take ROS arguments alone; write --ros-args before them"),
+    ('plant', ['-r', '__node:=robot', '-p', 'robot:durations:=1.0'], "did you mean 'duration'"),
+])
+def test_renamed_nodes_are_told_what_does_not_reach_them(names, arguments, violation):
+    with pytest.raises(ParameterError) as refused:
+        check_ros_arguments(names.split(), ['--ros-args', *arguments])
+    found, = refused.value.violations
+    assert violation in found
+
+
+@each_row(('names', 'arguments'), [
+    ('plant', ['-r', '__node:=robot', '-p', 'robot:duration:=1.0']),
+    ('plant reference_cart', ['-r', 'plant:__node:=x']),
+    # of several rules the first one counts, as in rcl
+    ('position_controller', ['-r', 'plant:__node:=x', '-r', '__node:=position_controller', '-r', '__node:=pc', *FUZZY]),
+])
+def test_what_reaches_renamed_nodes_is_taken(names, arguments):
+    check_ros_arguments(names.split(), ['--ros-args', *arguments])
+
+
+def test_a_renamed_node_waits_for_the_inputs_that_it_had(robot):
+    robot.start('position_controller', arguments=['-r', '__node:=pc', '-p', 'pc:controller_type:=fuzzy'])
+    robot.spin_until(lambda: '[pc]: waiting for odom from plant, reference from reference_cart' in robot.log())

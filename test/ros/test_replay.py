@@ -60,51 +60,80 @@ def replay(recorded, replayed, *arguments):
 
 
 def _changed_run(robot, output):
-    """Run an experiment with live changes, pushes and a reset."""
-    run = start(output, '--duration', 1.2, '-p', 'plant.noise.velocity:=0.01', '-p', '/**.reference_horizon:=1',
-                '-p', '/**.feedforward.enabled:=true')
+    """Run an experiment with live changes, pushes, a reset, a path and a stop."""
+    run = start(output, '--duration', 3.0, *(word for value in (
+        'plant.noise.velocity:=0.01', '/**.reference_horizon:=1', '/**.feedforward.enabled:=true',
+        'reference_cart.timing.max_linear_velocity:=0.5', 'reference_cart.timing.max_wheel_torque:=0.5',
+    ) for word in ('-p', value)))
     events = []
     robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: events.extend(
         status.values[0].key for status in message.status), KEPT)
-    publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
-    robot.spin_until(robot.recorder.has_every_topic)
-    robot.spin_until(lambda: robot.time() > 0.0)
+    push = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
+    # not one that keeps its last message: that would lead the cart of the replay, too
+    paths = robot.recorder.create_publisher(Path, 'path', 10)
+    robot.spin_until(lambda: robot.recorder.has_every_topic() and robot.time() > 0.0)
     # so slow that all that follows is done before its end
     _set(robot, 'plant', real_time_factor=0.05)
     _set(robot, 'velocity_controller', gains__k1=0.25)
     _set(robot, 'position_controller', controller_type='fuzzy', limits__linear_velocity=0.5,
          feedforward__dead_time=0.01)
-    _set(robot, 'reference_cart', period=14.0)
+    _set(robot, 'reference_cart', curve='circle')
     begun = robot.time()
     robot.spin_until(lambda: robot.time() > begun + 0.05)
-    _set(robot, 'plant', initial_pose=[0.9, 0.1, 1.5])
-    _set(robot, 'reference_cart', curve='circle')
+    _set(robot, 'plant', initial_pose=[0.05, 0.1, 0.1], real_time_factor=0.02)
+    _set(robot, 'reference_cart', curve='path')
     assert robot.trigger('plant/reset')[0]
     _set(robot, 'position_controller', controller_type='hybrid_backstepping')
-    push = WrenchStamped()
-    push.wrench.force.x, push.wrench.torque.z = 30.0, -1.0
+    wrench = WrenchStamped()
+    wrench.wrench.force.x, wrench.wrench.torque.z = 3.0, -0.1
     # until the plant has discovered the publisher, and has been pushed
-    robot.spin_until(lambda: publisher.publish(push) or 'disturbance' in events)
-    robot.recorder.destroy_publisher(publisher)
+    robot.spin_until(lambda: push.publish(wrench) or 'disturbance' in events)
+    robot.recorder.destroy_publisher(push)
+    robot.spin_until(lambda: paths.get_subscription_count() > 0)
+    for points in ([(0.0, 0.0), (3.0, 0.0), (3.0, 1.0)], []):
+        taken = events.count('path')
+        paths.publish(path_message('odom', [Pose(x, y, 0.0) for x, y in points]))
+        robot.spin_until(lambda taken=taken: events.count('path') > taken)
+        _set(robot, 'plant', real_time_factor=0.2)
+        begun = robot.time()
+        robot.spin_until(lambda begun=begun: robot.time() > begun + 0.4)
+        _set(robot, 'plant', real_time_factor=0.02)
     _set(robot, 'plant', real_time_factor=0.0)
     _, error = run.communicate(timeout=120)
     assert run.returncode == 0, error
 
 
 @pytest.mark.long
-def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_replay(robot, tmp_path):
-    recorded, replayed, killed = tmp_path / 'recorded', tmp_path / 'replayed', tmp_path / 'killed'
+def test_a_changed_run_is_replayed_to_the_last_bit(robot, tmp_path):
+    recorded, replayed = tmp_path / 'recorded', tmp_path / 'replayed'
     _changed_run(robot, recorded)
     replay(recorded, replayed, '--composed')
     (ours, events), (theirs, again) = courses(replayed), courses(recorded)
     assert ours == theirs
-    assert events == again >= 8
+    assert events == again >= 9
     # two runs, the second one whole
     stamps = [serialised_stamp(message) for message in ours['joint_states']]
     assert stamps.count(0) == 2
-    assert stamps[-601:] == [2_000_000 * k for k in range(601)]
-    assert json.loads((replayed / 'metrics.json').read_text())['duration'] == 1.2
+    assert stamps[-1501:] == [2_000_000 * k for k in range(1501)]
+    assert json.loads((replayed / 'metrics.json').read_text())['duration'] == 3.0
+    # the cart has stopped on its way
+    last = read_bag(recorded / 'bag').samples[-1].tick
+    assert last.reference.velocity == (0.0, 0.0)
+    assert 0.0 < last.reference.pose.x < 3.0
 
+
+PATH = """
+/**/reference_cart: {ros__parameters: {curve: path, path.file: bend.csv, timing: {max_linear_velocity: 0.5,
+                                        max_linear_acceleration: 1.0}}}
+"""
+
+
+def test_a_run_of_waypoints_is_replayed_when_their_file_has_gone_until_a_node_is_killed(robot, tmp_path):
+    recorded, killed = tmp_path / 'recorded', tmp_path / 'killed'
+    (tmp_path / 'path.yaml').write_text(PATH)
+    (tmp_path / 'bend.csv').write_text('x,y\n0,0\n0.5,0\n0.5,0.5\n')
+    experiment(recorded, '--duration', 0.2, '--params-file', tmp_path / 'path.yaml', '--composed')
+    (tmp_path / 'bend.csv').unlink()
     run = start(killed, '--replay', recorded / 'bag')
     seen = []
     robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', lambda message: seen.extend(
@@ -116,38 +145,6 @@ def test_a_changed_run_is_replayed_to_the_last_bit_and_a_killed_node_ends_a_repl
     assert run.returncode == 1
     assert 'was killed by SIGKILL' in error
     assert 'was broken off after' in out
-
-
-def test_paths_and_a_stop_are_replayed_to_the_last_bit(robot, tmp_path):
-    recorded, replayed = tmp_path / 'recorded', tmp_path / 'replayed'
-    run = start(recorded, '--duration', 3.0, *(word for value in (
-        'plant.initial_pose:=[0.0, 0.0, 0.0]', 'reference_cart.curve:=path',
-        'reference_cart.timing.max_linear_velocity:=0.5', 'reference_cart.timing.max_wheel_torque:=0.5',
-    ) for word in ('-p', value)))
-    taken = []
-    robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: taken.extend(
-        status.values[0].value for status in message.status if status.values[0].key == 'path'), KEPT)
-    # not one that keeps its last message: that would lead the cart of the replay, too
-    publisher = robot.recorder.create_publisher(Path, 'path', 10)
-    robot.spin_until(lambda: robot.time() >= 0.0 and publisher.get_subscription_count() > 0)
-    for number, points in enumerate([[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], [(0.2, 0.1), (2.0, 0.5)], []]):
-        publisher.publish(path_message('odom', [Pose(x, y, 0.0) for x, y in points]))
-        _set(robot, 'plant', real_time_factor=0.1)
-        robot.spin_until(lambda number=number: len(taken) > number)
-        begun = robot.time()
-        _set(robot, 'plant', real_time_factor=0.3)
-        robot.spin_until(lambda begun=begun: robot.time() > begun + 0.6)
-    _set(robot, 'plant', real_time_factor=0.0)
-    _, error = run.communicate(timeout=120)
-    assert run.returncode == 0, error
-    replay(recorded, replayed, '--composed')
-    (ours, events), (theirs, again) = courses(replayed), courses(recorded)
-    assert ours == theirs
-    assert events == again == 3
-    last = read_bag(recorded / 'bag').samples[-1].tick
-    # it has stopped on its way
-    assert last.reference.velocity == (0.0, 0.0)
-    assert 0.3 < last.reference.pose.x < 1.0
 
 
 @pytest.mark.soak
