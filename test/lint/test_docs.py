@@ -1,5 +1,6 @@
 """The pages in docs/ agree with the code: parameters, topics, metrics, columns, options, numbers of decisions."""
 
+import fnmatch
 import re
 import subprocess
 import sys
@@ -7,12 +8,12 @@ from pathlib import Path
 
 import metric_tables
 import pytest
-from each import each
 from notebook_page import markdown_of
 from parameter_table import insert_parameters, tables
 from robots_table import insert_robots
 
-from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.analysis.modelled import EFFECTS, effect_of
+from mobile_robot_control.configuration.nodes import NODES, parameter_names
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.recording.csv_table import CSV_COLUMNS
@@ -41,20 +42,39 @@ def _code(text):
     return re.findall(r'`([^`]+)`', re.sub(r'^```.*?^```', '', text, flags=re.DOTALL | re.MULTILINE))
 
 
-def test_there_is_a_page_for_each_node():
+def test_there_is_a_page_for_each_node_with_the_table_of_its_parameters():
     assert set(PAGES) == set(NODES)
-
-
-@each(NODES)
-def test_the_table_of_its_parameters_is_present(node):
-    assert insert_parameters(PAGES[node]) == PAGES[node]
-    assert tables(node) in PAGES[node]
+    for node, page in PAGES.items():
+        assert insert_parameters(page) == page
+        assert tables(node) in page
 
 
 def test_the_table_of_all_parameters_is_present():
     page = _page('parameters')
     assert insert_parameters(page) == page
     assert tables() in page
+
+
+def test_every_gain_and_constant_of_the_robot_says_what_a_larger_value_does():
+    # places, pauses and positions in time: a larger value does nothing to the robot
+    others = {'hold_at', 'initial_pose', 'center', 'rotation'}
+    for group in NODES.values():
+        for name, declared in declarations(group).items():
+            text = declared.field.description
+            assert len(text) > 5
+            assert not text.endswith('.')
+            if (declared.field.live or name.startswith('robot.')) and declared.kind in (float, tuple):
+                assert name in others or 'larger' in text, name
+
+
+def test_every_parameter_of_an_imperfect_plant_is_an_effect_that_margins_and_promises_name():
+    # but what only says when, or belongs to the node
+    groups = ('base', 'delay', 'disturbance', 'encoders', 'friction', 'motor', 'noise', 'odometry')
+    names = {f'{node}.{name}' for node, names in parameter_names().items() for name in names}
+    imperfect = {name for name in names if name.startswith(tuple(f'plant.{group}.' for group in groups))}
+    assert {name for name in imperfect if effect_of(name) is None} == {
+        'plant.noise.seed', 'plant.disturbance.time', 'plant.base.command_timeout'}
+    assert all(fnmatch.filter(names, pattern) for effect in EFFECTS for pattern in effect.parameters)
 
 
 def test_the_tables_of_all_robots_are_present():
@@ -91,16 +111,13 @@ def test_its_topics_are_those_of_the_node(domain):
         assert written == real
 
 
-def test_the_topics_of_the_loop_are_those_of_the_table():
+def test_the_page_of_topics_has_those_of_the_loop_and_the_key_of_the_diagnostics():
+    assert f'{SUBSCRIBERS_KEY}TOPIC' in _code(_page('topics'))
     loop = _page('topics').partition('## Topics of the loop')[2].partition('\n## ')[0]
     rows = [[cell.strip(' `') for cell in line.split('|')[1:-1]] for line in loop.splitlines()
             if line.startswith('| `')]
     assert [(row[0], row[1], row[3], row[4].replace(' ', '_')) for row in rows] == [
         (topic.name, topic.kind, topic.publisher, topic.rate) for topic in ALL_LOOP_TOPICS.values()]
-
-
-def test_the_diagnostics_have_the_key_of_the_page():
-    assert f'{SUBSCRIBERS_KEY}TOPIC' in _code(_page('topics'))
 
 
 def test_parameters_named_in_a_page_exist():
@@ -118,33 +135,26 @@ def test_the_tables_of_metrics_are_present_and_have_what_files_have():
     page = _page('metrics')
     for _, made in metric_tables.parts():
         assert made in page, 'make pages writes it again'
-    torque = WheelTorque(0.0, 0.0)
-    run = MeasuredRun('completed', 1.0, Pose(0.0, 0.0, 0.0), torque, Totals(), indices=PerformanceIndices())
+    run = MeasuredRun('completed', 1.0, Pose(0.0, 0.0, 0.0), WheelTorque(0.0, 0.0), Totals(),
+                      indices=PerformanceIndices())
     assert list(summary(run)) == [metric.name for metric in (*RUN_METRICS, *INDEX_METRICS)]
     assert list(metric_labels()) == list(METRICS)
+    defined = [code for line in page.partition('## The table of a run')[2].splitlines() if line.startswith('| `')
+               for code in _code(line.split('|')[1])]
+    assert defined == list(CSV_COLUMNS)
 
 
 def test_every_metric_is_defined():
-    page = _code(_page('metrics'))
-    torque = WheelTorque(0.0, 0.0)
-    assert set(summary(MeasuredRun('completed', 0.0, Pose(0.0, 0.0, 0.0), torque, Totals()))) <= set(page)
-    assert set(INDICES) <= set(page)
+    page = set(_code(_page('metrics')))
     names = ('rms_position_error', 'max_position_error', 'late_max_position_error', 'rms_heading_error',
              'peak_wheel_torque', 'energy', 'objective')
     judged = [Judged(k > 5, dict.fromkeys(names, 0.0)) for k in range(40)]
     study = summarise_runs(judged)
-    assert {*study, *study['metrics'], *study['metrics']['energy'], *Generation._fields} <= set(page)
     failures = failure_values([Scenario('circle', 1.0 + (k > 5)) for k in range(40)], judged)
-    assert {*failures, *failures['split'], *failures['ranges'], *failures['scenarios'][0]} <= set(page)
     comparison, = comparison_values({'one': judged, 'other': judged})
-    assert {*comparison, *comparison['metrics'][0]} <= set(page)
-
-
-def test_every_column_is_defined():
-    table = _page('metrics').partition('## The table of a run')[2]
-    defined = [code for line in table.splitlines() if line.startswith('| `')
-               for code in _code(line.split('|')[1])]
-    assert defined == list(CSV_COLUMNS)
+    for some in (INDICES, study, study['metrics'], study['metrics']['energy'], Generation._fields, failures,
+                 failures['split'], failures['ranges'], failures['scenarios'][0], comparison, comparison['metrics'][0]):
+        assert set(some) <= page
 
 
 def test_the_page_of_commands_is_their_help(tmp_path):
@@ -166,12 +176,6 @@ def test_decisions_are_numbered_and_dated():
     assert len(found) == len(re.findall('^## ', _page('decisions'), re.MULTILINE))
     dates = [date for _, date in found]
     assert dates == sorted(dates)
-
-
-def test_terms_of_the_glossary_stand_once():
-    rows = re.findall(r'^\| ([^|]+) \|[^|]*\| (.+) \|$', _page('glossary').partition('\n## ')[0], re.MULTILINE)[1:]
-    terms = [term for row, _ in rows for term in row.split(', ')]
-    assert len(terms) == len(set(terms)) > 50
 
 
 def test_the_notebook_is_a_page_of_the_site():

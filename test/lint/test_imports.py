@@ -1,12 +1,12 @@
 """Imports between the package's folders run one way, and nodes import no heavy library."""
 
-import ast
+import re
 import subprocess
 import sys
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-import pytest
+from each import each_row
 from package_drawing import imported_names
 
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
@@ -33,29 +33,22 @@ for _path, _names in IMPORTED.items():
                               } & set(GRAPH) - {_folder(_path)}
 
 
-def test_no_import_is_relative():
-    for path in FILES:
-        nodes = ast.walk(ast.parse(path.read_text(encoding='utf-8')))
-        assert not any(node.level for node in nodes if isinstance(node, ast.ImportFrom)), path
-
-
-def test_imports_between_folders_run_one_way():
+def test_imports_between_folders_run_one_way_and_none_is_relative():
+    relative = re.compile(r'^\s*from \.', re.MULTILINE)
+    assert not [path for path in FILES if relative.search(path.read_text(encoding='utf-8'))]
     try:
         TopologicalSorter(GRAPH).prepare()
     except CycleError as error:
         raise AssertionError(f'these folders import each other: {" <- ".join(error.args[1])}') from error
 
 
-def test_the_folders_of_nodes_import_downwards_alone():
+def test_the_folders_of_nodes_import_downwards_alone_and_formulas_stand_below_all_that_uses_them():
     order = ['services', 'inputs', 'clocks', 'nodes']
     for path in (PACKAGE / 'ros').glob('*/*.py'):
         above = order[order.index(path.parent.name) + 1:]
         found = [name for name in IMPORTED[path] for folder in above
                  if name.startswith(f'{PACKAGE.name}.ros.{folder}.')]
         assert not found, f'{path.relative_to(PACKAGE)} imports {", ".join(found)}'
-
-
-def test_formulas_stand_below_all_that_uses_them():
     below = {'quantities', 'angles', 'jit', 'stamps', 'system', 'parameters', 'plugins'}
     assert set().union(*(GRAPH[name] for name in ('model', 'control', 'reference', 'messages'))) <= below | {'model'}
 
@@ -74,16 +67,14 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong():
     assert not wrong
 
 
-@pytest.mark.parametrize(('module', 'absent'), [
-    ('mobile_robot_control', ROS | HEAVY),
-    ('mobile_robot_control.cli.simulate', ROS | HEAVY),
-    ('mobile_robot_control.api.simulating', ROS | HEAVY - {'numpy'}),
-    ('mobile_robot_control.testing', ROS | HEAVY),
-    *((f'mobile_robot_control.ros.nodes.{node}', HEAVY - {'numpy'} | {'rosbags', 'tqdm'})
-      for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')),
+@each_row(('modules', 'absent'), [
+    (['', '.cli.simulate', '.testing'], ROS | HEAVY), (['.api.simulating'], ROS | HEAVY - {'numpy'}),
+    ([f'.ros.nodes.{node}' for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')],
+     HEAVY - {'numpy'} | {'rosbags', 'tqdm'}),
 ])
-def test_nodes_and_simulate_import_no_heavy_module(module, absent):
+def test_nodes_and_simulate_import_no_heavy_module(modules, absent):
     """None of these is imported, directly or indirectly."""
-    code = f'import sys, {module}; print(sorted({absent!r} & set(sys.modules)))'
+    names = ', '.join(f'{PACKAGE.name}{module}' for module in modules)
+    code = f'import sys, {names}; print(sorted({absent!r} & set(sys.modules)))'
     found = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True).stdout.strip()
     assert found == '[]'

@@ -1,4 +1,4 @@
-"""The package builds with colcon as ament_python and with pip, and an installed node starts."""
+"""The package builds with colcon and with pip, and an installed node starts; files agree on version and pins."""
 
 import os
 import re
@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 from mobile_robot_control import __version__
 
@@ -30,18 +31,16 @@ def source(tmp_path):
     return folder
 
 
-def _refused(path, environment):
-    """Return whether a node started from a path refuses an invalid parameter, for which it must import the package."""
-    done = subprocess.run([path, '--ros-args', '-p', 'robot.mass:=-1.0'], env=environment, capture_output=True,
-                          text=True, timeout=120, check=False)
-    return done.returncode == 2 and 'robot.mass = -1.0' in done.stderr
-
-
-def _finds_robots(path, environment):
-    """Return whether a command started from a path finds the robots that are installed with it."""
-    done = subprocess.run([path, '--duration', '0.1', '--robot', 'chapter'], env=environment, capture_output=True,
-                          timeout=120, check=False)
-    return done.returncode == 0
+def _assert_installed(executables, library, more=''):
+    """A node refuses an invalid parameter, for which it must import the package; a command finds its robots."""
+    environment = os.environ | {'PYTHONPATH': f'{library}{more}'}
+    assert {path.name for path in executables.iterdir()} >= EXECUTABLES
+    done = subprocess.run([executables / 'plant', '--ros-args', '-p', 'robot.mass:=-1.0'], env=environment,
+                          capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2
+    assert 'robot.mass = -1.0' in done.stderr
+    subprocess.run([executables / 'simulate', '--duration', '0.1', '--robot', 'chapter'], env=environment,
+                   capture_output=True, timeout=120, check=True)
 
 
 @pytest.mark.timeout(200)
@@ -54,18 +53,13 @@ def test_colcon_builds_the_package_as_ament_python(domain, source):
     assert built.returncode == 0, built.stderr
     prefix = workspace / 'install' / 'mobile_robot_control'
     executables = prefix / 'lib' / 'mobile_robot_control'
-    assert {path.name for path in executables.iterdir()} >= EXECUTABLES
     share = prefix / 'share' / 'mobile_robot_control'
     assert (share / 'package.xml').is_file()
     assert (share / 'config' / 'chapter' / 'trifolium_fuzzy.yaml').is_file()
     assert (share / 'config' / 'sros2' / 'policy.xml').is_file()
     assert {path.suffix for path in (share / 'config' / 'desktop').iterdir()} == {'.urdf', '.rviz', '.xml'}
-    marker = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'mobile_robot_control'
-    assert marker.is_file()
-    library = next(prefix.glob('lib/python3*/site-packages'))
-    environment = os.environ | {'PYTHONPATH': str(library)}
-    assert _refused(executables / 'plant', environment)
-    assert _finds_robots(executables / 'simulate', environment)
+    assert (prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'mobile_robot_control').is_file()
+    _assert_installed(executables, next(prefix.glob('lib/python3*/site-packages')))
 
 
 @pytest.mark.timeout(200)
@@ -76,19 +70,43 @@ def test_pip_installs_the_package(domain, source, tmp_path):
                    check=True)
     found = subprocess.run([sys.executable, '-c', 'import sys; print(":".join(p for p in sys.path if p))'],
                            capture_output=True, text=True, check=True).stdout.strip()
-    executables = tmp_path / 'venv' / 'bin'
-    assert {path.name for path in executables.iterdir()} >= EXECUTABLES
     library = next((tmp_path / 'venv').glob('lib/python3*/site-packages'))
     assert (library / 'mobile_robot_control' / 'py.typed').is_file()
-    environment = os.environ | {'PYTHONPATH': f'{library}:{found}'}
-    assert _refused(executables / 'plant', environment)
-    assert _finds_robots(executables / 'simulate', environment)
+    _assert_installed(tmp_path / 'venv' / 'bin', library, f':{found}')
     assert (tmp_path / 'venv' / 'share' / 'mobile_robot_control' / 'config' / 'fuzzy.yaml').is_file()
 
 
+def _text(name):
+    return (ROOT / name).read_text(encoding='utf-8')
+
+
 def test_the_version_is_the_same_in_every_file():
-    manifest = ElementTree.parse(ROOT / 'package.xml').getroot()  # noqa: S314 (our own file)
-    assert manifest.get('format') == '3'
-    setup = re.search(r"version='([^']+)'", (ROOT / 'setup.py').read_text()).group(1)
-    assert manifest.findtext('version') == setup == __version__
-    assert re.search(rf'^{re.escape(__version__)} ', (ROOT / 'CHANGELOG.rst').read_text(), re.MULTILINE)
+    manifest = ElementTree.fromstring(_text('package.xml'))  # noqa: S314 (our own file)
+    citation = yaml.safe_load(_text('CITATION.cff'))
+    assert (manifest.get('format'), citation['cff-version']) == ('3', '1.2.0')
+    setup = re.search(r"version='([^']+)'", _text('setup.py')).group(1)
+    assert manifest.findtext('version') == setup == citation['version'] == __version__
+    released = re.search(rf'^{re.escape(__version__)} \((.+)\)$', _text('CHANGELOG.rst'), re.MULTILINE)
+    assert str(citation['date-released']) == released.group(1)
+    assert {'message', 'title', 'authors'} <= set(citation)
+    assert f"license='{citation['license']}'" in _text('setup.py')
+
+
+def test_every_pin_of_the_package_is_locked_for_both_distributions_and_every_python():
+    pins = set(re.findall(r"'([\w.-]+)(?:\[\w+\])?==([\w.]+)'", _text('setup.py')))
+    locked = sorted((ROOT / 'constraints').iterdir())
+    assert len(locked) == 8
+    for file in locked:
+        other = {'jazzy': 'ros-kilted', 'kilted': 'ros-jazzy'}[file.name.partition('-')[0]]
+        versions = set(re.findall('^(.+)==(.+)$', file.read_text(encoding='utf-8').lower(), re.MULTILINE))
+        missing = {pin for pin in pins if (pin[0].lower(), pin[1]) not in versions and not pin[0].startswith(other)}
+        assert not missing, f'{file.name} lacks {missing}: make constraints'
+
+
+def test_ci_runs_targets_of_the_makefile_on_both_distributions():
+    jobs = yaml.safe_load(_text('.github/workflows/ci.yml'))['jobs']
+    assert jobs['test']['strategy']['matrix']['ros'] == ['kilted', 'jazzy']
+    runs = [step['run'] for job in jobs.values() for step in job['steps'] if 'run' in step]
+    assert {'make demo ROS=${{ matrix.ros }}', 'make test ROS=${{ matrix.ros }}'} <= set(runs)
+    for command in runs:
+        assert re.search(rf'^{command.split()[1]}:', _text('Makefile'), re.MULTILINE), command
