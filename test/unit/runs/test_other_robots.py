@@ -1,16 +1,18 @@
 """Reports on bags of other robots: plain Twist, other names, odometry and reference at rates of their own."""
 
 import random
+import resource
 
 import pytest
 from bag_making import CMD_VEL, KINDS, ODOM, REFERENCE, WALL, messages_of, record
-from harness import numbers_in
+from each import each_row
+from harness import numbers_in, run_command
 from measuring import configuration, measured
 
 from mobile_robot_control.cli import report
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.messages import writing
-from mobile_robot_control.pages import animation, report_writing
+from mobile_robot_control.pages import report_writing
 from mobile_robot_control.pages.timing import timing_table
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.reference.cart import reference_at
@@ -151,7 +153,7 @@ def test_no_frame_is_empty(samples, tmp_path):
     assert 'joint_states' not in timing_table(turtle.series)
 
 
-@pytest.mark.parametrize(('given', 'expected'), [
+@each_row(('given', 'expected'), [
     (['odometry:=/odom'], "'odometry' is no topic of the loop; take one of joint_states"),
     (['odom'], 'write NAME:=TOPIC'),
     (['odom:=/base odom'], 'is no name of a topic'),
@@ -178,27 +180,40 @@ def test_a_name_that_the_bag_lacks_is_answered_with_what_it_holds(samples, tmp_p
                in problem for problem in recording.problems)
 
 
-def test_a_robot_without_torques_is_animated_without_their_bars(samples, tmp_path, monkeypatch):
-    figures = []
-    made = animation.Figure
-    monkeypatch.setattr(animation, 'Figure', lambda **options: figures.append(made(**options)) or figures[-1])
-    recording = read_bag(base(tmp_path / 'bag', samples), topics=BASE)
-    for series in (recording.series, collect(samples)):
-        animation.animate(series, tmp_path / 'run.gif', frames=2)
-    assert [len(figure.axes) for figure in figures] == [1, 2]
-
-
-def test_poses_of_other_frames_are_told_of(samples, tmp_path):
-    in_map = writing.odometry_writer('map', 'base_link')
-    with BagWriter(tmp_path / 'bag') as writer:
+def _poses(path, samples, *topics):
+    """Write a bag of poses; topics are given with their writers, and how late [s] they are."""
+    with BagWriter(path) as writer:
         for sample in samples[:200:10]:
-            stamp = WALL + round(sample.time * 1e9)
-            for topic, write in (('odom', ODOM), ('reference', in_map), ('ground_truth', in_map)):
+            for topic, write, late in topics:
+                stamp = WALL + round((sample.time + late) * 1e9)
                 writer.write(f'/{topic}', ODOMETRY, stamp, write(stamp, sample.tick.pose, sample.tick.velocity))
-    recording = read_bag(tmp_path / 'bag')
+    return path
+
+
+def test_poses_of_other_frames_are_told_of_and_those_of_other_times_have_no_error_between_them(samples, tmp_path):
+    in_map = writing.odometry_writer('map', 'base_link')
+    recording = read_bag(_poses(tmp_path / 'bag', samples, ('odom', ODOM, 0), ('reference', in_map, 0),
+                                ('ground_truth', in_map, 0)))
     assert "reference is in the frame 'map', odom in 'odom': errors between them mean nothing" in recording.problems
     assert "ground_truth is in the frame 'map', odom in 'odom': it is left out" in recording.problems
     assert not recording.series.has('ground_truth')
+    path = _poses(tmp_path / 'apart', samples, ('odom', ODOM, 0), ('reference', ODOM, 3600))
+    run = read_run(path, 'apart', '/', lambda _: PARAMETERS, lambda *_: None)
+    assert run.metrics == {}
+    assert 'no stamp of odom lies between two of reference: there is no tracking error' in run.problems
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(900)
+def test_a_bag_of_ten_minutes_is_reported_within_a_minute_and_1_gb(tmp_path):
+    path = record(tmp_path / 'bag', rollout(configuration(), 600.0))
+    done = run_command('report', path, '--output', tmp_path / 'out', timeout=900)
+    assert done.returncode == 0, done.stderr
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    # of CPU, since the machine may be busy; the memory in kB is the largest of all children that have ended
+    assert used.ru_utime < 60.0
+    assert used.ru_maxrss < 1_000_000
+    assert (tmp_path / 'out' / 'report.html').stat().st_size < 4_000_000
 
 
 def test_joint_states_that_come_less_often_than_errors_hold_no_error_back(samples, tmp_path):
@@ -214,12 +229,3 @@ def test_joint_states_that_come_less_often_than_errors_hold_no_error_back(sample
     assert 'joint_states come less often than errors: torques are drawn, but not measured' in run.problems
 
 
-def test_odometry_and_reference_of_other_times_have_no_error_between_them(samples, tmp_path):
-    with BagWriter(tmp_path / 'bag') as writer:
-        for sample in samples[:200:10]:
-            for topic, late in (('odom', 0), ('reference', 3600)):
-                stamp = WALL + round((sample.time + late) * 1e9)
-                writer.write(f'/{topic}', ODOMETRY, stamp, ODOM(stamp, sample.tick.pose, sample.tick.velocity))
-    run = read_run(tmp_path / 'bag', 'apart', '/', lambda _: PARAMETERS, lambda *_: None)
-    assert run.metrics == {}
-    assert 'no stamp of odom lies between two of reference: there is no tracking error' in run.problems

@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 from bag_making import record
+from each import each_row
 from harness import numbers_in
 
 import mobile_robot_control as mrc
@@ -17,6 +18,7 @@ from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import WheelVelocity
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.runs.run import COLUMNS
+from mobile_robot_control.topics import LOOP_TOPICS
 
 FUZZY = str(Path(__file__).parents[3] / 'config' / 'fuzzy.yaml')
 START = {'plant.initial_pose': [0.9, 0.1, 1.2]}
@@ -61,19 +63,12 @@ def test_metrics_and_arrays_are_those_that_the_command_writes(run, table):
     assert not loaded.problems
 
 
-def test_a_bag_gives_the_same_arrays(run, tmp_path):
-    record(tmp_path / 'bag', list(mrc.rollout(run.parameters, 0.5)))
-    loaded = mrc.load(tmp_path / 'bag')
+def test_a_bag_gives_the_same_arrays_also_with_other_names_of_topics(run, tmp_path):
+    record(tmp_path / 'bag', list(mrc.rollout(run.parameters, 0.5)), '/base/')
+    loaded = mrc.load(tmp_path / 'bag', topics={name: f'/base/{name}' for name in LOOP_TOPICS})
     assert loaded.name == tmp_path.name
     for name in COLUMNS:
         assert np.allclose(getattr(run, name), getattr(loaded, name), rtol=0.0, atol=1e-14), name
-
-
-def test_a_bag_may_have_other_names_for_topics(run, tmp_path):
-    record(tmp_path / 'bag', list(mrc.rollout(run.parameters, 0.1)), '/base/')
-    loaded = mrc.load(tmp_path / 'bag', topics={name: f'/base/{name}' for name in (
-        'joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error')})
-    assert np.allclose(loaded.pose, run.pose[:51], rtol=0.0, atol=1e-15)
 
 
 def test_what_a_base_does_not_tell_is_nan_and_not_drawn():
@@ -101,13 +96,6 @@ def test_every_row_has_the_values_of_its_own_time():
     assert np.abs(moved - 0.001 * (rates[1:] + rates[:-1])).max() < 1e-6
 
 
-def test_the_metrics_follow_from_the_arrays_at_position_ticks(run):
-    ended = run.tracking_error[:-1:5]
-    assert np.sqrt(np.mean(ended[:, 0]**2 + ended[:, 1]**2)) == pytest.approx(run.metrics['rms_position_error'])
-    assert list(abs(run.wheel_torque).max(axis=0)) == list(run.metrics['peak_wheel_torque'].values())
-    assert list(run.pose[-1]) == run.metrics['final_pose']
-
-
 def test_where_odometry_is_not_exact_pose_and_error_are_true_and_what_was_measured_is_beside_them():
     noisy = mrc.simulate(duration=0.5, parameters={'plant.noise.pose': (0.05, 0.05, 0.02)})
     assert noisy.metrics['error'] == 'true'
@@ -132,31 +120,28 @@ def test_a_law_and_a_curve_of_a_notebook_have_their_names(registered):
     assert not driven.reference[:, 1].any()
 
 
-def test_a_run_that_diverges_ends_there_with_a_warning_that_gives_the_remedy():
-    with pytest.warns(RuntimeWarning, match='the motion diverged at t = 0') as caught:
-        ended = mrc.simulate(duration=0.5, parameters={'plant.disturbance.step': [1e9, 1e9]})
-    assert caught[0].filename == __file__
-    assert ended.metrics['outcome'] == 'diverged'
-    assert 'lower the gains' in ended.problems[0]
-
-
-def test_a_law_that_fails_is_named_with_its_reason(registered):
+def test_a_run_that_diverges_or_whose_law_fails_ends_there_with_a_warning_that_gives_the_remedy(registered):
     def step(state, observation, gains, dt):
         raise ValueError('no such place')
 
     registered(mrc.Law('lost', step, Gains))
-    with pytest.warns(RuntimeWarning, match="'lost' failed .*no such place"):
-        ended = mrc.simulate(duration=0.5, parameters={'position_controller.controller_type': 'lost'})
-    assert ended.metrics['outcome'] == 'law_failed'
+    for parameters, told, outcome in (
+            ({'plant.disturbance.step': [1e9, 1e9]}, 'the motion diverged at t = 0', 'diverged'),
+            ({'position_controller.controller_type': 'lost'}, "'lost' failed .*no such place", 'law_failed')):
+        with pytest.warns(RuntimeWarning, match=told) as caught:
+            ended = mrc.simulate(duration=0.5, parameters=parameters)
+        assert caught[0].filename == __file__
+        assert ended.metrics['outcome'] == outcome
 
-
-def test_a_run_is_drawn_alone_and_with_others(run):
+def test_a_run_is_drawn_alone_and_with_others_and_prints_itself_in_a_line(run):
+    assert repr(run).startswith('<Run fuzzy: 251 samples, to t = 0.5 s, completed, RMS position error 0.')
+    assert '\n' not in repr(run._replace(name='a\nb'))
     assert run.plot()._repr_png_().startswith(b'\x89PNG')
     drawn = run.plot('errors', run._replace(name='$other'))
     assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()][-2:] == ['fuzzy', r'\$other']
 
 
-@pytest.mark.parametrize(('arguments', 'refusal'), [
+@each_row(('arguments', 'refusal'), [
     (('pth',), "figure = 'pth': there is no such figure; did you mean 'path'"),
     (('path', *range(6)), '7 runs are more'), (('errors', 'path'), "'path': a figure is drawn of runs alone"),
     ((None,), 'figure is a run; name the figure first'),
@@ -166,20 +151,9 @@ def test_what_cannot_be_drawn_is_refused(run, arguments, refusal):
         run.plot(*(argument or run for argument in arguments))
 
 
-def _files_beside(file):
-    beside = {ending: file.with_suffix(ending).read_bytes() for ending in ('.csv', '.parameters.yaml')}
-    return {**beside, 'metrics': numbers_in(file.with_suffix('.metrics.json'))}
-
-
-def test_a_saved_run_has_the_bytes_of_the_command(run, table, tmp_path):
-    run.save(tmp_path / 'saved.csv')
-    assert _files_beside(tmp_path / 'saved.csv') == _files_beside(table[0])
-
-
-@pytest.mark.parametrize('parameters', [
-    {'plant.noise.pose': [0.05, 0.05, 0.02]}, {'plant.drive': 'velocity', 'plant.base.lag': [0.1, 0.1]},
-])
-def test_a_saved_run_keeps_what_odometry_hides_and_what_is_not_known(tmp_path, parameters):
+@each_row('parameters', [
+    START, {'plant.noise.pose': [0.05, 0.05, 0.02]}, {'plant.drive': 'velocity', 'plant.base.lag': [0.1, 0.1]}])
+def test_a_saved_run_has_the_bytes_of_the_command_and_is_read_back(tmp_path, parameters):
     hidden = mrc.simulate(duration=0.2, parameters=parameters)
     hidden.save(tmp_path / 'saved.csv')
     loaded = mrc.load(tmp_path / 'saved.csv')
@@ -188,20 +162,19 @@ def test_a_saved_run_keeps_what_odometry_hides_and_what_is_not_known(tmp_path, p
     file = tmp_path / 'command.csv'
     options = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
     assert simulate.main(['--duration', '0.2', *options, '--output', str(file)]) == 0
-    assert _files_beside(tmp_path / 'saved.csv') == _files_beside(file)
+    for ending in ('.csv', '.parameters.yaml'):
+        assert file.with_suffix(ending).read_bytes() == (tmp_path / f'saved{ending}').read_bytes()
+    assert numbers_in(tmp_path / 'saved.metrics.json') == numbers_in(tmp_path / 'command.metrics.json')
 
 
-def test_a_run_without_parameters_replaces_those_of_another(run, tmp_path):
+def test_a_run_is_saved_as_a_table_alone_and_replaces_the_parameters_of_another(run, tmp_path):
+    with pytest.raises(mrc.ParameterError, match=r'name a file that ends in \.csv'):
+        run.save(tmp_path / 'saved.mcap')
+    assert not list(tmp_path.iterdir())
     for one in (run, run._replace(parameters=None)):
         one.save(tmp_path / 'saved.csv')
     assert not (tmp_path / 'saved.parameters.yaml').exists()
     assert mrc.load(tmp_path / 'saved.csv').parameters is None
-
-
-def test_a_run_is_saved_as_a_table_alone(run, tmp_path):
-    with pytest.raises(mrc.ParameterError, match=r'name a file that ends in \.csv'):
-        run.save(tmp_path / 'saved.mcap')
-    assert not list(tmp_path.iterdir())
 
 
 def test_pandas_takes_a_run(run):
@@ -214,11 +187,6 @@ def test_pandas_takes_a_run(run):
     assert np.array_equal(table['cmd_vel.angular'], run.cmd_vel[:, 1])
 
 
-def test_a_run_prints_itself_in_a_line(run):
-    assert repr(run).startswith('<Run fuzzy: 251 samples, to t = 0.5 s, completed, RMS position error 0.')
-    assert '\n' not in repr(run._replace(name='a\nb'))
-
-
 def test_without_pandas_an_error_says_what_to_do(run, monkeypatch):
     monkeypatch.setitem(sys.modules, 'pandas', None)
     with pytest.raises(ModuleNotFoundError, match=r'needs pandas, .* or take columns') as raised:
@@ -226,34 +194,28 @@ def test_without_pandas_an_error_says_what_to_do(run, monkeypatch):
     assert raised.value.name == 'pandas'
 
 
-@pytest.mark.parametrize(('keywords', 'options'), [
-    ({'duration': 0.5, 'parameters': {'plant.max_wheel_torqe': 3.0}}, ['-p', 'plant.max_wheel_torqe:=3.0']),
-    ({'duration': 0.5, 'parameters': {'plant.noise.seed': -1, '/**.velocity_rate': 0.5}},
-     ['-p', 'plant.noise.seed:=-1', '-p', '/**.velocity_rate:=0.5']),
-    ({'duration': 0.5, 'parameters': {'reference_cart.curve': 'sqare'}}, ['-p', "reference_cart.curve:='sqare'"]),
-    ({'duration': 0.5, 'robot': 'nowhere.yaml'}, ['--robot', 'nowhere.yaml']),
-    ({'duration': 0.5, 'robot': 'chaptr'}, ['--robot', 'chaptr']),
+@each_row(('keywords', 'options'), [
+    ({'parameters': {'plant.noise.seed': -1, '/**.velocity_rate': 0.5, 'plant.max_wheel_torqe': 3.0}},
+     ['-p', 'plant.noise.seed:=-1', '-p', '/**.velocity_rate:=0.5', '-p', 'plant.max_wheel_torqe:=3.0']),
+    ({'parameters': {'reference_cart.curve': 'sqare'}}, ['-p', "reference_cart.curve:='sqare'"]),
+    ({'robot': 'nowhere.yaml'}, ['--robot', 'nowhere.yaml']), ({'robot': 'chaptr'}, ['--robot', 'chaptr']),
 ])
 def test_errors_are_those_of_the_command(capsys, keywords, options):
     assert simulate.main(['--duration', '0.5', *options]) == 2
     printed = [line.removeprefix('simulate: ') for line in capsys.readouterr().err.splitlines()]
     with pytest.raises(mrc.ParameterError) as raised:
-        mrc.simulate(**keywords)
+        mrc.simulate(duration=0.5, **keywords)
     assert list(raised.value.violations) == printed
 
 
-@pytest.mark.parametrize(('duration', 'refusal'), [
-    (-1.0, r'duration = -1\.0 is not allowed; it must be above 0\.0 s'), (1e11, 'would take too long'),
-    (1e-9, 'is too short for a step'),
+@each_row(('keywords', 'refusal'), [
+    ({'duration': -1.0}, r'duration = -1\.0 is not allowed; it must be above 0\.0 s'),
+    ({'duration': 1e11}, 'would take too long'), ({'duration': 1e-9}, 'is too short for a step'),
+    ({'parameters': ['config/fuzzy.yaml']}, r'parameters = .*: write them by NODE\.PARAMETER'),
 ])
-def test_a_duration_without_a_step_or_an_end_is_refused(duration, refusal):
+def test_a_duration_without_a_step_or_an_end_and_parameters_without_names_are_refused(keywords, refusal):
     with pytest.raises(mrc.ParameterError, match=refusal):
-        mrc.simulate(duration=duration)
-
-
-def test_parameters_without_names_are_refused():
-    with pytest.raises(mrc.ParameterError, match=r'parameters = .*: write them by NODE\.PARAMETER'):
-        mrc.simulate(duration=0.1, parameters=['config/fuzzy.yaml'])
+        mrc.simulate(**{'duration': 0.1} | keywords)
 
 
 def test_what_is_no_run_is_refused_in_the_words_of_the_report(capsys, tmp_path):

@@ -5,6 +5,7 @@ import math
 
 import pytest
 from bag_making import record
+from each import each_row
 from harness import numbers_in
 from measuring import configuration, measured
 
@@ -35,46 +36,38 @@ def reported(folder, run):
     return numbers_in(folder / 'report.json')['run'], (folder / 'report.html').read_text()
 
 
-def experiment(folder, parameters):
-    """Write what an experiment would have recorded."""
-    record(folder / 'bag', rollout(parameters, DURATION))
-    (folder / 'parameters.yaml').write_text(configuration_text(parameters))
-    return folder
-
-
-@pytest.mark.parametrize('parameters', [NOISY, AHEAD], ids=['noise', 'carried forward'])
-def test_a_bag_has_the_true_errors_of_its_rollout(tmp_path, parameters):
-    metrics, page = reported(tmp_path / 'out', experiment(tmp_path / 'run', parameters))
+@each_row(('name', 'parameters'), [('noise', NOISY), ('carried forward', AHEAD)])
+def test_a_bag_has_the_true_errors_of_its_rollout_and_alone_those_that_are_called_measured(tmp_path, name, parameters):
+    experiment = tmp_path / name
+    record(experiment / 'bag', rollout(parameters, DURATION))
+    (experiment / 'parameters.yaml').write_text(configuration_text(parameters))
+    metrics, page = reported(tmp_path / f'out {name}', experiment)
     expected, _ = measured(parameters, DURATION)
-    assert metrics['error'] == 'true'
-    assert metrics['problems'] == []
-    for name in NAMES:
-        assert metrics[name] == pytest.approx(expected[name], rel=1e-9)
+    assert (metrics['error'], metrics['problems']) == ('true', [])
+    for key in NAMES:
+        assert metrics[key] == pytest.approx(expected[key], rel=1e-9)
     assert metrics['final_pose'] == pytest.approx(expected['final_pose'], abs=1e-9)
     assert metrics['measured_rms_position_error'] != metrics['rms_position_error']
     assert 'position error by odometry, RMS' in page
     assert 'True error: ' in page
-
-
-def test_of_a_bag_alone_the_error_is_called_measured(tmp_path):
-    metrics, page = reported(tmp_path / 'out', record(tmp_path / 'bag', rollout(AHEAD, DURATION)))
-    expected, _ = measured(AHEAD, DURATION)
-    assert metrics['error'] == 'measured'
-    assert metrics['rms_position_error'] == pytest.approx(expected['measured_rms_position_error'], rel=1e-9)
-    assert 'Measured error (odometry): ' in page
+    if parameters is AHEAD:
+        (experiment / 'parameters.yaml').unlink()
+        metrics, page = reported(tmp_path / 'alone', experiment / 'bag')
+        assert metrics['error'] == 'measured'
+        assert metrics['rms_position_error'] == pytest.approx(expected['measured_rms_position_error'], rel=1e-9)
+        assert 'Measured error (odometry): ' in page
 
 
 def test_a_table_has_the_truth_where_odometry_is_not_exact(tmp_path):
-    for name, plant in (('exact', []), ('noisy', [f'{name}:={value}' for name, value in NOISE.items()])):
-        words = [word for text in plant for word in ('-p', f'plant.{text}')]
-        assert simulate.main(['--duration', str(DURATION), '--output', str(tmp_path / f'{name}.csv'), *words]) == 0
-        head = tuple((tmp_path / f'{name}.csv').read_text().partition('\n')[0].split(','))
-        assert head == ((*CSV_COLUMNS, *TRUTH_COLUMNS) if plant else CSV_COLUMNS)
-        metrics, _ = reported(tmp_path / name, tmp_path / f'{name}.csv')
-        expected = numbers_in(tmp_path / f'{name}.metrics.json')
-        assert metrics['error'] == expected['error'] == 'true'
-        for key in NAMES:
-            assert metrics[key] == pytest.approx(expected[key], rel=1e-9)
+    words = [word for name, value in NOISE.items() for word in ('-p', f'plant.{name}:={value}')]
+    file = tmp_path / 'noisy.csv'
+    assert simulate.main(['--duration', str(DURATION), '--output', str(file), *words]) == 0
+    assert file.read_text().partition('\n')[0].split(',') == [*CSV_COLUMNS, *TRUTH_COLUMNS]
+    metrics, _ = reported(tmp_path / 'out', file)
+    expected = numbers_in(file.with_suffix('.metrics.json'))
+    assert metrics['error'] == expected['error'] == 'true'
+    for key in NAMES:
+        assert metrics[key] == pytest.approx(expected[key], rel=1e-9)
 
 
 def test_torques_that_are_not_known_are_empty_in_a_table_and_read_back():
