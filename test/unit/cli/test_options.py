@@ -1,35 +1,30 @@
-"""Options shared by the commands, and errors as messages and exit codes."""
+"""Options shared by the commands, `--robot` among them, and errors as messages and exit codes."""
 
 import errno
+import importlib
+import sys
 
 import numpy as np
 import pytest
+from each import each_row
 
 from mobile_robot_control import __version__
-from mobile_robot_control.cli import experiment, report, simulate, study, tune
+from mobile_robot_control.cli import excite, experiment, report, simulate, study, tune
 from mobile_robot_control.cli.command_parser import make_parser, request_of, sources_of
 from mobile_robot_control.cli.main import make_main
+from mobile_robot_control.configuration.configure import configure
+from mobile_robot_control.configuration.files import configuration_text, load
+from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.configuration.sources import parameter_sources
+from mobile_robot_control.experiment.folders import experiment_folders
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.requests import make_request
-from mobile_robot_control.system.files import writable_file
 from mobile_robot_control.tuning.searching import SearchRequest
 from mobile_robot_control.tuning.studying import StudyRequest
 from mobile_robot_control.tuning.workers import Workers
 
 
-def _raising(error):
-    def run(_):
-        raise error
-
-    return run
-
-
-def _exit_code(run):
-    return make_main(lambda: make_parser('name', ''), run)([])
-
-
-@pytest.mark.parametrize(('error', 'code', 'messages'), [
+@each_row(('error', 'code', 'messages'), [
     (ParameterError(['one', 'two']), 2, ['name: one', 'name: two']),
     (OSError(28, 'No space left on device', '/full/file'), 1, ['name: /full/file: No space left on device; make room']),
     (OSError(errno.EDQUOT, 'Disk quota exceeded', '/full/file'), 1, ['make room']),
@@ -38,32 +33,23 @@ def _exit_code(run):
     (KeyboardInterrupt(), 1, ['name: interrupted']),
 ])
 def test_errors_give_a_message_and_an_exit_code(capsys, error, code, messages):
-    assert _exit_code(_raising(error)) == code
+    def run(_):
+        raise error
+
+    assert make_main(lambda: make_parser('name', ''), run)([]) == code
     shown = capsys.readouterr().err
-    for message in messages:
-        assert message in shown
-
-
-def test_later_files_and_overrides_take_precedence(tmp_path):
-    for name, mass in (('first', 1.0), ('second', 2.0)):
-        (tmp_path / name).write_text(f'/**: {{ros__parameters: {{robot.mass: {mass}, robot.inertia: {mass}}}}}')
-    options = make_parser('name', 'what it does').parse_args([
-        '--params-file', str(tmp_path / 'first'), '--params-file', str(tmp_path / 'second'),
-        '-p', '/**.robot.inertia:=7', '-p', 'plant.duration:=3.0',
-    ])
-    made = sources_of(options).with_values({'plant.duration': 4.0}).configuration()
-    assert (made.plant.shared.robot.mass, made.plant.shared.robot.inertia, made.plant.duration) == (2.0, 7.0, 4.0)
+    assert [message in shown for message in messages] == [True] * len(messages)
 
 
 def test_a_duration_must_be_positive_and_a_folder_one_that_ros_can_take(capsys):
-    for text, reason in (('0', 'it must be above 0.0 s'), ('nan', 'it must be a finite number'),
-                         ('long', 'write a number [s]')):
+    for module, words, reason in (
+            (simulate, ['--duration', '0'], 'it must be above 0.0 s'),
+            (simulate, ['--duration', 'nan'], 'it must be a finite number'),
+            (simulate, ['--duration', 'long'], 'write a number [s]'),
+            (experiment, ['--duration', '1', '--output', '\udcff'], 'is not UTF-8, as ROS needs it')):
         with pytest.raises(SystemExit):
-            simulate.parser().parse_args(['--duration', text])
+            module.parser().parse_args(words)
         assert reason in capsys.readouterr().err
-    with pytest.raises(SystemExit):
-        experiment.parser().parse_args(['--duration', '1', '--output', '\udcff'])
-    assert 'is not UTF-8, as ROS needs it' in capsys.readouterr().err
 
 
 def test_a_request_has_what_the_options_and_what_keywords_say():
@@ -89,16 +75,8 @@ def test_keywords_are_refused_all_at_once():
         make_request(StudyRequest, {'seed': 1})
 
 
-def test_writable_file_makes_its_folder_and_keeps_what_is_there(tmp_path):
-    assert writable_file(str(tmp_path / 'new' / 'run.csv')).parent.is_dir()
-    (tmp_path / 'old.csv').write_text('kept')
-    assert writable_file(str(tmp_path / 'old.csv')).read_text() == 'kept'
-    with pytest.raises(OSError, match=r'old\.csv'):
-        writable_file(str(tmp_path / 'old.csv' / 'run.csv'))
-
-
-@pytest.mark.parametrize('command', [simulate, study, tune, report])
-def test_an_unknown_option_is_named_before_one_that_is_missing(command, capsys):
+@each_row('command', [simulate, study, tune, report])
+def test_an_unknown_option_is_named_before_one_that_is_missing(capsys, command):
     with pytest.raises(SystemExit) as ended:
         command.main(['--overwrit'])
     assert ended.value.code == 2
@@ -119,3 +97,86 @@ def test_every_command_tells_the_version_of_the_package(capsys):
         make_parser('simulate', '').parse_args(['--version'])
     assert ending.value.code == 0
     assert capsys.readouterr().out == f'simulate {__version__}\n'
+
+
+def test_excite_says_without_yes_what_it_would_do_and_refuses_what_cannot_be_done(capsys, monkeypatch):
+    # it does not join ROS
+    monkeypatch.setitem(sys.modules, 'rclpy', None)
+    monkeypatch.delitem(sys.modules, 'mobile_robot_control.experiment.excitation_run', raising=False)
+    for words, code, told in (
+            ('2 3 --max-velocity 0.5', 0, 'within 1 m ahead and behind, and 1.5 m to both sides'),
+            ('1 3 --max-velocity 0.4 --yes', 2, 'take sides of 1.6 m, or a max_velocity of 0.25 m/s'),
+            ('2 2 --yes --bag .', 2, '--bag .: it is there already')):
+        assert excite.main(['--box', *words.split()]) == code
+        assert told in ''.join(capsys.readouterr())
+
+
+@pytest.fixture
+def robot(tmp_path):
+    """A robot of one's own."""
+    file = tmp_path / 'mine.yaml'
+    file.write_text('/**: {ros__parameters: {robot.mass: 3.0, robot.inertia: 0.3, velocity_rate: 200.0, '
+                    'position_rate: 20.0}}\n'
+                    '/**/velocity_controller: {ros__parameters: {gains: {k1: 0.2, k2: 0.05}}}\n')
+    return str(file)
+
+
+def test_an_unknown_robot_is_bad_usage_of_every_command(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for command, words in (
+            ('simulate', '--duration 1'), ('experiment', '--duration 1 --output new'),
+            ('tune', 'velocity --seed 1 --output new'), ('study', '--runs 1 --seed 1 --output new'),
+            ('report', 'no_run --output new')):
+        module = importlib.import_module(f'mobile_robot_control.cli.{command}')
+        assert module.main([*words.split(), '--robot', 'chaptre']) == 2
+        line, = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"{command}: --robot 'chaptre': there is no robot of this name; did you mean 'chapter'?")
+    assert not list(tmp_path.iterdir())
+
+
+def test_later_files_win_over_the_robot_and_overrides_over_all(tmp_path, robot):
+    for name, value in (('first', 1.0), ('second', 2.0)):
+        (tmp_path / name).write_text(
+            f'/**: {{ros__parameters: {{robot.inertia: {value}, robot.wheel_radius: {value}}}}}')
+    options = make_parser('name', 'what it does').parse_args([
+        '-p', '/**.robot.wheel_radius:=0.05', '--params-file', str(tmp_path / 'first'), '-p', 'plant.duration:=3.0',
+        '--params-file', str(tmp_path / 'second'), '--robot', robot])
+    plant = sources_of(options).with_values({'plant.duration': 4.0}).configuration().plant
+    assert (plant.shared.robot.mass, plant.shared.robot.inertia, plant.shared.robot.wheel_radius, plant.duration) == (
+        3.0, 2.0, 0.05, 4.0)
+
+
+def test_a_simulated_robot_is_recorded_with_the_pose_that_was_used(capsys, tmp_path, robot):
+    assert simulate.main(['--duration', '0.1', '--robot', robot, '-p', 'reference_cart.scale:=2.0', '--output',
+                          str(tmp_path / 'run.csv')]) == 0
+    file = tmp_path / 'run.parameters.yaml'
+    assert file.read_text().splitlines()[0] == f'# robot: {robot}'
+    assert load([file])['plant']['initial_pose'][0] == 2.0
+    assert configure(load([file])).plant.shared.robot.mass == 3.0
+    assert configuration_text(Configuration(), 'a\nb').startswith('# robot: a\\nb\n/**/plant:\n')
+    assert not configuration_text(Configuration()).startswith('#')
+    with experiment_folders({tmp_path / 'run': Configuration()}, overwrite=False, robot='chapter') as unused:
+        unused.clear()
+    assert (tmp_path / 'run' / 'parameters.yaml').read_text() == configuration_text(Configuration(), 'chapter')
+
+
+def test_what_is_tuned_names_its_robot_and_works_without_it(plain, tmp_path, robot):
+    def tuned(*words):
+        assert tune.main(['velocity', '--seed', '1', '--generations', '1', '--population', '5', '--laps', '0.02',
+                          '--workers=1', '--overwrite', '--output', str(tmp_path / 'made.yaml'), *words]) == 0
+        return tmp_path / 'made.yaml'
+
+    assert tuned('--robot', robot).read_text().splitlines()[0].startswith(
+        f'# velocity gains for the robot {robot} found by mobile_robot_control ')
+    shared = configure(load([tmp_path / 'made.yaml'])).plant.shared
+    assert (shared.robot.mass, shared.velocity_rate) == (3.0, 200.0)
+    assert 'for the robot' not in tuned().read_text()
+
+
+def test_a_report_takes_the_robot_for_a_run_that_has_no_parameters(tmp_path, robot, monkeypatch):
+    assumed = []
+    monkeypatch.setattr(report, 'report', lambda *arguments, **_: assumed.append(arguments[4]) or [])
+    for options in ([], ['--robot', robot]):
+        assert report.main(['run.csv', '--output', str(tmp_path / 'out'), *options]) == 0
+    assert assumed[0] is None
+    assert assumed[1].plant.shared.robot.mass == 3.0

@@ -3,7 +3,7 @@
 import itertools
 
 import numpy as np
-import pytest
+from each import each_row
 
 from mobile_robot_control.tuning.monte_carlo import Judged
 from mobile_robot_control.tuning.ranking import better_pairs, quantile, rank_ranges, ranked, shared_scenarios
@@ -15,26 +15,24 @@ def _runs(errors, failing=()):
     return [Judged(n not in failing, {'rms_position_error': error}) for n, error in enumerate(errors)]
 
 
-def _noisy(mean, seed, spread=0.001):
-    return _runs(mean + spread * np.random.default_rng(seed).standard_normal(RUNS))
+def _noisy(mean, seed):
+    return _runs(mean + 0.001 * np.random.default_rng(seed).standard_normal(RUNS))
 
 
-def test_laws_whose_errors_are_far_apart_have_a_rank_each_and_those_that_are_not_share_theirs():
-    found = ranked({'slow': _noisy(0.03, 1), 'best': _noisy(0.01, 2), 'alike': _noisy(0.01, 3)})
-    assert found == {'best': (1, 2), 'alike': (1, 2), 'slow': (3, 3)}
-
-
-def test_success_counts_before_the_error():
-    assert ranked({'small': _runs([0.01] * RUNS, range(20)), 'sure': _runs([0.05] * RUNS)}) == {
-        'sure': (1, 1), 'small': (2, 2)}
-
-
-def test_a_law_that_could_not_be_judged_comes_last_and_changes_no_other_rank():
-    both = {'a': _noisy(0.01, 1), 'b': _noisy(0.02, 2)}
-    assert ranked(both) == {'a': (1, 1), 'b': (2, 2)}
-    assert ranked({'broken': [], **both, 'broken too': []}) == {
-        'a': (1, 1), 'b': (2, 2), 'broken': (3, 4), 'broken too': (3, 4)}
-    assert ranked({'broken': []}) == {'broken': (1, 1)}
+@each_row(('runs', 'ranks'), [
+    # far apart, and not
+    ({'slow': _noisy(0.03, 1), 'best': _noisy(0.01, 2), 'alike': _noisy(0.01, 3)},
+     {'best': (1, 2), 'alike': (1, 2), 'slow': (3, 3)}),
+    # success counts before the error
+    ({'small': _runs([0.01] * RUNS, range(20)), 'sure': _runs([0.05] * RUNS)}, {'sure': (1, 1), 'small': (2, 2)}),
+    # what could not be judged comes last and changes no other rank
+    ({'a': _noisy(0.01, 1), 'b': _noisy(0.02, 2)}, {'a': (1, 1), 'b': (2, 2)}),
+    ({'broken': [], 'a': _noisy(0.01, 1), 'b': _noisy(0.02, 2), 'broken too': []},
+     {'a': (1, 1), 'b': (2, 2), 'broken': (3, 4), 'broken too': (3, 4)}),
+    ({'broken': []}, {'broken': (1, 1)}),
+])
+def test_laws_that_can_be_told_apart_have_a_rank_each_and_others_share_theirs(runs, ranks):
+    assert ranked(runs) == ranks
 
 
 def test_two_that_cannot_be_told_apart_have_a_rank_in_common_whatever_the_others_are():
@@ -43,19 +41,16 @@ def test_two_that_cannot_be_told_apart_have_a_rank_in_common_whatever_the_others
     for winners in itertools.product((0, 1, 2), repeat=len(pairs)):
         better = [pair if won == 1 else pair[::-1] for pair, won in zip(pairs, winners, strict=True) if won]
         ranks = rank_ranges(names, better)
-        for pair, won in zip(pairs, winners, strict=True):
-            (a, last_a), (b, last_b) = (ranks[name] for name in pair)
-            if not won:
-                assert max(a, b) <= min(last_a, last_b)
+        for (a, b), won in zip(pairs, winners, strict=True):
+            assert won or max(ranks[a][0], ranks[b][0]) <= min(ranks[a][1], ranks[b][1])
         assert all(1 <= first <= last <= len(names) for first, last in ranks.values())
 
 
 def test_ranks_hold_together_with_95_per_cent_where_no_law_is_better():
     """With 0.05 for each of the 21 pairs, some law of seven would be placed wrongly in most tables."""
     rng = np.random.default_rng(5)
-    tables = 200
     wrong = sum(bool(better_pairs({str(n): _runs(0.01 + 0.001 * rng.standard_normal(RUNS)) for n in range(7)}))
-                for _ in range(tables))
+                for _ in range(200))
     # 0.025 of these tables are expected: success and error have a half of 5 % each
     assert wrong <= 13
 
@@ -65,7 +60,6 @@ def test_errors_are_compared_where_all_succeed_but_those_that_fail_mostly():
     assert shared_scenarios(runs) == [0, 4, 5, 6, 7, 8, 9]
 
 
-@pytest.mark.parametrize(('fraction', 'value'), [(0.5, 2.0), (0.75, 3.0), (1.0, None)])
-def test_a_quantile_is_that_of_a_study_and_none_where_it_is_infinite(fraction, value):
-    assert quantile([3.0, float('inf'), 1.0, 2.0], fraction) == value
-    assert quantile([], fraction) is None
+def test_a_quantile_is_that_of_a_study_and_none_where_it_is_infinite():
+    assert [quantile([3.0, float('inf'), 1.0, 2.0], fraction) for fraction in (0.5, 0.75, 1.0)] == [2.0, 3.0, None]
+    assert quantile([], 0.5) is None
