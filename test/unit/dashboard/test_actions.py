@@ -3,8 +3,6 @@
 import asyncio
 from concurrent.futures import Future
 
-import pytest
-
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.dashboard.actions import Actions
@@ -12,24 +10,17 @@ from mobile_robot_control.dashboard.recordings import save_parameters
 from mobile_robot_control.parameters.declaration import flatten
 
 
-class Book:
-    """Stands for the parameters of a graph on which no node has told any."""
+class Graph:
+    """Stands for a link to a graph on which no node has told its parameters, and for their book."""
 
     def __init__(self):
-        self.nodes = {}
+        self.book, self.nodes = self, {}
 
     @staticmethod
     def set(node, values):
         done = Future()
         done.set_result(f'{node} refuses {", ".join(map(str, values))}')
         return done
-
-
-class Link:
-    """Stands for a link to that graph."""
-
-    def __init__(self):
-        self.book = Book()
 
     @staticmethod
     def submit(job):
@@ -41,30 +32,27 @@ class Link:
             done.set_exception(error)
         return done
 
-
-@pytest.mark.parametrize('asked', [
-    None, 3, [], {}, {'do': 'format'}, {'do': ['set']}, {'do': []}, {'do': {}},
-    {'do': 'set'}, {'do': 'set', 'node': 1, 'values': {'a': 1}},
-    {'do': 'set', 'node': 'plant', 'values': {}}, {'do': 'set', 'node': 'plant', 'values': dict.fromkeys(range(51))},
-    {'do': 'disturb'}, {'do': 'disturb', 'key': 'Enter'}, {'do': 'disturb', 'key': {}}, {'do': 'curve'},
-    {'do': 'reset', 'pose': 'here'}, {'do': 'save'}, {'do': 'record', 'name': '../..'}, {'do': 'set', 'values': 'x'},
-])
-def test_a_request_without_sense_is_refused_in_words(asked, tmp_path):
-    class NothingToRecord:
-        @staticmethod
-        def start(present):
-            raise OSError('no room')
-
-    answer = asyncio.run(Actions(Link(), NothingToRecord, tmp_path).fulfil(asked))
-    assert not answer.good
-    assert answer.text
-    assert '\n' not in answer.text
-    assert 'Error' not in answer.text
-    assert not list(tmp_path.iterdir())
+    @staticmethod
+    def start(present):
+        raise OSError('no room')
 
 
-def test_what_a_node_refuses_comes_in_its_own_words(tmp_path):
-    answer = asyncio.run(Actions(Link(), None, tmp_path).fulfil({'do': 'set', 'node': 'plant', 'values': {'mass': -1}}))
+def test_a_request_without_sense_is_refused_in_words(tmp_path):
+    for asked in (
+            None, 3, [], {}, {'do': 'format'}, {'do': ['set']}, {'do': []}, {'do': {}}, {'do': 'set'},
+            {'do': 'set', 'node': 1, 'values': {'a': 1}}, {'do': 'set', 'node': 'plant', 'values': {}},
+            {'do': 'set', 'node': 'plant', 'values': dict.fromkeys(range(51))}, {'do': 'set', 'values': 'x'},
+            {'do': 'disturb'}, {'do': 'disturb', 'key': 'Enter'}, {'do': 'disturb', 'key': {}}, {'do': 'curve'},
+            {'do': 'reset', 'pose': 'here'}, {'do': 'save'}, {'do': 'record', 'name': '../..'}):
+        answer = asyncio.run(Actions(Graph(), Graph, tmp_path).fulfil(asked))
+        assert not answer.good, asked
+        assert answer.text
+        assert '\n' not in answer.text
+        assert 'Error' not in answer.text
+        assert not list(tmp_path.iterdir())
+    # what a node refuses comes in its own words
+    asked = {'do': 'set', 'node': 'plant', 'values': {'mass': -1}}
+    answer = asyncio.run(Actions(Graph(), None, tmp_path).fulfil(asked))
     assert answer == (False, 'plant refuses mass')
 
 
@@ -77,6 +65,5 @@ def test_saved_parameters_read_back_the_same_and_replace_no_file(tmp_path):
     assert first != second
     read = load([first])
     assert read['position_controller']['backstepping.p'] == 0.1 + 0.2
-    assert 'paused' not in read['plant']
     assert {node: set(values) for node, values in read.items()} == {
         node: set(values) - {'paused', 'hold_at'} for node, values in present.items()}

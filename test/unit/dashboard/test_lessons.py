@@ -4,6 +4,7 @@ import asyncio
 
 import pytest
 import yaml
+from each import each_row
 
 from mobile_robot_control.dashboard.lesson_files import read_lessons
 from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching
@@ -32,7 +33,16 @@ def _changed(**changes):
     return made
 
 
-@pytest.mark.parametrize(('lesson', 'words'), [
+def _refusal(folder, text=''):
+    """Return why the lesson of a folder is refused."""
+    (folder / 'lesson.yaml').write_text(text, errors='surrogatepass')
+    with pytest.raises(ParameterError) as refused:
+        read_lessons(str(folder))
+    assert str(folder / 'lesson.yaml') in str(refused.value)
+    return str(refused.value)
+
+
+@each_row(('lesson', 'words'), [
     ([], 'is no lesson'),
     (_changed(title=None), 'title is missing'),
     (_changed(titel='A'), "titel is not known; did you mean 'title'"),
@@ -55,24 +65,14 @@ def _changed(**changes):
     (_changed(answer__with={'plant.x': 1}), "no parameter 'x'"),
 ])
 def test_a_lesson_at_fault_is_told_with_its_file(tmp_path, lesson, words):
-    file = tmp_path / 'lesson.yaml'
-    file.write_text(yaml.safe_dump(lesson))
-    with pytest.raises(ParameterError) as refused:
-        read_lessons(str(tmp_path))
-    assert words in str(refused.value)
-    assert str(file) in str(refused.value)
+    assert words in _refusal(tmp_path, yaml.safe_dump(lesson))
 
 
-@pytest.mark.parametrize('text', ['a: [', '2001-99-99', '- ' * 5000, 'a: \x00', '\ud8ff'])
-def test_a_file_that_is_no_yaml_is_told(tmp_path, text):
-    (tmp_path / 'lesson.yaml').write_text(text, errors='surrogatepass')
-    with pytest.raises(ParameterError, match=r'lesson\.yaml'):
-        read_lessons(str(tmp_path))
-
-
-def test_a_folder_without_lessons_is_told(tmp_path):
+def test_a_folder_without_lessons_and_a_file_that_is_no_yaml_are_told(tmp_path):
     with pytest.raises(ParameterError, match='there is no lesson in this folder'):
         read_lessons(str(tmp_path))
+    for text in ('a: [', '2001-99-99', '- ' * 5000, 'a: \x00', '\ud8ff'):
+        _refusal(tmp_path, text)
 
 
 class Nodes:
@@ -130,14 +130,11 @@ def test_a_lesson_of_another_robot_or_without_its_node_changes_nothing(taught, t
     nodes, teaching = taught
     before = asyncio.run(nodes.present())
     other = Teaching(tuple(teaching.lessons.values()), 'kobuki', Robot(nodes.present, nodes.change, nodes.reset))
-    with pytest.raises(LessonError, match='for chapter, and the robot here is kobuki; start dashboard --robot chapter'):
-        asyncio.run(other.begin('lesson', None))
-    with pytest.raises(LessonError, match='no such lesson'):
-        asyncio.run(teaching.begin('lessen', None))
-    with pytest.raises(LessonError, match='has ended'):
-        asyncio.run(teaching.move(0, 1.0))
-    del nodes.values['position_controller']
-    with pytest.raises(LessonError, match='position_controller, which is not there'):
-        asyncio.run(teaching.begin('lesson', None))
-    del before['position_controller']
+    del nodes.values['position_controller'], before['position_controller']
+    for asked, words in (
+            (other.begin('lesson', None), 'for chapter, and the robot here is kobuki; start dashboard --robot chapter'),
+            (teaching.begin('lessen', None), 'no such lesson'), (teaching.move(0, 1.0), 'has ended'),
+            (teaching.begin('lesson', None), 'position_controller, which is not there')):
+        with pytest.raises(LessonError, match=words):
+            asyncio.run(asked)
     assert nodes.values == before

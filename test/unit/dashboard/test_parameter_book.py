@@ -3,7 +3,7 @@
 from concurrent.futures import Future
 from types import SimpleNamespace
 
-import pytest
+from each import each
 from rcl_interfaces.msg import FloatingPointRange, ListParametersResult, ParameterDescriptor, ParameterValue
 from rcl_interfaces.msg import SetParametersResult as Result
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
@@ -35,7 +35,7 @@ class Declared:
         self.descriptors[name] = descriptor
 
 
-@pytest.mark.parametrize('node', NODES)
+@each(NODES)
 def test_what_a_node_describes_is_what_it_declares(node):
     ours, stand_in = known_entries(node), Declared()
     declare(stand_in, NODES[node])
@@ -43,20 +43,17 @@ def test_what_a_node_describes_is_what_it_declares(node):
         assert described_entry(stand_in.descriptors[name], declared.default, ours) == ours[name]
 
 
-def test_a_parameter_of_another_package_has_what_its_node_tells():
+def test_a_parameter_of_another_package_has_what_its_node_tells_and_values_are_plain_json():
     descriptor = ParameterDescriptor(name='speed', type=3, description='of the robot [m/s]',
                                      additional_constraints='not too fast',
                                      floating_point_range=[FloatingPointRange(from_value=0.0, to_value=2.5)])
     entry = described_entry(descriptor, 1.0, {})
     assert (entry.text, entry.allowed, entry.low, entry.high) == ('of the robot [m/s]', 'not too fast', 0.0, 2.5)
     assert (entry.default, entry.slider, entry.live) == (None, (0.0, 2.5), True)
-
-
-def test_the_values_are_plain_json():
-    assert plain_value(ParameterValue(type=3, double_value=float('nan'))) is None
-    assert plain_value(ParameterValue(type=8, double_array_value=[1.0, 2.5])) == [1.0, 2.5]
-    assert plain_value(ParameterValue(type=4, string_value='<b>\n')) == '<b>\\n'
-    assert plain_value(ParameterValue(type=5)) is None
+    for value, plain in (({'type': 3, 'double_value': float('nan')}, None),
+                         ({'type': 8, 'double_array_value': [1.0, 2.5]}, [1.0, 2.5]),
+                         ({'type': 4, 'string_value': '<b>\n'}, '<b>\\n'), ({'type': 5}, None)):
+        assert plain_value(ParameterValue(**value)) == plain
 
 
 class Graph:
@@ -94,38 +91,28 @@ def _found(value):
     return GetParameters.Response(values=[ParameterValue(type=3, double_value=value)])
 
 
-@pytest.fixture
-def graph():
-    return Graph()
+LISTED = ListParameters.Response(result=ListParametersResult(names=['mass']))
 
 
-@pytest.fixture
-def book(graph):
-    """A book that knows the plant, its first answer having been lost."""
-    made = ParameterBook(graph, graph)
-    made.discover()
+def test_a_node_whose_answer_was_lost_is_asked_again_and_a_change_is_answered_once_its_value_is_known():
+    graph = Graph()
+    book = ParameterBook(graph, graph)
+    book.discover()
     graph.answer(ListParameters, NoAnswerError('lost'))
-    made.discover()
-    graph.answer(ListParameters, ListParameters.Response(result=ListParametersResult(names=['mass'])))
+    book.discover()
+    graph.answer(ListParameters, LISTED)
     graph.answer(GetParameters, _found(1.0))
     mass = ParameterDescriptor(name='mass', type=3)
     graph.answer(DescribeParameters, DescribeParameters.Response(descriptors=[mass]))
-    return made
-
-
-def test_a_node_whose_answer_was_lost_is_asked_again(graph, book):
     assert book.value('plant', 'mass') == 1.0
     book.refresh()
     graph.answer(GetParameters, NoAnswerError('lost'))
     book.discover()
-    graph.answer(ListParameters, ListParameters.Response(result=ListParametersResult(names=['mass'])))
+    graph.answer(ListParameters, LISTED)
     graph.answer(GetParameters, _found(2.0))
     assert book.value('plant', 'mass') == 2.0
     book.discover()
     assert not graph.asked
-
-
-def test_a_change_is_answered_once_the_new_value_is_known(graph, book):
     answer = book.set('plant', {'mass': 3.0})
     graph.answer(SetParameters, SetParameters.Response(results=[Result(successful=True)]))
     assert not answer.done()

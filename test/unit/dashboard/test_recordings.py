@@ -65,23 +65,18 @@ def test_a_double_click_begins_one_recording(tmp_path, recorders):
     assert [one['state'] for one in recordings.state] in ([], ['done'])
 
 
-def test_each_of_several_recordings_is_kept(tmp_path, recorders):
-    recordings = Recordings(tmp_path, '/')
-    for number in (1, 2):
+def test_each_of_several_recordings_is_kept_and_why_one_failed_is_told_without_a_file(tmp_path, recorders):
+    failure, recordings = 'bag.mcap: No space left on device; make room there', Recordings(tmp_path, '/')
+    for number, state in ((1, 'done'), (2, 'done'), (3, 'failed')):
+        if state == 'failed':
+            recorders[1]['report'] = f'print({failure!r}); sys.exit(1)'
         recordings.start(PRESENT)
         recordings.stop()
-        finished(recordings, number)
-    assert [' '.join((one['name'], one['state'])) for one in recordings.state] == [
-        'recording_1 done', 'recording_2 done']
-
-
-def test_why_a_recording_failed_is_told_without_a_file(tmp_path, recorders):
-    recorders[1]['report'] = "print('bag.mcap: No space left on device; make room there'); sys.exit(1)"
-    recordings = Recordings(tmp_path, '/')
-    recordings.start(PRESENT)
-    recordings.stop()
-    assert finished(recordings, 1)[0]['text'] == 'bag.mcap: No space left on device; make room there'
-    assert sorted(path.name for path in (tmp_path / 'recording_1').iterdir()) == ['parameters.yaml']
+        last = finished(recordings, number)[-1]
+        assert (last['name'], last['state']) == (f'recording_{number}', state)
+    assert [one['state'] for one in recordings.state] == ['done', 'done', 'failed']
+    assert last['text'] == failure
+    assert [path.name for path in (tmp_path / 'recording_3').iterdir()] == ['parameters.yaml']
 
 
 def test_pages_that_save_at_once_get_a_file_each(tmp_path):
