@@ -10,13 +10,7 @@ def drawn(*columns, seed=1):
     """
     Return the product of columns as parameters of a test; cases that are not drawn are marked as soak.
 
-    Parameters
-    ----------
-    columns : iterables
-        Of values; those drawn show each value once.
-    seed : int
-        Of the draw: another one where a change of the code shows in a case that was not drawn.
-
+    Those drawn show each value once. Take another seed where a change of the code shows in a case that was not drawn.
     """
     columns = [list(column) for column in columns]
     draw, count = random.Random(seed), max(map(len, columns))  # noqa: S311 (cases, no secrets)

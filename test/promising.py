@@ -75,7 +75,7 @@ def warned(parameters):
     return warnings_of(promise(parameters, [configured_scenario(parameters)]))
 
 
-def driven(parameters, base, command=None, since=FROM, until=UNTIL):
+def driven(parameters, base, command=None, since=FROM, until=UNTIL, compensates=True):
     """
     Return the true RMS error [m] of a stand-in base, whose stamps the controller reads as on the wall clock.
 
@@ -94,7 +94,8 @@ def driven(parameters, base, command=None, since=FROM, until=UNTIL):
 
     def control(time, stamp, pose, velocity):
         velocity = BodyVelocity(*velocity)
-        pose = carried_forward(Pose(*pose), velocity, time - stamp + parameters.position_controller.odom_latency)
+        age = time - stamp + parameters.position_controller.odom_latency if compensates else 0.0
+        pose = carried_forward(Pose(*pose), velocity, age)
         reference, following = (course.reference(at) for at in (time, time + dt))
         return command(reference, pose) if command else of_law(reference, pose, velocity, following)
 

@@ -6,21 +6,7 @@ from mobile_robot_control.model.robot import angular_inertia, half_separation, l
 
 
 class Oracle:
-    """
-    The path of a grid, with limits of a robot without friction.
-
-    Parameters
-    ----------
-    toppra : module
-        Imported.
-    grid : PathGrid
-        Of the path.
-    timing : Timing
-        Limits of v, of both accelerations and of the torque.
-    robot : Robot
-        Without friction.
-
-    """
+    """The path of a grid, with limits of v, of both accelerations and of the torque of a robot without friction."""
 
     def __init__(self, toppra, grid, timing, robot):
         self._grid = grid

@@ -1,10 +1,17 @@
-"""What `simulate` promises of a base is what a base does that is a model of its own."""
+"""What `simulate` promises of a base is what a base does that is a model of its own; what it warns of."""
+
+import math
 
 import pytest
 from drawn import drawn
 from each import each_row
+from harness import CONFIG
 from promising import BASES, TUNED, driven, fed, plant_like, promised, warned
 from stand_in_model import Base
+
+from mobile_robot_control.configuration.configure import at_cart_start, configure
+from mobile_robot_control.configuration.files import load
+from mobile_robot_control.simulation.rollout import rollout
 
 # a lap of the Lissajous curve of 16 s asks for more than the bases can drive
 CURVES_AND_LAPS = [('trifolium', 16.0), ('lemniscate', 16.0), ('lissajous', 24.0)]
@@ -40,7 +47,9 @@ def test_a_model_that_lacks_something_ends_in_a_warning_that_names_it(base, lack
     assert found[0].count(' (') == 1
 
 
-@each_row('name', BASES)
+@pytest.mark.parametrize('name', [
+    'unlike wheels', 'slow to speed up, encoders', pytest.param('stand-in', marks=pytest.mark.soak),
+    pytest.param('seldom, jitter, lost', marks=pytest.mark.soak)])
 def test_no_right_model_is_warned_of(name):
     assert warned(plant_like(BASES[name], 'trifolium')) == []
 
@@ -88,3 +97,25 @@ def test_an_age_that_is_compensated_twice_is_warned_of():
     assert promised(twice) > 1.2 * promised(plant_like(Base(), 'trifolium'))
     assert warned(twice) == ['odom_latency = 0.07 s is added to the age that the stamps of odom show '
                              '(odometry_stamped: sampled): leave it out, unless odometry is older than its stamps']
+
+
+@each_row(('lag', 'share', 'bound'), [(0.02, 0.3, 0.01), (0.15, 0.7, 0.03)])
+def test_odometry_that_is_carried_forward_brings_the_robot_nearer(lag, share, bound):
+    parameters = configure(load([CONFIG / 'wall_clock.yaml']))
+    assert parameters.position_controller.compensate_latency
+    late, compensated = (driven(parameters, Base(lag=lag), compensates=on) for on in (False, True))
+    assert compensated < min(share * late, bound)
+
+
+# a model of torques without the base's lag and latency follows the curve with all of these
+def test_gains_with_which_the_base_spins_are_warned_of_before_it_drives_and_the_shipped_ones_are_not():
+    values = load([CONFIG / 'wall_clock.yaml'])
+    shipped = configure(values)
+    values['position_controller'] |= {f'backstepping.{name}': value for name, value in zip(
+        'pqfg', (3.0, 1.5, 3.0, 20.0), strict=True)}
+    parameters = configure(values)
+    assert max(math.hypot(*sample.tick.error[:2]) for sample in rollout(at_cart_start(parameters), 8.0)) < 0.1
+    assert driven(parameters, Base(lag=0.15), compensates=False) > 0.4
+    assert any(phrase in text for text in warned(parameters) for phrase in (
+        'position loop has a thin delay margin', 'errors of the position loop grow', 'position loop is not stable'))
+    assert [text for text in warned(shipped) if 'not modelled' not in text] == []

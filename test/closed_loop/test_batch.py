@@ -1,4 +1,4 @@
-"""Rollouts in batches: compiled and plain form agree with each other and with the rollout sample by sample."""
+"""Rollouts in batches, of torques and of a base: compiled and plain form, and the rollout sample by sample, agree."""
 
 import subprocess
 import sys
@@ -19,6 +19,15 @@ ROUGH = {
     'initial_pose': [0.9, 0.1, 1.0], 'noise.pose': [0.01, 0.01, 0.02], 'noise.velocity': 0.05, 'noise.seed': 7,
     'disturbance.time': 2.0, 'disturbance.impulse': [0.01, -0.01], 'disturbance.step': [0.0, 0.02],
     'max_wheel_torque': 3.0,
+}
+
+ROUGH_BASE = {
+    'base.wheel_gain': [1.02, 0.98], 'base.turn_gain': 0.9, 'base.command_jitter': 0.012, 'odometry.jitter': 0.015,
+    'drive': 'velocity', 'base.lag': [0.15, 0.1], 'base.dead_time': [0.02, 0.043], 'base.max_speed': [0.7, 2.0],
+    'base.max_acceleration': [1.0, 4.0], 'base.dead_zone': [0.01, 0.02], 'base.quantum': [0.001, 0.01],
+    'base.command_rate': 30.0, 'encoders.ticks': 2000, 'encoders.window': 0.01, 'odometry.dead_reckoning': True,
+    'odometry.radius_error': [0.002, -0.001], 'odometry.slip': 0.002, 'odometry.rate': 30.0, 'odometry.latency': 0.05,
+    'noise.velocity': 0.01, 'noise.pose': [0.001, 0.001, 0.002], 'noise.seed': 3,
 }
 
 
@@ -46,6 +55,32 @@ def test_plain_and_compiled_form_agree_over_a_lap(law, delay, varies):
         for a, b in zip(numbers(compiled), numbers(plain), strict=True):
             # the highest torque of no torque at all is -inf
             assert a == b or abs(a - b) <= 1e-9 * max(1.0, abs(b))
+
+
+@pytest.mark.parametrize('law', ['backstepping', pytest.param('fuzzy', marks=pytest.mark.soak)])
+def test_plain_and_compiled_form_of_a_base_with_everything_are_equal_to_the_last_bit(law):
+    pytest.importorskip('numba')
+    parameters = configuration(plant=ROUGH_BASE, position_controller={
+        'controller_type': law, 'compensate_latency': True, 'odom_latency': 0.07})
+    trial = make_trial(parameters, 8.0, late=6.0)
+    compiled, plain = batch.run_trials([trial], True), batch.run_trials([trial], False)
+    # nan, which torques are, is not equal to itself
+    assert repr(compiled) == repr(plain)
+    assert plain[0].steps == 4000
+    meter = RunMeter(0.002, 0.01)
+    for sample in rollout(parameters, 8.0):
+        meter.add(sample)
+    measured = summary(meter.run('completed'))
+    assert summary(measured_run(trial, plain[0])) == {**measured, 'measured_rms_position_error': None}
+    # dead reckoning drifts: what odometry shows is not how far the robot is from the cart
+    assert measured['measured_rms_position_error'] != measured['rms_position_error'] < 0.3
+
+
+def test_a_base_that_follows_at_once_tracks_like_the_kinematic_loop():
+    at_once, lagging = (
+        summary(measure(configuration(plant={'drive': 'velocity', 'base.lag': [lag, lag]}), 4.0))['rms_position_error']
+        for lag in (0.0, 0.1))
+    assert at_once < 0.001 < lagging < 0.03
 
 
 @each_row(('law', 'noise'), [

@@ -24,10 +24,6 @@ def parameters(rate, law='backstepping', curve='trifolium', start=ON_THE_CURVE):
     )
 
 
-def run(rate, duration, law='backstepping', curve='trifolium', start=ON_THE_CURVE):
-    return measured(parameters(rate, law, curve, start), duration)
-
-
 def test_one_lap_of_the_trifolium_at_20_khz_matches_an_independent_solver():
     # compiled: in plain form a lap at this rate takes a minute, and gives the same bits
     trial = make_trial(parameters(20000.0), 16.0)
@@ -43,17 +39,17 @@ def test_one_lap_of_the_trifolium_at_20_khz_matches_an_independent_solver():
 
 def test_ordinary_backstepping_needs_torques_beyond_50_newton_metres():
     # section 4.1, on the lemniscate: both torques exceed 50 N m, at the beginning
-    found, _ = run(4000.0, 0.5, curve='lemniscate')
+    found, _ = measured(parameters(4000.0, curve='lemniscate'), 0.5)
     assert min(found['peak_wheel_torque'].values()) > 50.0
     assert {side: abs(value) for side, value in found['initial_wheel_torque'].items()} == found['peak_wheel_torque']
 
 
-@each_row('start', [ON_THE_CURVE, [0.8, -0.1, 0.3]])
-def test_hybrid_backstepping_needs_far_smaller_torques(start):
-    found, last = run(4000.0, 6.0, 'hybrid_backstepping', 'lemniscate', start)
+@each_row(('start', 'seconds'), [(ON_THE_CURVE, 3.0), ([0.8, -0.1, 0.3], 6.0)])
+def test_hybrid_backstepping_needs_far_smaller_torques(start, seconds):
+    found, last = measured(parameters(4000.0, 'hybrid_backstepping', 'lemniscate', start), seconds)
     assert max(found['peak_wheel_torque'].values()) < 3.0
     assert found['initial_wheel_torque'] == {'right': 0.0, 'left': 0.0}
     # and tracks in the end
     assert math.hypot(*last.tick.error[:2]) < 0.05
-    ordinary, _ = run(4000.0, 0.1, 'backstepping', 'lemniscate', start)
+    ordinary, _ = measured(parameters(4000.0, 'backstepping', 'lemniscate', start), 0.1)
     assert min(ordinary['peak_wheel_torque'].values()) > 25.0 * max(found['peak_wheel_torque'].values())

@@ -53,11 +53,11 @@ def near(name, error):
     return abs(error) < (0.005 if DELAY in name else 0.01)
 
 
-def test_drawn_bases_are_found_and_intervals_hold_what_they_say(tmp_path):
-    found = [errors(seed, tmp_path, 30.0) for seed in range(2)]
-    assert [(seed, name, error) for seed, one in enumerate(found) for name, (error, _) in one.items()
-            if not near(name, error)] == []
-    assert np.mean([abs(error) < half for one in found for error, half in one.values()]) >= 0.88
+@pytest.mark.parametrize('seed', [0, pytest.param(1, marks=pytest.mark.soak)])
+def test_a_drawn_base_is_found_and_intervals_hold_what_they_say(seed, tmp_path):
+    found = errors(seed, tmp_path, 30.0)
+    assert [(name, error) for name, (error, _) in found.items() if not near(name, error)] == []
+    assert np.mean([abs(error) < half for error, half in found.values()]) >= 0.88
 
 
 @pytest.mark.soak
@@ -86,11 +86,11 @@ def identified_file(base, folder):
     return file
 
 
-def promise_and_error(base, found, gains=()):
+def promise_and_error(base, found, gains=(), courses=COURSES):
     """Yield what the file of an identified base promises on each course, and what the base does."""
     folder = found.parent
     (folder / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n0,1\n')
-    for course, given in COURSES:
+    for course, given in courses:
         file = [f'reference_cart.path.file:={folder}/path.csv'] if course == 'path' else []
         parameters = at_cart_start(configure(load([CONFIG / 'wall_clock.yaml', found, *gains], [
             '/**.lockstep:=true', '/**.odometry_stamped:=sampled', '/**.feedforward.enabled:=false',
@@ -101,7 +101,8 @@ def promise_and_error(base, found, gains=()):
 
 
 def test_what_the_file_of_an_identified_base_promises_is_what_the_base_does(tmp_path):
-    for promise, error in promise_and_error(BASES['stand-in'], identified_file(BASES['stand-in'], tmp_path)):
+    base = BASES['stand-in']
+    for promise, error in promise_and_error(base, identified_file(base, tmp_path), courses=COURSES[1:]):
         assert promise == pytest.approx(error, rel=0.3)
 
 

@@ -1,15 +1,20 @@
-"""Two laws on the track of Klancar et al., chapter 3, against the equations of the book written out."""
+"""The track of Klancar et al., chapter 3: its linear law, and three more against the equations of the book."""
 
+import csv
+import json
 import math
+from pathlib import Path
 
 import pytest
 from each import each_row
+from harness import run_command
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure, rollout
 
+KLANCAR = Path(__file__).parents[1] / 'plugins' / 'klancar.py'
 PERIOD, STEPS = 0.033, 910
 ZETA, G = 0.9, 85.0
 TRACK = ['plant.drive:=velocity', f'/**.velocity_rate:={1.0 / PERIOD!r}', f'/**.position_rate:={1.0 / PERIOD!r}',
@@ -110,3 +115,23 @@ def test_the_published_track_has_the_errors_of_the_listing(law, gain, heading_fe
     # the numbers of docs/base.md
     assert [metrics[name] for name in ('rms_position_error', 'iae', 'ise')] == pytest.approx(printed, rel=5e-5)
     assert metrics['torque_variation'] is None
+
+
+def test_klancars_linear_law_on_the_published_track(tmp_path):
+    # the book's listing, moved along the exact arc: 12.469 mm, 0.077823 m s and 113.66 mm
+    table = tmp_path / 'track.csv'
+    done = run_command('simulate', '--law', KLANCAR, '--duration', 30.03, '--json', '--output', table, *(
+        word for given in (*TRACK, 'position_controller.controller_type:=klancar') for word in ('-p', given)))
+    assert done.returncode == 0, done.stderr
+    metrics = json.loads(done.stdout)
+    assert metrics['rms_position_error'] == pytest.approx(12.469e-3, abs=5e-7)
+    assert metrics['max_position_error'] == pytest.approx(113.66e-3, abs=5e-6)
+    with table.open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 911
+    apart = [math.hypot(float(row['tracking_error.vector.x']), float(row['tracking_error.vector.y']))
+             for row in rows[:-1]]
+    assert 0.033 * sum(apart) == pytest.approx(0.077823, abs=5e-7)
+    # there is no torque
+    assert metrics['peak_wheel_torque'] is metrics['energy'] is None
+    assert {row[name] for row in rows for name in row if 'effort' in name} == {''}

@@ -179,6 +179,7 @@ CASES = {
     'from rest, just above the friction': ({'coulomb': 0.3}, (0.0, 0.0), (0.0, 0.0), (0.3001, 0.3002)),
     'from rest, one just below': ({'coulomb': 0.3}, (0.0, 0.0), (0.0, 0.0), (0.2999, 0.3002)),
     'a lag through the friction': ({'coulomb': 0.3, 'time_constant': 0.01}, (0.0, 0.0), (-0.2, 0.4), (0.5, -0.5)),
+    'a lag without friction': ({'time_constant': 0.01}, (0.1, -0.3), (1.0, 0.4), (-1.0, -0.5)),
     'a short lag': ({'coulomb': 0.1, 'time_constant': 0.0005}, (0.1, -0.3), (1.0, 0.4), (-1.0, -0.5)),
     'onto the line': ({'stall': 1.4, 'no_load': 6.4}, (2.0, 5.9), (1.2, 1.2), (1.2, 1.2)),
     'one beyond its line, one braking': ({'stall': 1.4, 'no_load': 6.4, 'coulomb': 0.05}, (9.0, -5.0), (0.0, 1.4),

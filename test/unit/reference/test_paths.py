@@ -158,6 +158,14 @@ def test_a_path_far_from_the_cart_and_one_that_comes_too_late_for_its_speed_are_
         join(request([(x, 0.0), (x + 0.1, 0.05), (x + 0.1, 2.0)]), before)
 
 
+def test_a_path_that_turns_back_and_torques_below_the_friction_are_refused():
+    with pytest.raises(ParameterError, match=r'p\.csv:2: the path turns back near this waypoint, a cusp'):
+        plan(request([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]))
+    weak = request(RECTANGLE, timing=TIMING._replace(max_wheel_torque=0.03))
+    with pytest.raises(ParameterError, match='no motion from here keeps the limits of timing'):
+        plan(weak._replace(drive=Drive(coulomb=0.02)))
+
+
 def test_without_friction_it_is_as_fast_as_toppra_also_over_a_point_without_inertia():
     toppra = pytest.importorskip('toppra')
     robot, timing = NO_FRICTION, TIMING._replace(max_wheel_torque=0.4)
@@ -171,18 +179,8 @@ def test_without_friction_it_is_as_fast_as_toppra_also_over_a_point_without_iner
     assert path.period == pytest.approx(theirs, rel=0.01)
 
 
-def test_a_path_starts_and_ends_at_rest_and_half_the_speed_takes_twice_the_time():
-    path = plan_spans(shape_of(RECTANGLE), TIMING, Drive())
-    slow = plan_spans(shape_of(RECTANGLE), TIMING._replace(speed_factor=0.5), Drive())
-    assert slow.period == pytest.approx(2.0 * path.period)
-    for time, corner in ((-1.0, RECTANGLE[0]), (path.period + 1.0, RECTANGLE[-1])):
-        reference = path.accelerated(time)
-        assert reference.pose[:2] == pytest.approx(corner)
-        assert (*reference.velocity, *reference.acceleration) == (0.0,) * 4
-
-
-def test_the_reference_moves_as_its_velocity_and_acceleration_say():
-    path, h = plan_spans(shape_of(RECTANGLE, True), TIMING, Drive()), 1e-5
+def test_a_path_moves_as_its_velocity_says_from_rest_to_rest_and_at_half_the_speed_takes_twice_the_time():
+    path, h = plan_spans(shape_of(RECTANGLE), TIMING, Drive()), 1e-5
     for time in np.linspace(0.5, path.period - 0.5, 37):
         before, at, after = (path.accelerated(time + shift) for shift in (-h, 0.0, h))
         turn = math.remainder(after.pose.heading - before.pose.heading, 2.0 * math.pi)
@@ -190,6 +188,12 @@ def test_the_reference_moves_as_its_velocity_and_acceleration_say():
         assert (along, turn / (2.0 * h)) == pytest.approx(at.velocity, abs=1e-4)
         assert (after.velocity.linear - before.velocity.linear) / (2.0 * h) == pytest.approx(
             at.acceleration.linear, abs=0.02)
+    slow = plan_spans(shape_of(RECTANGLE), TIMING._replace(speed_factor=0.5), Drive())
+    assert slow.period == pytest.approx(2.0 * path.period)
+    for time, corner in ((-1.0, RECTANGLE[0]), (path.period + 1.0, RECTANGLE[-1])):
+        reference = path.accelerated(time)
+        assert reference.pose[:2] == pytest.approx(corner)
+        assert (*reference.velocity, *reference.acceleration) == (0.0,) * 4
 
 
 OPEN = PathParameters()
@@ -207,14 +211,3 @@ def test_a_speed_of_a_waypoint_is_a_limit_and_laps_are_driven_without_a_stop():
     assert twice.length == pytest.approx(2.0 * once.length)
     assert twice.period < 2.0 * once.period - 0.5
     assert twice.reference(twice.period).pose[:2] == pytest.approx(once.reference(0.0).pose[:2])
-
-
-def test_a_path_that_turns_back_is_refused_at_its_waypoint():
-    with pytest.raises(ParameterError, match=r'p\.csv:2: the path turns back near this waypoint, a cusp'):
-        plan(request([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]))
-
-
-def test_torques_below_the_friction_are_refused():
-    weak = request(RECTANGLE, timing=TIMING._replace(max_wheel_torque=0.03))
-    with pytest.raises(ParameterError, match='no motion from here keeps the limits of timing'):
-        plan(weak._replace(drive=Drive(coulomb=0.02)))
