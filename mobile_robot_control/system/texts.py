@@ -60,7 +60,9 @@ def located_error(error: BaseException) -> str:
         if file == raised[0] or (not raised[0] and not file.startswith((_PACKAGE, _PYTHON, '<frozen'))):
             raised = file, frame.tb_lineno
         frame = frame.tb_next
-    return describe_error(error) + (f' in {printable(raised[0])}, line {raised[1]}' if raised[0] else '')
+    # ipykernel compiles a cell under the name of a temporary file that nobody finds
+    place = 'a cell' if f'{os.sep}ipykernel_' in raised[0] else printable(raised[0])
+    return describe_error(error) + (f' in {place}, line {raised[1]}' if raised[0] else '')
 
 
 def distinct(names: Sequence[str]) -> list[str]:
