@@ -1,6 +1,6 @@
 """The sentence that opens a report is right whatever became of a run, and whatever is not known of it."""
 
-from each import each
+from each import each_row
 from measuring import configuration
 
 from mobile_robot_control.pages.answer import key_numbers, sentence
@@ -47,17 +47,31 @@ def test_a_whole_run_is_told_by_law_curve_errors_torque_and_messages():
     assert len(_sentence(_run('x' * 3000), _run('y' * 3000))) < 400
 
 
-@each([
-    ('diverged', 'diverged after 3.2 s of 16 s'),
-    ('law_failed', 'was stopped after 3.2 s of 16 s, when its position law failed'),
-    ('node_died', 'was broken off after 3.2 s of 16 s, when a node gave no answer'),
-    ('broken off', 'was recorded for 3.2 s of 16 s only'),
-    ('not known', 'drove for 3.2 s'),
-    ('odd {} \u2028', r'ended after 3.2 s of 16 s (odd {} \u2028)'),
+@each_row(('changes', 'words'), [
+    *(({'outcome': outcome, 'duration': 3.2}, f'{BEGIN}{words}{END}') for outcome, words in (
+        ('diverged', 'diverged after 3.2 s of 16 s'),
+        ('law_failed', 'was stopped after 3.2 s of 16 s, when its position law failed'),
+        ('node_died', 'was broken off after 3.2 s of 16 s, when a node gave no answer'),
+        ('broken off', 'was recorded for 3.2 s of 16 s only'), ('not known', 'drove for 3.2 s'),
+        ('odd {} \u2028', r'ended after 3.2 s of 16 s (odd {} \u2028)'))),
+    *((changes, f'{BEGIN}completed 16 s: {words}, peak torque 1.28 N m; no message was lost.') for changes, words in (
+        ({'error': MEASURED}, 'RMS error 9.67 mm and largest 28.5 mm as odometry saw it'),
+        ({'measured_rms_position_error': 0.005},
+         'true RMS error 9.67 mm (5 mm as odometry saw it), largest 28.5 mm'),
+        ({'measured_rms_position_error': None}, ERRORS),
+        ({'rms_position_error': None, 'max_position_error': None}, 'its error is not known'),
+        ({'max_position_error': None}, 'RMS error 9.67 mm, largest –'))),
+    *(({'parameters': parameters, 'peak_wheel_torque': peaks}, f', {words}; ') for parameters, peaks, words in (
+        (LINEARIZED, None, 'torque not known'), (LINEARIZED, {'right': None, 'left': None}, 'torque not known'),
+        (LINEARIZED, {'right': None, 'left': 0.05}, 'peak torque 50 mN m'), (None, None, 'torque not known'),
+        (BASE, None, 'no torque, as its base takes velocities'))),
+    ({'problems': ('gaps',), 'series': _series([0, 10, 20, 50, 60, 70])},
+     '; 4 messages are missing from the recording.'),
+    ({'problems': ('cut off',)}, '; its recording is not complete, see what is missing below.'),
+    ({'series': _series(range(0, 60, 10), received=False)}, '; no row of its table is missing.'),
 ])
-def test_what_became_of_a_run_is_told_with_its_time(case):
-    outcome, words = case
-    assert _sentence(_run(outcome=outcome, duration=3.2)) == f'{BEGIN}{words}{END}'
+def test_outcome_true_or_measured_error_torque_and_what_is_missing_are_told(changes, words):
+    assert words in _sentence(_run(**changes))
 
 
 def test_a_run_without_metrics_has_no_error():
@@ -68,39 +82,6 @@ def test_a_run_without_metrics_has_no_error():
     assert [number.text for number in key_numbers([run])[0]] == ['0', '–', '–', '–', '–']
 
 
-@each([
-    ({'error': MEASURED}, 'RMS error 9.67 mm and largest 28.5 mm as odometry saw it'),
-    ({'measured_rms_position_error': 0.005}, 'true RMS error 9.67 mm (5 mm as odometry saw it), largest 28.5 mm'),
-    ({'measured_rms_position_error': None}, ERRORS),
-    ({'rms_position_error': None, 'max_position_error': None}, 'its error is not known'),
-    ({'max_position_error': None}, 'RMS error 9.67 mm, largest –'),
-])
-def test_true_and_measured_errors_are_told_apart(case):
-    changes, words = case
-    assert _sentence(_run(**changes)) == f'{BEGIN}completed 16 s: {words}, peak torque 1.28 N m; no message was lost.'
-
-
-@each([
-    (LINEARIZED, None, 'torque not known'), (LINEARIZED, {'right': None, 'left': None}, 'torque not known'),
-    (LINEARIZED, {'right': None, 'left': 0.05}, 'peak torque 50 mN m'), (None, None, 'torque not known'),
-    (BASE, None, 'no torque, as its base takes velocities'),
-])
-def test_a_torque_that_is_not_known_is_not_made_up(case):
-    parameters, peaks, words = case
-    assert f', {words}; ' in _sentence(_run(parameters=parameters, peak_wheel_torque=peaks))
-
-
-@each([
-    ([0, 10, 20, 50, 60, 70], ('gaps',), True, '4 messages are missing from the recording'),
-    (range(0, 60, 10), ('cut off',), True, 'its recording is not complete, see what is missing below'),
-    (range(0, 60, 10), (), False, 'no row of its table is missing'),
-])
-def test_missing_messages_are_counted(case):
-    stamps, problems, received, words = case
-    run = _run(problems=problems, series=_series(stamps, received))
-    assert _sentence(run).endswith(f'; {words}.')
-
-
 def test_the_best_of_several_runs_is_told_with_what_became_of_the_others():
     best, worse = _run('a'), _run('b', rms_position_error=0.02, problems=('gaps',))
     failed = _run('c', outcome='diverged', duration=3.0, rms_position_error=0.001)
@@ -109,9 +90,6 @@ def test_the_best_of_several_runs_is_told_with_what_became_of_the_others():
         '3 s of 16 s; the recording of b is not complete, see what is missing below.')
     assert _sentence(best, failed).startswith(f'Of 2 runs, a alone is whole, and as long as the longest: {ERRORS}')
     assert _sentence(failed, failed).startswith('None of 2 runs can be compared with another; c diverged')
-
-
-def test_true_and_measured_errors_are_not_ranked():
     assert _sentence(_run('a'), _run('b', error=MEASURED)).startswith(
         '2 runs are not ranked, as the errors of some are true and those of others measured; no message is missing')
 

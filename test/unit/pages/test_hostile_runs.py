@@ -39,16 +39,16 @@ def _drawn(output):
     return page
 
 
-def test_any_name_is_drawn(table, tmp_path):
-    assert report.main([*(f'{name}={table}' for name in NAMES), '--output', str(tmp_path)]) == 0
-    _drawn(tmp_path)
-    assert len(json.loads((tmp_path / 'report.json').read_text())) == len(NAMES)
-
-
-def test_a_name_that_is_a_script_is_a_text_on_the_page(table, tmp_path):
+def test_any_name_is_drawn_and_a_script_or_a_file_name_of_odd_bytes_is_a_text_on_the_page(table, tmp_path):
+    assert report.main([*(f'{name}={table}' for name in NAMES), '--output', str(tmp_path / 'odd')]) == 0
+    _drawn(tmp_path / 'odd')
+    assert len(json.loads((tmp_path / 'odd' / 'report.json').read_text())) == len(NAMES)
+    odd = tmp_path / 'r\udcff\n$.csv'
+    os.link(table, odd)
     names = '</script><script>alert(1)</script>', '"><svg onload>', '<&">--', 'x' * 3000
-    assert report.main([*(f'{name}={table}' for name in names), '--output', str(tmp_path)]) == 0
-    page = _drawn(tmp_path)
+    assert report.main([*(f'{name}={table}' for name in names), str(odd), '--output', str(tmp_path / 'out')]) == 0
+    page = _drawn(tmp_path / 'out')
+    assert 'r\\udcff\\n$' in page
     assert '&lt;script&gt;' in page
     assert '<script>alert' not in page
     assert '<svg onload' not in page
@@ -56,27 +56,9 @@ def test_a_name_that_is_a_script_is_a_text_on_the_page(table, tmp_path):
     assert page.count('</script>') == page.count('<script') == 2 + len(replay_scripts()) + len(chart_scripts())
 
 
-def test_a_file_whose_name_is_no_utf_8_is_drawn_and_shown(table, tmp_path):
-    odd = tmp_path / 'r\udcff\n$.csv'
-    os.link(table, odd)
-    assert report.main([str(odd), '--output', str(tmp_path / 'out')]) == 0
-    assert '<h1>r\\udcff\\n$</h1>' in _drawn(tmp_path / 'out')
-
-
 def _read(path):
     """Read a run as the command does, without drawing it."""
     return load_run('run', path, quiet=True)
-
-
-def test_broken_parameters_beside_a_run_hide_no_run(table, tmp_path, capsys):
-    other = tmp_path / 'other.csv'
-    os.link(table, other)
-    other.with_suffix('.parameters.yaml').write_text('/**: [')
-    assert report.main([str(other), str(table), '--output', str(tmp_path / 'out')]) == 0
-    page = _drawn(tmp_path / 'out')
-    assert 'other: other.parameters.yaml is not read: ' in page
-    assert 'run: ' in page
-    assert 'other.parameters.yaml is not read: ' in capsys.readouterr().err
 
 
 def test_broken_files_beside_a_run_are_a_problem_of_the_run_alone(table, tmp_path):
@@ -118,25 +100,17 @@ def test_a_table_without_end_is_refused(tmp_path):
             _read(tmp_path / f'{name}.csv')
 
 
-def test_a_figure_that_cannot_be_drawn_hides_no_other(table, tmp_path, monkeypatch):
+def test_a_figure_or_replay_that_cannot_be_made_hides_nothing_else(table, tmp_path, monkeypatch):
     def fail(_):
         raise ValueError('odd\nnumbers')
 
     monkeypatch.setattr(report_writing, 'RUN_FIGURES', (
         RUN_FIGURES[1]._replace(name='odd', panels=(PanelOf('x', 'm', fail),)), RUN_FIGURES[1]))
+    monkeypatch.setattr(page_parts, 'replay_data', fail)
     assert report.main([str(table), '--output', str(tmp_path)]) == 0
     page = (tmp_path / 'report.html').read_text()
     assert r'could not be drawn: ValueError: odd\nnumbers' in page
     assert [file.name for file in (tmp_path / 'figures').glob('*.svg')] == [f'{RUN_FIGURES[1].name}.svg']
-
-
-def test_a_replay_that_cannot_be_made_hides_nothing_else(table, tmp_path, monkeypatch):
-    def fail(_):
-        raise ValueError('odd\nnumbers')
-
-    monkeypatch.setattr(page_parts, 'replay_data', fail)
-    assert report.main([str(table), '--output', str(tmp_path)]) == 0
-    page = _drawn(tmp_path)
     assert r'cannot be shown: ValueError: odd\nnumbers' in page
     assert 'class="answer"' in page
     assert 'id="run-data"' not in page

@@ -41,26 +41,27 @@ def test_a_unit_of_nothing_is_the_si_unit(values):
     assert readable_unit(values, 'm').name == 'm'
 
 
-def test_a_row_has_one_unit_for_all_runs():
-    row = table({'rms_position_error': 0.0123}, {'rms_position_error': 2.0})['position error, RMS']
-    assert [text(cell)[:3] for cell in row] == [['★', '12.3', 'mm'], ['2000', 'mm', '+1.99']]
-    row = table({'rms_position_error': 0.0123}, {'rms_position_error': 20.0})['position error, RMS']
-    assert [text(cell)[:3] for cell in row] == [['★', '0.0123', 'm'], ['20', 'm', '+20']]
-
-
-def test_the_best_is_marked_and_others_have_their_difference_to_the_first():
-    row = table({'energy': 12.0}, {'energy': 9.0}, {'energy': 13.5}, {'energy': None})['energy']
-    assert [' '.join(text(cell)) for cell in row] == [
-        '12 J', '★ 9 J −3 J, −25 %', '13.5 J +1.5 J, +12.5 %', '–']
-
-
-def test_runs_that_cannot_be_compared_have_no_difference():
-    row = table({'energy': 12.0}, {'energy': 9.0, 'outcome': 'diverged'}, {'energy': 6.0})['energy']
-    assert [' '.join(text(cell)) for cell in row] == ['12 J', '9 J', '★ 6 J −6 J, −50 %']
-    row = table({'energy': 12.0, 'outcome': 'diverged'}, {'energy': 9.0}, {'energy': 6.0})['energy']
-    assert [' '.join(text(cell)) for cell in row] == ['12 J', '9 J', '★ 6 J']
+def test_the_best_is_marked_and_others_that_can_be_compared_have_their_difference_to_the_first_in_one_unit():
+    for metrics, expected in (
+            (({'energy': 12.0}, {'energy': 9.0}, {'energy': 13.5}, {'energy': None}),
+             ['12 J', '★ 9 J −3 J, −25 %', '13.5 J +1.5 J, +12.5 %', '–']),
+            (({'energy': 12.0}, {'energy': 9.0, 'outcome': 'diverged'}, {'energy': 6.0}),
+             ['12 J', '9 J', '★ 6 J −6 J, −50 %']),
+            (({'energy': 12.0, 'outcome': 'diverged'}, {'energy': 9.0}, {'energy': 6.0}), ['12 J', '9 J', '★ 6 J'])):
+        assert [' '.join(text(cell)) for cell in table(*metrics)['energy']] == expected
     row = table({'max_position_error': 1.0, 'error': 'true'}, {'max_position_error': 0.5, 'error': 'measured'})
     assert [' '.join(text(cell)) for cell in row['position error, largest']] == ['1 m', '0.5 m']
+    for largest, shown in ((2.0, [['★', '12.3', 'mm'], ['2000', 'mm', '+1.99']]),
+                           (20.0, [['★', '0.0123', 'm'], ['20', 'm', '+20']])):
+        row = table({'rms_position_error': 0.0123}, {'rms_position_error': largest})['position error, RMS']
+        assert [text(cell)[:3] for cell in row] == shown
+    rows = table({'share_within_band': 0.9, 'iae': 0.5, 'settling_time': None},
+                 {'share_within_band': 0.4, 'iae': 0.2, 'settling_time': 0.7})
+    # the larger share of the time is the better one, and what never settles has no time to compare
+    assert ['★' in cell for cell in rows['share of time within 0.02 m']] == [True, False]
+    assert ['★' in cell for cell in rows['position error, ∫ d dt (IAE)']] == [False, True]
+    assert [' '.join(text(cell)) for cell in rows['settling time, to 0.02 m']] == ['–', '0.7 s']
+    assert 'cross-track error, RMS' not in rows
 
 
 def test_poses_and_the_ratio_of_peak_torques_have_their_rows():

@@ -7,6 +7,7 @@ import shutil
 
 import pytest
 from bag_making import record
+from each import each_row
 from harness import CONFIG, numbers_in
 from measuring import configuration
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
@@ -14,8 +15,6 @@ from rosbags.typesys import Stores, get_typestore
 
 from mobile_robot_control.cli import report, simulate
 from mobile_robot_control.configuration.files import configuration_text
-from mobile_robot_control.pages.metrics_table import metrics_table
-from mobile_robot_control.runs.run import Run
 from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
@@ -88,26 +87,12 @@ def test_a_bag_and_a_table_of_one_run_give_the_same_page_but_for_the_timing(runs
     assert fingerprint(runs) == before
 
 
-def test_the_larger_share_of_the_time_and_the_smaller_integral_are_the_best():
-    complete = {'outcome': 'completed', 'duration': 1.0, 'error': 'true'}
-    found = metrics_table([
-        Run('one', None, (), {**complete, 'share_within_band': 0.9, 'iae': 0.5, 'settling_time': None}, None),
-        Run('two', None, (), {**complete, 'share_within_band': 0.4, 'iae': 0.2, 'settling_time': 0.7}, None)])
-    rows = {row.partition('</td>')[0]: row.partition('</td>')[2] for row in found.split('<tr><td>')}
-    for label, best in (('share of time within 0.02 m', '0.9'), ('position error, ∫ d dt (IAE)', '0.2\xa0m\xa0s')):
-        assert re.findall('★ <data[^>]*>([^<]+)</data></span>', rows[label]) == [best]
-    # one that never settles has no time to compare
-    assert re.findall('>([^<]+)</(?:td|data)>', rows['settling time, to 0.02 m']) == ['–', '0.7\xa0s']
-    assert 'cross-track error, RMS' not in rows
-
-
-def _lines(runs, tmp_path):
-    lines = (runs / 'run.csv').read_text().splitlines(keepends=True)
-    return lines, tmp_path / 'run.csv'
-
-
-def test_nans_and_incomplete_rows_are_left_out_and_reported(runs, tmp_path, capsys):
-    lines, file = _lines(runs, tmp_path)
+def test_nans_and_incomplete_rows_are_left_out_and_reported_and_a_run_may_have_one_sample(runs, tmp_path, capsys):
+    lines, file = (runs / 'run.csv').read_text().splitlines(keepends=True), tmp_path / 'run.csv'
+    file.write_text(''.join(lines[:2]))
+    metrics, page = reported(tmp_path / 'one', file)
+    assert metrics['run']['duration'] == 0.0
+    assert 'What is missing' in page
     lines[100] = 'nan' + lines[100][lines[100].index(','):]
     lines[120] = lines[120].replace(',', ',inf,', 1)
     lines[150] = lines[150][:40] + '\n'
@@ -118,14 +103,6 @@ def test_nans_and_incomplete_rows_are_left_out_and_reported(runs, tmp_path, caps
     assert 'messages missing on joint_states, in 3 gaps' in page
     assert 'not finite' in capsys.readouterr().err
     assert metrics['run']['duration'] == DURATION
-
-
-def test_a_run_of_one_sample_is_reported_with_what_is_missing(runs, tmp_path):
-    lines, file = _lines(runs, tmp_path)
-    file.write_text(''.join(lines[:2]))
-    metrics, page = reported(tmp_path / 'out', file)
-    assert metrics['run']['duration'] == 0.0
-    assert 'What is missing' in page
 
 
 def test_a_bag_that_was_cut_off_is_reported_up_to_its_end(runs, tmp_path, capsys):
@@ -142,20 +119,29 @@ def test_a_bag_that_was_cut_off_is_reported_up_to_its_end(runs, tmp_path, capsys
 
 
 def without(runs, folder, *topics):
-    """Copy the bag of the run without some topics, and its parameters; returns the folder."""
-    _copied(runs / 'run' / 'bag', folder / 'bag', lambda name: name.strip('/') not in topics)
+    """Copy the bag of the run without some topics by another writer, and its parameters; returns the folder."""
+    folder.mkdir(exist_ok=True)
     shutil.copy(runs / 'run' / 'parameters.yaml', folder)
+    types = get_typestore(Stores.ROS2_KILTED)
+    with (Reader(runs / 'run' / 'bag') as reader,
+          Writer(folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer):
+        made = {connection.id: writer.add_connection(connection.topic, connection.msgtype, typestore=types)
+                for connection in reader.connections if connection.topic.strip('/') not in topics}
+        for connection, received, data in reader.messages():
+            if connection.id in made:
+                writer.write(made[connection.id], received, data)
     return folder
 
 
 TORQUES = {'initial_wheel_torque', 'peak_wheel_torque', 'peak_wheel_power', 'energy', 'torque_variation'}
 
 
-@pytest.mark.parametrize('topics', [
-    ['joint_states'], ['wheel_torques'], ['joint_states', 'wheel_torques', 'cmd_vel', 'tracking_error']], ids='-'.join)
+@each_row('topics', [
+    ['joint_states'], ['wheel_torques'], ['joint_states', 'wheel_torques', 'cmd_vel', 'tracking_error']])
 def test_a_bag_with_odometry_and_reference_has_the_metrics_that_follow_from_its_topics(runs, tmp_path, topics):
-    metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, *topics))
-    found, expected = metrics[tmp_path.name], numbers_in(runs / 'run.metrics.json')
+    folder = without(runs, tmp_path / '_'.join(topics), *topics)
+    metrics, page = reported(folder / 'out', folder)
+    found, expected = metrics[folder.name], numbers_in(runs / 'run.metrics.json')
     assert f'no messages on {", ".join(topic for topic in LOOP_TOPICS if topic in topics)}' in page
     assert ('tracking error is computed from odom and reference' in page) == ('tracking_error' in topics)
     if 'joint_states' in topics:
@@ -175,17 +161,6 @@ def test_a_bag_without_odometry_is_drawn_without_it(runs, tmp_path):
     assert 'there is no odom, and so no tracking error and no metrics' in page
     assert 'add --topic odom:=/NAME' in page
     assert 'peak_wheel_torque' not in metrics[tmp_path.name]
-
-
-def _copied(source, path, wanted):
-    """Copy a bag's topics with another writer."""
-    types = get_typestore(Stores.ROS2_KILTED)
-    with Reader(source) as reader, Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        made = {connection.id: writer.add_connection(connection.topic, connection.msgtype, typestore=types)
-                for connection in reader.connections if wanted(connection.topic)}
-        for connection, received, data in reader.messages():
-            if connection.id in made:
-                writer.write(made[connection.id], received, data)
 
 
 def test_a_path_that_is_no_run_is_refused_with_a_remedy_which_works(runs, tmp_path, capsys):
