@@ -1,5 +1,6 @@
 """A reset begins a new run that equals a fresh one to the last bit; a held run is stepped by hand."""
 
+import contextlib
 import math
 
 import pytest
@@ -13,29 +14,23 @@ from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.simulation.rollout import rollout
 
 HYBRID = CONFIG / 'hybrid_backstepping.yaml'
-IMPERFECT = ['plant.noise.pose:=[0.01, 0.02, 0.005]', 'plant.delay.velocity_steps:=2',
-             'plant.initial_pose:=[0.8, 0.1, 0.0]']
+IMPERFECT = ['-p', 'noise.pose:=[0.01, 0.02, 0.005]', '-p', 'delay.velocity_steps:=2', '-p',
+             'initial_pose:=[0.8, 0.1, 0.0]']
 QUICK = ['--params-file', str(HYBRID), '-p', 'real_time_factor:=0.0', '-p', 'paused:=true']
 """As fast as it goes, and paused at first."""
 
 
-def _arguments(overrides):
-    return [word for override in overrides for word in ('-p', override.removeprefix('plant.'))]
-
-
 @pytest.mark.usefixtures('lossless')
 def test_a_run_after_a_reset_equals_a_fresh_one_to_the_last_bit(robot):
-    robot.start(arguments=[*QUICK, '-p', 'duration:=0.6', *_arguments(IMPERFECT)], composed=True)
+    robot.start(arguments=[*QUICK, '-p', 'duration:=0.6', *IMPERFECT], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
     # at stamp 0 a reset waits: the run goes on to the first position tick, and holds at the start of the new one
-    success, message = robot.trigger('plant/reset')
-    assert (success, message) == (True, 'a new run from [0.8, 0.1, 0.0] begins after t = 0.01 s')
+    assert robot.trigger('plant/reset') == (True, 'a new run from [0.8, 0.1, 0.0] begins after t = 0.01 s')
     robot.spin_until(lambda: robot.log().count('a new run begins') == 4)
     robot.wait_at(0.0)
     # twice at the same stamp, in the middle of what backstepping and PI law remember
     for _ in range(2):
-        for result in robot.set('plant', hold_at=0.4, paused=False):
-            assert result.successful, result.reason
+        assert all(result.successful for result in robot.set('plant', hold_at=0.4, paused=False))
         robot.wait_at(0.4)
         assert robot.trigger('plant/reset')[0]
     robot.set('plant', hold_at=0.0)
@@ -88,10 +83,7 @@ def test_a_held_run_is_stepped_by_position_ticks_and_a_running_one_is_not(robot)
     success, message = robot.trigger('plant/step')
     assert not success
     assert 'set the parameter paused to true first' in message
-
-
-def test_after_a_reset_the_plant_is_held_no_farther_ahead_of_what_is_recorded(robot):
-    robot.start(arguments=QUICK, composed=True)
+    # after a reset the plant is held no farther ahead of what is recorded
     robot.resume()
     robot.spin_until(lambda: robot.time() > 1.5)
     robot.set('plant', paused=True)
@@ -99,16 +91,12 @@ def test_after_a_reset_the_plant_is_held_no_farther_ahead_of_what_is_recorded(ro
     robot.wait_at(0.0)
     client = robot.recorder.create_client(GetParameters, 'plant/get_parameters')
     robot.spin_until(client.service_is_ready)
-
-    def held_at():
-        return robot.call(lambda: client.call_async(GetParameters.Request(names=['hold_at']))).values[0].double_value
-
-    robot.spin_until(lambda: held_at() == 500 * PERIOD / 1e9)
+    robot.spin_until(lambda: robot.call(lambda: client.call_async(GetParameters.Request(
+        names=['hold_at']))).values[0].double_value == 500 * PERIOD / 1e9)
 
 
 def test_a_base_that_takes_velocities_is_reset_and_stepped_as_well(domain, quick_discovery, tmp_path):
-    robot = Robots(tmp_path, drive='velocity')
-    try:
+    with contextlib.closing(Robots(tmp_path, drive='velocity')) as robot:
         robot.start(arguments=[*QUICK[2:], '-p', 'drive:=velocity', '-p', 'duration:=0.2'], composed=True)
         robot.spin_until(robot.recorder.has_every_topic)
         assert robot.trigger('plant/step')[0]
@@ -119,10 +107,8 @@ def test_a_base_that_takes_velocities_is_reset_and_stepped_as_well(domain, quick
         robot.finish()
         assert robot.log().count('a new run begins') == 3
         found = robot.messages()
-        assert len(found['cmd_vel']) == 21
-        assert all(len(messages) == 1 for stamps in found.values() for messages in stamps.values())
-    finally:
-        robot.close()
+    assert len(found['cmd_vel']) == 21
+    assert all(len(messages) == 1 for stamps in found.values() for messages in stamps.values())
 
 
 def test_on_the_wall_clock_a_reset_moves_the_robot_alone(robot):

@@ -1,4 +1,4 @@
-"""Fuzzed parameter files: rcl and the package read the same values from a file, or the node refuses it by name."""
+"""Fuzzed parameter files and arguments: rcl and the package read the same values, or the node refuses by name."""
 
 import types
 
@@ -14,6 +14,7 @@ from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.ros import spin
+from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
 
 _STOPPED = types.SimpleNamespace(requested=True)
 _NUMBERS = st.one_of(st.floats(), st.floats(0.01, 1.0), st.integers(), st.integers(0, 1000), st.booleans())
@@ -76,12 +77,12 @@ def _read_by_us(node, path):
         return None, str(error)
 
 
-def _run_by_rcl(node, path):
-    """Return the parameters of a node that is started with a file."""
-    rclpy.init(args=['--ros-args', '--params-file', str(path)], signal_handler_options=SignalHandlerOptions.NO)
+def _taken(arguments, make, names):
+    """Return the parameters of a node that is started with arguments."""
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        made = spin.make_node(node)
-        values = {name: made.get_parameter(name).value for name in DECLARED[node]}
+        made = make()
+        values = {name: made.get_parameter(name).value for name in names if made.has_parameter(name)}
         made.destroy_node()
     finally:
         rclpy.try_shutdown()
@@ -112,10 +113,68 @@ def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_p
             assert f'{node}: ' in printed
         else:
             assert code == 0
-            assert {name: repr(value) for name, value in _run_by_rcl(node, path).items()} == {
+            taken = _taken(['--ros-args', '--params-file', str(path)], lambda: spin.make_node(node), DECLARED[node])
+            assert {name: repr(value) for name, value in taken.items()} == {
                 name: repr(value) for name, value in ours.items()}
 
     fuzz()
-    print(outcomes)
     assert outcomes[True, 0] > 10
     assert outcomes[False, 2] > 10
+
+
+_NAMES = ('duration', 'peer_timeout')
+_VALUES = st.sampled_from([1.0, 2.0, 3.0])
+_REACHING = {'/': ['/**', '/**/plant', '/plant', 'plant', '/*'],
+             '/robot1': ['/**', '/**/plant', '/robot1/plant', '/robot1/*']}
+_RULE = st.tuples(st.sampled_from(['', '', 'plant:']), st.sampled_from(_NAMES), _VALUES)
+
+
+def _file(namespace):
+    sections = st.sampled_from([*_REACHING[namespace], '/elsewhere/plant_of_others'])
+    values = st.dictionaries(st.sampled_from(_NAMES), _VALUES, min_size=1)
+    return st.dictionaries(sections, values, min_size=1, max_size=3)
+
+
+def _sources(namespace):
+    return st.tuples(st.just(namespace), st.lists(st.one_of(_file(namespace), _RULE), min_size=1, max_size=4))
+
+
+def _rcl_takes(arguments):
+    return _taken(arguments, lambda: rclpy.create_node(
+        'plant', start_parameter_services=False, automatically_declare_parameters_from_overrides=True), _NAMES)
+
+
+def test_the_last_value_in_ros_arguments_wins_or_is_refused(domain, tmp_path):
+    outcomes = {True: 0, False: 0}
+
+    @settings(max_examples=60)
+    @example(('/', [{'/**': {'peer_timeout': 1.0}, '/**/plant': {'duration': 1.0}}, ('', 'duration', 2.0)]))
+    @given(st.sampled_from(list(_REACHING)).flatmap(_sources))
+    def fuzz(drawn):
+        namespace, sources = drawn
+        arguments, last = ['--ros-args', '-r', f'__ns:={namespace}'], {}
+        for number, source in enumerate(sources):
+            if isinstance(source, dict):
+                file = tmp_path / f'{number}.yaml'
+                tree = {name: {'ros__parameters': values} for name, values in source.items()}
+                file.write_text(yaml.safe_dump(tree, sort_keys=False), encoding='utf-8')
+                arguments += ['--params-file', str(file)]
+                for section, values in source.items():
+                    last.update(values if section in _REACHING[namespace] else {})
+            else:
+                node, name, value = source
+                arguments += ['-p', f'{node}{name}:={value}']
+                last[name] = value
+        try:
+            check_ros_arguments(['plant'], arguments)
+        except ParameterError:
+            outcomes[False] += 1
+            # arguments that rcl would have applied as written are not refused
+            if namespace == '/' or not any(isinstance(source, tuple) and source[0] for source in sources):
+                assert _rcl_takes(arguments) != last
+        else:
+            assert _rcl_takes(arguments) == last
+            outcomes[True] += 1
+
+    fuzz()
+    assert min(outcomes.values()) > 10

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM at random moments of nodes and experiments: exit code 0, complete bags, no traceback."""
+"""SIGINT and SIGTERM at any moment of nodes and experiments: exit code 0, complete bags, no traceback."""
 
 import json
 import random
@@ -31,13 +31,6 @@ def _moments(targets, longest, count, seed):
     return [Moment(targets[k % len(targets)], draw.uniform(0.0, longest), SIGNALS[k % 2]) for k in range(count)]
 
 
-def _start_node(name, folder, arguments):
-    return subprocess.Popen(
-        [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args', *map(str, arguments)],
-        stdin=subprocess.PIPE, stdout=(folder / f'{name}.log').open('wb'), stderr=subprocess.STDOUT,
-    )
-
-
 def _signal_a_node(folder, moment):
     """Start the four nodes, or one for an early moment; signal the target, and the others when it has ended."""
     folder.mkdir()
@@ -48,7 +41,9 @@ def _signal_a_node(folder, moment):
     processes = {}
     try:
         for name in NODES if moment.delay > 0.5 else [moment.target]:
-            processes[name] = _start_node(name, folder, run)
+            processes[name] = subprocess.Popen(
+                [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args', *map(str, run)],
+                stdin=subprocess.PIPE, stdout=(folder / f'{name}.log').open('wb'), stderr=subprocess.STDOUT)
         wait_until(lambda: all(catches_sigterm(process.pid) for process in processes.values()))
         time.sleep(moment.delay)
         processes[moment.target].send_signal(moment.number)
@@ -61,7 +56,10 @@ def _signal_a_node(folder, moment):
             process.kill()
             process.stdin.close()
     for name in processes:
-        assert 'Traceback' not in (folder / f'{name}.log').read_text(), (moment, name)
+        lines = (folder / f'{name}.log').read_text().splitlines()
+        # what a node says that is ended before its first run
+        assert moment.delay > 0.5 or all('waiting for' in line or 'ended' in line for line in lines), (moment, lines)
+        assert not any('Traceback' in line for line in lines), (moment, name)
 
 
 def _signal_an_experiment(folder, moment):
@@ -93,8 +91,10 @@ def _signal(folder, moment):
 
 # start-up, discovery, paused, running, end
 CHOSEN = [
-    Moment('plant', 0.02, signal.SIGINT),
-    Moment('reference_cart', 0.3, signal.SIGTERM),
+    Moment('plant', 0.0, signal.SIGINT),
+    Moment('plant', 0.1, signal.SIGTERM),
+    Moment('plant', 0.2, signal.SIGTERM),
+    Moment('reference_cart', 0.35, signal.SIGTERM),
     Moment('position_controller', 0.7, signal.SIGINT),
     Moment('velocity_controller', 1.2, signal.SIGTERM),
     Moment('experiment', 0.0, signal.SIGTERM),
@@ -104,7 +104,7 @@ CHOSEN = [
 ]
 
 # each is close to another of the moments
-LONG_TESTS_ALONE = (CHOSEN[2], CHOSEN[6])
+LONG_TESTS_ALONE = (CHOSEN[4], CHOSEN[8])
 
 
 @pytest.mark.parametrize('moment', [
@@ -121,3 +121,21 @@ def test_signals_at_fifty_random_moments_leave_nothing_behind(domain, tmp_path):
     for number, moment in enumerate(moments):
         print(f'\r{number} of {len(moments)}: {moment.target} after {moment.delay:.2f} s          ', end='', flush=True)
         _signal(tmp_path / f'run{number}', moment)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.soak)])
+def test_running_nodes_end_with_exit_code_0_and_print_nothing(robot, number):
+    robot.start(arguments=['-p', 'peer_timeout:=60.0'])
+    robot.spin_until(lambda: robot.time() > 0.5)
+    robot.stop(number=number)
+    for name in NODES:
+        lines = robot.log(name).splitlines()
+        assert [word for line, word in zip(lines, ('waiting for', 'a run begins', 'ended at t ='), strict=True)
+                if word not in line] == []
+
+
+def test_a_node_ends_when_its_standard_input_closes(robot):
+    robot.start('plant')
+    robot.spin_until(lambda: 'waiting for' in robot.log('plant'))
+    robot.processes['plant'].close_input()
+    robot.finish()
