@@ -1,5 +1,7 @@
 """Pushes on the topic `disturbance` act in the step of their stamp, as in one process; others are refused."""
 
+import contextlib
+
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import WrenchStamped
@@ -13,9 +15,7 @@ from mobile_robot_control.simulation.rollout import rollout
 
 FILE = CONFIG / 'backstepping.yaml'
 QUICK = ['-p', 'real_time_factor:=0.0', '-p', 'paused:=true']
-CONSTANT = ['plant.disturbance.time:=0.05', 'plant.disturbance.impulse:=[0.002, -0.001]',
-            'plant.disturbance.step:=[0.05, 0.02]']
-FRICTION = ['plant.friction.coulomb:=0.02']
+CONSTANT = ['disturbance.time:=0.05', 'disturbance.impulse:=[0.002, -0.001]', 'disturbance.step:=[0.05, 0.02]']
 
 
 def push(force=0.0, torque=0.0, stamp=0, frame='base_link', **others):
@@ -43,10 +43,10 @@ def _refused(robot, publisher, message, reason):
     robot.spin_until(refused)
 
 
-@pytest.mark.parametrize('overrides', [CONSTANT, FRICTION], ids=['ideal motors', 'friction'])
+@pytest.mark.parametrize('overrides', [CONSTANT, ['friction.coulomb:=0.02']], ids=['ideal motors', 'friction'])
 def test_pushes_act_as_in_one_process(robot, publisher, overrides):
-    arguments = [word for override in overrides for word in ('-p', override.removeprefix('plant.'))]
-    robot.start(arguments=['--params-file', str(FILE), *QUICK, *arguments, '-p', 'duration:=0.4'], composed=True)
+    robot.start(composed=True, arguments=['--params-file', FILE, *(word for one in (
+        *overrides, 'real_time_factor:=0.0', 'paused:=true', 'duration:=0.4') for word in ('-p', one))])
     robot.spin_until(robot.recorder.has_every_topic)
     _refused(robot, publisher, push(force_y=1.0), 'force.y is not zero')
     robot.set('plant', hold_at=0.1, paused=False)
@@ -60,8 +60,8 @@ def test_pushes_act_as_in_one_process(robot, publisher, overrides):
     robot.finish()
     recording = robot.recording()
     pushes = {50: Push(4.0, -0.25), 101: Push(-40.0, 2.0)}
-    simulated = list(rollout(configure(load([FILE], overrides)), 0.4, pushes))
-    undisturbed = list(rollout(configure(load([FILE], overrides)), 0.4))
+    configuration = configure(load([FILE], [f'plant.{override}' for override in overrides]))
+    simulated, undisturbed = list(rollout(configuration, 0.4, pushes)), list(rollout(configuration, 0.4))
     assert len(recording.samples) == len(simulated)
     for ours, theirs in zip(recording.samples, simulated, strict=True):
         assert ours.torque == pytest.approx(theirs.torque, rel=1e-9, abs=1e-9)
@@ -72,7 +72,7 @@ def test_pushes_act_as_in_one_process(robot, publisher, overrides):
 
 
 def test_what_cannot_act_is_refused_with_the_reason(robot, publisher):
-    robot.start(arguments=['-p', 'hold_at:=0.1', '-p', 'real_time_factor:=0.0'], composed=True)
+    robot.start('plant')
     for message, reason in ((push(force_y=1.0), 'force.y is not zero'), (push(torque_x=-1.0), 'torque.x is not zero'),
                             (push(float('nan')), 'wrench not finite'), (push(1e13), 'wrench too large'),
                             (push(1.0, frame='map'), 'frame_id is not base_link'),
@@ -87,10 +87,7 @@ def test_what_cannot_act_is_refused_with_the_reason(robot, publisher):
 
 
 def test_a_base_takes_no_pushes(domain, quick_discovery, tmp_path):
-    robot = Robots(tmp_path, drive='velocity')
-    try:
+    with contextlib.closing(Robots(tmp_path, drive='velocity')) as robot:
         publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
-        robot.start(arguments=['-p', 'drive:=velocity', '-p', 'hold_at:=0.1'], composed=True)
+        robot.start('plant', arguments=['-p', 'drive:=velocity'])
         _refused(robot, publisher, push(1.0), 'a base has no forces')
-    finally:
-        robot.close()

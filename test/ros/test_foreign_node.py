@@ -1,6 +1,7 @@
 """A node written from docs/lockstep.md alone takes part in a run; the page agrees with the code."""
 
 import ast
+import itertools
 import math
 import re
 import subprocess
@@ -36,7 +37,6 @@ from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 FILE = Path(foreign_position_controller.__file__)
 PAGE = (Path(__file__).parents[2] / 'docs' / 'lockstep.md').read_text(encoding='utf-8')
-WORDS = ' '.join(PAGE.split())
 OTHERS = ('plant', 'velocity_controller', 'reference_cart')
 STEP = foreign_position_controller.LINEAR_ACCELERATION * foreign_position_controller.PERIOD / 1e9
 """[m/s]: what the rate limiter lets the command grow by in one step."""
@@ -63,14 +63,10 @@ def commands(robot):
     received = defaultdict(list)
 
     def take(message):
-        received[_nanoseconds(message)].append((message.twist.linear.x, message.twist.angular.z))
+        received[parsing.stamp_nanoseconds(message.header.stamp)].append((message.twist.linear.x, message.twist.angular.z))
 
     robot.recorder.create_subscription(TwistStamped, 'cmd_vel', take, PUBLISHED.depth)
     return received
-
-
-def _nanoseconds(message):
-    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
 
 def _close(a, b):
@@ -87,11 +83,6 @@ def test_it_imports_nothing_of_the_package():
     assert 'importlib' not in imported
 
 
-def _ended(robot):
-    robot.spin_until(lambda: robot.processes['plant'].exit_code() is not None)
-    return robot.processes['plant'].exit_code()
-
-
 def test_a_run_with_it_agrees_with_the_rollout(robot, start_foreign, commands):
     file, pose = CONFIG / 'backstepping.yaml', 'initial_pose:=[0.9, 0.1, 1.2]'
     start_foreign()
@@ -103,7 +94,7 @@ def test_a_run_with_it_agrees_with_the_rollout(robot, start_foreign, commands):
     # a paused plant repeats its question
     robot.spin_until(lambda: len(commands[0]) >= 3)
     robot.resume()
-    assert _ended(robot) == 0
+    robot.finish()
     recording = robot.recording()
     limit = f'position_controller.limits.linear_acceleration:={foreign_position_controller.LINEAR_ACCELERATION}'
     simulated = list(rollout(configure(load([file], [f'plant.{pose}', limit])), 1.0))
@@ -134,7 +125,7 @@ def test_killed_in_mid_run_it_joins_and_the_run_goes_on(robot, start_foreign):
     robot.spin_until(lambda: robot.time() == 0.21)
     start_foreign()
     robot.spin_until(lambda: robot.recorder.newest['wheel_torques'] == 400_000_000)
-    assert _ended(robot) == 0
+    robot.finish()
 
 
 def _odometry(stamp, child_frame, x=0.0):
@@ -191,54 +182,17 @@ def test_its_decisions(robot, start_foreign, commands):
     assert set(commands) - {7 * period} == {0, period, 2 * period}
 
 
-def _decide_of_the_page():
+def test_the_decisions_of_the_node_and_of_the_page_are_those_of_the_nodes():
     code, = re.findall(r'```python\n(.*?)```', PAGE, re.DOTALL)
-    names = {}
-    exec(code, names)  # noqa: S102 (our own page)
-    return names['decide']
-
-
-@pytest.mark.parametrize('decide', [_decide_of_the_page(), foreign_position_controller.decide],
-                         ids=['page', 'foreign node'])
-def test_the_decisions_are_those_of_the_nodes(decide):
-    found = set()
-    for accepted in (None, *range(0, 100, 10)):
+    of_the_page, found = {}, set()
+    exec(code, of_the_page)  # noqa: S102 (our own page)
+    for accepted, stamp in itertools.product((None, *range(0, 100, 10)), range(-20, 130)):
         policy = LockstepStampPolicy(10)
         policy.accepted = accepted
-        for stamp in range(-20, 130):
+        found.add(policy.decide(stamp))
+        for decide in (of_the_page['decide'], foreign_position_controller.decide):
             assert decide(stamp, accepted, 10) == policy.decide(stamp).name
-            found.add(policy.decide(stamp))
     assert found == set(StampDecision) - {StampDecision.HOLD}
-
-
-def test_the_page_names_every_decision():
-    rows = re.findall(r'^\| `([A-Z]+)` \|', PAGE, re.MULTILINE)
-    own, of_plant = rows[:len(StampDecision)], rows[len(StampDecision):]
-    assert sorted(own) == sorted(StampDecision.__members__)
-    assert sorted(of_plant) == ['AGAIN', 'REFUSED', 'STEP']
-
-
-def test_the_page_has_the_table_of_topics():
-    rows = re.findall(r'^\| `(\w+)` \| `(\w+/msg/\w+)` \| (\w+) \| ([^|]+) \| (\w+) \|', PAGE, re.MULTILINE)
-    assert rows == [
-        (topic.name, topic.kind, topic.publisher, ', '.join(topic.subscribers) or 'none of the loop',
-         topic.rate.removesuffix('_rate')) for topic in ALL_LOOP_TOPICS.values()
-    ]
-
-
-@pytest.mark.parametrize('sentence', [
-    f'Every {questions.REPEAT_AFTER} s of wall time the plant checks its question',
-    f'Publishers have a depth of {PUBLISHED.depth}',
-    f'Subscriptions have a depth of {SUBSCRIBED.depth}',
-    f'`peer_timeout` ({Shared().peer_timeout} s of wall time)',
-    f'`stamp_tolerance` ({Shared().stamp_tolerance} s)',
-    f'| {round(1e9 / Shared().velocity_rate):_} ns ({Shared().velocity_rate:g} Hz) |'.replace('_', ' '),
-    f'| {round(1e9 / Shared().position_rate):_} ns ({Shared().position_rate:g} Hz) |'.replace('_', ' '),
-    f'`{"` and `".join(parsing.WHEEL_JOINTS)}`',
-    f'beyond {LARGEST:g} in SI units'.replace('e+', 'e'),
-])
-def test_the_page_has_the_constants_of_the_code(sentence):
-    assert sentence in WORDS
 
 
 def _reasons():
@@ -254,6 +208,22 @@ def _reasons():
         yield from (policy.refusal(stamp).reason for stamp in stamps)
 
 
-@pytest.mark.parametrize('reason', sorted(set(_reasons())))
-def test_the_page_names_every_reason_for_a_refusal(reason):
-    assert reason in PAGE.partition('## What is refused')[2].partition('\n## ')[0]
+def test_the_page_has_the_decisions_the_topics_the_constants_and_every_reason_of_the_code():
+    rows = re.findall(r'^\| `([A-Z]+)` \|', PAGE, re.MULTILINE)
+    assert sorted(rows[:len(StampDecision)]) == sorted(StampDecision.__members__)
+    assert sorted(rows[len(StampDecision):]) == ['AGAIN', 'REFUSED', 'STEP']
+    assert re.findall(r'^\| `(\w+)` \| `(\w+/msg/\w+)` \| (\w+) \| ([^|]+) \| (\w+) \|', PAGE, re.MULTILINE) == [
+        (topic.name, topic.kind, topic.publisher, ', '.join(topic.subscribers) or 'none of the loop',
+         topic.rate.removesuffix('_rate')) for topic in ALL_LOOP_TOPICS.values()]
+    shared, words = Shared(), ' '.join(PAGE.split())
+    assert not [sentence for sentence in (
+        f'Every {questions.REPEAT_AFTER} s of wall time the plant checks its question',
+        f'Publishers have a depth of {PUBLISHED.depth}', f'Subscriptions have a depth of {SUBSCRIBED.depth}',
+        f'`peer_timeout` ({shared.peer_timeout} s of wall time)', f'`stamp_tolerance` ({shared.stamp_tolerance} s)',
+        *(f'| {round(1e9 / rate):_} ns ({rate:g} Hz) |'.replace('_', ' ')
+          for rate in (shared.velocity_rate, shared.position_rate)),
+        f'`{"` and `".join(parsing.WHEEL_JOINTS)}`', f'beyond {LARGEST:g} in SI units'.replace('e+', 'e'),
+    ) if sentence not in words]
+    reasons, refused = set(_reasons()), PAGE.partition('## What is refused')[2].partition('\n## ')[0]
+    assert len(reasons) > 10
+    assert not [reason for reason in reasons if reason not in refused]

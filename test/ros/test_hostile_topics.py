@@ -1,10 +1,10 @@
 """Any bytes, on any topic that an experiment subscribes to, end neither the recorder nor a node."""
 
+import contextlib
 import json
 import subprocess
 import sys
 
-import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist
@@ -18,8 +18,7 @@ from mobile_robot_control.ros.services.qos import message_class
 from mobile_robot_control.topics import LOOP_TOPICS
 
 KINDS = {'/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray', '/clock': 'rosgraph_msgs/msg/Clock',
-         '/rosout': 'rcl_interfaces/msg/Log',
-         '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',
+         '/rosout': 'rcl_interfaces/msg/Log', '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',
          **{f'/{name}': topic.kind for name, topic in LOOP_TOPICS.items()}}
 
 
@@ -62,40 +61,30 @@ def test_a_topic_whose_package_is_not_installed_is_left_out_with_a_warning(robot
     assert publisher.get_subscription_count() == 0
 
 
-@pytest.fixture
-def hostile(domain, quick_discovery, tmp_path):
-    """Robots without a recorder, and a node beside them that publishes."""
-    robots = Robots(tmp_path, ())
-    node = rclpy.create_node('hostile')
-    robots.add(node)
-    yield robots, node
-    robots.close()
-
-
-def test_a_plain_twist_of_any_bytes_is_refused_by_the_velocity_controller(hostile):
-    robots, node = hostile
-    robots.start('velocity_controller', arguments=['-p', 'stamped_cmd_vel:=false', '-p', 'lockstep:=false'])
-    publisher = node.create_publisher(Twist, '/cmd_vel', 10)
-    robots.spin_until(lambda: publisher.get_subscription_count() > 0)
-    for message in HOSTILE:
-        publisher.publish(message)
-    robots.spin_until(lambda: 'refused a message on cmd_vel: not readable' in robots.log())
-    robots.stop('velocity_controller')
-    assert 'Traceback' not in robots.log()
-
-
-def test_an_experiment_beside_hostile_diagnostics_ends_with_its_metrics(hostile, tmp_path):
-    robots, node = hostile
-    publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 100)
-    run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', tmp_path / 'run',
-                            '--duration', '2', '--composed', '--no-report'], stderr=subprocess.PIPE, text=True)
-    heard = 0
-    while run.poll() is None:
-        heard = max(heard, publisher.get_subscription_count())
-        for message in HOSTILE + COUNTS:
+def test_any_bytes_as_a_plain_twist_and_beside_an_experiment_end_neither(domain, quick_discovery, tmp_path):
+    # without a recorder, which takes another kind on cmd_vel
+    with contextlib.closing(Robots(tmp_path, ())) as robots:
+        node, heard = rclpy.create_node('hostile'), 0
+        robots.add(node)
+        robots.start('velocity_controller', arguments=['-p', 'stamped_cmd_vel:=false', '-p', 'lockstep:=false'])
+        publisher = node.create_publisher(Twist, '/cmd_vel', 10)
+        robots.spin_until(lambda: publisher.get_subscription_count() > 0)
+        for message in HOSTILE:
             publisher.publish(message)
-        robots.listen(0.05)
-    _, errors = run.communicate(timeout=120)
+        robots.spin_until(lambda: 'refused a message on cmd_vel: not readable' in robots.log())
+        robots.stop('velocity_controller')
+        assert 'Traceback' not in robots.log()
+        node.destroy_publisher(publisher)
+        publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 100)
+        run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output',
+                                tmp_path / 'run', '--duration', '1', '--composed', '--no-report'],
+                               stderr=subprocess.PIPE, text=True)
+        while run.poll() is None:
+            heard = max(heard, publisher.get_subscription_count())
+            for message in HOSTILE + COUNTS:
+                publisher.publish(message)
+            robots.listen(0.05)
+        _, errors = run.communicate(timeout=120)
     assert heard
     assert run.returncode == 0, errors
     assert 'Traceback' not in errors

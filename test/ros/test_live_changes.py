@@ -32,24 +32,6 @@ def _after(robot, seconds):
     return recording
 
 
-@pytest.mark.soak
-def test_another_law_takes_over_without_a_jump(robot):
-    _start(robot)
-    robot.spin_until(lambda: robot.time() > 1.0)
-    result, = robot.set('position_controller', controller_type='fuzzy')
-    assert result.successful, result.reason
-    recording = _after(robot, 3.0)
-    ticks = [sample for sample in recording.samples if sample.tick.time == sample.time]
-    held = [after.time for before, after in itertools.pairwise(ticks[1:])
-            if after.command == pytest.approx(before.command, abs=1e-12)]
-    # the first command of the new law equals the last one of the old; their difference decays afterwards
-    assert len(held) == 1
-    assert held[0] >= 1.0
-    # the fuzzy law follows at a distance, backstepping does not
-    assert max(abs(sample.tick.error.longitudinal) for sample in ticks[-100:]) > 0.02
-    assert max(abs(sample.tick.error.longitudinal) for sample in ticks[50:100]) < 0.02
-
-
 def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
     _start(robot)
     laws = [*list(LAWS)[1:], 'backstepping']
@@ -97,7 +79,7 @@ def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     assert round(at * 500) % 5 == 0
 
 
-def test_refused_parameters_change_nothing(robot):
+def test_refused_parameters_change_nothing_and_whole_numbers_are_accepted_as_floats(robot):
     robot.start(arguments=ARGUMENTS, composed=True)
     robot.spin_until(lambda: robot.time() > 0.5)
     for node, values, word in (
@@ -107,19 +89,11 @@ def test_refused_parameters_change_nothing(robot):
         ('velocity_controller', {'gains__k1': 500.0}, 'slowest stable rate'),
         ('velocity_controller', {'velocity_rate': 100.0}, 'read-only'),
         ('plant', {'duration': 1.0}, 'read-only'),
+        ('velocity_controller', {'gains__k1': 1, 'max_wheel_torque': 3}, None),
+        ('position_controller', {'fuzzy__c': [-1, 0, 1, 2, 3]}, None),
     ):
-        result, = robot.set(node, **values)
-        assert not result.successful
-        assert word in result.reason
+        for result in robot.set(node, **values):
+            assert result.successful == (word is None)
+            assert not word or word in result.reason
     before = robot.time()
     robot.spin_until(lambda: robot.time() > before + 0.5)
-
-
-@pytest.mark.parametrize(('node', 'values'), [
-    ('velocity_controller', {'gains__k1': 1, 'max_wheel_torque': 3}),
-    ('position_controller', {'fuzzy__c': [-1, 0, 1, 2, 3]}),
-])
-def test_whole_numbers_are_accepted_as_floats_live(robot, node, values):
-    robot.start(arguments=ARGUMENTS, composed=True)
-    for result in robot.set(node, **values):
-        assert result.successful, result.reason
