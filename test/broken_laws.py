@@ -1,5 +1,6 @@
 """Laws that are broken, each in one way, and sound ones beside them."""
 
+import itertools
 import math
 from typing import Annotated, NamedTuple
 
@@ -28,16 +29,21 @@ def sound_step(state, observation, gains, dt):
 
 SOUND = Law('sound', sound_step, Gains)
 
-_calls = []
+def driving(k, ticks=lambda state, observation: state):
+    """Return a step whose gain is computed of state, observation and gains, and its next state of the first two."""
+    return lambda state, observation, gains, dt: (
+        ticks(state, observation), command(observation, k(state, observation, gains)))
 
 
-def counting_step(state, observation, gains, dt):
-    _calls.append(1)
-    return state, command(observation, gains.k + 1e-9 * len(_calls))
+def counted(state, observation):
+    return Count(state.ticks + 1.0)
 
 
-def table_of(gains, dt):
-    return [gains.k, 0.0]
+def standing(state, observation):
+    return Count(state.ticks + 1.0 if observation.reference.velocity == (0.0, 0.0) else 0.0)
+
+
+_calls = itertools.count(1)
 
 
 def table_writing_step(state, observation, table, dt):
@@ -65,40 +71,11 @@ def solving_step(state, observation, solver, dt):
         linear=observation.reference.velocity.linear + solver.solve(observation.error.longitudinal))
 
 
-def not_a_number_step(state, observation, gains, dt):
-    return state, command(observation, gains.k if observation.error.longitudinal != 0.0 else math.nan)
-
-
-def dividing_by_speed_step(state, observation, gains, dt):
-    return state, command(observation, gains.k / observation.reference.velocity.linear)
-
-
 def no_command_step(state, observation, gains, dt):
     return state, tuple(command(observation, gains.k))
 
 
-def waiting_step(state, observation, gains, dt):
-    """Fails when the cart has stood for ten ticks."""
-    ticks = state.ticks + 1.0 if observation.reference.velocity == (0.0, 0.0) else 0.0
-    return Count(ticks), command(observation, gains.k / max(10.0 - ticks, 0.0))
-
-
-def tiring_step(state, observation, gains, dt):
-    """Fails at the 81st tick of a run."""
-    return Count(state.ticks + 1.0), command(observation, gains.k / max(80.0 - state.ticks, 0.0))
-
-
-def pole_step(state, observation, gains, dt):
-    return state, command(observation, 1.0 / (2.0 - gains.k))
-
-
-def growing_step(state, observation, gains, dt):
-    return state, command(observation, math.exp(gains.k))
-
-
-def joining_step(state, observation, gains, dt):
-    """Fails in the state in which it joins."""
-    return state, command(observation, gains.k / (1.0 + state.ticks))
+pole_step = driving(lambda state, observation, gains: 1.0 / (2.0 - gains.k))
 
 
 class Kept(NamedTuple):
@@ -125,10 +102,6 @@ class Unbounded(NamedTuple):
     k: Annotated[float, Field('', 'larger grows', above=0.0, live=True, search=(0.0, 2.0))] = 1.0
 
 
-class Searched(NamedTuple):
-    k: Annotated[float, Field('', 'larger grows', above=0.0, live=True, search=(0.0, 2.0))] = 1.0
-
-
 class Mixed(NamedTuple):
     """Gains of every kind."""
 
@@ -139,27 +112,7 @@ class Mixed(NamedTuple):
     reverse: Annotated[bool, Field('', 'whether it drives backwards', live=True)] = False
 
 
-def mixed_step(state, observation, gains, dt):
-    return state, command(observation, sum(gains.table) + gains.order)
-
-
-def table_end_step(state, observation, gains, dt):
-    return state, command(observation, 1.0 / (1.0 - gains.table[1]))
-
-
-def order_step(state, observation, gains, dt):
-    return state, command(observation, 1.0 / gains.order)
-
-
-def mode_step(state, observation, gains, dt):
-    return state, command(observation, {'slow': 1.0}[gains.mode])
-
-
-def reverse_step(state, observation, gains, dt):
-    return state, command(observation, [1.0][int(gains.reverse)])
-
-
-MIXED = Law('mixed', mixed_step, Mixed)
+MIXED = Law('mixed', driving(lambda state, observation, gains: sum(gains.table) + gains.order), Mixed)
 
 
 class Pair(NamedTuple):
@@ -175,18 +128,13 @@ def _low_is_lower(pair: Pair):
         yield f'low = {pair.low} must be below high = {pair.high}; lower it'
 
 
-def between_step(state, observation, gains, dt):
-    """Divides by what a rule keeps positive."""
-    return state, command(observation, 1e-3 / (gains.high - gains.low))
+# divides by what a rule keeps positive
+between_step = driving(lambda state, observation, gains: 1e-3 / (gains.high - gains.low))
 
 
 def ordered(pair):
     low, high = sorted(pair)
     return Pair(low, high if high > low else low + 1e-6) if low < 1.0 else Pair(0.5, 1.0)
-
-
-def unordered(pair):
-    return Pair(pair.high, pair.low)
 
 
 def raising_repair(pair):
@@ -203,51 +151,74 @@ PAIR = Law('pair', between_step, Pair, repair=ordered)
 
 SOLVING = Law('solving', solving_step, Gains, prepare=lambda gains, dt: Solver(gains.k))
 
+
+def broken(k, gains=Gains, *states, ticks=lambda state, observation: state):
+    return Law('broken', driving(k, ticks), gains, *states)
+
+
 BROKEN = {
     # what is broken: the law, the checks that fail, and what the error names
-    'impure by a counter': (Law('broken', counting_step, Gains), {'pure', 'restart'}, ('pure', 'later', 'e1 = ')),
-    'writes its prepared table': (Law('broken', table_writing_step, Gains, prepare=table_of), {'inputs unchanged'},
-                                  ('inputs unchanged', 'changes its prepared gains', 'e1 = ')),
+    'impure by a counter': (broken(lambda state, seen, gains: gains.k + 1e-9 * next(_calls)),
+                            {'pure', 'restart'}, ('pure', 'later', 'e1 = ')),
+    'writes its prepared table': (
+        Law('broken', table_writing_step, Gains, prepare=lambda gains, dt: [gains.k, 0.0]), {'inputs unchanged'},
+        ('inputs unchanged', 'changes its prepared gains', 'e1 = ')),
     'a solver that remembers': (
-        Law('broken', solving_step, Gains, prepare=lambda gains, dt: Solver(gains.k, remembers=True)),
+        SOLVING._replace(name='broken', prepare=lambda gains, dt: Solver(gains.k, remembers=True)),
         {'pure', 'inputs unchanged', 'restart'}, ('pure', 'later', 'e1 = ')),
-    'not a number at e1 = 0': (Law('broken', not_a_number_step, Gains),
-                               {'finite', 'gains', 'run', 'switch', 'standing cart'},
-                               ('finite', 'v = nan m/s', 'e1 = 0.0 m')),
-    'divides by v_r': (Law('broken', dividing_by_speed_step, Gains), {'finite', 'gains', 'switch', 'standing cart'},
-                       ('standing cart', 'ZeroDivisionError', 'v_r = 0.0 m/s')),
-    'returns no command': (Law('broken', no_command_step, Gains),
-                           {'finite', 'gains', 'run', 'switch', 'standing cart'},
-                           ('finite', "no attribute 'linear'", 'e1 = 0.0 m')),
-    'fails when the cart stands for long': (
-        Law('broken', waiting_step, Gains, Count()), {'standing cart'},
-        ('standing cart', 'in a simulated run behind a cart that stands', 'error=')),
-    'fails in a long run': (Law('broken', tiring_step, Gains, Count()), {'run', 'switch', 'standing cart'},
-                            ('run', 'ZeroDivisionError: float division by zero, in a simulated run', 'error=')),
-    'has a pole at the bound of a gain': (Law('broken', pole_step, Gains), {'gains', 'run'},
-                                          ('gains', 'broken.k = 2.0; bound the gain by its Field', 'e1 = ')),
-    'has a gain without a bound': (Law('broken', growing_step, Unbounded), {'gains'},
-                                   ('gains', 'OverflowError', 'broken.k = 1000000000000.0; bound the gain')),
-    'has a pole within its search': (Law('broken', pole_step, Searched), {'gains', 'run'},
-                                     ('gains', 'broken.k = 2.0; narrow what the Field names as search', 'e1 = ')),
-    'fails at the end of an element': (Law('broken', table_end_step, Mixed), {'gains', 'run'},
-                                       ('gains', 'broken.table = (0.5, 1.0); bound')),
-    'fails for a whole number': (Law('broken', order_step, Mixed), {'gains'}, ('gains', 'broken.order = 0; bound')),
-    'fails for a choice': (Law('broken', mode_step, Mixed), {'gains'}, ('gains', "broken.mode = 'fast'; bound")),
-    'fails for a switch': (Law('broken', reverse_step, Mixed), {'gains'}, ('gains', 'broken.reverse = True; bound')),
+    'not a number at e1 = 0': (
+        broken(lambda state, seen, gains: gains.k if seen.error.longitudinal != 0.0 else math.nan),
+        {'finite', 'gains', 'run', 'switch', 'standing cart'}, ('finite', 'v = nan m/s', 'e1 = 0.0 m')),
+    'divides by v_r': (
+        broken(lambda state, seen, gains: gains.k / seen.reference.velocity.linear),
+        {'finite', 'gains', 'switch', 'standing cart'}, ('standing cart', 'ZeroDivisionError', 'v_r = 0.0 m/s')),
+    'returns no command': (
+        Law('broken', no_command_step, Gains), {'finite', 'gains', 'run', 'switch', 'standing cart'},
+        ('finite', "no attribute 'linear'", 'e1 = 0.0 m')),
+    'fails when the cart stands for ten ticks': (
+        broken(lambda state, seen, gains: gains.k / max(10.0 - standing(state, seen).ticks, 0.0), Gains, Count(),
+               ticks=standing),
+        {'standing cart'}, ('standing cart', 'in a simulated run behind a cart that stands', 'error=')),
+    'fails at the 81st tick of a run': (
+        broken(lambda state, seen, gains: gains.k / max(80.0 - state.ticks, 0.0), Gains, Count(), ticks=counted),
+        {'run', 'switch', 'standing cart'},
+        ('run', 'ZeroDivisionError: float division by zero, in a simulated run', 'error=')),
+    'has a pole at the bound of a gain': (
+        Law('broken', pole_step, Gains), {'gains', 'run'},
+        ('gains', 'broken.k = 2.0; bound the gain by its Field', 'e1 = ')),
+    'has a gain without a bound': (
+        broken(lambda state, seen, gains: math.exp(gains.k), Unbounded), {'gains'},
+        ('gains', 'OverflowError', 'broken.k = 1000000000000.0; bound the gain')),
+    'has a pole within its search': (
+        Law('broken', pole_step, Unbounded), {'gains', 'run'},
+        ('gains', 'broken.k = 2.0; narrow what the Field names as search', 'e1 = ')),
+    'fails at the end of an element': (
+        broken(lambda state, seen, gains: 1.0 / (1.0 - gains.table[1]), Mixed), {'gains', 'run'},
+        ('gains', 'broken.table = (0.5, 1.0); bound')),
+    'fails for a whole number': (
+        broken(lambda state, seen, gains: 1.0 / gains.order, Mixed), {'gains'}, ('gains', 'broken.order = 0; bound')),
+    'fails for a choice': (
+        broken(lambda state, seen, gains: {'slow': 1.0}[gains.mode], Mixed), {'gains'},
+        ('gains', "broken.mode = 'fast'; bound")),
+    'fails for a switch': (
+        broken(lambda state, seen, gains: [1.0][int(gains.reverse)], Mixed), {'gains'},
+        ('gains', 'broken.reverse = True; bound')),
     'cannot prepare gains at a bound': (
-        Law('broken', sound_step, Gains, prepare=unprepared), {'gains'},
+        SOUND._replace(name='broken', prepare=unprepared), {'gains'},
         ('gains', 'cannot prepare its gains Gains(k=2.0): ValueError', 'bound the gain')),
-    'its repair breaks a rule': (Law('broken', between_step, Pair, repair=unordered), {'repair'},
-                                 ('repair', 'must be below high', 'broken.low = ')),
-    'its repair raises': (Law('broken', between_step, Pair, repair=raising_repair), {'repair'},
-                          ('repair', 'ArithmeticError: cannot mend', 'low = 1e-09')),
-    'fails in the state in which it joins': (Law('broken', joining_step, Gains, Count(), joining=Count(-1.0)),
-                                             {'switch'}, ('switch', 'joining a run: ZeroDivisionError', 'ticks=-1.0')),
-    'fails when a gain changes': (Law('broken', keeping_step, Gains, Kept()), {'switch'}, (
-        'switch', 'after a switch, with broken.k = 2e-09: ZeroDivisionError',
-        'Kept(k=1.0)')),
-    'keeps what it has seen in its start': (Law('broken', remembering_step, Gains, Memory([0.0])),
-                                            {'inputs unchanged', 'restart'},
-                                            ('restart', 'keep what changes in the state', 'error=')),
+    'its repair breaks a rule': (
+        PAIR._replace(name='broken', repair=lambda pair: Pair(pair.high, pair.low)), {'repair'},
+        ('repair', 'must be below high', 'broken.low = ')),
+    'its repair raises': (
+        PAIR._replace(name='broken', repair=raising_repair), {'repair'},
+        ('repair', 'ArithmeticError: cannot mend', 'low = 1e-09')),
+    'fails in the state in which it joins': (
+        broken(lambda state, seen, gains: gains.k / (1.0 + state.ticks), Gains, Count(), Count(-1.0)), {'switch'},
+        ('switch', 'joining a run: ZeroDivisionError', 'ticks=-1.0')),
+    'fails when a gain changes': (
+        Law('broken', keeping_step, Gains, Kept()), {'switch'},
+        ('switch', 'after a switch, with broken.k = 2e-09: ZeroDivisionError', 'Kept(k=1.0)')),
+    'keeps what it has seen in its start': (
+        Law('broken', remembering_step, Gains, Memory([0.0])), {'inputs unchanged', 'restart'},
+        ('restart', 'keep what changes in the state', 'error=')),
 }

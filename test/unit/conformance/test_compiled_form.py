@@ -1,17 +1,24 @@
 """Compiled and plain form: differences in last bits are warned of by line, larger ones and built-in laws fail."""
 
+import inspect
 import math
+import re
 import warnings
+from functools import partial
+from pathlib import Path
+from random import Random
 
+import broken_laws
 import pytest
-from broken_laws import Gains
+from each import each_row
 
 from mobile_robot_control import BodyVelocity, Law
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError, holding
-from mobile_robot_control.conformance.compiled_form import compiled_equals_plain
+from mobile_robot_control.conformance.compiled_form import DIFFERENT, UNCOMPILED, compiled_equals_plain, suspects
+from mobile_robot_control.conformance.sampling import bits_of
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 
-pytest.importorskip('numba')
+PAGE = (Path(__file__).parents[3] / 'docs' / 'extending.md').read_text(encoding='utf-8')
 
 
 def products_step(state, observation, gains, dt):
@@ -21,15 +28,13 @@ def products_step(state, observation, gains, dt):
 
 def cube_step(state, observation, gains, dt):
     e1, _, e3 = observation.error
-    v = gains.k * e1**3
-    return state, BodyVelocity(v, math.cos(e3))
+    return state, BodyVelocity(gains.k * e1**3, math.cos(e3))
 
 
 def length_step(state, observation, gains, dt):
     e1, e2, _ = observation.error
     return state, BodyVelocity(
-        gains.k * math.hypot(e1, e2),
-        0.0)
+        gains.k * math.hypot(e1, e2), 0.0)
 
 
 def remainder_step(state, observation, gains, dt):
@@ -46,7 +51,7 @@ def guarded_step(state, observation, gains, dt):
 
 def compared(step):
     """Return what a check yields and warns of."""
-    law = Law('compared', step, Gains)
+    law = Law('compared', step, broken_laws.Gains)
     with holding(LAWS, law), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter('always')
         found = list(compiled_equals_plain(law))
@@ -59,29 +64,30 @@ def line_of(step, offset):
 
 
 def test_products_and_safe_functions_are_equal_to_the_last_bit():
+    pytest.importorskip('numba')
     assert compared(products_step) == ([], [])
 
 
-@pytest.mark.parametrize(('step', 'offset', 'expression'), [
+@each_row(('step', 'offset', 'expression'), [
     (cube_step, 2, 'e1 ** 3 (write products'), (length_step, 3, 'math.hypot(e1, e2) (write math.sqrt(x * x + y * y)'),
 ])
-def test_a_difference_in_last_bits_is_a_warning_that_names_the_line(step, offset, expression):
+def test_a_difference_in_last_bits_is_a_warning_that_names_the_line_and_fails_a_law_of_the_package(
+        step, offset, expression, monkeypatch):
+    pytest.importorskip('numba')
     found, (warning,) = compared(step)
     assert not found
     assert warning.startswith(f"{line_of(step, offset)}: the law 'compared' returns (")
     assert f'{line_of(step, offset)}: {expression}' in warning
     assert 'equal within 1e-12 only, at e1 = ' in warning
-
-
-def test_a_law_of_the_package_may_not_differ_in_last_bits(monkeypatch):
-    law = Law('compared', cube_step, Gains)
+    law = Law('compared', step, broken_laws.Gains)
     monkeypatch.setattr('mobile_robot_control.conformance.compiled_form.BUILT_IN', (*BUILT_IN, law))
     with holding(LAWS, law):
-        assert f'{line_of(cube_step, 2)}: e1 ** 3' in next(compiled_equals_plain(law))
+        assert f'{line_of(step, offset)}: {expression}' in next(compiled_equals_plain(law))
 
 
 def test_a_law_that_does_not_compile_is_left_out_with_a_warning():
-    law = Law('compared', remainder_step, Gains)
+    pytest.importorskip('numba')
+    law = Law('compared', remainder_step, broken_laws.Gains)
     with holding(LAWS, law), pytest.warns(ConformanceWarning) as warned, pytest.raises(LeftOutError, match='fmod'):
         list(compiled_equals_plain(law))
     file, _, line = line_of(remainder_step, 1).rpartition(':')
@@ -89,7 +95,80 @@ def test_a_law_that_does_not_compile_is_left_out_with_a_warning():
 
 
 def test_a_larger_difference_fails_with_its_input():
+    pytest.importorskip('numba')
     found, _ = compared(guarded_step)
     # Python raises ZeroDivisionError, compiled code divides as C does
     assert 'BodyVelocity(linear=0.0, angular=0.0)) plain and' in found[0]
     assert 'BodyVelocity(linear=5.0, angular=0.0)) compiled, at e1 = 0.0 m' in found[0]
+
+
+def _fourth_power(x):
+    x **= 4
+    return x
+
+
+def calling_step(state, observation, gains, dt):
+    """The word pow( in a text is no call."""
+    return state, (_fourth_power(math.cos(dt)), math.log(dt, 2.0), broken_laws.command(observation))
+
+
+def test_powers_and_calls_are_named_with_their_lines():
+    found = suspects(calling_step)
+    first, power = calling_step.__code__.co_firstlineno, _fourth_power.__code__.co_firstlineno
+    assert [(one.line, one.text) for one in found] == [(first + 2, 'math.log(dt, 2.0)'), (power + 1, 'x **= 4')]
+    assert {one.file for one in found} == {__file__}
+
+
+def test_what_a_step_is_bound_to_is_looked_into():
+    power = _fourth_power
+    assert [one.text for one in suspects(lambda state, observation, gains, dt: (state, power(dt)))] == ['x **= 4']
+
+
+@each_row('step', [broken_laws.sound_step, len, partial(math.fmod, 2.0)])
+def test_safe_steps_and_those_without_a_source_have_none(step):
+    assert suspects(step) == []
+
+
+def basic(x, y):
+    part = max(-1.0, min(1.0, x))
+    return (
+        x + y, x - y, x * y, x / y, x % y, x // y, x * x * x, abs(x), round(x), round(x, 2), int(x), sum((x, y)),
+        math.sqrt(abs(x)), math.sqrt(x * x + y * y), math.sin(x), math.cos(x), math.tan(x), math.asin(part),
+        math.acos(part), math.atan(x), math.atan2(y, x), math.fabs(x), math.floor(x), math.ceil(x), math.trunc(x),
+        math.copysign(x, y), math.degrees(x), math.radians(x), math.isfinite(x), math.isnan(x), math.isinf(x),
+    )
+
+
+def transcendental(x, y):
+    size = abs(x) + 1e-9
+    return (
+        math.sinh(x), math.cosh(x), math.tanh(x), math.asinh(x), math.acosh(size + 1.0), math.atanh(math.sin(x)),
+        math.exp(x), 2.0 / (1.0 + math.exp(-x)), math.expm1(x), math.log(size), math.log1p(size), math.log2(size),
+        math.log10(size), math.erf(x), math.erfc(x), size**y, pow(size, y), math.pow(size, y),
+    )
+
+
+@each_row('expressions', [basic, transcendental])
+def test_safe_expressions_are_compiled_to_the_last_bit(expressions):
+    numba = pytest.importorskip('numba')
+    compiled = numba.njit(error_model='numpy')(expressions)
+    draws = Random(3)  # noqa: S311 (no secret)
+    for _ in range(3000):
+        x, y = draws.uniform(-6.0, 6.0), draws.choice((-1.0, 1.0)) * draws.uniform(1e-6, 6.0)
+        x = draws.choice((x, 1e-3 * x, math.pi, -0.0))
+        for n, (plain, other) in enumerate(zip(expressions(x, y), compiled(x, y), strict=True)):
+            assert bits_of(float(plain)) == bits_of(float(other)), (n, x, y)
+
+
+def _row(first):
+    row = next(line for line in PAGE.splitlines() if line.startswith(f'| {first}'))
+    return set(re.findall(r'\w+', ' '.join(re.findall(r'`([^`]*)`', row)))) - {'x', 'y', 'math', 'base'}
+
+
+def test_the_functions_of_the_page_are_those_of_this_test_and_of_the_check():
+    # exp2 is of Python 3.11
+    used = inspect.getsource(basic) + inspect.getsource(transcendental)
+    assert {name for name in _row('equal to the last bit') - {'exp2'} if not re.search(rf'\b{name}\(', used)} == set()
+    assert [one.text for one in suspects(basic)] == []
+    assert set(DIFFERENT) - {'pow'} == _row('different in last bits') - {'sqrt', 'of', 'y'}
+    assert set(UNCOMPILED) == {name for name in _row('not compiled') if not name.isdigit()} - {'log', 'float'}
