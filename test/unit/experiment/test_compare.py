@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 from bag_making import record
+from each import each_row
 from harness import CONFIG
 
 from mobile_robot_control.cli import experiment, report
@@ -52,32 +53,28 @@ def test_every_run_has_the_curve_and_the_start_of_the_first(ran, tmp_path):
     assert 'rotation: 0.0' in (tmp_path / 'out' / 'other' / 'parameters.yaml').read_text()
 
 
-def test_files_of_the_same_name_get_numbered_folders(ran, tmp_path):
-    assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'fuzzy.yaml') == 0
-    assert list(ran) == ['fuzzy_1', 'fuzzy_2']
-
-
-@pytest.mark.parametrize(('name', 'runs', 'reason'), [
-    ('broken', 2, 'broken: node_died: no answer'), ('stopped', 1, 'stopped: interrupted')])
-def test_a_failed_run_is_reported_and_a_stop_request_ends_the_comparison(ran, tmp_path, capsys, name, runs, reason):
-    file = tmp_path / f'{name}.yaml'
+@each_row(('name', 'others', 'reason'), [
+    ('broken', ['fuzzy_1', 'fuzzy_2'], 'broken: node_died: no answer'), ('stopped', [], 'stopped: interrupted')])
+def test_a_failed_run_is_reported_and_a_stop_request_ends_the_comparison(ran, tmp_path, capsys, name, others, reason):
+    ran.clear()
+    file, out = tmp_path / f'{name}.yaml', tmp_path / f'{name}_out'
     file.write_text((CONFIG / 'fuzzy.yaml').read_text())
-    assert _compare(tmp_path / 'out', file, CONFIG / 'fuzzy.yaml') == 1
-    assert len(ran) == runs
-    assert (tmp_path / 'out' / 'report.html').is_file()
+    # files of the same name get numbered folders
+    assert _compare(out, file, CONFIG / 'fuzzy.yaml', CONFIG / 'fuzzy.yaml') == 1
+    assert list(ran) == [name, *others]
+    assert (out / 'report.html').is_file()
     assert reason in capsys.readouterr().err
 
 
-def test_no_run_starts_when_one_file_or_folder_is_refused(ran, tmp_path, capsys):
-    assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', tmp_path / 'nowhere.yaml') == 2
-    assert 'nowhere.yaml' in capsys.readouterr().err
-    assert _compare(tmp_path / 'out', *[CONFIG / 'fuzzy.yaml'] * 7) == 2
-    assert '6 at the most' in capsys.readouterr().err
-    assert not ran
+def test_no_run_starts_when_one_file_or_folder_is_refused_and_all_stay_as_they_were(ran, tmp_path, capsys):
     (tmp_path / 'out' / 'backstepping' / 'bag').mkdir(parents=True)
-    assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'backstepping.yaml') == 2
-    assert 'holds an experiment already' in capsys.readouterr().err
+    for files, told in (([CONFIG / 'fuzzy.yaml', tmp_path / 'nowhere.yaml'], 'nowhere.yaml'),
+                        ([CONFIG / 'fuzzy.yaml'] * 7, '6 at the most'),
+                        ([CONFIG / 'fuzzy.yaml', CONFIG / 'backstepping.yaml'], 'holds an experiment already')):
+        assert _compare(tmp_path / 'out', *files) == 2
+        assert told in capsys.readouterr().err
     assert not ran
+    assert [path.name for path in (tmp_path / 'out').iterdir()] == ['backstepping']
 
 
 def test_a_refused_run_leaves_its_folder_as_it_was_and_those_of_the_runs_before_it(ran, tmp_path, monkeypatch, capsys):
@@ -99,12 +96,6 @@ def test_a_refused_run_leaves_its_folder_as_it_was_and_those_of_the_runs_before_
     assert (out / 'fuzzy' / 'metrics.json').is_file()
     assert [path.name for path in (out / 'hybrid_backstepping').iterdir()] == ['notes.txt']
     assert not (out / 'backstepping').exists()
-
-
-def test_a_folder_that_is_refused_leaves_the_others_as_they_were(ran, tmp_path):
-    (tmp_path / 'out' / 'backstepping' / 'bag').mkdir(parents=True)
-    assert _compare(tmp_path / 'out', CONFIG / 'fuzzy.yaml', CONFIG / 'backstepping.yaml') == 2
-    assert [path.name for path in (tmp_path / 'out').iterdir()] == ['backstepping']
 
 
 def test_a_namespace_that_ros_does_not_take_is_bad_usage(tmp_path, capsys):

@@ -6,35 +6,35 @@ import subprocess
 import sys
 
 import pytest
+from each import each_row
 
 from mobile_robot_control.cli import experiment, report, simulate, study, tune
 
 SIMULATE = [sys.executable, '-m', 'mobile_robot_control.cli.simulate', '--duration', '0.01']
 
 
-def _run(redirections, *arguments, environment=None):
+def _run(redirections, *arguments, **environment):
     """Run `simulate` from a shell with redirections; returns the completed process."""
     return subprocess.run(['sh', '-c', f'exec "$@" {redirections}', 'sh', *SIMULATE, *map(str, arguments)],
-                          capture_output=True, text=True, timeout=120, check=False,
-                          env=os.environ | (environment or {}))
+                          capture_output=True, text=True, timeout=120, check=False, env=os.environ | environment)
 
 
-@pytest.mark.parametrize('closed', ['2>&-', '<&- >&- 2>&-'])
+@each_row('closed', ['2>&-', '<&- >&- 2>&-'])
 def test_with_closed_streams_files_contain_their_own_content_alone(tmp_path, closed):
-    done = _run(closed, '--output', tmp_path / 'run.csv')
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ''
-    assert (tmp_path / 'run.csv').read_text().startswith('time,')
-    assert json.loads((tmp_path / 'run.metrics.json').read_text())['outcome'] == 'completed'
+    folder = tmp_path / str(len(closed))
+    done = _run(closed, '--output', folder / 'run.csv')
+    assert (done.returncode, done.stderr) == (0, '')
+    assert (folder / 'run.csv').read_text().startswith('time,')
+    assert json.loads((folder / 'run.metrics.json').read_text())['outcome'] == 'completed'
 
 
-@pytest.mark.parametrize('unbuffered', ['', '1'])
+@each_row('unbuffered', ['', '1'])
 def test_a_full_standard_output_is_an_error_in_one_line(unbuffered):
-    done = _run('>/dev/full', environment={'PYTHONUNBUFFERED': unbuffered})
+    done = _run('>/dev/full', PYTHONUNBUFFERED=unbuffered)
     assert done.returncode == 1
-    assert done.stderr.startswith('simulate: ')
-    assert 'No space left on device' in done.stderr
-    assert done.stderr.count('\n') == 1
+    line, = done.stderr.splitlines()
+    assert line.startswith('simulate: ')
+    assert 'No space left on device' in line
 
 
 def test_an_output_that_nothing_reads_is_an_error_in_one_line():
@@ -42,29 +42,24 @@ def test_an_output_that_nothing_reads_is_an_error_in_one_line():
     os.close(read)
     done = subprocess.run(SIMULATE, stdout=write, stderr=subprocess.PIPE, text=True, timeout=120, check=False)
     os.close(write)
-    assert done.returncode == 1
-    assert done.stderr == ('simulate: nothing reads the standard output any more; what is written to files is '
-                           'complete\n')
+    assert (done.returncode, done.stderr) == (
+        1, 'simulate: nothing reads the standard output any more; what is written to files is complete\n')
 
 
-def test_without_docstrings_every_command_explains_its_options(monkeypatch, capsys):
+def test_without_docstrings_and_assertions_every_command_explains_its_options_and_python_simulates(monkeypatch, capsys):
     for command in (experiment, report, simulate, study, tune):
         monkeypatch.setattr(command, '__doc__', None)
         with pytest.raises(SystemExit) as end:
             command.main(['--help'])
         assert end.value.code == 0
         assert '--output' in capsys.readouterr().out
-
-
-def test_python_without_docstrings_and_assertions_simulates():
-    done = _run('', environment={'PYTHONOPTIMIZE': '2'})
+    done = _run('', PYTHONOPTIMIZE='2')
     assert done.returncode == 0, done.stderr
     assert 'completed' in done.stdout
 
 
 def test_in_a_locale_of_ascii_any_text_is_shown():
-    done = _run('', '-p', 'plant.größe\udcff:=1', environment={'LC_ALL': 'C', 'PYTHONUTF8': '0',
-                                                               'PYTHONCOERCECLOCALE': '0'})
+    done = _run('', '-p', 'plant.größe\udcff:=1', LC_ALL='C', PYTHONUTF8='0', PYTHONCOERCECLOCALE='0')
     assert done.returncode == 2
     assert 'unknown parameter' in done.stderr
     assert 'Traceback' not in done.stderr

@@ -1,8 +1,9 @@
-"""A process that hangs in a library, deaf to signals, is ended with its nodes."""
+"""A process that hangs in a library, deaf to signals or while it ends, is ended, with its nodes."""
 
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -65,25 +66,18 @@ def state(pid):
         return 'Z'
 
 
-def runs(pid):
-    return state(pid) != 'Z'
-
-
-def test_a_process_that_hangs_is_killed_with_its_nodes(start):
-    process, node = start(HANG, seconds=0.5)
+@pytest.mark.parametrize(('then', 'limits', 'number', 'end'), [
+    (HANG, {'seconds': 0.5}, None, signal.SIGKILL), (HANG, {'grace': 0.2}, signal.SIGTERM, signal.SIGKILL),
+    (HANG, {'grace': 0.2}, signal.SIGINT, signal.SIGKILL),
+    ('import os; os.abort()', {'grace': 0.2}, None, signal.SIGABRT)])
+def test_a_process_that_hangs_or_died_is_killed_with_its_nodes(start, then, limits, number, end):
+    process, node = start(then, **limits)
+    if number:
+        process.send_signal(number)
     _, errors = process.communicate(timeout=50)
-    assert process.returncode == -signal.SIGKILL
-    assert 'experiment: ROS 2 has not answered for too long' in errors
-    wait_until(lambda: not runs(node))
-
-
-@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGINT])
-def test_a_process_that_hangs_is_killed_after_a_signal(start, number):
-    process, node = start(HANG, grace=0.2)
-    process.send_signal(number)
-    process.communicate(timeout=50)
-    assert process.returncode == -signal.SIGKILL
-    wait_until(lambda: not runs(node))
+    assert process.returncode == -end
+    assert ('experiment: ROS 2 has not answered for too long' in errors) == (end == signal.SIGKILL)
+    wait_until(lambda: state(node) == 'Z')
 
 
 def test_a_process_that_makes_progress_is_left_alone(start):
@@ -91,7 +85,7 @@ def test_a_process_that_makes_progress_is_left_alone(start):
     process.send_signal(signal.SIGTERM)
     printed, errors = process.communicate(timeout=50)
     assert (process.returncode, printed, errors) == (0, 'ended by itself\n', '')
-    assert not runs(node)
+    assert state(node) == 'Z'
 
 
 def test_a_process_that_is_stopped_is_left_alone_until_it_goes_on(start):
@@ -101,14 +95,7 @@ def test_a_process_that_is_stopped_is_left_alone_until_it_goes_on(start):
         process.wait(timeout=1.0)
     process.send_signal(signal.SIGCONT)
     assert process.wait(timeout=50) == -signal.SIGKILL
-    wait_until(lambda: not runs(node))
-
-
-def test_nodes_of_a_process_that_died_are_killed(start):
-    process, node = start('import os; os.abort()', grace=0.2)
-    process.communicate(timeout=50)
-    assert process.returncode == -signal.SIGABRT
-    wait_until(lambda: not runs(node))
+    wait_until(lambda: state(node) == 'Z')
 
 
 def test_an_experiment_for_which_nothing_can_start_ends_with_exit_code_1(tmp_path, monkeypatch, capsys):
@@ -122,3 +109,18 @@ def test_an_experiment_for_which_nothing_can_start_ends_with_exit_code_1(tmp_pat
     assert experiment.main(['--duration', '1', '--output', str(tmp_path / 'run'), '--no-report']) == 1
     assert ('experiment: ROS 2: pthread_create failed: Resource temporarily unavailable; the machine or its limits '
             '(ulimit) may leave too little room\n') in capsys.readouterr().err
+
+
+LEAVES = 'import ctypes, time; from mobile_robot_control.system.supervisor import exit_after; '
+# holds the interpreter's lock
+HANGS = LEAVES + 'print("last line")\nwith exit_after(1, {}): ctypes.PyDLL(None).sleep(60)'
+IN_TIME = LEAVES + '\nwith exit_after(1, 7): pass\ntime.sleep(1.5)'
+
+
+def test_a_process_that_hangs_while_it_ends_keeps_its_exit_code_as_one_that_ends_in_time():
+    for code, script, printed in ((0, HANGS, 'last line\n'), (3, HANGS, 'last line\n'), (0, IN_TIME, '')):
+        begun = time.monotonic()
+        done = subprocess.run([sys.executable, '-c', script.format(code)], capture_output=True, text=True, timeout=50,
+                              check=False)
+        assert (done.returncode, done.stdout) == (code, printed)
+        assert time.monotonic() - begun < 40.0
