@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from each import each
 from notebooks import disagreements
 
 FOLDER = Path(__file__).parents[2] / 'examples' / 'tutorial'
@@ -47,53 +46,42 @@ def _small(source):
     return {'cells': [cell], 'metadata': STORED['metadata'], 'nbformat': 4, 'nbformat_minor': 5}
 
 
-def test_a_cell_that_fails_is_named_and_nothing_is_written(execute, tmp_path, capsys):
-    file = tmp_path / 'failing.ipynb'
-    file.write_text(json.dumps(_small('assert "one" == "other"')))
-    before = file.read_bytes()
-    assert execute.main(file) == 1
-    assert file.read_bytes() == before
-    assert 'failing.ipynb: ' in capsys.readouterr().err
-
-
-def test_outputs_are_written_without_a_trace_of_the_machine(execute, tmp_path, monkeypatch):
+def test_outputs_are_written_without_a_trace_of_the_machine_unless_a_cell_fails(execute, tmp_path, monkeypatch, capsys):
     # a kernel of the user, and settings that would change outputs
     kernel = tmp_path / 'kernels' / 'python3'
     kernel.mkdir(parents=True)
     (kernel / 'kernel.json').write_text('{"argv": ["/nowhere"], "display_name": "odd", "language": "python"}')
     monkeypatch.setenv('JUPYTER_PATH', str(tmp_path))
     monkeypatch.setenv('MOBILE_ROBOT_CONTROL_LAWS', 'nowhere.py')
-    file = tmp_path / 'small.ipynb'
+    file, failing = tmp_path / 'small.ipynb', tmp_path / 'failing.ipynb'
     file.write_text(json.dumps(_small('import os\n"MOBILE_ROBOT_CONTROL_LAWS" in os.environ')))
     assert execute.main(file) == 0
     made = json.loads(file.read_text())
     assert made['metadata'] == STORED['metadata']
     cell, = made['cells']
-    assert cell['metadata'] == {}
-    assert cell['outputs'][0]['data'] == {'text/plain': ['False']}
+    assert (cell['metadata'], cell['outputs'][0]['data']) == ({}, {'text/plain': ['False']})
+    before = json.dumps(_small('assert "one" == "other"'))
+    failing.write_text(before)
+    assert execute.main(failing) == 1
+    assert failing.read_text() == before
+    assert 'failing.ipynb: ' in capsys.readouterr().err
 
 
-@each(SECTIONS)
-def test_a_section_begins_with_a_question_checks_its_claims_and_ends_with_what_was_seen(number):
-    begin, claims, seen = f'section-{number}', f'claims-{number}', f'seen-{number}'
-    assert _source(begin).startswith(f'## {number}. ')
-    assert _source(begin).partition('\n')[0].endswith('?')
-    assert 'assert ' in _source(claims)
-    assert _source(seen).startswith('**Seen.** ')
-    assert ORDER.index(begin) < ORDER.index(claims) < ORDER.index(seen)
-    assert ORDER[ORDER.index(seen) + 1] in (f'section-{number + 1}', 'exercises')
-
-
-def test_every_exercise_has_an_answer_with_a_text_and_a_cell_that_ran():
-    tasks = [name for name in CELLS if re.fullmatch(r'exercise-\d+', name)]
-    assert tasks == [f'exercise-{number}' for number in EXERCISES]
-    for number, task in zip(EXERCISES, tasks, strict=True):
-        assert _source(task).startswith(f'**Exercise {number}.** ')
-        assert ORDER.index(task) < ORDER.index('answers') < ORDER.index(f'answer-{number}')
+def test_each_section_and_exercise_has_its_cells_in_order():
+    """A section: its question, its claims, what was seen; an exercise: an answer with a text and a cell that ran."""
+    tasks = [f'exercise-{number}' for number in EXERCISES]
+    answers = [name for number in EXERCISES for name in (f'answer-{number}', f'answer-{number}-code')]
+    parts = [f'{part}-{number}' for number in SECTIONS for part in ('section', 'claims', 'seen')]
+    assert [name for name in ORDER if re.fullmatch(r'(section|claims|seen|exercise|answer)-\d+(-code)?', name)] == [
+        *parts, *tasks, *answers]
+    for number in SECTIONS:
+        assert re.match(rf'## {number}\. .*\?\n', _source(f'section-{number}') + '\n')
+        assert 'assert ' in _source(f'claims-{number}')
+        assert _source(f'seen-{number}').startswith('**Seen.** ')
+    for number in EXERCISES:
+        assert _source(f'exercise-{number}').startswith(f'**Exercise {number}.** ')
         assert _source(f'answer-{number}').startswith(f'**Answer {number}.** ')
-        code = CELLS[ORDER[ORDER.index(f'answer-{number}') + 1]]
-        assert code['id'] == f'answer-{number}-code'
-        assert code['outputs']
+        assert CELLS[f'answer-{number}-code']['outputs']
 
 
 def test_it_is_stored_as_executed_from_top_to_bottom_with_pictures_and_without_warnings():

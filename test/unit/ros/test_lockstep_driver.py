@@ -20,31 +20,23 @@ class Counting:
 
     def __init__(self, periods):
         self.steps, self.said, self.published, self.changes = 0, [], [], []
+        self.take_changes = lambda: self.changes.append(self.steps)
+        self.publish = lambda stamp, outputs: self.published.append((stamp, *outputs))
+        self.note_run = lambda decision, stamp: self.said.append(decision.name)
+        self.note_other_start = lambda topic: self.said.append(f'other {topic}')
         self.driver = LockstepDriver(self, {topic: Input(None, one) for topic, one in periods.items()}, D / 1e9, P)
 
     def begin(self, inputs, joins):
         self.said.append('joins' if joins else 'begins')
         self.steps = 0
 
-    def take_changes(self):
-        self.changes.append(self.steps)
-
     def step(self, inputs, dt):
         assert dt == D / 1e9
         self.steps += 1
         return self.steps, {topic: (*one, round(inputs.age(topic) * 1e9)) for topic, one in inputs.given.items()}
 
-    def publish(self, stamp, outputs):
-        self.published.append((stamp, *outputs))
-
-    def note_run(self, decision, stamp):
-        self.said.append(decision.name)
-
     def note_step(self, stamp):
         assert self.published[-1][0] == stamp
-
-    def note_other_start(self, topic):
-        self.said.append(f'other {topic}')
 
     def take(self, topic, stamp, value=0.0):
         """Take a message as InputValidator hands it on; return what the node answers and says."""

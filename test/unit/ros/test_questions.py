@@ -23,39 +23,26 @@ class Asker:
         monkeypatch.setattr(questions, 'time', types.SimpleNamespace(monotonic=lambda: self.wall))
         monkeypatch.setattr(questions, 'create_steady_timer', lambda _, function, __: self.timers.append(function))
         self.values = PlantParameters(**values)
+        self.publish_question = lambda: self.asked.append(self.now)
+        self.repeat_question = lambda: self.asked.append(f'again {self.now}')
+        self.publish_wheels = lambda: self.asked.append(f'wheels {self.now}')
+        self.note_step = lambda stamp: None
         self.control = LockstepRunControl(self.values, lambda: self.now, self.go_on, self.begin_anew)
         stalls = types.SimpleNamespace(note_silence=self.note_silence, note_progress=lambda: None, named=[])
         self.driver = QuestionDriver(self, self, period, self.control, stalls, 0.0)
         self.driver.ask()
 
-    @property
-    def now(self):
-        return self.k * D
-
-    @property
-    def is_over(self):
-        return self.now == self.end
-
-    @property
-    def tick(self):
-        return self.now - self.now % P
+    now = property(lambda self: self.k * D)
+    tick = property(lambda self: self.now - self.now % P)
+    is_over = property(lambda self: self.now == self.end)
 
     def step(self, inputs, _dt):
         self.pushed.append(inputs.value('command'))
         self.k += 1
 
-    def publish_question(self):
-        self.asked.append(self.now)
-
     def note_silence(self, silence, stamp, tick):
         assert (stamp, tick) == (self.now, self.tick)
         self.silences.append(round(silence, 3))
-
-    def repeat_question(self):
-        self.asked.append(f'again {self.now}')
-
-    def publish_wheels(self):
-        self.asked.append(f'wheels {self.now}')
 
     def go_on(self):
         self.driver.go_on()
@@ -63,9 +50,6 @@ class Asker:
     def begin_anew(self):
         self.k = 0
         self.driver.restart()
-
-    def note_step(self, stamp):
-        """Nothing is counted."""
 
     def answer(self, stamp, value=0.0):
         """Take an answer; return what the plant publishes then."""

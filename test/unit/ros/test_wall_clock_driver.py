@@ -17,7 +17,7 @@ INPUTS = {
 
 
 class Robot:
-    """A node whose clock [s] the test moves."""
+    """A node whose clock [s] the test moves, and which keeps what it did."""
 
     def __init__(self):
         self.now, self.came, self.did = 100.0, {}, []
@@ -25,43 +25,30 @@ class Robot:
         stamps = types.SimpleNamespace(now=lambda: types.SimpleNamespace(nanoseconds=round(self.now * 1e9)))
         self.driver = WallClockDriver(self, INPUTS, 10.0, stamps, 0.5, lambda topic: self.now - self.came[topic])
         self.is_held, self.is_ready = lambda: self.held, lambda: self.ready
+        self.resume, self.forget, self.rest = lambda: self._do('resume'), lambda: self._do('forget'), lambda: 'rest'
+        self.note_stop = lambda *topics: self._do(f'silent: {" ".join(topics)}')
+        self.receive = lambda topic, stamp, value: value
+        # changes act from any step on, and nothing is counted
+        self.take_changes, self.note_step = lambda: None, lambda stamp: None
+
+    def _do(self, what):
+        self.did.append(what)
 
     def begin(self, inputs, joins):
         assert not joins
-        self.did.append('begin')
-
-    def resume(self):
-        self.did.append('resume')
+        self._do('begin')
 
     def step(self, inputs, dt):
         assert dt == 0.1
         return ''.join(topic[0] for topic in inputs.given)
 
-    def rest(self):
-        return 'rest'
-
     def publish(self, stamp, outputs):
         assert stamp == round(self.now * 1e9)
-        self.did.append(outputs)
-
-    def receive(self, topic, stamp, value):
-        return value
+        self._do(outputs)
 
     def note_run(self, decision, stamp):
         assert decision is StampDecision.HOLD
-        self.did.append('run')
-
-    def note_stop(self, *topics):
-        self.did.append(f'silent: {" ".join(topics)}')
-
-    def forget(self):
-        self.did.append('forget')
-
-    def take_changes(self):
-        """Changes act from any step on."""
-
-    def note_step(self, stamp):
-        """Nothing is counted."""
+        self._do('run')
 
     def take(self, *topics):
         for topic in topics:
