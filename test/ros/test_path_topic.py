@@ -12,8 +12,8 @@ from nav_msgs.msg import Odometry, Path
 from mobile_robot_control.ros.services.qos import LATCHED
 
 TIMING = ['-p', 'curve:=path', '-p', 'timing.max_linear_velocity:=0.5', '-p', 'timing.max_linear_acceleration:=1.0',
-          '-p', 'timing.max_lateral_acceleration:=0.5', '-p', 'path.join_distance:=0.4']
-START = ['-p', 'initial_pose:=[0.0, 0.0, 0.0]']
+          '-p', 'timing.max_lateral_acceleration:=0.5', '-p', 'path.join_distance:=0.4', '-p',
+          'initial_pose:=[0.0, 0.0, 0.0]']
 
 
 def path(*points, stamp=0, frame='odom'):
@@ -25,27 +25,23 @@ def path(*points, stamp=0, frame='odom'):
     return message
 
 
-class Conditions:
-    """Keeps the state of the cart on /diagnostics."""
-
-    def __init__(self, node):
-        self.state = ''
-        node.create_subscription(DiagnosticArray, '/diagnostics', self._take, 10)
-
-    def _take(self, message):
-        for status in message.status:
-            if status.name.endswith('reference_cart'):
-                self.state = status.message
+@pytest.fixture
+def cart(robot):
+    """The states of the cart on /diagnostics, the newest one last."""
+    states = ['']
+    robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', lambda message: states.extend(
+        status.message for status in message.status if status.name.endswith('reference_cart')), 10)
+    return states
 
 
-def assert_no_jump(recording, velocity=0.5, acceleration=1.0, turn=20.0):
-    """The reference moves as its velocity says, at every tick, and its velocity within the limits."""
+def assert_no_jump(recording):
+    """The reference moves as its velocity says, at every tick, and its velocity within the limits of TIMING."""
     ticks = {sample.tick.time: sample.tick.reference for sample in recording.samples}
     for (begin, before), (end, after) in pairwise(ticks.items()):
         dt = end - begin
-        assert 0.0 <= after.velocity.linear <= velocity * 1.001
-        assert abs(after.velocity.linear - before.velocity.linear) <= acceleration * 1.01 * dt + 1e-9
-        assert abs(after.velocity.angular - before.velocity.angular) <= turn * dt
+        assert 0.0 <= after.velocity.linear <= 0.5 * 1.001
+        assert abs(after.velocity.linear - before.velocity.linear) <= 1.01 * dt + 1e-9
+        assert abs(after.velocity.angular - before.velocity.angular) <= 20.0 * dt
         moved = math.dist(after.pose[:2], before.pose[:2])
         mean = 0.5 * (before.velocity.linear + after.velocity.linear)
         assert moved == pytest.approx(mean * dt, abs=1e-3 * dt + 1e-6)
@@ -59,16 +55,15 @@ def _go_to(robot, seconds):
     robot.wait_at(seconds)
 
 
-def test_paths_act_at_their_stamps_and_the_cart_tells_when_it_has_arrived(robot):
+def test_paths_act_at_their_stamps_and_the_cart_tells_when_it_has_arrived(robot, cart):
     publisher = robot.recorder.create_publisher(Path, 'path', LATCHED)
-    conditions = Conditions(robot.recorder)
 
     def publish(*args, **options):
         publisher.publish(path(*args, **options))
         publisher.wait_for_all_acked()
 
-    robot.start(arguments=[*START, *TIMING, '-p', 'hold_at:=5.0'], composed=True)
-    robot.spin_until(lambda: conditions.state == 'standing')
+    robot.start(arguments=[*TIMING, '-p', 'hold_at:=5.0'], composed=True)
+    robot.spin_until(lambda: cart[-1] == 'standing')
     # of several paths it takes the last one only, when it discovers the publisher
     robot.spin_until(lambda: 'reference_cart' in {
         end.node_name for end in robot.recorder.get_subscriptions_info_by_topic('/path')})
@@ -89,7 +84,7 @@ def test_paths_act_at_their_stamps_and_the_cart_tells_when_it_has_arrived(robot)
     robot.set('plant', hold_at=0.0, real_time_factor=1.0)
     robot.spin_until(lambda: all(words in robot.log('reference_cart') for words in (
         'frame_id is not odom', 'path: not readable')))
-    robot.spin_until(lambda: conditions.state == 'arrived')
+    robot.spin_until(lambda: cart[-1] == 'arrived')
     robot.stop()
     recording = robot.recording()
     assert_no_jump(recording)
@@ -99,11 +94,10 @@ def test_paths_act_at_their_stamps_and_the_cart_tells_when_it_has_arrived(robot)
     assert recording.samples[-1].tick.reference.pose[:2] == pytest.approx((1.0, 0.6))
 
 
-def test_on_the_wall_clock_a_path_is_planned_beside_the_cart_and_an_empty_one_stops_it(robot):
+def test_on_the_wall_clock_a_path_is_planned_beside_the_cart_and_an_empty_one_stops_it(robot, cart):
     publisher = robot.recorder.create_publisher(Path, 'path', 10)
-    conditions = Conditions(robot.recorder)
-    robot.start(arguments=['-p', 'lockstep:=false', '-p', 'initial_pose:=[0.0, 0.0, 0.0]', *TIMING], composed=True)
-    robot.spin_until(lambda: conditions.state == 'standing')
+    robot.start(arguments=['-p', 'lockstep:=false', *TIMING], composed=True)
+    robot.spin_until(lambda: cart[-1] == 'standing')
     references = []
     robot.recorder.create_subscription(Odometry, 'reference', lambda message: references.append(
         (message.pose.pose.position, message.twist.twist.linear.x)), 100)
@@ -115,7 +109,7 @@ def test_on_the_wall_clock_a_path_is_planned_beside_the_cart_and_an_empty_one_st
     robot.spin_until(lambda: references[-1][1] > 0.0)
     publisher.publish(path())
     robot.spin_until(lambda: references[-1][1] == 0.0)
-    robot.spin_until(lambda: conditions.state == 'standing')
+    robot.spin_until(lambda: cart[-1] == 'standing')
     robot.stop()
     for (start, before), (end, after) in pairwise(references):
         # whenever the node had its turns: the speed changes over the way as an acceleration of 1 m/s² changes it

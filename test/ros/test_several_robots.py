@@ -8,7 +8,7 @@ from statistics import linear_regression
 
 import pytest
 import rclpy
-from harness import CONFIG, Robots
+from harness import CONFIG, Robots, driven
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.configuration.files import parameter_file_text
@@ -17,38 +17,26 @@ from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.ros.services.qos import PUBLISHED
 
-ROBOTS = {
-    '/robot1': ['--params-file', CONFIG / 'hybrid_backstepping.yaml'],
-    '/robot2': ['--params-file', CONFIG / 'fuzzy.yaml', '-p', 'publish_clock:=false'],
-}
-START = {'plant': {'initial_pose': [0.8, 0.1, 0.0]}}
-DURATION = 2.0
-
-
-def _run(folder, names):
-    """Run robots side by side, as fast as they go; returns the messages of each."""
-    with contextlib.closing(Robots(folder, names)) as robots:
-        start = folder / 'start.yaml'
-        start.write_text(parameter_file_text(START))
-        for name in names:
-            robots.start(namespace=name, composed=True, arguments=[
-                *ROBOTS[name], '--params-file', start, '-p', f'duration:={DURATION}', '-p', 'real_time_factor:=0.0',
-                '-p', 'paused:=true'])
-        robots.resume()
-        robots.finish()
-        return {name: robots.messages(name) for name in names}
+FAST = ['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true', '-p',
+        'initial_pose:=[0.8, 0.1, 0.0]']
 
 
 def test_two_robots_drive_as_each_alone(domain, lossless, tmp_path):
-    alone = {name: _run(tmp_path / name.strip('/'), [name])[name] for name in ROBOTS}
-    together = _run(tmp_path / 'both', list(ROBOTS))
-    for name, topics in alone.items():
+    robots = {'/robot1': ['--params-file', CONFIG / 'hybrid_backstepping.yaml', *FAST],
+              '/robot2': ['--params-file', CONFIG / 'fuzzy.yaml', *FAST, '-p', 'publish_clock:=false']}
+    alone = {}
+    for name, arguments in robots.items():
+        with driven(tmp_path / name.strip('/'), {name: arguments}) as robot:
+            alone[name] = robot.messages(name)
+    with driven(tmp_path / 'both', robots) as both:
+        together = {name: both.messages(name) for name in robots}
+    assert together == alone
+    for topics in alone.values():
         assert {topic: len(stamps) for topic, stamps in topics.items()} == {
-            'odom': 201, 'reference': 201, 'cmd_vel': 201, 'tracking_error': 201, 'joint_states': 1001,
-            'wheel_torques': 1001}
+            'odom': 101, 'reference': 101, 'cmd_vel': 101, 'tracking_error': 101, 'joint_states': 501,
+            'wheel_torques': 501}
         # equal to the byte, repeats of a stamp included
         assert all(len(messages) == 1 for stamps in topics.values() for messages in stamps.values())
-        assert together[name] == topics
     assert alone['/robot1']['cmd_vel'] != alone['/robot2']['cmd_vel']
 
 
