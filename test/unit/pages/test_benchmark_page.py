@@ -1,7 +1,5 @@
 """The page of a benchmark in a real browser: it sorts, shows every law, and fits phone and desktop."""
 
-import pytest
-
 from mobile_robot_control.pages.benchmark_page import answer, write_benchmark_page
 
 NUMBERS = {'rms': 0.01, 'rms_95': 0.02, 'worst': 0.2, 'settling_time': 1.0, 'peak_wheel_torque': 3.0, 'energy': 20.0,
@@ -24,30 +22,21 @@ LAWS = '[...document.querySelectorAll("#numbers tbody tr")].map(row => row.cells
 PRESS = '[...document.querySelectorAll("#numbers th button")].find(one => one.textContent.startsWith("RMS")).click()'
 
 
-@pytest.fixture(scope='module')
-def file(tmp_path_factory):
-    file = tmp_path_factory.mktemp('page') / 'benchmark.html'
+def test_it_sorts_fits_answers_in_a_sentence_and_shows_a_reason_as_text(browser, tmp_path):
+    file = tmp_path / 'benchmark.html'
     write_benchmark_page(file, VALUES, {'noise': {'lqr': DRAWN, 'fuzzy': DRAWN, 'broken': None}},
                          {'command_line': 'benchmark', 'versions': {}})
-    return file
-
-
-@pytest.mark.parametrize(('width', 'scheme'), [(1280, 'light'), (390, 'dark')])
-def test_it_sorts_and_fits(browser, file, width, scheme):
-    browser.show(file, width, scheme)
-    assert browser.evaluate('document.documentElement.scrollWidth <= innerWidth')
-    assert browser.violations() == []
-    assert browser.evaluate('document.querySelectorAll(".multiples figure").length') == 2
+    for width, scheme in ((1280, 'light'), (390, 'dark')):
+        browser.show(file, width, scheme)
+        assert browser.evaluate('document.documentElement.scrollWidth <= innerWidth')
+        assert browser.violations() == []
+        assert browser.evaluate('document.querySelectorAll(".multiples figure").length') == 2
     assert browser.evaluate(LAWS) == ['lqr', 'fuzzy', 'broken']
-    browser.evaluate(PRESS)
-    assert browser.evaluate(LAWS) == ['lqr', 'fuzzy', 'broken']
-    browser.evaluate(PRESS)
     # what is not known stays last
-    assert browser.evaluate(LAWS) == ['fuzzy', 'lqr', 'broken']
+    for order in (['lqr', 'fuzzy', 'broken'], ['fuzzy', 'lqr', 'broken']):
+        browser.evaluate(PRESS)
+        assert browser.evaluate(LAWS) == order
     assert browser.errors() == []
-
-
-def test_it_answers_in_a_sentence_and_shows_a_reason_as_text(file):
     text = file.read_text()
     assert answer(VALUES) == ('lqr has the best mean rank, 1.0, of 3 laws; on 1 of 1 tracks no law is better for '
                               'certain.')

@@ -32,19 +32,14 @@ def holds():
     return promise(parameters, [configured_scenario(parameters)])
 
 
-def test_the_history_is_complete_and_a_mean_that_is_not_known_is_none():
-    assert convergence(HISTORY) == {'number': [1, 2, 3], 'best': [8.0, 6.5, 4.2], 'mean': [20.0, None, 9.0],
-                                    'lost': [3, 41, 0]}
-
-
 def test_the_page_of_a_search_has_convergence_both_loops_and_what_holds(browser, holds, tmp_path):
     file = tmp_path / 'found.html'
     write_search_page(file, 'fuzzy: objective <4.2>', HISTORY, [run('before', 'backstepping'), run('after', 'fuzzy')],
                       holds, SVG, provenance('tune fuzzy', None))
     browser.show(file, 360, 'dark')
-    assert browser.violations() == []
-    assert browser.errors() == []
-    assert browser.requests() == [file.as_uri()]
+    assert (browser.errors(), browser.violations(), browser.requests()) == ([], [], [file.as_uri()])
+    assert convergence(HISTORY) == {'number': [1, 2, 3], 'best': [8.0, 6.5, 4.2], 'mean': [20.0, None, 9.0],
+                                    'lost': [3, 41, 0]}
     assert browser.evaluate('mrc.search.data[2]') == [8.0, 6.5, 4.2]
     assert browser.evaluate('document.querySelector("#search .legend").textContent') == (
         'generation 3: best 4.2, mean 9, 0 not scored')

@@ -45,14 +45,10 @@ def outcome(trial):
 
 
 @pytest.fixture(scope='module')
-def studied():
+def runs():
     trials = [scenario_trial(PARAMETERS, scenario, 2.0, 1.5) for scenario in DRAWN]
     judged = [judge(trial, outcome(trial))._replace(success=n != 2) for n, trial in enumerate(trials)]
-    return StudiedController(DRAWN, judged, promise(PARAMETERS, DRAWN), PARAMETERS)
-
-
-@pytest.fixture(scope='module')
-def runs(studied):
+    studied = StudiedController(DRAWN, judged, promise(PARAMETERS, DRAWN), PARAMETERS)
     replayed = replayed_runs(studied, 2.0, chosen_runs([studied.judged]))
     return StudiedRuns(studied.scenarios, studied.judged, studied.promise, replayed)
 
@@ -60,8 +56,8 @@ def runs(studied):
 def test_a_replayed_run_is_the_one_that_was_judged():
     trial = scenario_trial(PARAMETERS, DRAWN[5], 2.0, 1.5)
     samples, found = list(trial_rollout(trial, PARAMETERS)), outcome(trial)
-    errors = [math.hypot(sample.truth.error.longitudinal, sample.truth.error.lateral) for sample in samples[:-1]]
-    assert max(errors) == found.totals.max_position
+    assert found.totals.max_position == max(
+        math.hypot(sample.truth.error.longitudinal, sample.truth.error.lateral) for sample in samples[:-1])
     assert samples[-1].truth.pose == found.final_pose
 
 
@@ -99,12 +95,10 @@ def written(runs, tmp_path_factory):
 
 def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written):
     browser.show(written, 360, 'dark')
-    assert browser.errors() == []
-    assert browser.requests() == [written.as_uri()]
+    assert (browser.errors(), browser.violations(), browser.requests()) == ([], [], [written.as_uri()])
     assert browser.evaluate('document.documentElement.scrollWidth') <= 360
     assert browser.evaluate('document.querySelectorAll(".starts canvas").length') == 2
     assert browser.evaluate('document.querySelectorAll("#distributions .uplot").length') == 7
-    assert browser.violations() == []
     text = browser.evaluate('document.body.innerText')
     for part in ('<b>law</b>: 87.50 % of 8 runs succeed', 'near the cart', 'was interrupted', 'Not modelled',
                  '1 of 8 fails', 'run 3: curve', 'compared in the same'):
@@ -114,9 +108,11 @@ def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written):
       .map(one => one.id)''') == ['starts']
 
 
-def test_the_pointer_names_a_run_and_a_click_replays_a_failure(browser, written):
+def test_the_pointer_names_a_run_a_click_replays_a_failure_and_the_table_is_sorted_by_its_heads(
+        browser, written, runs):
     browser.show(written, 1280)
-    x, y = browser.evaluate('''(() => { const canvas = document.querySelector(".starts canvas");
+    evaluate = browser.evaluate
+    x, y = evaluate('''(() => { const canvas = document.querySelector(".starts canvas");
       canvas.scrollIntoView({block: "center"});
       const box = canvas.getBoundingClientRect(), every = mrc.study.data.controllers;
       const reach = 1.12 * Math.max(...every.flatMap(one => [...one.columns.x, ...one.columns.y].map(Math.abs)));
@@ -124,31 +120,25 @@ def test_the_pointer_names_a_run_and_a_click_replays_a_failure(browser, written)
       return [box.left + place(every[0].columns.x[2]), box.top + place(-every[0].columns.y[2])]; })()''')
     browser.call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
     note = 'document.querySelector(".starts p").textContent'
-    wait_until(lambda: 'run 3: failure' in browser.evaluate(note), 30.0, 0.02)
+    wait_until(lambda: 'run 3: failure' in evaluate(note), 30.0, 0.02)
     for kind in ('mousePressed', 'mouseReleased'):
         browser.call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left', clickCount=1)
-    wait_until(lambda: browser.evaluate('mrc.clock && mrc.clock.time > 0.05'), 20.0, 0.02)
-    assert browser.evaluate('document.querySelector("#replay h3").textContent') == '<b>law</b>, run 3, failure'
+    wait_until(lambda: evaluate('mrc.clock && mrc.clock.time > 0.05'), 20.0, 0.02)
+    assert evaluate('document.querySelector("#replay h3").textContent') == '<b>law</b>, run 3, failure'
     # and by its button another one, in place of the first
-    browser.evaluate('document.querySelectorAll(".starts .legend button")[1].click()')
-    assert browser.evaluate('document.querySelectorAll("#replay canvas").length') == 1
-    assert browser.errors() == []
-
-
-def test_the_table_of_runs_is_sorted_by_its_heads_and_names_the_command_of_each(browser, written, runs):
-    browser.show(written, 1280)
+    evaluate('document.querySelectorAll(".starts .legend button")[1].click()')
+    assert evaluate('document.querySelectorAll("#replay canvas").length') == 1
     rows = '[...document.querySelectorAll("#run-table tbody tr")].map(row => row.children[0].textContent)'
-    assert browser.evaluate(rows) == [str(n) for n in range(1, 9)]
+    assert evaluate(rows) == [str(n) for n in range(1, 9)]
     order = sorted(range(8), key=lambda n: runs.judged[n].metrics['late_max_position_error'])
-    press = 'document.querySelectorAll("#run-table th button")[5].click()'
     for expected, direction in ((order, 'ascending'), (order[::-1], 'descending')):
-        browser.evaluate(press)
-        assert browser.evaluate(rows) == [str(n + 1) for n in expected]
-        assert browser.evaluate('document.querySelectorAll("#run-table th")[5].ariaSort') == direction
-    browser.evaluate('document.querySelectorAll("#run-table td button")[1].click()')
-    assert browser.evaluate('document.querySelector("#run-table .command").textContent') == (
+        evaluate('document.querySelectorAll("#run-table th button")[5].click()')
+        assert evaluate(rows) == [str(n + 1) for n in expected]
+        assert evaluate('document.querySelectorAll("#run-table th")[5].ariaSort') == direction
+    evaluate('document.querySelectorAll("#run-table td button")[1].click()')
+    assert evaluate('document.querySelector("#run-table .command").textContent') == (
         f'study <x> --only {order[-2] + 1}')
-    browser.evaluate('((choice) => { choice.value = "1"; choice.dispatchEvent(new Event("change")); })'
-                     '(document.querySelector("#run-table select"))')
-    assert len(browser.evaluate(rows)) == 4
+    evaluate('((choice) => { choice.value = "1"; choice.dispatchEvent(new Event("change")); })'
+             '(document.querySelector("#run-table select"))')
+    assert len(evaluate(rows)) == 4
     assert browser.errors() == []

@@ -1,20 +1,26 @@
 """The drawing of robots in a real browser: where things are, which colours they have, what is left out."""
 
+import base64
+import hashlib
+import math
 import re
+import struct
+from pathlib import Path
 
 import pytest
+from each import each_row
 
+from mobile_robot_control import web
 from mobile_robot_control.figures import palette
-from mobile_robot_control.web.assets import asset
+from mobile_robot_control.web.assets import asset, pack
 
-WIDTH, HEIGHT = 700, 400
 PAGE = '''<!DOCTYPE html><meta charset="utf-8"><style>{colours} body{{margin:0}}
-canvas{{display:block;width:{width}px;height:{height}px}}</style><canvas></canvas><script>{script}</script><script>
+canvas{{display:block;width:700px;height:400px}}</style><canvas></canvas><script>{script}</script><script>
 const canvas = document.querySelector('canvas');
 const reader = canvas.getContext('2d', {{willReadFrequently: true}});
 function pixel(x, y) {{ return [...reader.getImageData(Math.round(x), Math.round(y), 1, 1).data.slice(0, 3)]; }}
 function hex(x, y) {{ return '#' + pixel(x, y).map((n) => n.toString(16).padStart(2, '0')).join(''); }}
-function count(colour) {{ const data = reader.getImageData(0, 0, {width}, {height}).data; let found = 0;
+function count(colour) {{ const data = reader.getImageData(0, 0, 700, 400).data; let found = 0;
   for (let n = 0; n < data.length; n += 4) if (`#${{[...data.slice(n, n + 3)].map((part) =>
     part.toString(16).padStart(2, '0')).join('')}}` === colour) found += 1; return found; }}
 const robot = {{name: 'first', colour: '--robot-1', shape: 'square', wheelSeparation: 0.4, wheelRadius: 0.05}};
@@ -26,10 +32,9 @@ const path = {{x: [-1, 1, 1, -1], y: [-1, -1, 1, 1], closed: true}};
 @pytest.fixture
 def scene(browser, tmp_path):
     """Shows a page with the drawing module; returns what evaluates expressions in it."""
-    def show(scheme='light', width=WIDTH):
+    def show(scheme='light'):
         file = tmp_path / 'scene.html'
-        script = asset('basics.js') + asset('scene.js')
-        file.write_text(PAGE.format(colours=asset('colours.css'), script=script, width=width, height=HEIGHT),
+        file.write_text(PAGE.format(colours=asset('colours.css'), script=asset('basics.js') + asset('scene.js')),
                         encoding='utf-8')
         browser.show(file, 800, scheme)
         return browser.evaluate
@@ -45,63 +50,49 @@ def test_the_view_holds_the_path_to_one_scale_and_screen_and_world_are_inverse(s
       return [...made.toWorld(...at(0.3, -0.7)), at(-1, 0)[0], at(1, 0)[0], at(0, -1)[1], at(0, 1)[1],
               at(1, 0)[0] - at(0, 0)[0], at(0, 0)[1] - at(0, 1)[1]]; })()''')
     assert (x, y) == pytest.approx((0.3, -0.7))
-    assert 0 < left < right < WIDTH
-    assert 0 < top < low < HEIGHT
+    assert 0 < left < right < 700
+    assert 0 < top < low < 400
     assert ahead == pytest.approx(aside)
 
 
-@pytest.mark.parametrize('scheme', ['light', 'dark'])
-def test_robots_have_their_colours_and_the_first_one_is_on_top(scene, scheme):
-    evaluate = scene(scheme)
-    here, there, names = evaluate('''(() => {
-      const made = mrc.makeScene(canvas, {robots: [robot, other], path});
+@each_row(('scheme', 'second'), [('light', '#d55e00'), ('dark', '#ff8c42')])
+def test_robots_have_their_colours_and_the_first_one_is_on_top(scene, scheme, second):
+    here, there, on_top, name = scene(scheme)('''(() => {
+      const made = mrc.makeScene(canvas, {robots: [robot, other], path}), pose = [0, 0, 0];
+      const at = (x, y, down) => { const [px, py] = made.toScreen(x, y); return hex(px - 6, py + down); };
       made.draw({robots: [{pose: [0.5, 0.5, Math.PI / 2]}, {pose: [-0.5, 0.5, Math.PI / 2]}]});
-      const at = (x) => { const [px, py] = made.toScreen(x, 0.5); return hex(px - 6, py + 3); };
-      return [at(0.5), at(-0.5), getComputedStyle(canvas).getPropertyValue('--robot-1')]; })()''')
-    assert here == names
-    assert there == {'light': '#d55e00', 'dark': '#ff8c42'}[scheme]
-    on_top = evaluate('''(() => { const made = mrc.makeScene(canvas, {robots: [robot, other], path});
-      const pose = [0, 0, 0]; made.draw({robots: [{pose}, {pose}]});
-      const [px, py] = made.toScreen(0, 0); return hex(px - 6, py + 4); })()''')
-    assert on_top == names
+      const apart = [at(0.5, 0.5, 3), at(-0.5, 0.5, 3)];
+      made.draw({robots: [{pose}, {pose}]});
+      return [...apart, at(0, 0, 4), getComputedStyle(canvas).getPropertyValue('--robot-1')]; })()''')
+    assert (here, there, on_top) == (name, second, name)
 
 
-def test_wheels_turn(scene):
-    first, turned, again = scene()('''(() => {
+def test_wheels_turn_trails_show_large_errors_and_torques_are_bars_as_long_as_their_part_of_the_limit(scene):
+    evaluate = scene()
+    first, turned, again = evaluate('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot], path});
       return [0, 0.4, Math.PI / 3].map((angle) => {
         made.draw({robots: [{pose: [0, 0, 0], wheels: [angle, 0]}]}); return canvas.toDataURL(); }); })()''')
-    assert first != turned
-    assert first == again
-
-
-def test_a_trail_is_coloured_by_its_error_where_that_was_large(scene):
-    weak, strong = scene()('''(() => {
+    assert turned != first == again
+    assert evaluate('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot], path: null, errorScale: 0.1});
       const trail = {x: [-1, -0.5, 0, 0.5, 1], y: [0, 0, 0, 0, 0], error: [0, 0, 0, 0.2, 0.2], from: 0, to: 4};
       made.fit(trail.x, trail.y);
       made.draw({robots: [{pose: null, trail}]});
-      return [hex(...made.toScreen(-0.75, 0)), hex(...made.toScreen(0.75, 0))]; })()''')
-    assert (weak, strong) == ('#4a9bd1', '#5c0010')
-
-
-def test_torques_are_bars_beside_the_plane_as_long_as_their_part_of_the_limit(scene):
-    nothing, zero, half, full, beyond, unknown = scene()('''(() => {
-      const made = mrc.makeScene(canvas, {robots: [robot], path}), ink = [];
-      for (const torque of [null, [0, 0], [0.5, -0.5], [1, -1], [7, -7], [NaN, NaN]]) {
+      return [hex(...made.toScreen(-0.75, 0)), hex(...made.toScreen(0.75, 0))]; })()''') == ['#4a9bd1', '#5c0010']
+    nothing, zero, half, full, beyond, unknown = evaluate('''(() => {
+      const made = mrc.makeScene(canvas, {robots: [robot], path});
+      return [null, [0, 0], [0.5, -0.5], [1, -1], [7, -7], [NaN, NaN]].map((torque) => {
         made.draw({robots: [{pose: null, torque, limit: 1}]});
         let found = 0;
         for (let x = 520; x < 620; x++) for (const y of [50, 68]) found += hex(x, y) === '#1f2328';
-        ink.push(found);
-      }
-      return ink; })()''')
-    assert (nothing, zero, unknown) == (0, 0, 0)
+        return found; }); })()''')
+    assert (nothing, zero, unknown, beyond) == (0, 0, 0, full)
     assert full > 60
     assert half == pytest.approx(full / 2, abs=3)
-    assert beyond == full
 
 
-def test_what_is_not_known_or_not_finite_is_not_drawn(scene):
+def test_a_number_that_is_not_known_is_not_drawn_and_a_robot_far_away_is_an_arrow_that_leaves_the_view_as_it_is(scene):
     evaluate = scene()
     assert evaluate('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot, other], path: null, errorScale: 0.1});
@@ -109,10 +100,7 @@ def test_what_is_not_known_or_not_finite_is_not_drawn(scene):
       made.draw({robots: [{pose: null, torque: null, trail: null}, {pose: [0, NaN, 0], wheels: [NaN, 1]}],
                  cart: [NaN, 0, 0]});
       return count('#d55e00') < 240 && made.toWorld(350, 200).every(Number.isFinite); })()''')
-
-
-def test_a_robot_far_from_the_path_is_an_arrow_at_the_edge_and_leaves_the_view_as_it_is(scene):
-    seen, width = scene()('''(() => {
+    seen, width = evaluate('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot], path});
       made.fit([1e6], [0]);
       made.draw({robots: [{pose: [1e6, 0, 0]}]});
@@ -126,3 +114,18 @@ def test_the_colours_of_robots_are_those_of_the_figures():
     for n, (colour, _) in enumerate(palette.LINES, 1):
         assert f'--robot-{n}:{colour};' in re.sub(r'}', ';', light)
         assert f'--robot-{n}:{palette.on_dark(colour)};' in dark
+
+
+def test_numbers_are_little_endian_floats():
+    packed = pack([1.0, -0.25, math.nan])
+    one, quarter, nothing = struct.unpack('<3f', base64.b64decode(packed))
+    assert (one, quarter) == (1.0, -0.25)
+    assert math.isnan(nothing)
+
+
+def test_uplot_is_the_release_that_its_note_names():
+    note = asset('uplot/README.md')
+    for file in ('uPlot.iife.min.js', 'uPlot.min.css'):
+        content = (Path(web.__file__).parent / 'uplot' / file).read_bytes()
+        assert hashlib.sha256(content).hexdigest() in note, file
+    assert 'MIT' in asset('uplot/LICENSE')
