@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from each import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -34,8 +35,7 @@ def test_written_parameters_are_read_back_to_the_last_bit(path, values, pose, te
     path.write_text(parameter_file_text({'plant': given_}), encoding='utf-8')
     read_back = load([path])['plant']
     assert read_back == given_
-    for name, value in given_.items():
-        assert repr(read_back[name]) == repr(value)
+    assert {name: repr(value) for name, value in read_back.items()} == {n: repr(v) for n, v in given_.items()}
 
 
 @settings(max_examples=20)
@@ -43,8 +43,8 @@ def test_written_parameters_are_read_back_to_the_last_bit(path, values, pose, te
        d=st.lists(st.floats(-9.0, 9.0, allow_subnormal=False), min_size=3, max_size=3))
 def test_a_configuration_is_read_back_from_its_file(path, gains, d, mass):
     values = {node: {'robot.mass': mass} for node in NODES}
-    values['position_controller'].update({'backstepping.p': gains[0], 'fuzzy.d': sorted(d)})
-    values['velocity_controller'].update({'gains.ti1': 10.0 * gains[1], 'gains.k2': 0.1 * gains[2]})
+    values['position_controller'] |= {'backstepping.p': gains[0], 'fuzzy.d': sorted(d)}
+    values['velocity_controller'] |= {'gains.ti1': 10.0 * gains[1], 'gains.k2': 0.1 * gains[2]}
     configuration = configure(values)
     text = parameter_file_text({node: flatten(getattr(configuration, node)) for node in NODES})
     path.write_text(text, encoding='utf-8')
@@ -68,10 +68,9 @@ def test_any_single_value_is_accepted_or_refused_by_name(target, value):
         assert any(name.rpartition('.')[2] in violation or 'unstable at velocity_rate' in violation
                    for violation in violations)
     else:
-        taken = flatten(built)[name]
-        declared = declarations(NODES[node])[name]
-        assert type(taken) is declared.kind
-        numbers = taken if declared.kind is tuple else (taken,) if declared.kind is float else ()
+        taken, kind = flatten(built)[name], declarations(NODES[node])[name].kind
+        assert type(taken) is kind
+        numbers = taken if kind is tuple else (taken,) if kind is float else ()
         assert all(type(number) is float and math.isfinite(number) for number in numbers)
 
 
@@ -85,7 +84,7 @@ def test_unknown_names_are_all_refused(values):
         assert any(violation.startswith(f"unknown parameter '{name}'") for violation in violations)
 
 
-@given(st.sampled_from(list(NODES)))
+@each(NODES)
 def test_build_and_flatten_are_inverse_to_each_other(node):
     defaults = getattr(Configuration(), node)
     assert build(NODES[node], flatten(defaults)) == defaults

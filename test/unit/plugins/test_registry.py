@@ -1,5 +1,6 @@
 """Laws and curves from outside the package: registered, replaced, refused with their origin, looked for when needed."""
 
+import itertools
 import math
 import os
 import subprocess
@@ -8,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import pytest
-from each import each
+from each import each, each_row
 
 from mobile_robot_control import BodyVelocity, Curve, CurvePoint, Field, Law, jitable
 from mobile_robot_control.configuration.configure import configure
@@ -38,43 +39,44 @@ class Gains(NamedTuple):
 
 
 @jitable
-def slow(state, observation, gains, dt):
+def step(state, observation, gains, dt):
     return state, BodyVelocity(gains.gain, 0.0)
 
 
-@jitable
-def fast(state, observation, gains, dt):
-    return state, BodyVelocity(2.0 * gains.gain, 0.0)
+MINE = Law('mine', step, Gains)
+VALUES = {'controller_type': 'mine', 'mine.gain': 1.0}
 
 
 def written(folder, text, name='mine.py'):
-    file = folder / name
-    file.write_text(text)
-    return str(file)
+    (folder / name).write_text(text)
+    return str(folder / name)
+
+
+def straight(s):
+    return CurvePoint(s, s, 1.0, 1.0, 0.0, 0.0)
 
 
 def test_a_registered_law_has_its_parameters_among_the_others(registered):
     before = set(declarations(PositionControl))
-    registered(Law('mine', slow, Gains))
+    registered(MINE)
     assert set(declarations(PositionControl)) == before | {'mine.gain'}
-    control = build(PositionControl, {'controller_type': 'mine', 'mine.gain': 0.5})
-    assert select(control, 0.01) == (LAWS['mine'], Gains(0.5))
+    control = build(PositionControl, VALUES | {'mine.gain': 0.5})
+    assert select(control, 0.01) == (MINE, Gains(0.5))
     assert load([], ['position_controller.mine.gain:=0.5'])['position_controller'] == {'mine.gain': 0.5}
     # and the others keep theirs
     assert control.backstepping == PositionControl().backstepping
 
 
 def test_two_laws_of_one_name_from_different_files_are_refused_with_both_origins(registered, tmp_path):
-    registered(Law('mine', fast, Gains))
+    registered(MINE._replace(horizon=1))
     # the same file again replaces its law
-    registered(Law('mine', slow, Gains))
-    assert LAWS['mine'].step is slow
+    registered(MINE)
     file = written(tmp_path, LAW)
     with pytest.raises(PluginError, match=r'is defined in .* already; rename one of them') as refused:
         load_plugins([file], [])
     assert file in str(refused.value)
     assert os.path.realpath(__file__) in str(refused.value)
-    assert LAWS['mine'].step is slow
+    assert LAWS['mine'] is MINE
     for name in ('mine', 'backstepping'):
         LAWS.remove(name)
     assert ('mine' in LAWS, 'backstepping' in LAWS) == (False, True)
@@ -82,25 +84,18 @@ def test_two_laws_of_one_name_from_different_files_are_refused_with_both_origins
         load([], ['position_controller.mine.gain:=0.5'])
 
 
-@each([
-    (LAWS, Law('velocity', slow, Gains), "the law 'velocity' has the name of a parameter"),
-    (LAWS, Law('limits', slow, Gains), "the law 'limits' has the name of a parameter"),
-    (LAWS, Law('My law', slow, Gains), "'My law' of a law is no ROS name"),
-    (LAWS, Law('', slow, Gains), 'is no ROS name'),
-    (LAWS, Law('fuzzy', slow, Gains), "the law 'fuzzy' is defined in mobile_robot_control already"),
-    (LAWS, Law('mine', None, Gains), "the step of 'mine' is no function"),
-    (LAWS, Law('mine', lambda error, dt: None, Gains),
+@each_row(('registry', 'record', 'words'), [
+    (LAWS, MINE._replace(name='velocity'), "the law 'velocity' has the name of a parameter"),
+    (LAWS, MINE._replace(name='limits'), "the law 'limits' has the name of a parameter"),
+    (LAWS, MINE._replace(name=''), 'is no ROS name'),
+    (LAWS, MINE._replace(step=lambda error, dt: None),
      "the step of 'mine' is no function step(state, observation, gains"),
-    (LAWS, Law('mine', slow, dict), "'mine': its gains are no NamedTuple"),
-    (LAWS, 'mine', 'LAW is of type str'),
-    (CURVES, Curve('Bad name', lambda s: CurvePoint(s, s, 1.0, 1.0, 0.0, 0.0)), 'is no ROS name'),
+    (CURVES, Curve('Bad name', straight), 'is no ROS name'),
     (CURVES, Curve('bent', lambda s: (s, s)), 'return CurvePoint'),
-    (CURVES, Curve('bent', lambda s: 1.0 / s), 'fails at s = 0.0 rad: ZeroDivisionError'),
-    (CURVES, Curve('circle', lambda s: CurvePoint(s, s, 1.0, 1.0, 0.0, 0.0)), 'in mobile_robot_control already'),
+    (CURVES, Curve('circle', straight), 'in mobile_robot_control already'),
     (CURVES, 3, 'CURVE is of type int'),
 ])
-def test_an_incomplete_law_or_curve_is_refused_in_words(case):
-    registry, record, words = case
+def test_an_incomplete_law_or_curve_is_refused_in_words(registry, record, words):
     before = set(registry)
     with pytest.raises((PluginError, AttributeError)) as refused:
         registry.register(record)
@@ -117,7 +112,7 @@ def field(*arguments):
     return gains_of(f"Annotated[float, Field('', 'larger'{''.join(f', {argument}' for argument in arguments)})]")
 
 
-@pytest.mark.parametrize(('text', 'words'), [
+@each_row(('text', 'words'), [
     ('import nowhere', 'cannot be imported (ModuleNotFoundError'),
     ('import sys\nsys.exit(3)', 'cannot be imported (SystemExit'),
     ('def (', 'cannot be imported (SyntaxError'),
@@ -138,15 +133,15 @@ def test_a_file_that_cannot_be_loaded_is_named_with_its_reason(tmp_path, text, w
     assert 'mine' not in LAWS
 
 
-@each(['nowhere.py', '.', '/dev/null/x'])
+@each(['nowhere.py', '.'])
 def test_a_file_that_cannot_be_read_is_refused(file):
     with pytest.raises(PluginError, match=r'cannot be read|is not a regular file|has no LAW'):
         load_plugins([file], [])
 
 
-@pytest.mark.parametrize(('point', 'words'), [
-    (lambda s: CurvePoint(s, s, 1.0, 1.0, 0.0, 0.0 / (s < 1.0)), 'fails at s = 1.07992 rad (ZeroDivisionError'),
-    (lambda s: CurvePoint(s, math.nan if s > 3.0 else s, 1.0, 1.0, 0.0, 0.0), 'is not finite at s = 3.04342 rad'),
+@each_row(('point', 'words'), [
+    (lambda s: straight(s)._replace(ddy=0.0 / (s < 1.0)), 'fails at s = 1.07992 rad (ZeroDivisionError'),
+    (lambda s: straight(s)._replace(y=math.nan if s > 3.0 else s), 'is not finite at s = 3.04342 rad'),
 ])
 def test_a_curve_that_fails_somewhere_is_refused_with_the_place(registered, point, words):
     registered(Curve('bent', point))
@@ -159,10 +154,10 @@ def test_a_parameter_value_that_names_a_file_or_a_module_imports_nothing(tmp_pat
     (tmp_path / 'mine.py').write_text(f'open({str(tmp_path / "ran")!r}, "w").close()\n{LAW}')
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    for name in ('position_controller.controller_type', 'reference_cart.curve'):
-        for value in (tmp_path / 'mine.py', 'mine', 'mine.LAW', 'mine:LAW'):
-            with pytest.raises(ParameterError, match='is not allowed'):
-                configure(load([], [f'{name}:={value}']))
+    for name, value in itertools.product(('position_controller.controller_type', 'reference_cart.curve'),
+                                         (tmp_path / 'mine.py', 'mine', 'mine.LAW', 'mine:LAW')):
+        with pytest.raises(ParameterError, match='is not allowed'):
+            configure(load([], [f'{name}:={value}']))
     assert not (tmp_path / 'ran').exists()
 
 
@@ -199,15 +194,13 @@ def test_the_environment_names_files_and_what_fails_harms_nothing(tmp_path):
 def test_a_checksum_changes_with_the_source(tmp_path, registered):
     load_plugins([written(tmp_path, LAW)], [])
     before = LAWS.checksum('mine')
-    assert before == LAWS.checksum('mine')
     load_plugins([written(tmp_path, LAW.replace('gains.gain, 0.0', 'gains.gain, 1.0'))], [])
     assert LAWS.checksum('mine') != before
 
 
 def test_gains_that_cannot_be_prepared_are_refused(registered):
-    registered(Law('mine', slow, Gains, prepare=lambda gains, dt: 1.0 / (gains.gain - 1.0)))
-    values = {'controller_type': 'mine', 'mine.gain': 1.0}
+    registered(MINE._replace(prepare=lambda gains, dt: 1.0 / (gains.gain - 1.0)))
     with pytest.raises(ParameterError, match=r"the law 'mine' cannot prepare its gains .*ZeroDivisionError"):
-        configure({'position_controller': values})
-    made = configure({'position_controller': values | {'mine.gain': 3.0}})
+        configure({'position_controller': VALUES})
+    made = configure({'position_controller': VALUES | {'mine.gain': 3.0}})
     assert select(made.position_controller.control, 0.01)[1] == 0.5
