@@ -37,10 +37,15 @@ def start_ours(graph: Graph, probed: Path) -> None:
 
 
 def _arguments(name: str, period: int) -> tuple[object, ...]:
-    """Give the arguments of one of our nodes that ticks with a period [ns]."""
+    """
+    Give the arguments of one of our nodes that ticks with a period [ns].
+
+    Without reference_horizon, whose points are a period of the cart apart: another node refuses them.
+    """
     velocity = period if period < 10_000_000 else period // 4
     return (name, '--ros-args', '--params-file', CONFIG / 'wall_clock.yaml', '-p', f'velocity_rate:={1e9 / velocity!r}',
-            '-p', f'position_rate:={1e9 / (4 * velocity)!r}')
+            '-p', f'position_rate:={1e9 / (4 * velocity)!r}', '-p', 'reference_horizon:=0', '-p',
+            'feedforward.enabled:=false')
 
 
 def start(ours: Graph, bare: Graph, probed: Path | None = None) -> None:
