@@ -77,21 +77,17 @@ def hash_of(folder):
     return read(folder)[0]['hash']
 
 
-class _Stopped(Interrupt):
+class _Stopped(contextlib.nullcontext):
     """Asks to stop after so many generations."""
 
     def __init__(self, generations):
+        super().__init__(self)
         self._left = generations
-        super().__init__()
 
     @property
     def requested(self):
         self._left -= 1
         return self._left < 0
-
-    @requested.setter
-    def requested(self, value):
-        pass
 
 
 class _Bar(contextlib.nullcontext):

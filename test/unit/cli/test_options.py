@@ -4,24 +4,21 @@ import errno
 import importlib
 import sys
 
-import numpy as np
 import pytest
 from each import each_row
 
 from mobile_robot_control import __version__
 from mobile_robot_control.cli import excite, experiment, report, simulate, study, tune
-from mobile_robot_control.cli.command_parser import make_parser, request_of, sources_of
+from mobile_robot_control.cli.command_parser import make_parser, sources_of
 from mobile_robot_control.cli.main import make_main
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import configuration_text, load
 from mobile_robot_control.configuration.nodes import Configuration
-from mobile_robot_control.configuration.sources import parameter_sources
 from mobile_robot_control.experiment.folders import experiment_folders
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.tuning.searching import SearchRequest
 from mobile_robot_control.tuning.studying import StudyRequest
-from mobile_robot_control.tuning.workers import Workers
 
 
 @each_row(('error', 'code', 'messages'), [
@@ -50,18 +47,6 @@ def test_a_duration_must_be_positive_and_a_folder_one_that_ros_can_take(capsys):
         with pytest.raises(SystemExit):
             module.parser().parse_args(words)
         assert reason in capsys.readouterr().err
-
-
-def test_a_request_has_what_the_options_and_what_keywords_say():
-    options = tune.parser().parse_args([
-        'fuzzy', '--seed', '1', '--start=-0.2,0,0', '--start', '0,1,2', '--mass', '0.8', '1.2', '--bounds', 'k1=0:5',
-        '--with-velocity', '--workers', '2', '--robot', 'chapter', '--output', 'x.yaml'])
-    made = make_request(SearchRequest, {
-        'sources': parameter_sources(robot='chapter'), 'controller': 'fuzzy', 'seed': 1, 'mass': np.array([0.8, 1.2]),
-        'start': [(-0.2, 0, 0), (0, 1, 2)], 'bounds': {'k1': (0, 5)}, 'with_velocity': True, 'workers': 2})
-    assert request_of(SearchRequest, options) == made
-    assert made.where == Workers(2)
-    assert made.scenarios.friction == (1.0,)
 
 
 def test_keywords_are_refused_all_at_once():

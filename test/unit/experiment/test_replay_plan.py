@@ -5,6 +5,7 @@ import math
 import pytest
 from bag_making import WALL, event, write
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from each import each_row
 from rclpy.serialization import serialize_message
 
 from mobile_robot_control.cli import experiment
@@ -24,9 +25,9 @@ TICK = 10 * MS
 @pytest.fixture
 def made(tmp_path):
     """Make the folder of an experiment of 0.1 s with these events, whose nodes ran with these parameters."""
-    def make(*events, name='run', pushes=(), runs=1, **plant):
+    def make(*events, pushes=(), runs=1, **plant):
         configuration = configure({'plant': {'duration': 0.1, **plant}})
-        folder = tmp_path / name
+        folder = tmp_path / str(len([*tmp_path.iterdir()]))
         folder.mkdir()
         with BagWriter(folder / 'bag') as bag:
             for _ in range(runs):
@@ -84,7 +85,7 @@ def test_a_run_holds_at_the_position_tick_before_each_change(made):
                            Change(TICK, 'reference_cart', 1, {'period': 8.0})]}, None)
 
 
-@pytest.mark.parametrize(('events', 'reason'), [
+@each_row(('events', 'reason'), [
     ([event(TICK, 'gripper', force=1.0)], "of the node 'gripper' at 10000000 ns of run 0: that node does not exist"),
     ([event(TICK, 'plant', wings=2)], "sets 'wings', which cannot be set; it is of another version"),
     ([event(TICK, 'position_controller', reset=[0.0, 0.0, 0.0])], "sets 'reset', which cannot be set"),
@@ -114,24 +115,24 @@ def test_events_of_another_version_or_run_are_refused(made, refused, events, rea
 
 def test_bags_that_are_not_complete_or_of_another_configuration_are_refused(made, refused, tmp_path):
     folder = made()
-    assert ('plant.duration = 0.2 is asked for, and the bag was recorded with 0.1; leave it out'
-            in refused(folder, '--duration', '0.2'))
-    assert ('velocity_controller.gains.k1 = 0.3 is asked for'
-            in refused(folder, '-p', 'velocity_controller.gains.k1:=0.3'))
-    parameters = (folder / 'parameters.yaml').read_text()
-    (folder / 'parameters.yaml').write_text(parameters.replace('velocity_rate: 500.0', 'velocity_rate: 1000.0'))
-    assert 'joint_states begins with the stamps 0 and 2000000 ns, and not with 0 and 1000000 ns' in refused(folder)
-    (folder / 'parameters.yaml').write_text(parameters.replace('lockstep: true', 'lockstep: false'))
-    assert 'it was recorded on the wall clock' in refused(folder)
-    (folder / 'parameters.yaml').write_text(parameters.replace('max_wheel_torque', 'max_wheel_torques'))
-    assert "unknown parameter 'max_wheel_torques'" in refused(folder)
-    (folder / 'parameters.yaml').unlink()
+    parameters, bag = folder / 'parameters.yaml', folder / 'bag' / 'bag.mcap'
+    text = parameters.read_text()
+    for words, told in (
+            ('--duration 0.2', 'plant.duration = 0.2 is asked for, and the bag was recorded with 0.1; leave it out'),
+            ('-p velocity_controller.gains.k1:=0.3', 'velocity_controller.gains.k1 = 0.3 is asked for'),
+            ('--namespace /robot1', 'in this --namespace')):
+        assert told in refused(folder, *words.split())
+    for before, after, told in (
+            ('velocity_rate: 500.0', 'velocity_rate: 1000.0',
+             'joint_states begins with the stamps 0 and 2000000 ns, and not with 0 and 1000000 ns'),
+            ('lockstep: true', 'lockstep: false', 'it was recorded on the wall clock'),
+            ('max_wheel_torque', 'max_wheel_torques', "unknown parameter 'max_wheel_torques'")):
+        parameters.write_text(text.replace(before, after))
+        assert told in refused(folder)
+    parameters.unlink()
     assert 'there is no parameters.yaml beside a bag; name the folder that `experiment` wrote' in refused(folder)
-    (folder / 'parameters.yaml').write_text(parameters)
-    assert 'in this --namespace' in refused(folder, '--namespace', '/robot1')
-    bag = folder / 'bag' / 'bag.mcap'
-    whole = bag.read_bytes()
-    bag.write_bytes(whole[:len(whole) // 2])
+    parameters.write_text(text)
+    bag.write_bytes(bag.read_bytes()[:bag.stat().st_size // 2])
     assert 'the recording was cut off: bag.mcap has no end' in refused(folder)
     bag.unlink()
     assert 'is not a bag' in refused(folder)
@@ -152,13 +153,12 @@ def test_the_folder_of_the_bag_is_not_written_to_and_contradicting_options_are_r
 
 def test_the_first_difference_is_named(made, capsys):
     plan = planned(made())
-    same = made(name='same')
-    assert compare_replay(plan, same, '/') == ''
+    assert compare_replay(plan, made(), '/') == ''
     assert 'equals the recorded run to the last bit: 146 messages' in capsys.readouterr().err
-    other = made(name='other', pushes={30: Push(1e-9, 0.0)}.items())
+    other = made(pushes={30: Push(1e-9, 0.0)}.items())
     assert compare_replay(plan, other, '/') == (
         'the replay is not the recorded run: joint_states differs at t = 0.062 s of run 0')
-    short = made(name='short', duration=0.1)
+    short = made()
     with BagWriter(short / 'cut') as bag:
         write(bag, list(rollout(plan.configuration, 0.1))[:41])
     (short / 'bag').rename(short / 'whole')

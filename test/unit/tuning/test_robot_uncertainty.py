@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from each import each_row
 
 import mobile_robot_control as mrc
 from mobile_robot_control.configuration.sources import ParameterSources
@@ -23,25 +24,27 @@ def written(path, names=NAMES, values=VALUES, covariance=COVARIANCE):
     return str(path)
 
 
+def drawn_robots(file, count, seed):
+    return list(draw_robots(file, ParameterSources(file).configuration(), count, seed))
+
+
 def test_robots_have_the_covariance_and_the_first_ones_are_the_same(tmp_path):
     file = written(tmp_path / 'found.yaml')
-    configuration = ParameterSources(file).configuration()
-    robots = list(draw_robots(file, configuration, 4000, 7))
-    assert robots[:5] == list(draw_robots(file, configuration, 5, 7))
+    robots = drawn_robots(file, 4000, 7)
+    assert robots[:5] == drawn_robots(file, 5, 7)
     drawn = np.array([[value for _, value in robot] for robot in robots])
     assert drawn.mean(axis=0) == pytest.approx(VALUES, rel=0.01)
     assert np.cov(drawn.T) == pytest.approx(np.array(COVARIANCE), rel=0.1, abs=3e-6)
-    plant = with_robot(configuration, robots[0]).plant
+    plant = with_robot(ParameterSources(file).configuration(), robots[0]).plant
     assert (*plant.model.base.lag, plant.shared.robot.wheel_separation) == tuple(drawn[0].tolist())
 
 
 def test_a_robot_out_of_its_bounds_is_drawn_again(tmp_path):
     file = written(tmp_path / 'found.yaml', NAMES[:1], (0.1,), ((0.04,),))
-    robots = list(draw_robots(file, ParameterSources(file).configuration(), 200, 1))
-    assert min(value for (_, value), in robots) >= 0.0
+    assert min(value for (_, value), in drawn_robots(file, 200, 1)) >= 0.0
 
 
-@pytest.mark.parametrize(('change', 'told'), [
+@each_row(('change', 'told'), [
     ({'names': ('plant.base.speed[0]', *NAMES[1:])}, 'the plant has no parameter'),
     ({'values': VALUES[:2]}, 'do not belong together'),
     ({'covariance': COVARIANCE[:2]}, 'has no section /**/identify'),
@@ -51,7 +54,7 @@ def test_a_robot_out_of_its_bounds_is_drawn_again(tmp_path):
 def test_a_file_that_does_not_fit_is_refused(change, told, tmp_path):
     file = written(tmp_path / 'found.yaml', **change)
     with pytest.raises(ParameterError, match=told.replace('*', r'\*')):
-        list(draw_robots(file, ParameterSources(file).configuration(), 1, 1))
+        drawn_robots(file, 1, 1)
 
 
 def test_a_study_draws_robots_and_keeps_all_else(plain, tmp_path):
@@ -62,6 +65,6 @@ def test_a_study_draws_robots_and_keeps_all_else(plain, tmp_path):
     assert 'plant.base.lag[0]' not in plain
     for name in ('curve', 'scale', 'start_x', 'start_yaw', 'mass_factor', 'noise_seed', 'delay'):
         assert varied[name].tolist() == plain[name].tolist()
-    robots = draw_robots(file, ParameterSources(file).configuration(), 2, 3)
-    assert varied['plant.base.lag[1]'].tolist() == [dict(robot)['plant.base.lag[1]'] for robot in robots]
+    assert varied['plant.base.lag[1]'].tolist() == [dict(robot)['plant.base.lag[1]']
+                                                    for robot in drawn_robots(file, 2, 3)]
     assert (varied['rms_position_error'] != plain['rms_position_error']).all()
