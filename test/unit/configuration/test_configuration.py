@@ -1,15 +1,12 @@
 """The parameters of the four nodes as a whole."""
 
-
 import chapter
 import pytest
 from each import each_row
 
 from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.nodes import NODES, Configuration
-from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import flatten
 
 EVOLVED = {f'gains.{name}': value for name, value in chapter.EVOLVED_VELOCITY_GAINS.items()}
 
@@ -24,44 +21,14 @@ def refused(values):
     return refusal.value.violations
 
 
-@each_row(('node', 'contract'), [
-    ('plant', {
-        'initial_pose': (1.0, 0.0, 1.5707963267948966), 'duration': 0.0, 'real_time_factor': 1.0,
-        'publish_clock': True, 'publish_tf': True, 'max_wheel_torque': 0.0, 'torque_timeout': 0.1,
-        'centripetal_coupling': False}),
-    ('velocity_controller', {'cmd_vel_timeout': 0.5, 'max_wheel_torque': 0.0}),
-    ('position_controller', {
-        'controller_type': 'backstepping', 'hybrid_backstepping.b0': 0.25, 'hybrid_backstepping.b1': 1.0,
-        'hybrid_backstepping.seek_acceleration': 0.5, 'hybrid_backstepping.seek_speed': 1.0, 'input_timeout': 0.5}),
-    ('reference_cart', {
-        'curve': 'trifolium', 'scale': 1.0, 'period': 16.0, 'phase': 0.0, 'center': (0.0, 0.0), 'rotation': 0.0}),
-])
-def test_names_and_defaults_are_those_of_the_contract(node, contract):
-    shared = {
-        'robot.mass': 10.0, 'robot.inertia': 1.0, 'robot.wheel_radius': 0.035, 'robot.wheel_separation': 0.35,
-        'robot.com_offset': 0.05, 'robot.wheel_inertia': 0.001, 'robot.viscous_friction': 0.00715625,
-        'velocity_rate': 500.0, 'position_rate': 100.0, 'lockstep': True, 'peer_timeout': 2.0,
-        'odom_frame_id': 'odom', 'base_frame_id': 'base_link', 'reference_frame_id': 'reference_cart'}
-    defaults = flatten(getattr(Configuration(), node))
-    assert {name: defaults[name] for name in shared} == shared
-    assert {name: defaults[name] for name in contract} == contract
-
-
-def test_a_violation_of_several_nodes_is_named_once():
-    assert refused(everywhere(**{'robot.mass': 0.0})) == (
-        'plant, velocity_controller, position_controller, reference_cart: '
-        'robot.mass = 0.0 is not allowed; it must be above 0.0 kg',)
-
-
-def test_violations_of_every_node_are_named_at_once():
-    violations = refused({
-        'plant': {'duration': -1.0, 'initial_pose': [0.0]},
-        'velocity_controller': {'gains.k1': 0.0},
+def test_violations_of_every_node_are_named_at_once_and_that_of_several_once():
+    named = {text.rpartition(': ')[0] or text: text.rpartition(': ')[2] for text in refused({
+        'plant': {'duration': -1.0, 'robot.mass': 0.0}, 'velocity_controller': {'gains.k1': 0.0, 'robot.mass': 0.0},
         'position_controller': {'fuzzy.c': [0.0, 1.0, 0.5, 2.0, 3.0], 'controller_type': 'fuzzy'},
-        'reference_cart': {'shape': 'trifolium'},
-    })
-    assert [violation.partition(':')[0] for violation in violations] == [
-        'plant', 'plant', 'velocity_controller', 'position_controller', 'reference_cart']
+        'reference_cart': {'shape': 'trifolium'}})}
+    assert sorted(named) == ['plant', 'plant, velocity_controller', 'position_controller', 'reference_cart',
+                             'velocity_controller']
+    assert named['plant, velocity_controller'] == 'robot.mass = 0.0 is not allowed; it must be above 0.0 kg'
 
 
 def test_shared_values_that_differ_between_nodes_are_refused():
@@ -72,26 +39,20 @@ def test_shared_values_that_differ_between_nodes_are_refused():
     assert [violation.split()[0] for violation in violations] == ['velocity_rate', 'lockstep']
 
 
-@each_row(('velocity_rate', 'position_rate'), [
-    (500.0, 500.0), (500.0, 100.0), (4000.0, 4000.0), (20000.0, 50.0), (200.0, 50.0), (500.0, 0.5), (1e5, 1.0),
+@each_row(('velocity_rate', 'position_rate', 'useful'), [
+    (500.0, 200.0, ['166.66666666666666', '250.0']), (500.0, 1000.0, ['500.0']),
+    (1000.0, 400.0, ['333.3333333333333', '500.0']),
+    *((velocity_rate, position_rate, []) for velocity_rate, position_rate in (
+        (500.0, 500.0), (4000.0, 4000.0), (20000.0, 50.0), (500.0, 0.5), (1e5, 1.0))),
 ])
-def test_rates_that_divide_are_allowed(velocity_rate, position_rate):
-    shared = configure(everywhere(velocity_rate=velocity_rate, position_rate=position_rate)).plant.shared
-    assert (shared.velocity_rate, shared.position_rate) == (velocity_rate, position_rate)
-
-
-@each_row(('velocity_rate', 'position_rate', 'remedy'), [
-    (500.0, 200.0, 'take 166.66666666666666 or 250.0 Hz'),
-    (500.0, 1000.0, 'take 500.0 Hz'),
-    (1000.0, 400.0, 'take 333.3333333333333 or 500.0 Hz'),
-])
-def test_rates_that_do_not_divide_are_refused(velocity_rate, position_rate, remedy):
-    violation, = refused(everywhere(velocity_rate=velocity_rate, position_rate=position_rate))
-    assert f'position_rate = {position_rate} Hz does not divide velocity_rate = {velocity_rate} Hz' in violation
-    assert violation.endswith(remedy)
-    # the remedy is itself allowed
-    for word in remedy.removeprefix('take ').removesuffix(' Hz').split(' or '):
-        configure(everywhere(velocity_rate=velocity_rate, position_rate=float(word)))
+def test_rates_that_do_not_divide_are_refused_with_those_that_do(velocity_rate, position_rate, useful):
+    if useful:
+        violation, = refused(everywhere(velocity_rate=velocity_rate, position_rate=position_rate))
+        assert f'position_rate = {position_rate} Hz does not divide velocity_rate = {velocity_rate} Hz' in violation
+        assert violation.endswith(f'take {" or ".join(useful)} Hz')
+    for rate in map(float, useful or [position_rate]):
+        shared = configure(everywhere(velocity_rate=velocity_rate, position_rate=rate)).plant.shared
+        assert (shared.velocity_rate, shared.position_rate) == (velocity_rate, rate)
 
 
 @each_row(('name', 'rate', 'period'), [
@@ -114,11 +75,19 @@ def test_a_factor_that_stops_simulated_time_is_refused_with_the_smallest_useful_
         configure({'plant': {'real_time_factor': useful}})
 
 
-def test_unstable_gains_are_refused_with_the_slowest_rate():
+def test_unstable_gains_are_refused_with_the_slowest_rate_by_the_configured_robot():
     violation, = refused({'velocity_controller': EVOLVED})
     assert violation.startswith('velocity_controller: gains.k1 = 128.444 N s')
     assert 'are unstable at velocity_rate = 500.0 Hz' in violation
     assert 'the slowest stable rate is 1577' in violation or 'the slowest stable rate is 1576' in violation
+    # the loop gain is inversely proportional to the inertia: a lighter robot makes the same gains unstable
+    light = {'robot.mass': 0.1, 'robot.inertia': 0.001, 'robot.wheel_inertia': 1e-5}
+    assert any('are unstable' in violation for violation in refused(everywhere(**light)))
+    # a base does not have this loop
+    slow = everywhere(velocity_rate=5.0, position_rate=5.0)
+    assert 'unstable' in refused(slow)[0]
+    slow['plant']['drive'] = 'velocity'
+    assert configure(slow).plant.model.drive == 'velocity'
 
 
 def test_the_chapters_gains_pass_at_4_khz_in_lockstep_alone():
@@ -129,13 +98,6 @@ def test_the_chapters_gains_pass_at_4_khz_in_lockstep_alone():
         values['lockstep'] = False
     violation, = refused(rates)
     assert 'with one and two samples of delay, as on the wall clock' in violation
-
-
-def test_stability_is_checked_with_the_configured_robot():
-    # the loop gain is inversely proportional to the inertia: a lighter robot makes the same gains unstable
-    light = Robot(mass=0.1, inertia=0.001, wheel_inertia=1e-5)
-    values = {f'robot.{name}': value for name, value in light._asdict().items()}
-    assert any('are unstable' in violation for violation in refused(everywhere(**values)))
 
 
 @each_row(('drive', 'others'), [
@@ -160,10 +122,3 @@ def test_a_parameter_of_the_other_drive_is_refused_by_name(drive, others):
 def test_queues_that_would_be_long_are_refused(parameters, named):
     violation, = refused({'plant': parameters})
     assert violation.startswith(f'plant: {named}')
-
-
-def test_gains_of_a_loop_that_a_base_does_not_have_are_not_judged():
-    slow = everywhere(velocity_rate=5.0, position_rate=5.0)
-    assert 'unstable' in refused(slow)[0]
-    slow['plant']['drive'] = 'velocity'
-    assert configure(slow).plant.model.drive == 'velocity'

@@ -1,4 +1,4 @@
-"""Robots by name from wherever the package is installed, and by path."""
+"""Robots and tracks: those of this package, by name from wherever it is installed, and by path."""
 
 from pathlib import Path
 
@@ -9,16 +9,15 @@ from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.configuration.robot_files import robot_file, shipped_robots
-from mobile_robot_control.configuration.sources import parameter_sources
+from mobile_robot_control.configuration.sources import ParameterSources, parameter_sources
+from mobile_robot_control.configuration.track_files import read_track, shipped_tracks
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.reference.path_parameters import Timing
+from mobile_robot_control.tuning.benchmark import published_rows
 
 ROBOTS = Path(__file__).parents[3] / 'config' / 'robots'
-
-
-def test_a_robot_of_this_package_is_found_by_its_name():
-    assert robot_file('chapter') == ROBOTS / 'chapter.yaml'
-    assert shipped_robots() == {file.stem: file for file in ROBOTS.glob('*.yaml')}
+UNCHANGED = ParameterSources()
 
 
 def test_the_chapters_robot_equals_the_defaults():
@@ -28,52 +27,39 @@ def test_the_chapters_robot_equals_the_defaults():
     assert found._replace(reference_cart=found.reference_cart._replace(timing=Timing())) == Configuration()
 
 
-@each_row('robot', shipped_robots())
-def test_every_robot_brings_the_limits_of_a_path_and_its_curve_gives_way(tmp_path, robot):
+def test_a_path_has_the_limits_of_every_robot_and_the_motors_of_the_plant(tmp_path):
     (tmp_path / 'path.csv').write_text('0,0\n1,0\n1,1\n')
-    sources = parameter_sources(robot=robot, parameters={
-        'reference_cart.curve': 'path', 'reference_cart.path.file': str(tmp_path / 'path.csv')})
-    assert course_of(sources.configuration().reference_cart).length == pytest.approx(1.944, abs=0.01)
-
-
-def test_a_path_is_planned_by_the_motors_of_the_plant(tmp_path):
-    (tmp_path / 'path.csv').write_text('0,0\n1,0\n1,1\n')
-    values = {'reference_cart.curve': 'path', 'reference_cart.path.file': str(tmp_path / 'path.csv'),
-              'plant.friction.coulomb': 0.01}
+    values = {'reference_cart.curve': 'path', 'reference_cart.path.file': str(tmp_path / 'path.csv')}
+    for robot in shipped_robots():
+        cart = parameter_sources(robot=robot, parameters=values).configuration().reference_cart
+        assert course_of(cart).length == pytest.approx(1.944, abs=0.01)
     with pytest.raises(ParameterError, match=r"friction.coulomb is 0.0 for reference_cart, .* write it under '/\*\*'"):
-        parameter_sources(robot='chapter', parameters=values).configuration()
+        parameter_sources(robot='chapter', parameters=values | {'plant.friction.coulomb': 0.01}).configuration()
 
 
-@pytest.mark.parametrize(('library', 'prefix'), [
-    ('lib/python3.11/site-packages', ''),
-    ('lib/python3/dist-packages', ''),
-    ('local/lib/python3.12/dist-packages', 'local'),
-    ('', ''),
+@each_row(('library', 'prefix'), [
+    ('lib/python3.11/site-packages', ''), ('lib/python3/dist-packages', ''),
+    ('local/lib/python3.12/dist-packages', 'local'), ('', ''),
 ])
-def test_robots_are_found_below_the_prefix_of_an_installed_package(tmp_path, library, prefix):
-    package = tmp_path / library / 'mobile_robot_control'
-    robots = tmp_path / prefix / 'share' / 'mobile_robot_control' / 'config' / 'robots'
-    for folder in (package, robots):
-        folder.mkdir(parents=True)
+def test_robots_are_found_below_the_prefix_of_an_installed_package(tmp_path_factory, library, prefix):
+    place = tmp_path_factory.mktemp('installed')
+    package, robots = place / library / 'mobile_robot_control', (
+        place / prefix / 'share' / 'mobile_robot_control' / 'config' / 'robots')
+    package.mkdir(parents=True)
+    assert shipped_robots(place / 'elsewhere' / 'mobile_robot_control') == {}
+    robots.mkdir(parents=True)
     (robots / 'one.yaml').touch()
     assert shipped_robots(package) == {'one': robots / 'one.yaml'}
 
 
-def test_a_package_without_its_parameter_files_has_no_robots(tmp_path):
-    assert shipped_robots(tmp_path / 'mobile_robot_control') == {}
-
-
-@each_row('path', ['./chapter', 'no/such/file', 'my_robot.yaml', 'my_robot.yml'])
-def test_what_reads_as_a_path_is_one(path):
-    assert robot_file(path) == Path(path)
-
-
-def test_a_file_of_any_name_is_a_path(tmp_path, monkeypatch):
+def test_a_robot_is_found_by_its_name_and_what_reads_as_a_path_or_is_a_file_is_one(tmp_path, monkeypatch):
+    assert shipped_robots() == {file.stem: file for file in ROBOTS.glob('*.yaml')}
     monkeypatch.chdir(tmp_path)
-    (tmp_path / 'mine').touch()
-    (tmp_path / 'chapter').touch()
-    assert robot_file('mine') == Path('mine')
+    for name in ('mine', 'chapter'):
+        (tmp_path / name).touch()
     assert robot_file('chapter') == ROBOTS / 'chapter.yaml'
+    for path in ('mine', './chapter', 'no/such/file', 'my_robot.yaml', 'my_robot.yml'):
+        assert robot_file(path) == Path(path)
 
 
 @each_row('robot', ['chapt', 'zzzzzzzz', '', 'Chapter'])
@@ -90,3 +76,32 @@ def test_a_package_without_robots_says_so(monkeypatch):
     monkeypatch.setattr('mobile_robot_control.configuration.robot_files.shipped_robots', dict)
     with pytest.raises(ParameterError, match=r"'chapter': the package is installed without its robots; name a par"):
         robot_file('chapter')
+
+
+def test_each_robot_has_a_track_and_each_track_a_reason_and_one_limit_of_torque():
+    tracks = [read_track(name) for name in shipped_tracks()]
+    assert {track.parameters.robot for track in tracks} == {None, *shipped_robots()}
+    for track in tracks:
+        assert track.parameters.purpose.endswith('.')
+        assert 5 < len(track.parameters.purpose.split()) < 30
+        loop = track.sources(UNCHANGED).configuration()
+        if loop.plant.model.drive == 'torque' and loop.plant.model.max_wheel_torque:
+            assert loop.plant.model.max_wheel_torque == loop.velocity_controller.max_wheel_torque
+
+
+def test_what_changes_a_run_changes_the_content_of_a_track_and_the_place_of_its_path_does_not(tmp_path):
+    track, copy = read_track('rectangle'), tmp_path / 'rectangle.yaml'
+    assert track.parameters.curves == (PATH,)
+    copy.write_text(track.file.read_text().replace('../paths', str(track.file.parents[1] / 'paths')))
+    assert read_track(str(copy)).content(UNCHANGED) == track.content(UNCHANGED)
+    copy.write_text(copy.read_text().replace('turned: 0.3', 'turned: 0.4'))
+    assert read_track(str(copy)).content(UNCHANGED) != track.content(UNCHANGED)
+
+
+def test_the_published_laws_have_the_published_errors():
+    rows = {row['law']: row for row in published_rows(read_track('published'), UNCHANGED)}
+    for law in ('ramsete', 'periodic'):
+        assert rows[law]['ours'] == pytest.approx(rows[law]['published'], rel=5e-5)
+    # its listing begins otherwise: docs/base.md
+    row = rows['dynamic_feedback_linearization']
+    assert row['ours']['rms_position_error'] == pytest.approx(row['published']['rms_position_error'], rel=0.05)
