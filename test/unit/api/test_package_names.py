@@ -5,7 +5,7 @@ import importlib
 from pathlib import Path
 
 import numpy as np
-import pytest
+from each import each_row
 
 import mobile_robot_control as mrc
 from mobile_robot_control import former_names
@@ -24,7 +24,7 @@ def test_every_name_is_there_and_is_what_type_checkers_see():
     assert (PACKAGE / 'py.typed').is_file()
 
 
-@pytest.mark.parametrize(('value', 'read'), [
+@each_row(('value', 'read'), [
     (np.float64(0.1), 0.1), (np.int64(3), 3), (np.array([0.1, 0.2]), [0.1, 0.2]), ((1, 0.5), [1.0, 0.5]),
     ((True, False), [True, False]), ('1e-3', '1e-3'), ('true', 'true'), (1e-07, 1e-07), ([], []),
 ])

@@ -1,11 +1,12 @@
 """`tune` and `study` in Python give the numbers of the commands for the same seed."""
 
 import csv
+import functools
 import json
 
 import numpy as np
 import pytest
-from each import each
+from each import each, each_row
 from harness import numbers_in
 
 import mobile_robot_control as mrc
@@ -23,47 +24,29 @@ SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.
 SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={value}')]
 
 
-def _found(**options):
-    return mrc.tune('backstepping', seed=3, parameters=SMALL, generations=3, population=6, workers=1,
-                    bounds={'k1': (0, 2), 'k2': (0, 2)}, keep=['ti1'], laps=0.8, start=[(-0.01, 0.0, 0.0)], **options)
-
-
-def test_a_search_finds_what_the_command_finds(tmp_path):
+def test_a_search_finds_what_the_command_finds_and_is_simulated_saved_reported_and_printed(tmp_path):
     file = tmp_path / 'gains.yaml'
     assert tune.main(['backstepping', '--seed', '3', *SHORT, '--generations', '3', '--population', '6',
                       '--workers', '1', '--bounds', 'k1=0:2', '--bounds', 'k2=0:2', '--keep', 'ti1', '--laps', '0.8',
                       '--start=-0.01,0,0', '--output', str(file)]) == 0
-    found = _found()
+    found = mrc.tune('backstepping', seed=3, parameters=SMALL, generations=3, population=6, workers=1,
+                     bounds={'k1': (0, 2), 'k2': (0, 2)}, keep=['ti1'], laps=0.8, start=[(-0.01, 0.0, 0.0)])
     written = mrc.configure(load([file]))
     assert found.configuration.velocity_controller == written.velocity_controller
     assert found.configuration.position_controller == written.position_controller
     assert f'objective {found.objective!r}' in file.read_text()
     with file.with_suffix('.csv').open() as table:
         assert [float(row['best']) for row in csv.DictReader(table)] == [one.best for one in found.history]
-
-
-def test_what_was_found_is_simulated_and_saved(tmp_path):
-    found = _found()
-    gains = {name: value for name, value in found.parameters.items() if name.startswith('velocity_controller.gains')}
-    assert gains['velocity_controller.gains.k1'] == found.configuration.velocity_controller.gains.k1
+    assert found.parameters['velocity_controller.gains.k1'] == found.configuration.velocity_controller.gains.k1
     run = mrc.simulate(duration=0.4, parameters=SMALL | found.parameters)
-    found.save(tmp_path / 'gains.yaml')
-    assert mrc.simulate(tmp_path / 'gains.yaml', duration=0.4).metrics == run.metrics
-    assert (tmp_path / 'gains.yaml').read_text().startswith('# backstepping gains found by mobile_robot_control ')
-
-
-def test_a_search_and_a_study_write_their_pages(tmp_path):
-    page = _found().report(tmp_path / 'found' / 'gains.yaml')
+    found.save(tmp_path / 'saved.yaml')
+    assert mrc.simulate(tmp_path / 'saved.yaml', duration=0.4).metrics == run.metrics
+    assert (tmp_path / 'saved.yaml').read_text().startswith('# backstepping gains found by mobile_robot_control ')
+    page = found.report(tmp_path / 'found' / 'gains.yaml')
     assert page.file == tmp_path / 'found' / 'gains.html'
     assert 'Before and after' in page.html
-    assert mrc.configure(load([tmp_path / 'found' / 'gains.yaml'])) == _found().configuration
-    page = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1).report(tmp_path / 'studied')
-    assert page.html == (tmp_path / 'studied' / 'study.html').read_text()
-    assert numbers_in(tmp_path / 'studied' / 'study.json')['controllers']['backstepping']['runs'] == 2
-
-
-def test_a_search_prints_its_gains_in_a_line():
-    found = _found()._replace(objective=1.25, parameters={
+    assert mrc.configure(load([tmp_path / 'found' / 'gains.yaml'])) == found.configuration
+    found = found._replace(objective=1.25, parameters={
         'position_controller.controller_type': 'backstepping', 'position_controller.backstepping.p': 0.5,
         'velocity_controller.gains.k1': 0.25})
     assert repr(found) == '<Tuned backstepping: objective 1.25 after 3 generations, p = 0.5, gains.k1 = 0.25>'
@@ -90,20 +73,6 @@ def test_every_law_is_studied_in_the_same_scenarios(monkeypatch):
     assert set(found.runs['outcome']) == {'completed'}
     assert len(set(found.runs['rms_position_error'])) == 2 * len(LAWS) == 18
     assert len(found.comparisons) == 36
-
-
-@pytest.mark.parametrize(('options', 'refusal'), [
-    ({'generations': 0}, "generations = 0 is not allowed; it must be at least 1"),
-    ({'bounds': {'k9': (0, 1)}}, "no gene 'k9'"), ({'generation': 3}, "unknown option 'generation'; did"),
-    ({'output': 'gains.yaml'}, 'output: nothing is written to files from Python'),
-    ({'bounds': {'k1': 5}}, r"bounds = \('k1', 5\): .* or a pair \(low, high\)"),
-    ({'bounds': {'k1': '05'}}, r"bounds = \('k1', '05'\): .* or a pair"),
-    ({'laps': 1e9}, 'would take too long'),
-    ({'algorithm': 'luck'}, "algorithm = 'luck' is not allowed; it must be one of genetic"),
-])
-def test_what_the_command_refuses_is_refused(options, refusal):
-    with pytest.raises(mrc.ParameterError, match=refusal):
-        mrc.tune('backstepping', seed=1, parameters=SMALL, **options)
 
 
 OPTIONS = {'scales': [0.05, 0.1], 'within': 0.5, 'longest_delay': 2, 'noise_pose': (0.01, 0.01, 0.0), 'laps': 1.5}
@@ -141,39 +110,46 @@ def test_a_study_has_the_numbers_of_the_command(tmp_path):
     assert list(by_name.controllers.values()) == list(found.controllers.values())
 
 
+def test_a_study_is_reported_printed_and_needs_no_list_for_one_file_curve_or_scale(tmp_path):
+    file = _file(tmp_path, 0.5)
+    alone, listed = (mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1, **options) for options in (
+        {'compare': file, 'curves': 'circle', 'scales': 0.05},
+        {'compare': {'gain_0.5': file}, 'curves': ['circle'], 'scales': [0.05]}))
+    assert alone.values == listed.values
+    page = alone.report(tmp_path / 'studied')
+    assert page.html == (tmp_path / 'studied' / 'study.html').read_text()
+    assert numbers_in(tmp_path / 'studied' / 'study.json')['controllers']['gain_0.5']['runs'] == 2
+    alone.controllers['a\nb'] = one = alone.controllers.pop('gain_0.5')
+    one.update(successes=1, runs=2, success_interval=[0.09453120573423379, 0.9054687942657662])
+    one['metrics']['rms_position_error']['median'] = 0.0125
+    assert repr(alone) == (
+        '<Study: seed 1, success is within 0.1 m over the last quarter\n'
+        '  a\\nb: 1 of 2 runs succeeded (95 % interval 9.453 to 90.55 %), median RMS position error 0.0125 m>')
+    one['metrics']['rms_position_error']['median'] = None
+    assert repr(alone).endswith('90.55 %)>')
+
+
+@each_row(('options', 'refusal'), [
+    ({'generations': 0}, 'generations = 0 is not allowed; it must be at least 1'),
+    ({'bounds': {'k9': (0, 1)}}, "no gene 'k9'"), ({'generation': 3}, "unknown option 'generation'; did"),
+    ({'output': 'gains.yaml'}, 'output: nothing is written to files from Python'),
+    ({'bounds': {'k1': 5}}, r"bounds = \('k1', 5\): .* or a pair \(low, high\)"),
+    ({'bounds': {'k1': '05'}}, r"bounds = \('k1', '05'\): .* or a pair"), ({'laps': 1e9}, 'would take too long'),
+    ({'algorithm': 'luck'}, "algorithm = 'luck' is not allowed; it must be one of genetic"),
+    ({'runs': 0}, 'runs = 0 is not allowed; it must be at least 1'),
+    ({'runs': 1, 'longest_delay': 99}, 'longest_delay = 99 is not allowed; it must be at least 0, at most 8'),
+    ({'runs': 1, 'overwrite': True}, 'overwrite: nothing is written to files from Python'),
+    ({'runs': 1, 'compare': ['nowhere.yaml']}, 'nowhere.yaml: cannot be read'),
+    ({'runs': 1, 'laps': 1e9}, 'would take too long'),
+    ({'runs': 1, 'compare': {'odd': {'plant.noise.seed': -1}}}, 'noise.seed = -1'),
+])
+def test_what_the_commands_refuse_is_refused(options, refusal):
+    call = mrc.study if 'runs' in options else functools.partial(mrc.tune, 'backstepping', parameters=SMALL)
+    with pytest.raises(mrc.ParameterError, match=refusal):
+        call(seed=1, **options)
+
+
 def test_a_search_without_a_result_is_an_error():
     with pytest.raises(RuntimeError, match='no individual could be scored'):
         mrc.tune('backstepping', seed=1, generations=1, population=5, workers=1, keep='ti1',
                  parameters=SMALL | {'plant.disturbance.step': [1e9, 1e9]})
-
-
-def test_one_file_curve_and_scale_need_no_list(tmp_path):
-    file = _file(tmp_path, 0.5)
-    alone, listed = (mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1, **options) for options in (
-        {'compare': file, 'curves': 'circle', 'scales': 0.05},
-        {'compare': [file], 'curves': ['circle'], 'scales': [0.05]}))
-    assert alone.values == listed.values
-
-
-def test_a_study_prints_a_line_for_each_controller():
-    found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1, compare={'a\nb': {}})
-    one = found.controllers['a\nb']
-    one.update(successes=1, runs=2, success_interval=[0.09453120573423379, 0.9054687942657662])
-    one['metrics']['rms_position_error']['median'] = 0.0125
-    assert repr(found) == (
-        '<Study: seed 1, success is within 0.1 m over the last quarter\n'
-        '  a\\nb: 1 of 2 runs succeeded (95 % interval 9.453 to 90.55 %), median RMS position error 0.0125 m>')
-    one['metrics']['rms_position_error']['median'] = None
-    assert repr(found).endswith('90.55 %)>')
-
-
-@pytest.mark.parametrize(('options', 'refusal'), [
-    ({'runs': 0}, "runs = 0 is not allowed; it must be at least 1"),
-    ({'longest_delay': 99}, 'longest_delay = 99 is not allowed; it must be at least 0, at most 8'),
-    ({'overwrite': True}, 'overwrite: nothing is written to files from Python'),
-    ({'compare': ['nowhere.yaml']}, 'nowhere.yaml: cannot be read'), ({'laps': 1e9}, 'would take too long'),
-    ({'compare': {'odd': {'plant.noise.seed': -1}}}, 'noise.seed = -1'),
-])
-def test_what_the_study_refuses_is_refused(options, refusal):
-    with pytest.raises(mrc.ParameterError, match=refusal):
-        mrc.study(**{'runs': 1, 'seed': 1, **options})
