@@ -8,24 +8,20 @@ import sys
 from pathlib import Path
 
 from processes import wait_until
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.select import Select
 
 PLUGINS = Path(__file__).parent / 'plugins'
 
 
+def megabytes(pid):
+    """Return the resident memory of a process [MB]."""
+    return int(Path(f'/proc/{pid}/status').read_text().partition('VmRSS:')[2].split()[0]) / 1024
+
+
 class LivePage:
-    """
-    A dashboard that has been started.
-
-    Parameters
-    ----------
-    folder : Path
-        Its output.
-    arguments : sequence of str
-        Of the command.
-    environment : dict of str to str
-        Variables of a ROS domain.
-
-    """
+    """A dashboard that has been started, with its output folder, arguments and the variables of a ROS domain."""
 
     def __init__(self, folder, *arguments, environment=()):
         self.folder = folder
@@ -47,11 +43,6 @@ class LivePage:
     def printed(self):
         """Return what it has printed on its standard error."""
         return (self.folder / 'stderr.txt').read_text(encoding='utf-8')
-
-    @property
-    def port(self):
-        """Of the page."""
-        return int(self.address.split(':')[2].split('/')[0])
 
     def nodes(self):
         """Return the process numbers of the nodes that it has started."""
@@ -88,10 +79,10 @@ class OpenPage:
         self.wait(lambda: self.text('run').startswith('t = ') and self.text('nodes').count('running') >= (nodes or 3)
                   and self.driver.execute_script(known) >= (nodes or 3))
 
-    def wait(self, condition, seconds=60.0, look=lambda: None):
+    def wait(self, condition, look=lambda: None):
         """Wait until a condition holds in the page; a failure tells what `look` returns."""
         try:
-            wait_until(condition, seconds, 0.05)
+            wait_until(condition, 60.0, 0.05)
         except AssertionError as error:
             shown = [look(), *(self.text(name) for name in ('run', 'nodes', 'notice', 'changes'))]
             raise AssertionError(f'{error}; the page shows {shown}') from None
@@ -145,54 +136,35 @@ class OpenPage:
 
     def keys(self, text):
         """Type keys that are for no field."""
-        from selenium.webdriver.common.action_chains import ActionChains
-
         self.driver.execute_script('if (document.activeElement) document.activeElement.blur()')
-        ActionChains(self.driver).send_keys(text).perform()
+        self.keys_here(text)
 
     def keys_here(self, *keys):
         """Press keys where the focus is."""
-        from selenium.webdriver.common.action_chains import ActionChains
-
         ActionChains(self.driver).send_keys(*keys).perform()
 
     def type_into(self, field, text):
         """Replace what a field holds, as a user does."""
-        from selenium.webdriver.common.keys import Keys
-
         field.send_keys(Keys.CONTROL, 'a')
         field.send_keys(Keys.NULL, text, Keys.ENTER)
 
     def choose(self, name, value):
         """Choose a value of a list."""
-        from selenium.webdriver.support.select import Select
-
         Select(self.find(f'#{name}')).select_by_value(value)
 
 
 class Lesson:
-    """
-    A lesson of the page, begun by keyboard alone.
-
-    Parameters
-    ----------
-    page : OpenPage
-    name : str
-        Of its file, which begins with its number.
-
-    """
+    """A lesson of the page, begun by keyboard alone; the name of its file begins with its number."""
 
     def __init__(self, page, name):
-        from selenium.webdriver.common.keys import Keys
-
-        self._page, self._keys = page, Keys
+        self._page = page
         self._state('lesson')  # it listens from now on: a state is told when it changes
         if not page.driver.execute_script('return document.querySelector("#live.teaching")'):
             self.focus('#lessons')
-            self.press(Keys.ENTER)
+            self._page.keys_here(Keys.ENTER)
             page.wait(lambda: page.driver.find_elements('css selector', '#lesson select'))
         self.focus('#lesson .head select')
-        self.press(name[0])
+        self._page.keys_here(name[0])
         page.wait(lambda: page.driver.execute_script('return location.hash') == f'#lesson={name}')
         page.wait(lambda: self._state('lesson') == name)
 
@@ -202,23 +174,19 @@ class Lesson:
             'if (!window.told) { window.told = {}; mrc.live.on("state", (state) => { window.told = state; }); }')
         return self._page.driver.execute_script('return window.told[arguments[0]]', name)
 
-    def press(self, *keys):
-        """Press keys, where the focus is."""
-        self._page.keys_here(*keys)
-
     def focus(self, selector):
         """Move the focus to an element by the tabulator."""
         found = 'return document.activeElement && document.activeElement.matches(arguments[0])'
         for _ in range(80):
             if self._page.driver.execute_script(found, selector):
                 return
-            self.press(self._keys.TAB)
+            self._page.keys_here(Keys.TAB)
         raise AssertionError(f'{selector} cannot be reached by keyboard')
 
     def move(self, number, *keys):
         """Press keys on a control."""
         self.focus(f'#lesson .controls label:nth-child({number + 1}) :is(input, select)')
-        self.press(*keys)
+        self._page.keys_here(*keys)
 
     def verdict(self):
         """Return what is said of the last answer or of a control."""
@@ -230,11 +198,11 @@ class Lesson:
             self.focus('#lesson form :is(input, select)')
             if self._page.driver.execute_script('return document.activeElement.tagName') == 'INPUT':
                 self._page.driver.execute_script('document.activeElement.value = ""')
-            self.press(*keys)
+            self._page.keys_here(*keys)
         self.focus('#lesson form button')
         # it answers after the requests of controls
         self._page.driver.execute_script('document.querySelector("#lesson .verdict").textContent = ""')
-        self.press(self._keys.ENTER)
+        self._page.keys_here(Keys.ENTER)
         self._page.wait(self.verdict)
         return self.verdict()
 
@@ -249,5 +217,5 @@ class Lesson:
     def close(self):
         """Leave the lesson, and wait until what it changed is taken back."""
         self.focus('#lesson .head button')
-        self.press(self._keys.ENTER)
+        self._page.keys_here(Keys.ENTER)
         self._page.wait(lambda: self._state('lesson') == '')

@@ -28,9 +28,9 @@ class Asker:
         self._first = self._values()
 
     def _ask(self, kind, node, name, **request):
-        if (node, name) not in self._clients:
-            self._clients[node, name] = self._node.create_client(kind, f'{node}/{name}')
-        client = self._clients[node, name]
+        client = self._clients.get((node, name))
+        if client is None:
+            client = self._clients[node, name] = self._node.create_client(kind, f'{node}/{name}')
         assert client.wait_for_service(20.0), node
         for _ in range(10):  # a response to a client that the node has not discovered yet is lost
             answer = client.call_async(kind.Request(**request))
@@ -39,10 +39,6 @@ class Asker:
                 return answer.result()
         raise AssertionError(f'{node} does not answer')
 
-    def value(self, node, name):
-        """Return a value of a node."""
-        return self._read(node, [name])[name]
-
     def _read(self, node, names):
         values = self._ask(GetParameters, node, 'get_parameters', names=names).values
         return dict(zip(names, map(parameter_value_to_python, values), strict=True))
@@ -50,6 +46,10 @@ class Asker:
     def _values(self):
         return {node: self._read(node, self._ask(ListParameters, node, 'list_parameters').result.names)
                 for node in NODES}
+
+    def value(self, node, name):
+        """Return a value of a node."""
+        return self._read(node, [name])[name]
 
     def restore(self):
         """Set every parameter back to its value at the start; another curve acts from a new run on."""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import rclpy
 import websockets
-from live_page import LivePage
+from live_page import LivePage, megabytes
 from processes import wait_until
 
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
@@ -50,26 +50,33 @@ def _is_running(pid):
         return False
 
 
-def test_a_port_that_is_taken_is_one_line(domain, tmp_path):
-    with socket.create_server(('127.0.0.1', 0)) as taken:
-        done = _run(tmp_path, '--port', str(taken.getsockname()[1]))
+def _refusal(tmp_path, *arguments, **variables):
+    """Return the one line with which the command refuses to start."""
+    done = _run(tmp_path, *arguments, **variables)
     assert done.returncode == 2
     line, = done.stderr.splitlines()
+    return line
+
+
+def test_a_port_that_is_taken_and_a_missing_extra_are_one_line_with_the_remedy(domain, tmp_path):
+    with socket.create_server(('127.0.0.1', 0)) as taken:
+        line = _refusal(tmp_path, '--port', str(taken.getsockname()[1]))
     assert 'Address already in use' in line
     assert '--port' in line
-
-
-def test_a_missing_extra_is_one_line_with_the_remedy(domain, tmp_path):
     (tmp_path / 'starlette.py').write_text("raise ModuleNotFoundError('no', name='starlette')\n")
-    done = _run(tmp_path, PYTHONPATH=f'{tmp_path}{os.pathsep}{os.environ.get("PYTHONPATH", "")}')
-    assert done.returncode == 2
-    line, = done.stderr.splitlines()
+    line = _refusal(tmp_path, PYTHONPATH=f'{tmp_path}{os.pathsep}{os.environ.get("PYTHONPATH", "")}')
     assert 'starlette' in line
     assert 'mobile_robot_control[dashboard]' in line
 
 
-def test_kill_9_ends_the_nodes_that_it_started(domain, tmp_path):
+def test_a_signal_ends_page_and_nodes_and_kill_9_the_nodes_that_it_started(domain, tmp_path):
     page = LivePage(tmp_path)
+    nodes = page.nodes()
+    page.process.send_signal(signal.SIGTERM)
+    assert page.process.wait(60) == 0
+    assert not any(map(_is_running, nodes))
+    page.close()
+    page.start()
     nodes = page.nodes()
     page.process.kill()
     assert len(nodes) == 4
@@ -84,13 +91,11 @@ def test_attached_to_nodes_it_leaves_them_alone_and_strangers_open_nothing(domai
         page = LivePage(tmp_path / 'page', '--attach', '--host', '127.0.0.2')
         address = page.address.partition('?')[0]
         assert not page.nodes()
-        assert _status(address) == 403
         query = '/?' + page.address.partition('?')[2]
-        assert _status(address, query) == 303
-        cookie = f'mobile_robot_control_token={query.partition("=")[2]}'
-        assert _status(address, Cookie=cookie) == 200
-        assert _status(address, Cookie=cookie, Origin='http://evil.example') == 403
-        assert _status(address, Cookie=cookie, Host='evil.example') == 403
+        cookie = {'Cookie': f'mobile_robot_control_token={query.partition("=")[2]}'}
+        asked = (('/', {}), (query, {}), ('/', cookie), ('/', cookie | {'Origin': 'http://evil.example'}),
+                 ('/', cookie | {'Host': 'evil.example'}))
+        assert [_status(address, path, **headers) for path, headers in asked] == [403, 303, 200, 403, 403]
         page.process.kill()
         page.process.wait(60)
         page.close()
@@ -113,12 +118,6 @@ def test_attached_to_nodes_it_leaves_them_alone_and_strangers_open_nothing(domai
         stop_processes([nodes])
 
 
-def _memory(pid):
-    """Return the resident memory of a process [MB]."""
-    status = Path(f'/proc/{pid}/status').read_text()
-    return int(status.partition('VmRSS:')[2].split()[0]) / 1024
-
-
 async def _send_frames(address):
     """Send frames over the page's socket that are no requests, each over a connection of its own."""
     place = address.removeprefix('http://').rstrip('/')
@@ -134,12 +133,12 @@ def test_pages_that_nothing_opens_cost_nothing_and_what_is_logged_can_be_shown(d
     try:
         for _ in range(30):
             assert _status(page.address) == 200
-        before = _memory(page.process.pid)
+        before = megabytes(page.process.pid)
         # as an older browser, which does not tell that another page asks
         for _ in range(150):
             assert _status(page.address) == 200
             assert _status(page.address, '/%1b]0;X%07') == 404
-        assert _memory(page.process.pid) - before < 15.0
+        assert megabytes(page.process.pid) - before < 15.0
         assert _status(page.address, Sec_Fetch_Site='cross-site', Sec_Fetch_Mode='no-cors') == 403
         asyncio.run(_send_frames(page.address))
         assert page.stop() == 0
@@ -157,15 +156,6 @@ def test_an_address_that_is_none_is_refused(domain, tmp_path):
         assert done.returncode == 2
         assert text in done.stderr.splitlines()[-1]
         assert 'Traceback' not in done.stderr
-
-
-def test_a_signal_ends_page_and_nodes(domain, tmp_path):
-    page = LivePage(tmp_path)
-    nodes = page.nodes()
-    page.process.send_signal(signal.SIGTERM)
-    assert page.process.wait(60) == 0
-    assert not any(map(_is_running, nodes))
-    page.close()
 
 
 def test_other_publishers_are_named_and_nothing_is_started(domain, quick_discovery, tmp_path):

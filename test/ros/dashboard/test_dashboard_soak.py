@@ -1,27 +1,23 @@
-"""The page open for long: memory stays flat in nodes, page process and browser tab."""
+"""The page open for long: memory stays flat in nodes, page process and browser tab; each lesson on each robot."""
 
 import os
+import random
 import statistics
 import time
-from pathlib import Path
 
 import pytest
-from live_page import LivePage, OpenPage
+from lesson_solutions import SIZES, SOLUTIONS, begin
+from live_page import LivePage, OpenPage, megabytes
 
+from mobile_robot_control.dashboard.lesson_files import read_lessons
+
+LESSONS = read_lessons('')
 SOAK = float(os.environ.get('SOAK_SECONDS', '3600'))
 WARM = min(120.0, 0.25 * SOAK)
 LARGEST = 1.1
 """Of the memory at the end to that when all was warm."""
 MORE = 8.0
 """[MB] that any of them may have more."""
-
-
-def _megabytes(pid):
-    """Return the resident memory of a process [MB]."""
-    for line in Path(f'/proc/{pid}/status').read_text().splitlines():
-        if line.startswith('VmRSS'):
-            return int(line.split()[1]) / 1024
-    raise AssertionError(f'{pid} has ended')
 
 
 def _of_tab(page):
@@ -42,18 +38,38 @@ def test_an_open_page_does_not_grow(domain, browser, tmp_path):
             time.sleep(min(10.0, SOAK / 40))
             if time.monotonic() > begun + WARM:
                 for name, pid in pids.items():
-                    found[name].append(_megabytes(pid))
+                    found[name].append(megabytes(pid))
                 found['tab'].append(_of_tab(page))
                 # what the driver keeps of each request and line
                 assert not browser.errors()
                 browser.requests()
-        for name, megabytes in found.items():
-            fifth = max(1, len(megabytes) // 5)
-            early, late = statistics.median(megabytes[:fifth]), statistics.median(megabytes[-fifth:])
+        for name, course in found.items():
+            fifth = max(1, len(course) // 5)
+            early, late = statistics.median(course[:fifth]), statistics.median(course[-fifth:])
             print(f'{name}: {early:.1f} MB, then {late:.1f} MB')
             assert late < max(LARGEST * early, early + MORE), name
         reached = page.number('time')
         page.wait(lambda: page.number('time') > reached)
+    finally:
+        browser.driver.get('about:blank')
+        live.close()
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize('robot', sorted({robot for lesson in LESSONS for robot in lesson.robots}))
+def test_every_lesson_of_a_robot_is_passed_in_any_order(domain, browser, tmp_path, robot):
+    order = [lesson.name for lesson in LESSONS if robot in lesson.robots] * 2
+    random.Random(robot).shuffle(order)  # noqa: S311 (an order)
+    live = LivePage(tmp_path, '--robot', robot)
+    try:
+        browser.call('Emulation.setDeviceMetricsOverride', width=1280, height=800, deviceScaleFactor=1, mobile=False)
+        page = OpenPage(browser, live.address, 4 if robot in LESSONS[1].robots else None)
+        for n, name in enumerate(order):
+            lesson = begin(page, name, list(SIZES)[n % 2])
+            SOLUTIONS[name](page, lesson)
+            lesson.close()
+            print(robot, name, 'passed')
     finally:
         browser.driver.get('about:blank')
         live.close()

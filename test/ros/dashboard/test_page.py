@@ -33,7 +33,7 @@ def _drag(page, live, row, right):
     return live.asker.value('/position_controller', P)
 
 
-def test_a_slider_that_is_dragged_changes_the_parameter_and_the_arrow_takes_it_back(page, live):
+def test_controls_change_parameters_and_are_taken_back_and_a_refusal_has_the_words_of_the_node(page, live):
     row = page.parameter(P)
     default = live.asker.value('/position_controller', P)
     assert _drag(page, live, row, 60) > default + 0.1
@@ -41,10 +41,7 @@ def test_a_slider_that_is_dragged_changes_the_parameter_and_the_arrow_takes_it_b
     page.click(row.find_element('css selector', '.back'))
     page.wait(lambda: live.asker.value('/position_controller', P) == default)
     page.wait(lambda: 'changed' not in row.get_attribute('class'))
-
-
-def test_a_refused_value_shows_the_words_of_the_node_and_the_control_goes_back(page, live):
-    field = page.parameter(P).find_element('css selector', 'input[type=text]')
+    field = row.find_element('css selector', 'input[type=text]')
     before = field.get_attribute('value')
     for text in ('-1', 'Infinity', 'nonsense <b>bold</b>'):
         page.type_into(field, text)
@@ -54,24 +51,23 @@ def test_a_refused_value_shows_the_words_of_the_node_and_the_control_goes_back(p
     assert not page.driver.find_elements('css selector', '#parameters b b')
     page.type_into(field, '1,75')
     page.wait(lambda: live.asker.value('/position_controller', P) == 1.75)
-    page.click(page.parameter(P).find_element('css selector', '.back'))
-    page.wait(lambda: field.get_attribute('value') == before)
+    page.choose('law', 'fuzzy')
+    start = page.parameter('initial_pose', 'plant').find_element('css selector', 'input')
+    page.type_into(start, '1.5, 0.5, 0')
+    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == 1.5)
+    page.settle()
+    page.click(page.find('#defaults'))
+    page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'backstepping')
+    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(1.0))
+    page.wait(lambda: live.asker.value('/position_controller', P) == default)
 
 
-def test_another_law_runs_and_the_lyapunov_function_is_shown_where_there_is_one(page, live):
+def test_another_law_runs_and_its_file_is_read_again_with_errors_told_by_their_line(page, live):
+    text = live.law.read_text()
     page.choose('law', 'my_kanayama')
     page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'my_kanayama')
     assert 'longitudinal gain' in page.parameter('my_kanayama.p').text
     page.wait(lambda: 'Lyapunov' not in page.find('#charts').text)
-    page.choose('law', 'backstepping')
-    page.wait(lambda: 'Lyapunov' in page.find('#charts').text)
-    page.wait(lambda: page.find('details[data-group="position_controller/backstepping"]').get_attribute('open'))
-
-
-def test_the_file_of_a_law_is_read_again_and_its_errors_are_told_with_their_line(page, live):
-    text = live.law.read_text()
-    page.choose('law', 'my_kanayama')
-    page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'my_kanayama')
     assert not page.find('#read-law').is_displayed()
     try:
         live.law.write_text(text + '\ndef broken(:\n')
@@ -88,6 +84,9 @@ def test_the_file_of_a_law_is_read_again_and_its_errors_are_told_with_their_line
         live.law.write_text(text)
     page.click(page.find('#read-law'))
     page.wait(lambda: page.text('nodes').count('running') == 4 and not page.find('#notice').is_displayed())
+    page.choose('law', 'backstepping')
+    page.wait(lambda: 'Lyapunov' in page.find('#charts').text)
+    page.wait(lambda: page.find('details[data-group="position_controller/backstepping"]').get_attribute('open'))
 
 
 def test_a_node_that_was_killed_is_started_again(page, live):
@@ -103,17 +102,6 @@ def test_a_node_that_was_killed_is_started_again(page, live):
     page.wait(lambda: page.number('time') > held + 0.2 and not page.find('#notice').is_displayed())
 
 
-def test_all_defaults_takes_every_parameter_back(page, live):
-    page.choose('law', 'fuzzy')
-    field = page.parameter('initial_pose', 'plant').find_element('css selector', 'input')
-    page.type_into(field, '1.5, 0.5, 0')
-    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == 1.5)
-    page.settle()
-    page.click(page.find('#defaults'))
-    page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'backstepping')
-    page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(1.0))
-
-
 def test_another_curve_begins_a_new_run_at_its_start(page):
     run = page.number('run')
     page.driver.execute_script('document.querySelector("#curve details").open = true')
@@ -126,7 +114,7 @@ def test_another_curve_begins_a_new_run_at_its_start(page):
         page.wait(lambda: abs(page.number('e1')) + abs(page.number('e2')) < 0.1)
 
 
-def test_space_holds_the_run_a_step_is_one_position_tick_and_space_lets_it_go_on(page, live):
+def test_space_holds_the_run_a_step_is_one_position_tick_an_arrow_pushes_and_space_lets_it_go_on(page, live):
     page.hold()
     page.wait(lambda: 'paused' in page.text('nodes'))
     # the answer has the time of the plant, which the page's last row may not have reached yet
@@ -136,6 +124,25 @@ def test_space_holds_the_run_a_step_is_one_position_tick_and_space_lets_it_go_on
     page.find('#step').click()
     page.wait(lambda: page.number('time') > held + 0.001)
     assert page.number('time') == pytest.approx(held + 0.01, abs=1e-4)
+    canvas = page.find('#scene')
+    for key, column, least in ((Keys.ARROW_LEFT, 'angular', 0.5), (Keys.ARROW_UP, 'linear', 0.1)):
+        held, pushes = page.number(column), page.text('changes').count('disturbance')
+        seen = []
+        canvas.click()
+        canvas.send_keys(key)
+
+        def is_pushed(pushes=pushes, column=column, seen=seen):
+            # the push acts on the next step, and the controllers bring the robot back in those after it
+            before = page.number('time')
+            page.find('#step').click()
+            page.wait(lambda: page.number('time') > before)
+            seen.append(page.number(column))
+            return page.text('changes').count('disturbance') > pushes
+
+        page.wait(is_pushed)
+        page.wait(lambda held=held, column=column, least=least, seen=seen: (
+            max(*seen, page.number(column)) > held + least))
+    held = page.number('time')
     page.keys(' ')
     page.wait(lambda: page.number('time') > held + 0.1)
 
@@ -169,29 +176,6 @@ def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
     page.wait(lambda: live.asker.value('/plant', 'initial_pose')[1] == 0.25)
 
 
-def test_an_arrow_key_pushes_the_robot(page):
-    page.hold()
-    canvas = page.find('#scene')
-    for key, column, least in ((Keys.ARROW_LEFT, 'angular', 0.5), (Keys.ARROW_UP, 'linear', 0.1)):
-        held, pushes = page.number(column), page.text('changes').count('disturbance')
-        seen = []
-        canvas.click()
-        canvas.send_keys(key)
-
-        def is_pushed(pushes=pushes, column=column, seen=seen):
-            # the push acts on the next step, and the controllers bring the robot back in those after it
-            before = page.number('time')
-            page.find('#step').click()
-            page.wait(lambda: page.number('time') > before)
-            seen.append(page.number(column))
-            return page.text('changes').count('disturbance') > pushes
-
-        page.wait(is_pushed)
-        page.wait(lambda held=held, column=column, least=least, seen=seen: (
-            max(*seen, page.number(column)) > held + least))
-    page.keys(' ')
-
-
 def test_the_speed_is_changed_and_measured(page, live):
     page.choose('speed', '0.1')
     page.wait(lambda: live.asker.value('/plant', 'real_time_factor') == 0.1)
@@ -202,7 +186,7 @@ def test_the_speed_is_changed_and_measured(page, live):
     page.wait(lambda: page.number('speed') > 0.16)
 
 
-def test_what_one_browser_changes_another_one_shows(page, live):
+def test_what_one_browser_changes_another_one_shows_and_the_run_goes_on_while_none_is_open(page, live):
     first = page.driver.current_window_handle
     page.driver.switch_to.new_window('window')
     other = OpenPage(page.browser, live.address)
@@ -213,9 +197,6 @@ def test_what_one_browser_changes_another_one_shows(page, live):
     page.driver.switch_to.window(first)
     shown = page.parameter('backstepping.g').find_element('css selector', 'input[type=text]')
     page.wait(lambda: shown.get_attribute('value') == '9.5')
-
-
-def test_the_run_goes_on_while_the_page_is_closed(page, live):
     begun = page.number('time')
     page.driver.get('about:blank')
     wait_until(lambda: live.process.poll() is None and len(live.nodes()) == 4)
@@ -265,7 +246,7 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     assert 'is not complete' not in shown, shown.partition('What is missing')[2][:400]
 
 
-def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
+def test_a_lost_connection_goes_on_where_it_was_and_a_request_whose_answer_is_lost_is_answered_in_words(page):
     # messages on their way are lost, as where a network fails; the page shows it for a second
     page.driver.execute_script(
         'window.kept = true; window.former = mrc.socket; window.shown = "";'
@@ -277,9 +258,6 @@ def test_a_connection_that_is_lost_for_a_moment_goes_on_where_it_was(page):
     before = page.text('run')
     page.wait(lambda: page.text('run') != before)
     assert page.driver.execute_script('return window.kept')
-
-
-def test_a_request_whose_answer_is_lost_is_answered_in_words(page):
     answer = page.driver.execute_async_script(
         'const later = window.setTimeout; window.setTimeout = (act) => later(act, 0);'
         'WebSocket.prototype.send = () => {}; mrc.live.ask({do: "record"}).then(arguments[0])')
@@ -297,27 +275,24 @@ def test_texts_of_the_graph_are_shown_as_text(page, live):
     assert not page.driver.find_elements('css selector', '#nodes img, #nodes b b')
 
 
-@pytest.mark.parametrize(('width', 'scheme'), [(360, 'light'), (360, 'dark'), (1280, 'dark')])
-def test_nothing_overflows_and_nothing_is_logged(page, live, width, scheme):
-    page.browser.call('Emulation.setDeviceMetricsOverride', width=width, height=700, deviceScaleFactor=1,
-                      mobile=width < 600)
-    page.browser.media('', scheme)
-    page.driver.execute_script(OPEN_ALL)
-    page.wait(lambda: 'geometry_msgs' in page.text('topics'))
-    over = page.driver.execute_script(
-        'return [...document.querySelectorAll("#live *")].filter((one) => !one.closest(".scroll") && '
-        '!one.closest(".u-wrap") && one.getBoundingClientRect().right > arguments[0] + 1)'
-        '.map((one) => one.outerHTML)', width)
-    assert not over
-    assert page.driver.execute_script('return document.documentElement.scrollWidth') <= width
-    ground = page.driver.execute_script('return getComputedStyle(document.getElementById("live")).backgroundColor')
-    assert ground == ('rgb(255, 255, 255)' if scheme == 'light' else 'rgb(21, 24, 28)')
-
-
-def test_a_screen_reader_finds_its_way(page, live):
+def test_nothing_overflows_on_any_ground_and_a_screen_reader_finds_its_way(page, live):
     page.driver.execute_script(OPEN_ALL)
     page.wait(lambda: 'geometry_msgs' in page.text('topics'))
     assert page.browser.violations() == []
+    for width, scheme in ((360, 'light'), (360, 'dark'), (1280, 'dark')):
+        page.browser.call('Emulation.setDeviceMetricsOverride', width=width, height=700, deviceScaleFactor=1,
+                          mobile=width < 600)
+        page.browser.media('', scheme)
+        # drawn once more, charts have the new width
+        page.driver.execute_async_script('requestAnimationFrame(() => requestAnimationFrame(() => arguments[0]()))')
+        over = page.driver.execute_script(
+            'return [...document.querySelectorAll("#live *")].filter((one) => !one.closest(".scroll") && '
+            '!one.closest(".u-wrap") && one.getBoundingClientRect().right > arguments[0] + 1)'
+            '.map((one) => one.outerHTML)', width)
+        assert not over
+        assert page.driver.execute_script('return document.documentElement.scrollWidth') <= width
+        ground = page.driver.execute_script('return getComputedStyle(document.getElementById("live")).backgroundColor')
+        assert ground == ('rgb(255, 255, 255)' if scheme == 'light' else 'rgb(21, 24, 28)')
     lesson = Lesson(page, '1_errors')
     assert page.browser.violations() == []
     lesson.close()
