@@ -74,24 +74,21 @@ def seldom(condition):
     return look
 
 
-@pytest.fixture
-def robots(domain, quick_discovery, tmp_path, monkeypatch):
-    """A robot in each mode, all of its nodes running, beside one that publishes on /tf_static, pushes and leads one."""
+def test_every_node_creates_what_the_policy_allows_and_nothing_else(domain, quick_discovery, tmp_path, monkeypatch):
     (tmp_path / 'tf2_ros.py').write_text(TF2)
     monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
-    made = Robots(tmp_path / 'run', tuple(MODES))
-    others = Node('others')
-    others.create_publisher(String, '/tf_static', 1)
-    others.create_publisher(WrenchStamped, '/lockstep/disturbance', 1)
-    others.create_publisher(Path, '/lockstep/path', 1)
-    made.add(others)
-    for namespace, arguments in MODES.items():
-        made.start(namespace=namespace, arguments=arguments, composed=True)
-    yield made
-    made.close()
+    with contextlib.closing(Robots(tmp_path / 'run', tuple(MODES))) as robots:
+        # a robot in each mode, beside a node that publishes on /tf_static, pushes and leads one
+        others = Node('others')
+        for kind, topic in ((String, '/tf_static'), (WrenchStamped, '/lockstep/disturbance'), (Path, '/lockstep/path')):
+            others.create_publisher(kind, topic, 1)
+        robots.add(others)
+        for namespace, arguments in MODES.items():
+            robots.start(namespace=namespace, arguments=arguments, composed=True)
+        _compare(robots)
 
 
-def test_every_node_creates_what_the_policy_allows_and_nothing_else(robots):
+def _compare(robots):
     observer = robots.recorders['/lockstep']
     allowances = {namespace: allowed(policy(namespace))[f'/mobile_robot_control{namespace}/experiment']
                   for namespace in MODES}

@@ -25,8 +25,10 @@ class Seen:
         node = robot.recorder
         node.create_subscription(TwistStamped, 'cmd_vel', self._on_command, PUBLISHED)
         node.create_subscription(Odometry, 'reference', self._on_reference, PUBLISHED)
-        node.create_subscription(Odometry, 'odom', self._on_odom, PUBLISHED)
-        node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
+        node.create_subscription(Odometry, 'odom', lambda message: self.poses.update(
+            robot=message.pose.pose.position), PUBLISHED)
+        node.create_subscription(DiagnosticArray, '/diagnostics', lambda message: self.status.update(
+            (status.name, status) for status in message.status), 100)
 
     def _on_command(self, message):
         self.commands.append((message.twist.linear.x, message.twist.angular.z))
@@ -36,12 +38,6 @@ class Seen:
         self.stamps['cart'].append(stamp_nanoseconds(message.header.stamp))
         self.cart.append(message.twist.twist.linear.x)
         self.poses['cart'] = message.pose.pose.position
-
-    def _on_odom(self, message):
-        self.poses['robot'] = message.pose.pose.position
-
-    def _on_diagnostics(self, message):
-        self.status |= {status.name: status for status in message.status}
 
     def condition(self, node):
         status = self.status.get(node, DiagnosticStatus())
@@ -58,12 +54,6 @@ class Seen:
             self.poses['robot'].x - self.poses['cart'].x, self.poses['robot'].y - self.poses['cart'].y) < 0.2
 
 
-@pytest.fixture
-def call(robot):
-    """Call a service of a node; returns whether it succeeded, and what it answers."""
-    return robot.trigger
-
-
 def start_again(robot, name):
     """Kill a node and start it again; return when it has learnt that the robot is stopped."""
     robot.processes[name].kill()
@@ -73,7 +63,7 @@ def start_again(robot, name):
 
 
 @pytest.mark.long
-def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(robot, call):
+def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(robot):
     seen = Seen(robot)
     robot.start('position_controller', 'reference_cart', arguments=ELSEWHERE)
     # the recorder sees the approach from its beginning
@@ -93,9 +83,8 @@ def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(rob
     assert 'and waits; the robot drives there at 0.2 m/s at most' in robot.log()
     robot.spin_until(seen.drives)
 
-    success, message = call('position_controller/stop')
-    assert success
-    assert message == 'stopped: by a call of stop; call release to drive on'
+    message = 'stopped: by a call of stop; call release to drive on'
+    assert robot.trigger('position_controller/stop') == (True, message)
     robot.spin_until(lambda: seen.commands[-1] == (0.0, 0.0))
     robot.spin_until(lambda: seen.condition('position_controller') == (DiagnosticStatus.ERROR, message))
     robot.spin_until(lambda: seen.cart[-1] == 0.0)
@@ -113,7 +102,7 @@ def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(rob
     robot.spin_until(lambda: all(seen.age('position_controller', topic) < 1.0 for topic in ('odom', 'reference')))
     assert set(seen.commands[stopped:]) == {(0.0, 0.0)}
 
-    success, message = call('position_controller/release')
+    success, message = robot.trigger('position_controller/release')
     assert success, message
     # running, unless an input is late just then
     assert message.startswith('released: ')
@@ -126,35 +115,33 @@ def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(rob
     # a lap asks for 0.59 m/s at most
     assert max(abs(linear) for linear, _ in seen.commands[stopped:]) < 0.9
 
-    result, = robot.set('position_controller', limits__tracking_error=1e-6)
-    assert result.successful, result.reason
+    assert robot.set('position_controller', limits__tracking_error=1e-6)[0].successful
     robot.spin_until(lambda: 'm from the reference, and limits.tracking_error is 1e-06 m' in
                      seen.condition('position_controller')[1])
     assert seen.condition('position_controller')[0] == DiagnosticStatus.ERROR
     robot.spin_until(lambda: seen.commands[-1] == (0.0, 0.0))
     assert robot.log('position_controller').count('limits.tracking_error is 1e-06 m') == 1
-    result, = robot.set('position_controller', limits__tracking_error=0.0)
-    assert result.successful, result.reason
+    assert robot.set('position_controller', limits__tracking_error=0.0)[0].successful
     assert seen.commands[-1] == (0.0, 0.0)
-    assert call('position_controller/release')[0]
+    assert robot.trigger('position_controller/release')[0]
     robot.spin_until(seen.drives)
 
 
-def test_a_robot_can_be_stopped_before_it_starts(robot, call):
+def test_a_robot_can_be_stopped_before_it_starts(robot):
     seen = Seen(robot)
     robot.start('position_controller', arguments=ELSEWHERE)
-    assert call('position_controller/stop') == (True, 'stopped: by a call of stop; call release to drive on')
+    assert robot.trigger('position_controller/stop') == (True, 'stopped: by a call of stop; call release to drive on')
     robot.spin_until(lambda: len(seen.commands) > 3)
     assert set(seen.commands) == {(0.0, 0.0)}
-    success, message = call('position_controller/release')
+    success, message = robot.trigger('position_controller/release')
     assert success
     assert message.startswith('released: waiting, waits for plant and reference_cart')
 
 
-def test_in_lockstep_a_stop_is_refused_under_any_name_of_the_node(robot, call):
+def test_in_lockstep_a_stop_is_refused_under_any_name_of_the_node(robot):
     robot.start('position_controller', namespace='/robot1', arguments=['-r', '__node:=pc'])
     for service in ('/robot1/pc/stop', '/robot1/pc/release'):
-        success, message = call(service)
+        success, message = robot.trigger(service)
         assert not success
         assert 'in lockstep' in message
         assert 'paused' in message
