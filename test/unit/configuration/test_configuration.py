@@ -22,7 +22,7 @@ def refused(values):
 
 
 def test_violations_of_every_node_are_named_at_once_and_that_of_several_once():
-    named = {text.rpartition(': ')[0] or text: text.rpartition(': ')[2] for text in refused({
+    named = {text.partition(': ')[0]: text.partition(': ')[2] for text in refused({
         'plant': {'duration': -1.0, 'robot.mass': 0.0}, 'velocity_controller': {'gains.k1': 0.0, 'robot.mass': 0.0},
         'position_controller': {'fuzzy.c': [0.0, 1.0, 0.5, 2.0, 3.0], 'controller_type': 'fuzzy'},
         'reference_cart': {'shape': 'trifolium'}})}
