@@ -75,31 +75,23 @@ def warned(parameters):
     return warnings_of(promise(parameters, [configured_scenario(parameters)]))
 
 
-def driven(parameters, base, command=None, since=FROM, until=UNTIL, compensates=True):
-    """
-    Return the true RMS error [m] of a stand-in base, whose stamps the controller reads as on the wall clock.
-
-    The command is that of the law with the lead of the parameters, by differences of the reference's velocity, or
-    `command(reference, pose)`.
-    """
+def driven(parameters, base, since=FROM, until=UNTIL, compensates=True):
+    """Return the true RMS error [m] of a stand-in base, whose stamps the controller reads as on the wall clock."""
     course, shared = course_of(parameters.reference_cart), parameters.plant.shared
     dt = 1.0 / shared.position_rate
     law, gains = select(parameters.position_controller.control, dt)
     lead = sum(parameters.position_controller.control.feedforward) / dt if shared.feedforward.enabled else 0.0
 
-    def of_law(reference, pose, velocity, following):
-        seen = Observation(tracking_error(reference.pose, pose), reference, velocity)
-        return [asked + lead * (after - before) for asked, before, after in zip(
-            law.step(law.start, seen, gains, dt)[1], reference.velocity, following.velocity, strict=True)]
-
     def control(time, stamp, pose, velocity):
         velocity = BodyVelocity(*velocity)
         age = time - stamp + parameters.position_controller.odom_latency if compensates else 0.0
-        pose = carried_forward(Pose(*pose), velocity, age)
         reference, following = (course.reference(at) for at in (time, time + dt))
-        return command(reference, pose) if command else of_law(reference, pose, velocity, following)
+        error = tracking_error(reference.pose, carried_forward(Pose(*pose), velocity, age))
+        asked = law.step(law.start, Observation(error, reference, velocity), gains, dt)[1]
+        # the lead, by differences of the reference's velocity
+        return [v + lead * (after - before) for v, before, after in zip(
+            asked, reference.velocity, following.velocity, strict=True)]
 
-    start = course.reference(0.0).pose
-    apart = [(course.reference(time).pose, pose)
-             for time, pose in drive(base, control, start, until, 1.0 / dt) if time >= since]
-    return math.sqrt(sum((at.x - x)**2 + (at.y - y)**2 for at, (x, y, _) in apart) / len(apart))
+    truth = drive(base, control, course.reference(0.0).pose, until, 1.0 / dt)
+    squares = [math.dist(course.reference(time).pose[:2], pose[:2])**2 for time, pose in truth if time >= since]
+    return math.sqrt(sum(squares) / len(squares))

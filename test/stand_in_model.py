@@ -1,27 +1,20 @@
-"""
-Bases that are not of this package, in simulated time: take velocity commands and give odometry, both late and seldom.
-
-A model of its own: small Euler steps, and none of the package's formulas.
-"""
+"""Bases that take commands and give odometry late and seldom, by Euler steps and none of the package's formulas."""
 
 import math
 import random
 from collections import deque
 from typing import NamedTuple
 
-STEP = 0.001
-"""[s]"""
-LEVER, RADIUS = 0.175, 0.035
-"""[m] from the middle to a wheel, and of a wheel."""
+# [s]; [m] from the middle to a wheel, and of a wheel
+STEP, LEVER, RADIUS = 0.001, 0.175, 0.035
 
 
 class Base(NamedTuple):
     """
     What a base is like, in SI units.
 
-    `unlike` is by how much the right wheel is larger than the left one, `turn` the share of a turn that the wheels do
-    not lose, `lost` the share of messages that never arrive; `ticks` of a wheel's revolution make odometry dead
-    reckoning. `sent` tells whether odometry is stamped when it is sent; otherwise when it is sampled.
+    `unlike`: by how much the right wheel is larger; `turn`: the share of a turn that skidding leaves; `lost`: of
+    messages; with `ticks` of a wheel's revolution odometry reckons; `sent`: it is stamped when it is sent.
     """
 
     command_rate: float = 20.0
@@ -41,19 +34,7 @@ class Base(NamedTuple):
 
 
 class StandIn:
-    """
-    A base at rest at a pose; `step` moves it by `STEP`.
-
-    Attributes
-    ----------
-    pose : tuple of float
-        True one.
-    commanded : tuple of float
-        The newest command, set from outside.
-    odometry : deque
-        Samples (stamp, pose, twist); the first is the newest that has arrived.
-
-    """
+    """A base at its true `pose`; takes `commanded`; `odometry[0]`: the newest (stamp, pose, twist) that arrived."""
 
     def __init__(self, base, pose):
         self.base, self.pose = base, tuple(pose)
@@ -124,12 +105,7 @@ class StandIn:
 
 
 def drive(base, control, start, seconds, rate=50.0):
-    """
-    Drive a base; return its true poses by time, one for each step of the controller.
-
-    ``control(time, stamp, pose, velocity) -> (v, omega)`` is called at the controller's rate with the newest odometry
-    that has arrived, and its stamp.
-    """
+    """Drive a base by ``control(time, stamp, pose, velocity) -> (v, omega)``; return times and true poses."""
     robot = StandIn(base, start)
     truth = []
     for k in range(round(seconds / STEP)):

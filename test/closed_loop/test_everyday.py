@@ -1,17 +1,16 @@
 """The shipped everyday controllers on the curves, started on the path and beside it."""
 
 import math
-from pathlib import Path
 
 import pytest
 from drawn import drawn
+from harness import CONFIG
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.simulation.metrics import RunMeter
 from mobile_robot_control.simulation.rollout import rollout
 
-CONFIG = Path(__file__).parents[2] / 'config'
 LAP = 16.0
 CURVES = ('trifolium', 'lemniscate')
 MORE_CURVES = (*CURVES, 'circle', 'line')
@@ -24,11 +23,10 @@ FROM_BESIDE = ('backstepping', 'hybrid_backstepping', 'fuzzy')
 BESIDE = [[0.8, 0.0, math.pi], [1.2, 0.0, 0.0], [1.2, 0.0, -0.5 * math.pi], [1.0, -0.2, -0.5 * math.pi]]
 
 
-def _half_lap(law, curve, start, laps, *more):
+def _half_lap(law, curve, start, laps):
     """Run some laps; returns the RMS error over the last half of a lap and the peak torque of the run."""
     configuration = configure(load(
-        [CONFIG / f'{law}.yaml'], [f'reference_cart.curve:={curve}', f'plant.initial_pose:={start}', *more]
-    ))
+        [CONFIG / f'{law}.yaml'], [f'reference_cart.curve:={curve}', f'plant.initial_pose:={start}']))
     whole, late = RunMeter(0.002, 0.01), RunMeter(0.002, 0.01)
     for sample in rollout(configuration, laps * LAP):
         whole.add(sample)
@@ -50,8 +48,3 @@ def test_everyday_controllers_started_on_the_path_stay_within_their_bound(law, c
 def test_everyday_controllers_reach_the_path_with_the_cart_out_of_sight(law, curve, start):
     rms, _ = _half_lap(law, curve, start, laps=2)
     assert 0.0 < rms < BOUNDS[law]
-
-
-def test_backstepping_reaches_the_curve_with_centripetal_coupling():
-    rms, _ = _half_lap('backstepping', 'trifolium', [0.8, 0.1, 2.2], 1, 'plant.centripetal_coupling:=true')
-    assert rms < BOUNDS['backstepping']

@@ -97,7 +97,7 @@ def promise_and_error(base, found, gains=(), courses=COURSES):
             f'reference_cart.curve:={course}', *file, *given, *([] if gains else TUNED)])))
         until = course_of(parameters.reference_cart).period if course == 'path' else 32.0
         since = 0.0 if course == 'path' else 10.0
-        yield promised(parameters, since, until), driven(parameters, base, None, since, until)
+        yield promised(parameters, since, until), driven(parameters, base, since, until)
 
 
 def test_what_the_file_of_an_identified_base_promises_is_what_the_base_does(tmp_path):

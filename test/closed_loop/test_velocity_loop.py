@@ -41,13 +41,6 @@ def test_theorem_1_a_step_of_one_channel_leaves_no_error_and_the_other_channel_a
     assert after_seconds > 1e-5
 
 
-def test_theorem_1_both_channels_together_leave_no_error():
-    # with faster integrals, so that seconds suffice; the two share both torques
-    gains = VelocityGains(k1=20.0, ti1=0.5, k2=6.0, ti2=0.5)
-    *_, velocity = respond(BodyVelocity(1.0, 0.3), gains, 10.0, rate=2000.0)
-    assert velocity == pytest.approx((1.0, 0.3), abs=1e-9)
-
-
 def test_anti_windup_reduces_the_overshoot():
     gains = VelocityGains(k1=1.0, ti1=0.2, k2=0.3, ti2=0.2)
     # 0.25 N m a wheel could hold 1.22 m/s; it takes seconds to reach 1 m/s

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.reference.cart import CurveParameters, Placement, reference_at
+from mobile_robot_control.reference.cart import CurveParameters, Placement, accelerated_at, reference_at
 from mobile_robot_control.reference.curve import Curve, CurvePoint
 from mobile_robot_control.reference.curves import CURVES
 
@@ -44,19 +44,12 @@ SMOOTH = st.sampled_from(sorted({*CURVES} - {'rounded_rectangle'}))
 NAMES, PARAMETERS, TIMES = st.sampled_from(sorted(CURVES)), st.floats(-7.0, 10.0), st.floats(0.0, 20.0)
 PLACED = Placement(scale=0.5, period=12.0, phase=0.15, center=(0.3, -0.8), rotation=0.7)
 
-# central differences of eighth order
+# of central differences of eighth order
 FIRST = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
-SECOND = (-205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560)
 
 
 def first_difference(function, at, h=0.02):
     return sum(c * (function(at + n * h) - function(at - n * h)) for n, c in enumerate(FIRST, start=1)) / h
-
-
-def second_difference(function, at, h=0.03):
-    total = SECOND[0] * function(at)
-    total += sum(c * (function(at + n * h) + function(at - n * h)) for n, c in enumerate(SECOND[1:], start=1))
-    return total / h**2
 
 
 def test_the_curves_are_those_of_the_contract():
@@ -68,17 +61,6 @@ def test_the_curves_are_those_of_the_contract():
 def test_points_are_those_of_the_contracts_formula(name, s):
     point = CURVES[name](s)
     assert (point.x, point.y) == pytest.approx(FORMULAS[name](s), abs=1e-14)
-
-
-@given(SMOOTH, PARAMETERS)
-def test_derivatives_are_those_of_the_contracts_formula(name, s):
-    point = CURVES[name](s)
-    for axis, (first, second) in enumerate(((point.dx, point.ddx), (point.dy, point.ddy))):
-        def coordinate(at, axis=axis):
-            return FORMULAS[name](at)[axis]
-
-        assert first == pytest.approx(first_difference(coordinate, s), abs=1e-9)
-        assert second == pytest.approx(second_difference(coordinate, s), abs=1e-8)
 
 
 @each_row('name', ['trifolium', 'lemniscate', 'circle'])
@@ -101,21 +83,21 @@ def test_deviation_9_velocities_at_the_start_by_hand(name, v_r, omega_r):
 
 
 @given(SMOOTH, TIMES, st.sampled_from([Placement(), PLACED]))
-def test_v_r_and_omega_r_are_the_derivatives_of_the_pose(name, time, placement):
-    curve = CURVES[name]
-    reference = reference_at(curve, time, placement)
+def test_v_r_and_omega_r_are_the_derivatives_of_the_pose_and_the_acceleration_theirs(name, time, placement):
+    def at(t):
+        return accelerated_at(CURVES[name], t, placement)
 
-    def component(axis):
-        return lambda t: reference_at(curve, t, placement).pose[axis]
-
-    def heading(t):
-        # from here on, without a jump
-        return wrap_angle(component(2)(t) - reference.pose.heading)
-
-    vx, vy = first_difference(component(0), time), first_difference(component(1), time)
-    assert vx == pytest.approx(reference.velocity.linear * math.cos(reference.pose.heading), abs=1e-10)
-    assert vy == pytest.approx(reference.velocity.linear * math.sin(reference.pose.heading), abs=1e-10)
-    assert first_difference(heading, time, h=0.01) == pytest.approx(reference.velocity.angular, abs=1e-9)
+    reference = at(time)
+    v, heading = reference.velocity.linear, reference.pose.heading
+    assert first_difference(lambda t: at(t).pose.x, time) == pytest.approx(v * math.cos(heading), abs=1e-10)
+    assert first_difference(lambda t: at(t).pose.y, time) == pytest.approx(v * math.sin(heading), abs=1e-10)
+    # from here on, without a jump
+    turned = first_difference(lambda t: wrap_angle(at(t).pose.heading - heading), time, h=0.01)
+    assert turned == pytest.approx(reference.velocity.angular, abs=1e-9)
+    assert first_difference(lambda t: at(t).velocity.linear, time, h=0.01) == pytest.approx(
+        reference.acceleration.linear, abs=1e-9)
+    assert first_difference(lambda t: at(t).velocity.angular, time, h=0.01) == pytest.approx(
+        reference.acceleration.angular, abs=1e-6)
 
 
 @given(NAMES, TIMES)
