@@ -39,8 +39,7 @@ def test_a_known_reason_of_failures_is_found(fails, quantity, side, value):
     assert (found.quantity, found.side) == (quantity, side)
     assert found.value == value or found.value == pytest.approx(value, rel=0.1)
     assert found.chance < 1e-9
-    there, drawn = found.there
-    rest, others = found.elsewhere
+    (there, drawn), (rest, others) = found.there, found.elsewhere
     assert drawn + others == 300
     assert there / drawn > 0.6
     assert rest / others < 0.1
@@ -53,11 +52,10 @@ def test_a_split_has_the_numbers_of_the_value_that_is_printed():
     beyond = [run for scenario, run in zip(SCENARIOS, judged, strict=True) if distance(scenario) > printed]
     assert found.there == (sum(not run.success for run in beyond), len(beyond))
     failures = sum(not run.success for run in judged)
-    head, line = failure_texts(SCENARIOS, judged)
-    assert head == f'{failures} of 300 fail: too far from the reference over the last quarter'
-    assert line == (
+    assert list(failure_texts(SCENARIOS, judged))[:2] == [
+        f'{failures} of 300 fail: too far from the reference over the last quarter',
         f'{found.there[0]} of them with start distance above {printed:g} m: {found.there[0]} of {len(beyond)} fail '
-        f'there, {found.elsewhere[0]} of {300 - len(beyond)} elsewhere')
+        f'there, {found.elsewhere[0]} of {300 - len(beyond)} elsewhere']
 
 
 def test_chance_is_rarely_taken_for_a_reason():
@@ -74,11 +72,10 @@ def test_without_a_reason_the_ranges_are_named():
     values = failure_values(SCENARIOS, judged)
     assert values['split'] is None
     distances = [distance(scenario) for scenario in SCENARIOS]
-    assert values['ranges']['failures']['start_distance'] == [min(distances[100:112]), max(distances[100:112])]
-    others = distances[:100] + distances[112:]
-    assert values['ranges']['successes']['start_distance'] == [min(others), max(others)]
+    for kind, drawn in (('successes', distances[:100] + distances[112:]), ('failures', distances[100:112])):
+        low, high = values['ranges'][kind]['start_distance']
+        assert (low, high) == (min(drawn), max(drawn))
     _, line = failure_texts(SCENARIOS, judged)
-    low, high = values['ranges']['failures']['start_distance']
     assert line.startswith('no single quantity tells them from the others: they have curve lemniscate, trifolium; ')
     assert f'; start distance {low:.3g} to {high:.3g} m; ' in line
 
