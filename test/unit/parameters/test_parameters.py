@@ -51,20 +51,14 @@ def only(values):
     return violation
 
 
-def test_declarations_have_dotted_names_in_order():
+def test_declarations_have_dotted_names_in_order_maybe_a_prefix_and_other_defaults():
     assert list(declarations(Cart)) == [
         'wheel.radius', 'wheel.slip', 'width', 'holes', 'colour', 'name', 'braked', 'pose', 'gaps']
     declared = declarations(Cart)['wheel.radius']
     assert (declared.name, declared.kind, declared.default, declared.field.unit) == ('wheel.radius', float, 0.035, 'm')
     assert declarations(Cart)['pose'].kind is tuple
-    assert declarations(Cart)['colour'].field.live
-    assert not declared.field.live
-
-
-def test_declarations_with_a_prefix_and_other_defaults():
     found = declarations(Cart, 'my.', Cart(wheel=Wheel(radius=0.5)))
-    assert found['my.wheel.radius'].default == 0.5
-    assert found['my.width'].default == 0.4
+    assert (found['my.wheel.radius'].default, found['my.width'].default) == (0.5, 0.4)
 
 
 def test_given_values_are_set_and_the_rest_keeps_its_default():
@@ -82,50 +76,29 @@ def test_a_whole_number_is_accepted_as_a_float(name, value, expected):
     assert all(type(part) is float for part in (found if isinstance(found, tuple) else (found,)))
 
 
-@each_row(('name', 'value', 'wanted'), [
-    ('wheel.radius', 'wide', 'write a number [m], such as 0.035'),
-    ('wheel.radius', '0.1', 'write a number [m], such as 0.035'),
-    ('wheel.radius', True, 'write a number [m], such as 0.035'),
-    ('wheel.radius', None, 'write a number [m], such as 0.035'),
-    ('wheel.radius', [0.1], 'write a number [m], such as 0.035'),
-    ('wheel.slip', False, 'write a number, such as 0.0'),
-    ('holes', 4.0, 'write a whole number, such as 4'),
-    ('holes', True, 'write a whole number, such as 4'),
-    ('colour', 7, 'write a text, such as red'),
-    ('name', None, 'write a text, such as cart'),
-    ('braked', 1, 'write true or false, such as false'),
-    ('braked', 'true', 'write true or false, such as false'),
-    ('pose', 1.0, 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
-    ('pose', '123', 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
-    ('pose', b'123', 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
-    ('pose', [1.0, True, 0.0], 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
-    ('pose', [1.0, 'a', 0.0], 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
-    ('pose', [1.0, None, 0.0], 'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
+@each_row(('name', 'values', 'wanted'), [
+    ('wheel.radius', ('wide', '0.1', True, None, [0.1]), 'write a number [m], such as 0.035'),
+    ('wheel.slip', (False,), 'write a number, such as 0.0'), ('holes', (4.0, True), 'write a whole number, such as 4'),
+    ('colour', (7,), 'write a text, such as red'), ('name', (None,), 'write a text, such as cart'),
+    ('braked', (1, 'true'), 'write true or false, such as false'),
+    ('pose', (1.0, '123', b'123', [1.0, True, 0.0], [1.0, 'a', 0.0], [1.0, None, 0.0]),
+     'write an array of numbers [m, m, rad], such as [0.0, 0.0, 0.0]'),
 ])
-def test_a_value_of_the_wrong_type_is_refused(name, value, wanted):
-    assert only({name: value}) == f'{name} = {value!r} is of type {type(value).__name__}; {wanted}'
+def test_a_value_of_the_wrong_type_is_refused(name, values, wanted):
+    for value in values:
+        assert only({name: value}) == f'{name} = {value!r} is of type {type(value).__name__}; {wanted}'
 
 
-@each_row('value', [math.nan, math.inf, -math.inf])
-@each_row('name', ['wheel.radius', 'wheel.slip', 'pose', 'gaps'])
-def test_values_that_are_not_finite_are_refused(name, value):
-    given = [0.5, value, 0.5] if name in ('pose', 'gaps') else value
-    violation = only({name: given})
-    assert violation.startswith(f'{name} = {given!r} is not finite; it must be a finite number')
-    if name == 'wheel.radius':
-        assert violation.endswith('above 0.0 m')
-
-
-@each_row('value', [1e13, -1e308, 10**13])
-def test_values_beyond_1e12_are_refused(value):
-    assert only({'wheel.radius': value}) == (
-        f'wheel.radius = {value!r} is beyond 1e+12; write a smaller number, above 0.0 m')
-
-
-@each_row('value', [9e-13, 5e-324])
-def test_values_too_close_to_an_excluded_zero_are_refused(value):
-    assert only({'wheel.radius': value}) == (
-        f'wheel.radius = {value!r} is below 1e-12; write a larger number, above 0.0 m')
+@each_row(('name', 'values', 'reason'), [
+    ('wheel.radius', (math.nan, math.inf, -math.inf), 'is not finite; it must be a finite number, above 0.0 m'),
+    ('wheel.radius', (1e13, -1e308, 10**13), 'is beyond 1e+12; write a smaller number, above 0.0 m'),
+    ('wheel.radius', (9e-13, 5e-324), 'is below 1e-12; write a larger number, above 0.0 m'),
+    ('pose', ([0.5, math.nan, 0.5],), 'is not finite; it must be a finite number, 3 elements'),
+    ('pose', ([0.0, 0.0, 2.2e-311],), 'is too small for parameter files of ROS; write 0.0, 3 elements'),
+])
+def test_numbers_that_are_not_finite_too_large_or_too_close_to_zero_are_refused(name, values, reason):
+    for value in values:
+        assert only({name: value}) == f'{name} = {value!r} {reason}'
 
 
 @each_row(('name', 'bad', 'good', 'allowed'), [
@@ -145,19 +118,15 @@ def test_a_value_out_of_bounds_is_refused_with_the_rule(name, bad, good, allowed
     build(Cart, {name: good})
 
 
-def test_an_unknown_choice_is_refused_with_the_nearest():
-    assert only({'colour': 'gren'}) == (
-        "colour = 'gren' is not allowed; it must be one of red, green, blue; did you mean 'green'?")
-    assert 'one of red, green, blue' in only({'colour': ''})
-
-
-def test_an_empty_text_is_refused():
-    assert only({'name': ''}) == "name = '' is empty; write a text such as 'cart'"
-
-
-def test_an_unknown_name_is_refused_with_the_nearest():
-    assert only({'wheel.radios': 0.1}) == "unknown parameter 'wheel.radios'; did you mean 'wheel.radius'?"
-    assert only({'zzz': 0.1}).startswith("unknown parameter 'zzz'; known are braked, colour, gaps, ")
+@each_row(('name', 'value', 'text'), [
+    ('colour', 'gren', "colour = 'gren' is not allowed; it must be one of red, green, blue; did you mean 'green'?"),
+    ('name', '', "name = '' is empty; write a text such as 'cart'"),
+    ('wheel.radios', 0.1, "unknown parameter 'wheel.radios'; did you mean 'wheel.radius'?"),
+    ('zzz', 0.1, "unknown parameter 'zzz'; known are braked, colour, gaps, holes, name, pose, wheel.radius, "
+     'wheel.slip, width'),
+])
+def test_an_unknown_choice_or_name_is_refused_with_the_nearest(name, value, text):
+    assert only({name: value}) == text
 
 
 def test_every_violation_is_named_at_once():
@@ -175,20 +144,11 @@ def test_rules_between_parameters_are_all_checked_once_the_values_are_sound():
     # rules are not checked on values that are themselves invalid
     assert refused({**broken, 'width': -1.0}) == ('width = -1.0 is not allowed; it must be at least 0.1 m',)
 
-
-def test_rules_of_nested_groups_are_checked():
     class Train(NamedTuple):
         first: Cart = Cart()
         last: Cart = Cart()
 
     assert refused({'last.wheel.radius': 0.5}, Train) == ('wheel.radius = 0.5 m exceeds width = 0.4 m',)
-
-
-def test_the_error_is_a_value_error_whose_text_has_a_line_for_each_violation():
-    error = ParameterError(['a is wrong', 'b is wrong'])
-    assert isinstance(error, ValueError)
-    assert str(error) == 'a is wrong\nb is wrong'
-    assert error.violations == ('a is wrong', 'b is wrong')
 
 
 @each_row(('field', 'text'), [
@@ -200,8 +160,3 @@ def test_the_error_is_a_value_error_whose_text_has_a_line_for_each_violation():
 ])
 def test_bounds_are_described_in_words(field, text):
     assert describe_bounds(field) == text
-
-
-def test_a_number_that_nodes_would_read_as_a_text_is_refused():
-    with pytest.raises(ParameterError, match=r'pose = .*2\.2e-311.* is too small for parameter files of ROS; write 0'):
-        build(Cart, {'pose': [0.0, 0.0, 2.2e-311]})
