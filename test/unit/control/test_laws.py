@@ -23,7 +23,6 @@ from mobile_robot_control.control.command_limits import Limits, limit_command
 from mobile_robot_control.control.feedforward import Feedforward
 from mobile_robot_control.control.hybrid_backstepping import TRACKING, HybridState
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, RESERVED, PositionControl, law_violations, select
-from mobile_robot_control.parameters.checking import ParameterError, build
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference, TrackingError
 
@@ -48,11 +47,6 @@ ON_THE_CART = seen((0.0, 0.0, 0.0), (0.5, 0.2))
 def test_select_gives_the_law_with_its_gains(parameters, function, gains):
     law, selected = select(parameters, 0.01)
     assert (law.step, selected) == (function, gains)
-
-
-def test_an_unknown_law_is_refused_with_the_nearest_name():
-    with pytest.raises(ParameterError, match="did you mean 'hybrid_backstepping'"):
-        build(PositionControl, {'controller_type': 'hybrid_backsteping'})
 
 
 def test_the_names_that_no_law_may_have_are_those_of_the_node():

@@ -7,8 +7,7 @@ import pytest
 from each import each_row
 from observation import ask
 
-from mobile_robot_control.control import backstepping, kanayama, periodic, ramsete
-from mobile_robot_control.control.backstepping import BacksteppingGains
+from mobile_robot_control.control import kanayama, periodic, ramsete
 from mobile_robot_control.control.kanayama import KanayamaGains
 from mobile_robot_control.control.periodic import PeriodicGains
 from mobile_robot_control.control.ramsete import RamseteGains, sinc
@@ -33,14 +32,6 @@ KANAYAMA, RAMSETE, PERIODIC = KanayamaGains(2.0, 10.0, 4.0), RamseteGains(4.0, 0
 ])
 def test_the_command_is_the_one_by_hand(law, gains, error, velocity, command):
     assert ask(law, error, velocity, gains)[1] == pytest.approx(command, abs=1e-14)
-
-
-@each_row('error', [(0.3, -0.2, 0.7), (-1.0, 0.5, 2.9), (0.1, 0.4, -1.8)])
-def test_backstepping_at_alpha_1_is_kanayamas_law_with_a_constant_heading_gain(error):
-    # K_x = p f, K_y = 2 p / q, and the heading gain is q g where this law has K_θ v_r
-    same = KanayamaGains(kx=1.5 * 2.0, ky=2.0 * 1.5 / 0.5, ktheta=0.5 * 3.0 / 0.2)
-    expected = ask(backstepping, error, (0.2, -0.4), BacksteppingGains(p=1.5, q=0.5, alpha=1.0, f=2.0, g=3.0))
-    assert ask(kanayama, error, (0.2, -0.4), same)[1] == pytest.approx(expected[1], rel=1e-14)
 
 
 @each_row(('angle', 'value'), [
