@@ -18,6 +18,7 @@ from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import WheelVelocity
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.runs.run import COLUMNS
+from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.topics import LOOP_TOPICS
 
 FUZZY = str(Path(__file__).parents[3] / 'config' / 'fuzzy.yaml')
@@ -157,6 +158,9 @@ def test_a_saved_run_has_the_bytes_of_the_command_and_is_read_back(tmp_path, par
     hidden = mrc.simulate(duration=0.2, parameters=parameters)
     hidden.save(tmp_path / 'saved.csv')
     loaded = mrc.load(tmp_path / 'saved.csv')
+    assert loaded.metrics['error'] == 'true'
+    for name in ('rms_position_error', 'max_position_error', 'measured_rms_position_error', 'objective', *INDICES):
+        assert (loaded.metrics[name] or 0.0) == pytest.approx(hidden.metrics[name] or 0.0, rel=1e-9), name
     for name in COLUMNS:
         assert np.allclose(getattr(hidden, name), getattr(loaded, name), rtol=0.0, atol=1e-14, equal_nan=True), name
     file = tmp_path / 'command.csv'

@@ -9,11 +9,11 @@ from each import each_row
 from harness import numbers_in
 from measuring import configuration, measured
 
-from mobile_robot_control.cli import report, simulate
+from mobile_robot_control.cli import report
 from mobile_robot_control.configuration.files import configuration_text
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.quantities import WheelTorque
-from mobile_robot_control.recording.csv_table import CSV_COLUMNS, TRUTH_COLUMNS, Rows, write_csv
+from mobile_robot_control.recording.csv_table import CSV_COLUMNS, Rows, write_csv
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect
@@ -56,18 +56,6 @@ def test_a_bag_has_the_true_errors_of_its_rollout_and_alone_those_that_are_calle
         assert metrics['error'] == 'measured'
         assert metrics['rms_position_error'] == pytest.approx(expected['measured_rms_position_error'], rel=1e-9)
         assert 'Measured error (odometry): ' in page
-
-
-def test_a_table_has_the_truth_where_odometry_is_not_exact(tmp_path):
-    words = [word for name, value in NOISE.items() for word in ('-p', f'plant.{name}:={value}')]
-    file = tmp_path / 'noisy.csv'
-    assert simulate.main(['--duration', str(DURATION), '--output', str(file), *words]) == 0
-    assert file.read_text().partition('\n')[0].split(',') == [*CSV_COLUMNS, *TRUTH_COLUMNS]
-    metrics, _ = reported(tmp_path / 'out', file)
-    expected = numbers_in(file.with_suffix('.metrics.json'))
-    assert metrics['error'] == expected['error'] == 'true'
-    for key in NAMES:
-        assert metrics[key] == pytest.approx(expected[key], rel=1e-9)
 
 
 def test_torques_that_are_not_known_are_empty_in_a_table_and_read_back():
