@@ -32,7 +32,6 @@ class LivePage:
         self.start()
 
     def start(self):
-        """Start it, also after it was closed."""
         self._errors = (self.folder / 'stderr.txt').open('wb')
         self.process = subprocess.Popen(self._command, stdout=subprocess.PIPE, stderr=self._errors, text=True,
                                         env=self._environment)
@@ -41,7 +40,6 @@ class LivePage:
         self.address = line.split()[1]
 
     def printed(self):
-        """Return what it has printed on its standard error."""
         return (self.folder / 'stderr.txt').read_text(encoding='utf-8')
 
     def nodes(self):
@@ -60,7 +58,6 @@ class LivePage:
         return self.process.wait(60)
 
     def close(self):
-        """End it, whatever its state."""
         if self.process.poll() is None:
             self.stop()
         self.process.stdout.close()
@@ -88,12 +85,10 @@ class OpenPage:
             raise AssertionError(f'{error}; the page shows {shown}') from None
 
     def find(self, selector):
-        """Return the only element of a CSS selector."""
         found, = self.driver.find_elements('css selector', selector)
         return found
 
     def text(self, name):
-        """Return the text of the element of a name."""
         return self.driver.execute_script(f'return (document.getElementById("{name}") || {{}}).textContent || ""')
 
     def number(self, column):
@@ -109,7 +104,6 @@ class OpenPage:
         return found[-1]
 
     def settle(self):
-        """Wait until every request of the page is answered."""
         self.wait(lambda: self.driver.execute_script('return !(window.mrc && mrc.live) || mrc.live.idle()'))
 
     def hold(self):
@@ -131,7 +125,6 @@ class OpenPage:
         return row
 
     def words(self, name):
-        """Return the words of the refusal under a parameter."""
         return self.parameter(name).find_element('css selector', '.words').text
 
     def keys(self, text):
@@ -140,7 +133,6 @@ class OpenPage:
         self.keys_here(text)
 
     def keys_here(self, *keys):
-        """Press keys where the focus is."""
         ActionChains(self.driver).send_keys(*keys).perform()
 
     def type_into(self, field, text):
@@ -149,7 +141,6 @@ class OpenPage:
         field.send_keys(Keys.NULL, text, Keys.ENTER)
 
     def choose(self, name, value):
-        """Choose a value of a list."""
         Select(self.find(f'#{name}')).select_by_value(value)
 
 
@@ -184,7 +175,6 @@ class Lesson:
         raise AssertionError(f'{selector} cannot be reached by keyboard')
 
     def move(self, number, *keys):
-        """Press keys on a control."""
         self.focus(f'#lesson .controls label:nth-child({number + 1}) :is(input, select)')
         self._page.keys_here(*keys)
 

@@ -128,7 +128,7 @@ def test_the_chapter_files_have_the_printed_numbers(case):
     assert law == 'fuzzy' or tuple(gains) == (1.9934, 0.0530, 1.0, 9.8615, 2.9956)
 
 
-def test_every_node_starts_with_every_shipped_file(domain):
+def test_rcl_reads_every_shipped_file_and_every_node_starts_with_those_of_robots(domain):
     """All four nodes in one process, with each file in turn: a refused file ends the process with an error."""
     code = (
         'import sys, rclpy\n'
@@ -139,7 +139,9 @@ def test_every_node_starts_with_every_shipped_file(domain):
         '    arguments = ["--ros-args", "--params-file", path]\n'
         '    rclpy.init(args=arguments)\n'
         '    for name in NODES:\n'
-        '        make_node(name, path_file=check_ros_arguments([name], arguments)).destroy_node()\n'
+        '        file = check_ros_arguments([name], arguments)\n'
+        '        if "/robots/" in path:\n'
+        '            make_node(name, path_file=file).destroy_node()\n'
         '    rclpy.shutdown()\n'
     )
     done = subprocess.run([sys.executable, '-c', code, *map(str, FILES)], capture_output=True, text=True, timeout=100,
