@@ -171,6 +171,10 @@ MOTORS = st.builds(lambda line, time: Motor(*line, time), st.sampled_from([(0.0,
                    st.sampled_from([0.0, 1e-4, 0.002, 0.05, 2.0]))
 
 
+def drivetrain(robot, dt, coulomb, motor=Motor(), coupling=False):  # noqa: B008 (immutable)
+    return discretise_drivetrain(discretise(robot, dt, coupling), motor, Friction(coulomb))
+
+
 def moving(speeds, robot):
     return begun(0.3, body_velocity(speeds, robot))
 
@@ -184,17 +188,18 @@ def within_stall(torque, motor):
 @given(DRIVEN, WHEELS, PAIRS, PAIRS, COULOMB, PERIODS)
 def test_no_energy_comes_out_of_friction(robot, speeds, torque, outside, coulomb, dt):
     robot = robot._replace(viscous_friction=0.0)
-    drive = discretise_drivetrain(discretise(robot, dt), Motor(), Friction(coulomb))
+    drive = drivetrain(robot, dt, coulomb)
     start = moving(speeds, robot)
     end, _, applied = motorised_step(start, MotorState(torque), torque, outside, drive)
     assert applied == torque
     # held torques do work over the angles; what is lacking is the work of the friction
     work = (torque.right + outside.right) * end.right_angle + (torque.left + outside.left) * end.left_angle
-    scale = energy(start, robot) + energy(end, robot) + abs(work)
-    assert energy(end, robot) - energy(start, robot) - work <= 1e-11 * scale
+    before, after = energy(start, robot), energy(end, robot)
+    scale = before + after + abs(work)
+    assert after - before - work <= 1e-11 * scale
     # it does no more than the friction over the whole way, of which the angles are the least
     least = -coulomb * (abs(end.right_angle) + abs(end.left_angle))
-    assert energy(end, robot) - energy(start, robot) - work <= least + 1e-11 * (scale - least) + 1e-25
+    assert after - before - work <= least + 1e-11 * (scale - least) + 1e-25
 
 
 @settings(max_examples=100)
@@ -203,7 +208,7 @@ def test_every_step_ends_within_what_the_torques_can_do(
         robot, speeds, begun, asked, outside, coulomb, motor, dt, coupling):
     # with the Coriolis pair a long period is many short ones
     dt = min(dt, 0.005) if coupling else dt
-    drive = discretise_drivetrain(discretise(robot, dt, coupling), motor, Friction(coulomb))
+    drive = drivetrain(robot, dt, coulomb, motor, coupling)
     begun, asked = within_stall(begun, motor), within_stall(asked, motor)
     start = moving(speeds, robot)
     end, motors, applied = motorised_step(start, MotorState(begun), asked, outside, drive)
@@ -222,23 +227,22 @@ def test_every_step_ends_within_what_the_torques_can_do(
 def test_at_rest_within_the_friction_nothing_changes_at_all(robot, begun, asked, motor, dt, coupling):
     begun, asked = within_stall(begun, motor), within_stall(asked, motor)
     coulomb = max(map(abs, (*begun, *asked))) + 1e-6
-    drive = discretise_drivetrain(discretise(robot, dt, coupling), motor, Friction(coulomb))
-    start = moving(WheelVelocity(0.0, 0.0), robot)
-    end, motors = start, MotorState(begun)
+    drive = drivetrain(robot, dt, coulomb, motor, coupling)
+    start, motors = moving(WheelVelocity(0.0, 0.0), robot), MotorState(begun)
     for _ in range(3):
-        end, motors, _ = motorised_step(end, motors, asked, NONE, drive)
+        end, motors, _ = motorised_step(start, motors, asked, NONE, drive)
         assert end == start
 
 
 @given(DRIVEN, WHEELS, COULOMB, PERIODS, MOTORS)
 def test_without_a_torque_every_robot_comes_to_rest_and_stays(robot, speeds, coulomb, dt, motor):
-    drive = discretise_drivetrain(discretise(robot, dt), motor, Friction(coulomb))
+    drive = drivetrain(robot, dt, coulomb, motor)
     # each wheel's momentum is taken by its friction; the energy's root falls at a bounded rate
     largest = max(linear_inertia(robot), angular_inertia(robot))
     start = moving(speeds, robot)
     longest = math.sqrt(2.0 * energy(start, robot) * largest) / coulomb * 2.0
-    drive = drive if longest < 50.0 * dt else discretise_drivetrain(
-        discretise(robot, longest / 50.0 + dt), motor, Friction(coulomb))
+    if longest >= 50.0 * dt:
+        drive = drivetrain(robot, longest / 50.0 + dt, coulomb, motor)
     state, motors, last = start, MotorState(NONE), math.inf
     for _ in range(60):
         state, motors, _ = motorised_step(state, motors, NONE, NONE, drive)
@@ -251,7 +255,7 @@ def test_without_a_torque_every_robot_comes_to_rest_and_stays(robot, speeds, cou
 
 @given(DRIVEN, WHEELS, PAIRS, PAIRS, COULOMB, MOTORS, PERIODS)
 def test_mirrored_wheels_move_a_mirrored_robot(robot, speeds, begun, asked, coulomb, motor, dt):
-    drive = discretise_drivetrain(discretise(robot, dt), motor, Friction(coulomb))
+    drive = drivetrain(robot, dt, coulomb, motor)
     begun, asked = within_stall(begun, motor), within_stall(asked, motor)
     one, _, applied = motorised_step(moving(speeds, robot), MotorState(begun), asked, NONE, drive)
     other, _, mirrored = motorised_step(
