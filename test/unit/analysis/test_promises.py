@@ -49,7 +49,9 @@ def test_what_is_modelled_has_its_value_and_unit_and_the_rest_is_named_as_not_mo
     }
     assert {*found.modelled, *found.not_modelled} == {effect.phrase for effect in EFFECTS}
     assert not {*found.modelled} & {*found.not_modelled}
-    # a delay has a linearisation, the others have none
+    # a delay has a linearisation and stays, the others have none
+    assert smooth_part(ROUGH) == configure({'plant': {'delay.velocity_steps': 2}})
+    assert (smooth_part(IDEAL), pattern_of(ROUGH), drive_of(ROUGH)) == (IDEAL, 1, 'torque')
     assert set(found.not_in_margins) == set(found.modelled) - {'dead time of the motors'}
     assert not describe_model(IDEAL).modelled
 
@@ -74,23 +76,11 @@ def test_a_base_names_its_own_effects_and_none_of_motors():
     assert 'Coulomb friction' not in found.not_modelled
     assert found.not_in_margins == ('limit of the speed',)
     assert drive_of(base) == 'velocity'
-
-
-def test_what_has_no_linearisation_is_off_and_the_rest_stays():
-    smooth = configure({'plant': {'delay.velocity_steps': 2}})
-    assert smooth_part(ROUGH) == smooth
-    assert smooth_part(IDEAL) == IDEAL
-    assert pattern_of(ROUGH) == 1
-    assert drive_of(ROUGH) == 'torque'
-
-
-def test_ample_margins_warn_of_nothing_but_what_is_not_modelled():
-    found, = warnings_of(promised())
-    assert found.startswith('not modelled, and the error of a robot that has any of it is unknown: dead time of the '
-                            'motors (step the torque and take the time until joint_states change); lag of the motors (')
-    assert found.endswith('Find out, and set it or name it in plant.ruled_out; there is room for 100 ms of delay '
-                          'before the loop is unstable')
-    assert warnings_of(promised(delay=math.inf))[0].endswith('name it in plant.ruled_out')
+    # the delays of scenarios are dead time
+    base = configure({'plant': {'drive': 'velocity', 'base.dead_time': [0.06, 0.02]}})
+    found = describe_scenarios(base, [configured_scenario(base)._replace(delay=delay) for delay in (0, 8)])
+    assert found.modelled == {'dead time of the base': '0.06 and 0.02 s and 0 to 8 velocity periods'}
+    assert not any('motors' in phrase for phrase in (*found.not_modelled, *found.unknown))
 
 
 BASE_EFFECTS = {
@@ -129,20 +119,6 @@ def test_what_is_ruled_out_is_a_parameter_that_is_off():
     assert 'ruled_out: base.lag is not off' in refused(ruled_out='base.lag', **{'base.lag': [0.1, 0.0]})
 
 
-def test_the_delays_of_scenarios_are_dead_time_of_a_base():
-    base = configure({'plant': {'drive': 'velocity', 'base.dead_time': [0.06, 0.02]}})
-    nominal = configured_scenario(base)
-    found = describe_scenarios(base, [nominal._replace(delay=delay) for delay in (0, 8)])
-    assert found.modelled == {'dead time of the base': '0.06 and 0.02 s and 0 to 8 velocity periods'}
-    assert not any('motors' in phrase for phrase in (*found.not_modelled, *found.unknown))
-
-
-def test_the_spread_over_seeds_is_told():
-    found = promised()._replace(spread=(0.01, 0.012, 0.02))
-    assert 'RMS error of the configured run over 3 seeds: 1.20 cm, from 1.00 to 2.00 cm' in promise_lines(found)
-    assert promise_values(found)['rms_position_error_over_seeds'] == [0.01, 0.012, 0.02]
-
-
 @each_row(('changed', 'warning'), [
     ({'gain': 1.99}, 'position loop has a thin gain margin, 1.99'),
     ({'lowest': 0.51}, 'position loop has a thin lower gain margin, 0.51'),
@@ -154,9 +130,14 @@ def test_the_spread_over_seeds_is_told():
     ({'gain': 1.0, 'delay': 0.0}, 'position loop is not stable at t = 1 s of the lap'),
     ({'reason': 'the motion diverges'}, 'the margins are unknown: the motion diverges'),
 ])
-def test_thin_margins_are_warned_of(changed, warning):
+def test_thin_margins_are_warned_of_and_otherwise_only_what_is_not_modelled(changed, warning):
     assert any(warning in text for text in warnings_of(promised(**changed)))
-    assert not any(warning.partition(',')[0] in text for text in warnings_of(promised()))
+    found, = warnings_of(promised())
+    assert found.startswith('not modelled, and the error of a robot that has any of it is unknown: dead time of the '
+                            'motors (step the torque and take the time until joint_states change); lag of the motors (')
+    assert found.endswith('Find out, and set it or name it in plant.ruled_out; there is room for 100 ms of delay '
+                          'before the loop is unstable')
+    assert warnings_of(promised(delay=math.inf))[0].endswith('name it in plant.ruled_out')
 
 
 def test_the_lines_are_short_and_name_margins_with_their_places():
@@ -192,3 +173,6 @@ def test_the_values_are_json_in_si_units():
     assert found['modelled'] == {}
     assert 'latency of odometry' in found['not_modelled']
     assert found['warnings'] == warnings_of(promised(lowest=0.25, delay=math.inf))
+    found = promised()._replace(spread=(0.01, 0.012, 0.02))
+    assert 'RMS error of the configured run over 3 seeds: 1.20 cm, from 1.00 to 2.00 cm' in promise_lines(found)
+    assert promise_values(found)['rms_position_error_over_seeds'] == [0.01, 0.012, 0.02]
