@@ -3,7 +3,9 @@
 import subprocess
 import sys
 
-import pytest
+from each import each_row
+
+from mobile_robot_control import testing
 
 BOTH = '''
 import math
@@ -38,17 +40,11 @@ CURVE = Curve('ellipse', ellipse)
 '''
 
 
-def check(*arguments):
-    return subprocess.run(
-        [sys.executable, '-m', 'mobile_robot_control.testing', *map(str, arguments)],
-        capture_output=True, text=True, timeout=110, check=False,
-    )
-
-
 def test_a_law_that_differs_over_dds_fails_and_a_curve_of_the_same_file_passes(domain, tmp_path):
     file = tmp_path / 'both.py'
     file.write_text(BOTH)
-    done = check(file)
+    done = subprocess.run([sys.executable, '-m', 'mobile_robot_control.testing', file], capture_output=True, text=True,
+                          timeout=110, check=False)
     assert done.returncode == 1
     assert "the law 'process_dependent' fails 1 check:\n" in done.stderr
     assert '  over DDS: at t = 0 s the command is BodyVelocity' in done.stderr
@@ -56,27 +52,29 @@ def test_a_law_that_differs_over_dds_fails_and_a_curve_of_the_same_file_passes(d
     assert '  passed: over DDS' in done.stdout
 
 
-def test_a_file_of_a_curve_alone_passes(tmp_path):
+def test_a_file_of_a_curve_alone_passes(tmp_path, capsys):
     file = tmp_path / 'curve.py'
     file.write_text(BOTH.replace("LAW = Law('process_dependent', step, Gains)\n", ''))
-    done = check(file, '--no-dds')
-    assert (done.returncode, done.stderr) == (0, '')
-    assert done.stdout.splitlines() == [
+    assert testing.main([str(file), '--no-dds']) == 0
+    printed = capsys.readouterr()
+    assert (printed.out.splitlines(), printed.err) == ([
         "the curve 'ellipse':", '  passed: record', '  passed: pure', '  passed: finite', '  passed: derivatives',
-        '  passed: closed', '  passed: speed', '  left out: over DDS (over_dds=False)']
+        '  passed: closed', '  passed: speed', '  left out: over DDS (over_dds=False)'], '')
 
 
-@pytest.mark.parametrize(('text', 'message'), [
+@each_row(('text', 'message'), [
     ('x = 1', 'has neither LAW nor CURVE'),
     ('raise ValueError("no")', 'cannot be imported (ValueError: no in {file}, line 1)'),
     ('LAW = 1', 'LAW is of type int'), ('CURVE = 1', 'CURVE is of type int'), (None, 'cannot be read'),
 ])
-def test_a_file_that_cannot_be_checked_is_bad_usage(tmp_path, text, message):
+def test_a_file_that_cannot_be_checked_is_bad_usage(tmp_path, capsys, text, message):
     file = tmp_path / 'file.py'
+    file.unlink(missing_ok=True)
     if text is not None:
         file.write_text(text)
-    done = check(file)
-    assert (done.returncode, done.stdout) == (2, '')
-    assert message.format(file=file) in done.stderr
-    assert done.stderr.startswith(f'testing: {file}: ')
-    assert done.stderr.count('\n') == 1
+    assert testing.main([str(file)]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ''
+    assert message.format(file=file) in printed.err
+    assert printed.err.endswith('\n')
+    assert printed.err.count('\n') == printed.err.count(f': {file}: ') == 1
