@@ -99,22 +99,9 @@ class Robots:
     """
     One robot, or several in namespaces of one ROS domain: their nodes as processes, and a recorder of each robot here.
 
-    Parameters
-    ----------
-    folder : Path
-        Takes the bags and the nodes' logs.
-    namespaces : sequence of str
-        Namespaces to record; without any, the recorders take no CPU time from the nodes.
-    drive : str
-        What the plants take, of LOOPS.
-
-    Attributes
-    ----------
-    processes : dict of str to WarmNode
-        By the node's name, with its namespace where it has one: 'plant', 'robot1/plant'.
-    recorders : dict of str to Recorder
-        By namespace.
-
+    Bags and logs are in the folder; without namespaces to record, recorders take no CPU time from the nodes. `drive` is
+    what the plants take, of LOOPS. `processes` are by the node's name, with its namespace where it has one: 'plant',
+    'robot1/plant'; `recorders` are by namespace.
     """
 
     def __init__(self, folder, namespaces=('/',), drive='torque'):
@@ -206,13 +193,11 @@ class Robots:
 
         A call before discovery is lost, and so is a response to a client that the node has not discovered yet.
         """
-        calls, due = [], time.monotonic()
+        calls, begun = [], time.monotonic()
 
         def answered():
-            nonlocal due
-            if time.monotonic() >= due:
+            if time.monotonic() >= begun + every * len(calls):
                 calls.append(send())
-                due += every
             return any(call.done() for call in calls)
 
         self.spin_until(answered)

@@ -25,13 +25,12 @@ class Stranger(Node):
         super().__init__(name)
         robot.add(self)
 
-    def odometry(self, x, v=0.0):
+    def odometry(self, x):
         """Return odometry of a robot elsewhere."""
         message = Odometry(child_frame_id='base_link')
         message.header.stamp = self.get_clock().now().to_msg()
         message.header.frame_id = 'odom'
         message.pose.pose.position.x, message.pose.pose.orientation.w = x, 1.0
-        message.twist.twist.linear.x = v
         return message
 
 

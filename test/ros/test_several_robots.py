@@ -12,7 +12,6 @@ from harness import CONFIG, Robots, driven
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.configuration.files import parameter_file_text
-from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.ros.services.qos import PUBLISHED
@@ -83,19 +82,13 @@ def test_eight_robots_drive_on_in_flat_memory(domain, tmp_path):
             for key, process in robots.processes.items():
                 assert process.exit_code() is None, process.exit_report()
                 samples.setdefault(key, []).append((time.monotonic() - started, _memory(process.pid)))
-            print(f'\r{time.monotonic() - started:5.0f} of {SOAK:.0f} s, simulated {min(stamps.values()):.0f} to '
-                  f'{max(stamps.values()):.0f} s', end='', flush=True)
+            print(f'\r{time.monotonic() - started:5.0f} of {SOAK:.0f} s', end='', flush=True)
             robots.listen(min(5.0, SOAK / 20))
         steps = {name: 200.0 * (stamps[name] - begun[name]) for name in names}
     assert 'Traceback' not in robots.log()
     assert [process.exit_code() for process in robots.processes.values()] == [0] * 32
     assert min(steps.values()) > 0.0
     growth = {key: SOAK * linear_regression(*zip(*taken, strict=True)).slope for key, taken in samples.items()}
-    print()
-    for node in NODES:
-        of_node = [key for key in samples if key.endswith(f'/{node}')]
-        print(f'{node:20s} {max(samples[key][-1][1] for key in of_node) / 1e6:6.1f} MB at the most, in {SOAK:.0f} s '
-              f'grown by {max(growth[key] for key in of_node) / 1e3:6.1f} kB at the most, '
-              f'{min(steps.values()):.0f} to {max(steps.values()):.0f} steps')
+    print({key: round(grown) for key, grown in growth.items()})
     for key, grown in growth.items():
         assert grown < NOISE + BYTES_A_STEP * steps[key.partition('/')[0]], (key, grown)
