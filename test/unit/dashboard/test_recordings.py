@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -15,21 +16,15 @@ PRESENT = {'plant': {'robot.mass': 10.0}}
 
 def at_once(job, times=2):
     """Do something in several threads at once; return what each returned or raised."""
-    ready, found = threading.Barrier(times), []
+    ready = threading.Barrier(times)
 
     def one():
         ready.wait()
-        try:
-            found.append(job())
-        except Exception as error:
-            found.append(error)
+        return job()
 
-    threads = [threading.Thread(target=one) for _ in range(times)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return found
+    with ThreadPoolExecutor(times) as pool:
+        jobs = [pool.submit(one) for _ in range(times)]
+    return [done.exception() or done.result() for done in jobs]
 
 
 @pytest.fixture
