@@ -8,6 +8,7 @@ line (what `run` returns); where nothing can be read any more, it ends.
 import contextlib
 import ctypes
 import gc
+import importlib
 import json
 import os
 import signal
@@ -29,21 +30,21 @@ COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study')
 def main_of(command):
     """Return the entry point of a command, or a function that starts and ends a node."""
     if command in COMMANDS:
-        module = __import__(f'mobile_robot_control.cli.{command}', fromlist=['main'])
-        return module.main
+        return importlib.import_module(f'mobile_robot_control.cli.{command}').main
     from mobile_robot_control.ros.spin import spin
     from mobile_robot_control.system.streams import prepare_streams
 
     def run_node():
         prepare_streams()
+        # as the handler of a node does: it only asks for the end, which is asked for already
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         return spin([command], sys.argv[1:], types.SimpleNamespace(requested=True))
 
     return run_node
 
 
 def _children():
-    text = Path(f'/proc/{os.getpid()}/task/{os.getpid()}/children').read_text()
-    return [int(word) for word in text.split()]
+    return [int(word) for word in Path(f'/proc/{os.getpid()}/task/{os.getpid()}/children').read_text().split()]
 
 
 def _leftover():
@@ -61,24 +62,31 @@ def _leftover():
     return left
 
 
+def _computed(pid):
+    """Return the CPU time of a process [s]."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
 def _wait(pid, seconds):
     """Wait for a process; interrupt it after so many seconds, and kill it where that is to no avail."""
     started, step, sent = time.monotonic(), 0.001, []
     limits = [(seconds, signal.SIGINT), (seconds + _GRACE, signal.SIGKILL)]
+
+    def is_over(limit):
+        # it ends between two steps; on a busy machine to compile one takes long, but does not hang
+        passed = time.monotonic() - started
+        return passed > limit and (not sent or passed > 10.0 * _GRACE or _computed(pid) > limit)
+
     while True:
         ended, status, usage = os.wait4(pid, os.WNOHANG)
         if ended:
             return os.waitstatus_to_exitcode(status), usage.ru_maxrss // 1024, [int(number) for number in sent]
-        if limits and time.monotonic() > started + limits[0][0]:
+        if limits and is_over(limits[0][0]):
             sent.append(limits.pop(0)[1])
             os.kill(pid, sent[-1])
         time.sleep(step)
         step = min(0.02, 1.2 * step)
-
-
-def _environment(changes):
-    changed = {**os.environ, **changes}
-    return {name: value for name, value in changed.items() if value is not None}
 
 
 def _start(case, streams):
@@ -88,8 +96,10 @@ def _start(case, streams):
         words = [sys.executable, '-m', f'mobile_robot_control.cli.{command}', *arguments]
         if command not in COMMANDS:
             words[2:4] = ['mobile_robot_control.ros.executables', command]
-        return subprocess.Popen(words, cwd=case['cwd'], env=_environment(case['environment']), stdin=subprocess.DEVNULL,
-                                stdout=streams[0], stderr=streams[1], start_new_session=True).pid
+        changed = {**os.environ, **case['environment']}
+        environment = {name: value for name, value in changed.items() if value is not None}
+        return subprocess.Popen(words, cwd=case['cwd'], env=environment, stdin=subprocess.DEVNULL, stdout=streams[0],
+                                stderr=streams[1], start_new_session=True).pid
     pid = os.fork()
     if not pid:
         _perform(case, streams)
@@ -156,16 +166,6 @@ def run(case):
     return {'code': code, 'memory': memory, 'sent': sent, 'left': _leftover(), 'seconds': time.monotonic() - started}
 
 
-def compile_rollout():
-    """Compile the rollout of the configured law once, for all cases to come."""
-    from mobile_robot_control.configuration.nodes import Configuration
-    from mobile_robot_control.simulation.batch import run_trials
-    from mobile_robot_control.simulation.scenarios import configured_scenario, scenario_trial
-
-    parameters = Configuration()
-    run_trials([scenario_trial(parameters, configured_scenario(parameters), 0.01, 0.0)])
-
-
 def main():
     """Serve cases until the standard input ends."""
     ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
@@ -173,11 +173,17 @@ def main():
     os.dup2(2, 1)
     for command in COMMANDS:
         main_of(command)
-    import mobile_robot_control.experiment.recorded_run
-    import mobile_robot_control.pages.report_writing
-    import mobile_robot_control.ros.spin  # noqa: F401 (imported once for all cases)
+    # imported once for all cases
+    from mobile_robot_control.configuration.nodes import NODES, Configuration
+    for module in ('experiment.recorded_run', 'pages.report_writing', *(f'ros.nodes.{node}' for node in NODES)):
+        importlib.import_module(f'mobile_robot_control.{module}')
     if 'warm' in sys.argv:
-        compile_rollout()
+        from mobile_robot_control.simulation.batch import run_trials
+        from mobile_robot_control.simulation.trial import make_trial
+
+        # compiled once for all cases: the forms of a search and of a study
+        one = make_trial(Configuration(), 0.01)
+        run_trials([one, one._replace(form=one.form._replace(indices=True))])
     # so that the collector leaves these pages to be shared by all cases
     gc.freeze()
     for line in requests:

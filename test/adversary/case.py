@@ -12,65 +12,31 @@ FOLDERS = ('here', 'home', 'tmp', 'out')
 
 
 class Case(NamedTuple):
-    """
-    A command or a node with odd input.
-
-    Attributes
-    ----------
-    command : str
-        `simulate`, `experiment`, `report`, `tune`, `study`, or a node.
-    arguments : list of str
-        Its command line.
-    named : tuple of str
-        Values, names and files of which a refusal must name one.
-    environment : dict of str to str or None
-        Variables that differ; None for one that is not set.
-    process : bool
-        Whether the case needs an interpreter of its own, since its variables take effect while modules are imported.
-    cold : bool
-        Whether the case needs a process in which laws and curves have not been looked for.
-    gone : bool
-        Whether the folder that the command runs in is removed before.
-    seconds : float
-        After which the command is interrupted, which must end it.
-
-    """
+    """A command (`simulate`, `experiment`, `report`, `tune`, `study`) or a node with odd input."""
 
     command: str
     arguments: list
+    # values, names and files of which a refusal must name one
     named: tuple
+    # variables that differ; None for one that is not set
     environment: dict = types.MappingProxyType({})
+    # it needs an interpreter of its own, since its variables take effect while modules are imported
     process: bool = False
+    # it needs a process in which laws and curves have not been looked for
     cold: bool = False
+    # the folder that the command runs in is removed before
     gone: bool = False
+    # after which the command is interrupted, which must end it [s]
     seconds: float = 10.0
 
 
 class Place(NamedTuple):
-    """
-    Where a case takes place.
-
-    Attributes
-    ----------
-    folder : Path
-        Of this case, with FOLDERS in it.
-    samples : Path
-        Sound files to spoil: `run.csv`, `bag`, `search.yaml.journal`, `law.py`, `curve.py`, `parameters.yaml`.
-
-    """
+    """Where a case takes place: its folder, with FOLDERS in it, and sound files to spoil (`stage.make_samples`)."""
 
     folder: Path
     samples: Path
-
-    @property
-    def here(self):
-        """The folder that the command runs in."""
-        return self.folder / 'here'
-
-    @property
-    def out(self):
-        """The folder that may be written to."""
-        return self.folder / 'out'
+    here = property(lambda place: place.folder / 'here')
+    out = property(lambda place: place.folder / 'out')
 
 
 def make_place(folder, samples):

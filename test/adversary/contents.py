@@ -6,6 +6,7 @@ import shutil
 import socket
 import struct
 import zlib
+from pathlib import Path
 
 from adversary.words import NAMES, NUMBERS, mangled
 
@@ -45,8 +46,8 @@ def spoilt_text(draw, content):
 def odd_json(draw, depth=0):
     """Draw a JSON text, or nearly one."""
     kinds = [lambda: draw.choice(NUMBERS[:60]), lambda: json.dumps(draw.choice(NAMES)), lambda: 'null', lambda: 'NaN',
-             lambda: '[' * 100_000, lambda: '[' + ','.join(odd_json(draw,
-                                                                    depth + 1) for _ in range(draw.randrange(4))) + ']',
+             lambda: '[' * 100_000,
+             lambda: f'[{",".join(odd_json(draw, depth + 1) for _ in range(draw.randrange(4)))}]',
              lambda: '{' + ','.join(f'{json.dumps(draw.choice(NAMES))}: {odd_json(draw, depth + 1)}'
                                     for _ in range(draw.randrange(4))) + '}']
     return draw.choice(kinds if depth < 3 else kinds[:4])()
@@ -69,25 +70,15 @@ def odd_yaml(draw, sound):
     return '\n'.join(lines)
 
 
-def _billion_laughs():
-    return 'a: &a0 [x]\n' + ''.join(f'b{n}: &a{n + 1} [{", ".join([f"*a{n}"] * 9)}]\n' for n in range(12))
-
-
-WHOLE = {
-    'empty': lambda: b'', 'a zero byte': lambda: b'\0', 'random bytes': lambda: bytes(range(256)) * 40,
-    'a byte order mark': lambda: b'\xef\xbb\xbf', 'UTF-16': lambda: 'a: 1'.encode('utf-16'),
-    'no end of line': lambda: b'a' * 900_000,
-    'references to references': lambda: _billion_laughs().encode(), 'brackets': lambda: b'[' * 500_000,
-    'braces': lambda: b'{a: ' * 100_000, 'lines': lambda: b'\n' * 900_000,
-    'a checksum': lambda: b'%08x 1\n' % zlib.crc32(b'1'),
-    'an SQLite head': lambda: b'SQLite format 3\0' + bytes(4096),
-    'an mcap head': lambda: b'\x89MCAP0\r\n' + b'\xff' * 90,
-}
+_LAUGHS = 'a: &a0 [x]\n' + ''.join(f'b{n}: &a{n + 1} [{", ".join([f"*a{n}"] * 9)}]\n' for n in range(12))
+WHOLE = {'empty': lambda: b'', 'a zero byte': lambda: b'\0', 'random bytes': lambda: bytes(range(256)) * 40,
+         'a byte order mark': lambda: b'\xef\xbb\xbf', 'UTF-16': lambda: 'a: 1'.encode('utf-16'),
+         'no end of line': lambda: b'a' * 900_000, 'references to references': _LAUGHS.encode,
+         'brackets': lambda: b'[' * 500_000, 'braces': lambda: b'{a: ' * 100_000, 'lines': lambda: b'\n' * 900_000,
+         'a checksum': lambda: b'%08x 1\n' % zlib.crc32(b'1'),
+         'an SQLite head': lambda: b'SQLite format 3\0' + bytes(4096),
+         'an mcap head': lambda: b'\x89MCAP0\r\n' + b'\xff' * 90}
 """Contents that fit no format."""
-
-
-def _folder(path):
-    path.mkdir()
 
 
 def _socket(path):
@@ -115,19 +106,18 @@ def _below_a_file(path):
 
 
 SPECIAL = {
-    'absent': lambda path: None, 'folder': _folder, 'pipe': os.mkfifo, 'socket': _socket, 'large': _large,
+    'absent': lambda path: None, 'folder': Path.mkdir, 'pipe': os.mkfifo, 'socket': _socket, 'large': _large,
     'unreadable': _unreadable, 'link to itself': lambda path: path.symlink_to(path.name),
     'dangling link': lambda path: path.symlink_to('absent'), 'link to a folder': lambda path: path.symlink_to('.'),
-    'below a file': _below_a_file, **{f'link to {device}': lambda path,
-                                      device=device: path.symlink_to(device) for device in
-    ('/dev/zero', '/dev/full', '/dev/null', '/dev/stdin', '/proc/self/mem', '/proc/self/environ', '/proc/self/maps',
-     '/proc')},
+    'below a file': _below_a_file,
+    **{f'link to {device}': lambda path, device=device: path.symlink_to(device) for device in (
+        '/dev/zero', '/dev/full', '/dev/null', '/dev/stdin', '/proc/self/mem', '/proc/self/environ',
+        '/proc/self/maps', '/proc')},
 }
 """What a path may be other than a file, by what it is; each is made by a function of the path."""
 PATHS = ['/dev/zero', '/dev/full', '/dev/null', '/dev/random', '/dev/stdin', '/dev/fd/0', '/proc/self/mem',
-         '/proc/self/environ',
-         '/proc/1/mem', '/', '.', '..', '', ' ', '~', '\n', 'a' * 300, 'a/' * 3000, '/proc/self/cwd', '\udcff',
-         'x/../..', '-']
+         '/proc/self/environ', '/proc/1/mem', '/', '.', '..', '', ' ', '~', '\n', 'a' * 300, 'a/' * 3000,
+         '/proc/self/cwd', '\udcff', 'x/../..', '-']
 """Paths as they are."""
 
 

@@ -13,8 +13,7 @@ _ENDS = re.compile(r'Traceback \(most recent call last\)|Fatal Python error|Segm
 _OF_RCL = re.compile(r'^\[[A-Z]+\] \[\d.*$', re.MULTILINE)
 """What rcl logs before the node exists."""
 _FAILED = ('diverged', 'interrupted', 'failed', 'could be scored', 'time limit is too short', 'and stays',
-           'gave no answer',
-           'is no report', 'ended with exit code', 'stands still')
+           'gave no answer', 'is no report', 'ended with exit code', 'stands still')
 """What a run that has failed, with exit code 1, is told to have done, where no value is at fault."""
 
 
@@ -29,10 +28,8 @@ def _numbers(text):
 def spellings(value):
     """Return how a message may write a value: as it is or printable, cut off, quoted, or as a number."""
     shown = printable(value)
-    short = shown[:20]
-    return [word for word in (value, shown, short, repr(value)[1:-1], shown.replace("'", "\\'"),
-                              os.path.basename(shown)[:40],
-                              *_numbers(value)) if word] or ["''", '.', ': : ']
+    return [word for word in (value, shown, shown[:20], repr(value)[1:-1], shown.replace("'", "\\'"),
+                              os.path.basename(shown)[:40], *_numbers(value)) if word] or ["''", '.', ': : ']
 
 
 def names_one(printed, values):
@@ -44,21 +41,7 @@ def names_one(printed, values):
 
 
 def faults(case, answer, printed, before, after):
-    """
-    List how a case breaks the rule.
-
-    Parameters
-    ----------
-    case : Case
-        What ran.
-    answer : dict
-        Of the arena.
-    printed : str
-        The standard error.
-    before, after : dict
-        `listing` of its place.
-
-    """
+    """List how a case breaks the rule, by the arena's answer, the standard error and the `listing` of its place."""
     code, found = answer['code'], []
     # an interrupt may come before the handlers are installed, or when Python has removed them
     if code not in ((0, 1, 2, -signal.SIGINT) if answer['sent'] else (0, 1, 2)):
@@ -67,11 +50,10 @@ def faults(case, answer, printed, before, after):
         found.append('hangs: neither ended by itself nor by SIGINT')
     if _ENDS.search(printed):
         found.append('a traceback or a crash')
-    if code in (1, 2) and not names_one(printed,
-                                        case.named) and not (code == 1 and any(word in printed for word in _FAILED)):
+    failed = code == 1 and any(word in printed for word in _FAILED)
+    if code in (1, 2) and not names_one(printed, case.named) and not failed:
         found.append(f'exit code {code}, and none of {case.named} is named')
-    ours = _OF_RCL.sub('', printed)
-    if odd := sorted({letter for letter in ours if not letter.isprintable()} - set('\n\r\t')):
+    if odd := sorted({letter for letter in _OF_RCL.sub('', printed) if not letter.isprintable()} - set('\n\r\t')):
         found.append(f'characters that cannot be shown: {odd}')
     if answer['left']:
         found.append(f'processes left: {answer["left"]}')

@@ -49,8 +49,8 @@ _COMMANDS = ('simulate', 'simulate', 'study', 'tune', 'report', 'experiment', *N
 
 def names(draw, place):  # noqa: PLR0911 (one for each form)
     """Draw an odd name of a parameter, a node, a law, a curve, a robot, a gain or a run."""
-    form = draw.choice(('parameter', 'parameter', 'override', 'law', 'curve', 'robot', 'searched', 'bounds', 'keep',
-                        'run', 'option'))
+    form = draw.choice(
+        ('parameter', 'parameter', 'override', 'law', 'curve', 'robot', 'searched', 'bounds', 'keep', 'run', 'option'))
     if form in ('parameter', 'override'):
         command = draw.choice(_COMMANDS)
         sound = draw.choice(PARAMETERS)
@@ -74,33 +74,29 @@ def names(draw, place):  # noqa: PLR0911 (one for each form)
                      [f'--robot={name}'], (name, '--robot'))
     if form == 'run':
         name = odd_name(draw)
-        sample = place.samples / 'run.csv'
         if draw.random() < 0.5:
-            return Case('report', [f'{name}={sample}', *output_of('report', place)], (name, 'report: '))
+            return Case('report', [f'{name}={place.samples}/run.csv', *output_of('report', place)], (name, 'report: '))
         file = place.here / f'a{name}'.replace('/', '_')[:60]
-        shutil.copyfile(sample, file)
+        shutil.copyfile(place.samples / 'run.csv', file)
         return Case('report', [str(file), *output_of('report', place)], (str(file), 'report: '))
     name = odd_name(draw, 'k1')
     if form == 'searched':
         return Case('tune', [name, *_sound('tune', place)[1:], *output_of('tune', place)],
                     (name, 'controller', 'arguments'))
     if form == 'option':
-        command = draw.choice(('simulate', 'experiment', 'report', 'tune', 'study'))
-        return _case(draw, command, place, [f'--{name}'], (name, f'--{name}', 'arguments', 'options', f"'--{name}'",
-                                                           'usage: '))
+        return _case(draw, draw.choice(('simulate', 'experiment', 'report', 'tune', 'study')), place, [f'--{name}'],
+                     (name, f'--{name}', 'arguments', 'options', f"'--{name}'", 'usage: '))
     text = f'{name}={odd_number(draw)}:{odd_number(draw)}' if form == 'bounds' else name
-    arguments = ['backstepping', *_sound('tune', place)[1:], f'--{form}={text}', *output_of('tune', place)]
-    return Case('tune', arguments, (name, text, f'--{form}', 'stand', *text.partition('=')[2].split(':')))
+    return Case('tune', ['backstepping', *_sound('tune', place)[1:], f'--{form}={text}', *output_of('tune', place)],
+                (name, text, f'--{form}', 'stand', *text.partition('=')[2].split(':')))
 
 
 _NUMERIC = {
     'simulate': ['--duration'], 'experiment': ['--patience', '--duration'],
     'tune': ['--seed', '--population', '--generations', '--time-limit', '--laps', '--scales', '--mass', '--friction',
-             '--delays',
-             '--random', '--variation', '--within', '--scenario-seed', '--start', '--workers'],
+             '--delays', '--random', '--variation', '--within', '--scenario-seed', '--start', '--workers'],
     'study': ['--runs', '--seed', '--laps', '--scales', '--within', '--variation', '--noise-pose', '--noise-velocity',
-              '--longest-delay',
-              '--workers'],
+              '--longest-delay', '--workers'],
 }
 
 
@@ -110,11 +106,8 @@ def numbers(draw, place):
     if draw.random() < 0.5:
         command = draw.choice(list(_NUMERIC))
         option = draw.choice(_NUMERIC[command])
-        values = [value] * (3 if option == '--noise-pose' else 1)
-        if option == '--start':
-            value = f'{value},0,0'
-            values = [value]
-        odd = [f'{option}={values[0]}', *values[1:]] if len(values) == 1 else [option, *values]
+        value += ',0,0' if option == '--start' else ''
+        odd = [option, value, value, value] if option == '--noise-pose' else [f'{option}={value}']
         if option == '--duration' and command == 'experiment':
             odd += ['--patience', '1']
         return _case(draw, command, place, odd, (value, option, 'expected'))
@@ -129,22 +122,20 @@ def numbers(draw, place):
 def files(draw, place):  # noqa: PLR0911 (one for each form)
     """Draw an odd file to read, or an odd place to write to."""
     form = draw.choice(('params', 'params', 'robot', 'law', 'curve', 'table', 'table', 'bag', 'bag', 'run', 'journal',
-                        'output', 'output', 'compare',
-                        'gone', 'standing'))
+                        'output', 'output', 'compare', 'gone', 'standing'))
     if form in ('params', 'robot', 'law', 'curve'):
         option = {'params': '--params-file', 'robot': '--robot', 'law': '--law', 'curve': '--curve'}[form]
-        command = draw.choice(('simulate', 'study', 'tune', 'experiment', 'report',
-                               *(NODES if form == 'params' else ())))
+        nodes = NODES if form == 'params' else ()
+        command = draw.choice(('simulate', 'study', 'tune', 'experiment', 'report', *nodes))
         path = odd_path(draw, place, 'file.yaml' if form in ('params', 'robot') else 'file.py')
         return _case(draw, command, place, [option, path], (path, option))
     if form in ('table', 'bag', 'run'):
         if form == 'table':
-            file = place.here / 'run.csv'
+            path = str(place.here / 'run.csv')
             for beside in place.samples.glob('run.*'):
                 shutil.copyfile(beside, place.here / beside.name)
             spoilt = draw.choice(sorted(place.here.iterdir()))
             spoilt.write_bytes(spoilt_text(draw, spoilt.read_text()))
-            path = str(file)
         else:
             path = spoilt_bag(draw, place) if form == 'bag' else odd_path(draw, place, 'run')
         return Case('report', [path, *draw.choice(([], [str(place.samples / 'run.csv')])), *output_of('report', place)],
@@ -178,8 +169,7 @@ def _unwritable(place):
     loop = place.here / 'loop'
     loop.symlink_to('loop')
     return ('/dev/full', '/dev/null', '/proc/x', '/', '/proc/self/mem', f'{file}/x', str(loop), f'{loop}/x',
-            str(place.out / ('a' * 300)),
-            str(place.out / ('a/' * 2500)), '/sys/x', '/dev/stdin/x')
+            str(place.out / ('a' * 300)), str(place.out / ('a/' * 2500)), '/sys/x', '/dev/stdin/x')
 
 
 def namespaces(draw, place):
@@ -212,8 +202,8 @@ def texts(draw, place):
 def _declared_in(file):
     """List the names and values of a file, of which a refusal of what they add up to names one."""
     try:
-        return [str(word) for event in yaml.parse(file.read_bytes()) if len(word := getattr(event, 'value',
-                                                                                            '') or '') > 2]
+        words = [getattr(event, 'value', '') or '' for event in yaml.parse(file.read_bytes())]
+        return [str(word) for word in words if len(word) > 2]
     except (yaml.YAMLError, ValueError, RecursionError):
         return []
 
@@ -223,58 +213,49 @@ def plugins(draw, place):
     kind = draw.choice(('law', 'law', 'curve'))
     path, name = odd_plugin(draw, place, kind)
     named = (path, name, f'--{kind}', 'LAW' if kind == 'law' else 'CURVE', 'controller_type = ', 'curve = ')
-    chosen = ['-p',
-              f'position_controller.controller_type:={name}' if kind == 'law' else f'reference_cart.curve:={name}']
+    chosen = ['-p', f'{"position_controller.controller_type" if kind == "law" else "reference_cart.curve"}:={name}']
     command = draw.choice(('simulate', 'simulate', 'simulate', 'simulate', 'study', 'tune', 'experiment'))
     way = draw.choice(('file', 'file', 'file', 'variable', 'entry point'))
     if way == 'file':
         odd, environment = [f'--{kind}={path}', *draw.choice((chosen, chosen, chosen, []))], {}
     elif way == 'variable':
-        odd, environment = chosen, {f'MOBILE_ROBOT_CONTROL_{kind.upper()}S': draw.choice((path, f':{path}:',
-                                                                                          f'{path}:{path}',
-                                                                                          odd_name(draw)))}
+        value = draw.choice((path, f':{path}:', f'{path}:{path}', odd_name(draw)))
+        odd, environment = chosen, {f'MOBILE_ROBOT_CONTROL_{kind.upper()}S': value}
     else:
         # the current folder is where Python looks for modules and what they are installed with
         installed = place.here / 'odd-1.0.dist-info'
         installed.mkdir()
         (installed / 'METADATA').write_text('Metadata-Version: 2.1\nName: odd\nVersion: 1.0\n')
-        target = draw.choice((f'own:{kind.upper()}', 'own', 'absent:LAW', 'own:absent.x', odd_name(draw), ':',
-                              'os:environ'))
+        target = draw.choice(
+            (f'own:{kind.upper()}', 'own', 'absent:LAW', 'own:absent.x', odd_name(draw), ':', 'os:environ'))
         point = f'[mobile_robot_control.{kind}s]\nown = {target}\n'
         (installed / 'entry_points.txt').write_bytes(
             spoilt_text(draw, point) if draw.random() < 0.3 else point.encode(errors='replace'))
         odd, environment = chosen, {'PYTHONPATH': f'{place.here}'}
     if command == 'tune' and kind == 'law' and draw.random() < 0.7:
         return Case('tune', [*odd, name, *_sound('tune', place)[1:], *output_of('tune', place)], (*named, 'controller'),
-                    environment,
-                    cold=bool(environment))
+                    environment, cold=bool(environment))
     return _case(draw, command, place, odd, named, environment=environment, cold=bool(environment))
 
 
 VARIABLES = {
     'MPLBACKEND': ['x', '', 'tkagg', 'module://x'], 'MPLCONFIGDIR': ['/dev/null', '/proc/x'], 'TQDM_MININTERVAL': ['x'],
-    'TQDM_DISABLE': ['1'],
-    'TQDM_NCOLS': ['x'], 'COLUMNS': ['x', '0', '-1', '9' * 30], 'LINES': ['x'], 'TERM': ['', 'x'], 'LANG': ['C', 'x'],
-    'LC_ALL': ['C', 'POSIX', 'tr_TR.UTF-8'],
+    'TQDM_DISABLE': ['1'], 'TQDM_NCOLS': ['x'], 'COLUMNS': ['x', '0', '-1', '9' * 30], 'LINES': ['x'],
+    'TERM': ['', 'x'], 'LANG': ['C', 'x'], 'LC_ALL': ['C', 'POSIX', 'tr_TR.UTF-8'],
     'PYTHONIOENCODING': ['ascii', 'latin-1', 'utf-16'], 'PYTHONUTF8': ['0', '1'], 'PYTHONOPTIMIZE': ['2'],
-    'PYTHONWARNINGS': ['error', 'x'],
-    'PYTHONDEVMODE': ['1'], 'PYTHONSAFEPATH': ['1'], 'PYTHONINTMAXSTRDIGITS': ['0'],
+    'PYTHONWARNINGS': ['error', 'x'], 'PYTHONDEVMODE': ['1'], 'PYTHONSAFEPATH': ['1'], 'PYTHONINTMAXSTRDIGITS': ['0'],
     'HOME': [None, '', '/dev/null', '/', '\udcff'], 'TMPDIR': ['/dev/null', '', '/absent'], 'TZ': ['x'],
-    'PATH': [None, ''],
-    'NUMBA_DISABLE_JIT': ['1', 'x'], 'NUMBA_NUM_THREADS': ['x', '0', '9999'], 'NUMBA_CACHE_DIR': ['/dev/null'],
-    'OMP_NUM_THREADS': ['x', '0'],
-    'OPENBLAS_NUM_THREADS': ['x', '-1'], 'SOURCE_DATE_EPOCH': ['x', '-1', '9' * 30],
-    'ROS_DOMAIN_ID': ['', 'x', '233', '-1', '1e2', ' 231', '9' * 30],
-    'RMW_IMPLEMENTATION': ['x', '', 'rmw_x_cpp', '\udcff'],
-    'ROS_LOG_DIR': ['/dev/null', '/proc/x', '~', 'a\nb'], 'ROS_HOME': ['/dev/null'],
-    'ROS_AUTOMATIC_DISCOVERY_RANGE': ['x', '', 'OFF'],
+    'PATH': [None, ''], 'NUMBA_DISABLE_JIT': ['1', 'x'], 'NUMBA_NUM_THREADS': ['x', '0', '9999'],
+    'NUMBA_CACHE_DIR': ['/dev/null'], 'OMP_NUM_THREADS': ['x', '0'], 'OPENBLAS_NUM_THREADS': ['x', '-1'],
+    'SOURCE_DATE_EPOCH': ['x', '-1', '9' * 30], 'ROS_DOMAIN_ID': ['', 'x', '233', '-1', '1e2', ' 231', '9' * 30],
+    'RMW_IMPLEMENTATION': ['x', '', 'rmw_x_cpp', '\udcff'], 'ROS_LOG_DIR': ['/dev/null', '/proc/x', '~', 'a\nb'],
+    'ROS_HOME': ['/dev/null'], 'ROS_AUTOMATIC_DISCOVERY_RANGE': ['x', '', 'OFF'],
     'ROS_STATIC_PEERS': ['x', ';;', '::1', 'a' * 300], 'ROS_DISTRO': ['x'], 'ROS_SECURITY_ENABLE': ['true'],
-    'ROS_SECURITY_ENCLAVE_OVERRIDE': ['x'],
-    'FASTDDS_DEFAULT_PROFILES_FILE': ['/absent', '/dev/null', '/'], 'RMW_FASTRTPS_USE_QOS_FROM_XML': ['x'],
-    'RMW_FASTRTPS_PUBLICATION_MODE': ['x'],
+    'ROS_SECURITY_ENCLAVE_OVERRIDE': ['x'], 'FASTDDS_DEFAULT_PROFILES_FILE': ['/absent', '/dev/null', '/'],
+    'RMW_FASTRTPS_USE_QOS_FROM_XML': ['x'], 'RMW_FASTRTPS_PUBLICATION_MODE': ['x'],
     'RCUTILS_COLORIZED_OUTPUT': ['x', '2'], 'RCUTILS_LOGGING_USE_STDOUT': ['x', '1'],
-    'RCUTILS_LOGGING_BUFFERED_STREAM': ['x'],
-    'RCUTILS_CONSOLE_OUTPUT_FORMAT': ['{', '{x}', '', '%s' * 100], 'AMENT_PREFIX_PATH': ['/absent', '::', '\n'],
+    'RCUTILS_LOGGING_BUFFERED_STREAM': ['x'], 'RCUTILS_CONSOLE_OUTPUT_FORMAT': ['{', '{x}', '', '%s' * 100],
+    'AMENT_PREFIX_PATH': ['/absent', '::', '\n'],
     'MOBILE_ROBOT_CONTROL_LAWS': ['/absent', ':', '/dev/zero', '\udcff', '.'],
     'MOBILE_ROBOT_CONTROL_CURVES': ['/absent', '/dev/zero', '/'],
 }

@@ -25,26 +25,12 @@ def make_samples(folder):
     assert simulate.main(['--duration', '0.1', '--output', str(folder / 'run.csv')]) == 0
     (folder / 'parameters.yaml').write_bytes((folder / 'run.parameters.yaml').read_bytes())
     record(folder / 'bag', rollout(Configuration(), 0.1))
-    journal = Journal(folder / 'search.yaml.journal', {'seed': 1}, resume=False)
-    journal.close()
+    Journal(folder / 'search.yaml.journal', {'seed': 1}, resume=False).close()
     return folder
 
 
 class Stage:
-    """
-    An arena and the folder of the present case.
-
-    Parameters
-    ----------
-    folder : Path
-        For all that the cases need; each case finds it as it was.
-
-    Attributes
-    ----------
-    longest : float
-        Commands that are not done after this time [s], or that of their case, are interrupted.
-
-    """
+    """An arena and the folder of the present case; commands are interrupted after `longest` [s], or their own time."""
 
     def __init__(self, folder):
         self._folder = folder
@@ -52,7 +38,7 @@ class Stage:
         self._arenas, self.longest = {}, float('inf')
 
     def _ask(self, request):
-        state = 'cold' if request['cold'] else 'warm'
+        state = 'cold' if request['cold'] or request['process'] else 'warm'
         if state not in self._arenas:
             self._arenas[state] = subprocess.Popen(
                 [sys.executable, '-m', 'adversary.arena', state], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -80,8 +66,7 @@ class Stage:
         before = listing(place)
         printed = self._folder / 'printed'
         answer = self._ask({**case._asdict(), 'seconds': min(case.seconds, self.longest), 'environment': environment,
-                            'cwd': str(place.here),
-                            'printed': str(printed)})
+                            'cwd': str(place.here), 'printed': str(printed)})
         answer['printed'] = Path(f'{printed}.stderr').read_text(errors='replace')
         if case.gone:
             del before[str(place.here)]

@@ -1,10 +1,12 @@
 """Any bytes on every topic that nodes and experiments subscribe to end none of them, and refusals are counted."""
 
+import contextlib
 import json
 import os
 import random
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 import rclpy
@@ -34,19 +36,8 @@ def hostile(draw, sound, largest=4000):
     if sound and draw.random() < 0.5:
         return spoilt_bytes(draw, sound)[:largest]
     words = [draw.choice((b'\0\0\0\0', b'\1\0\0\0', b'\xff\xff\xff\xff', b'\0\0\xf0\x7f',
-                          draw.randbytes(draw.randrange(9))))
-             for _ in range(draw.choice((0, 1, 10, 100)))]
+                          draw.randbytes(draw.randrange(9)))) for _ in range(draw.choice((0, 1, 10, 100)))]
     return (draw.choice(_HEADS) + b''.join(words))[:largest] or b'\0'
-
-
-def _classes():
-    found = {}
-    for topic, kind in KINDS.items():
-        try:
-            found[topic] = message_class(kind)
-        except ModuleNotFoundError:  # the wheels have no tf2_msgs
-            continue
-    return found
 
 
 class Hostile:
@@ -58,16 +49,13 @@ class Hostile:
         self.node = rclpy.create_node('hostile')
         robots.add(self.node)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._count, 100, raw=True)
-        self._publishers = {topic: self.node.create_publisher(kind, f'/{topic}', 100) for topic,
-                            kind in _classes().items()}
+        self.publishers = {}
+        for topic, kind in KINDS.items():
+            with contextlib.suppress(ModuleNotFoundError):  # the wheels have no tf2_msgs
+                self.publishers[topic] = self.node.create_publisher(message_class(kind), f'/{topic}', 100)
         for topic in INPUTS:
-            self.node.create_subscription(message_class(KINDS[topic]), f'/{topic}', self._keep(topic), 10, raw=True)
-
-    def _keep(self, topic):
-        def keep(message):
-            self._sound.setdefault(topic, message)
-
-        return keep
+            self.node.create_subscription(message_class(KINDS[topic]), f'/{topic}', partial(
+                self._sound.setdefault, topic), 10, raw=True)
 
     def _count(self, message):
         # bytes of this very node are among them: those of the nodes begin with their names
@@ -76,17 +64,13 @@ class Hostile:
                 status, = deserialize_message(message, DiagnosticArray).status
                 self.refused[name] = next(int(pair.value) for pair in status.values if pair.key == 'refused')
 
-    def silence(self, topic):
-        """Publish on a topic no more."""
-        self.node.destroy_publisher(self._publishers.pop(topic))
-
     def publish(self, count):
         """Publish so many messages, on all topics in turn."""
-        topics = list(self._publishers)
+        topics = list(self.publishers)
         for n in range(count):
             topic = topics[n % len(topics)]
-            self._publishers[topic].publish(hostile(self._draw, self._sound.get(topic),
-                                                    LARGEST.get(KINDS[topic], 4000)))
+            self.publishers[topic].publish(
+                hostile(self._draw, self._sound.get(topic), LARGEST.get(KINDS[topic], 4000)))
             if n % 20 == 0:
                 self._robots.listen(0.005)
 
@@ -122,11 +106,10 @@ def test_an_experiment_beside_hostile_bytes_ends_with_its_metrics(domain, tmp_pa
         beside = Hostile(robots, os.environ.get('ADVERSARY_SEED', '1'))
         # another publisher on a topic of the loop is refused before the run; on the others bytes may come
         for topic in ALL_LOOP_TOPICS:
-            beside.silence(topic)
-        run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output',
-                                tmp_path / 'run',
-                                '--duration', '2', '--composed', '--no-report'], stdout=subprocess.DEVNULL,
-                               stderr=subprocess.PIPE, text=True)
+            beside.node.destroy_publisher(beside.publishers.pop(topic))
+        run = subprocess.Popen(
+            [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', tmp_path / 'run', '--duration',
+             '2', '--composed', '--no-report'], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         while run.poll() is None:
             beside.publish(100)
         _, errors = run.communicate(timeout=60)
