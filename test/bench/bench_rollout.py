@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from observation import observed
-from real_robot import COMPENSATED, DRIFTING, FRICTION, LATE, MOTORS, TICKS, assignments
 
 from bench.progress import show
 from bench.row import at_least, at_most
@@ -35,6 +34,13 @@ from mobile_robot_control.tuning.search_space import search_genes
 
 LAP = 16.0
 ROUNDS = 7
+IMPERFECT = [
+    'plant.motor.stall_torque:=2.0', 'plant.motor.no_load_speed:=30.0', 'plant.motor.time_constant:=0.01',
+    'plant.friction.coulomb:=0.05', 'plant.encoders.ticks:=2000', 'plant.encoders.window:=0.01',
+    'plant.odometry.dead_reckoning:=true', 'plant.odometry.radius_error:=[0.002, -0.001]',
+    'plant.odometry.separation_error:=0.01', 'plant.odometry.slip:=0.002', 'plant.odometry.rate:=30.0',
+    'plant.odometry.latency:=0.05', 'position_controller.compensate_latency:=true',
+    'position_controller.odom_latency:=0.04']
 
 
 def _seconds(work, repeats, clock=time.process_time):
@@ -127,8 +133,7 @@ def _check(outcome, plain_c, continuous):
 
 def _as_it_is():
     """Return the same lap of a robot with motors, friction, encoders, late odometry that drifts, and compensation."""
-    options = {**MOTORS, **FRICTION, **TICKS, **DRIFTING, **LATE, **COMPENSATED}
-    trial = make_trial(configure(load([], assignments(options))), LAP)
+    trial = make_trial(configure(load([], IMPERFECT)), LAP)
     return lambda: batch.run_trials([trial])
 
 
