@@ -26,17 +26,6 @@ assert experiment.main([*run, '--output', f'{folder}/run', '--composed', '--no-r
                         '-p', 'plant.real_time_factor:=0.0']) == 0
 assert simulate.main([*run, '--output', f'{folder}/run.csv']) == 0
 '''
-SEARCH = '''
-import sys
-import pytest
-from mobile_robot_control.cli import tune
-
-file, folder, tests = sys.argv[1:]
-assert tune.main(['my_kanayama', '--seed', '1', '--params-file', file, '--generations', '1', '--population', '5',
-                  '--laps', '0.05',
-                  '--keep', 'gains.k1', 'ti1', 'k2', 'ti2', '--output', f'{folder}/gains.yaml']) == 0
-sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', tests]))
-'''
 
 
 @pytest.fixture
@@ -90,8 +79,13 @@ def test_pip_installs_a_law_that_is_tuned_and_passes_its_own_test(domain, packag
     _printed([sys.executable, '-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-build-isolation',
               '--target', place, package], tmp_path)
     paths = os.pathsep.join(filter(None, [str(place), os.environ.get('PYTHONPATH', '')]))
-    _printed([sys.executable, '-c', SEARCH, place / 'share' / 'my_controller' / 'config' / 'kanayama.yaml',
-              tmp_path, package / 'test'], tmp_path, PYTHONPATH=paths)
+    # to compile the search takes longer than its five short runs; the test of the package compiles the law
+    _printed([sys.executable, '-m', 'mobile_robot_control.cli.tune', 'my_kanayama', '--seed', '1', '--params-file',
+              place / 'share' / 'my_controller' / 'config' / 'kanayama.yaml', '--generations', '1', '--population', '5',
+              '--laps', '0.05', '--workers', '1', '--keep', 'gains.k1', 'ti1', 'k2', 'ti2',
+              '--output', tmp_path / 'gains.yaml'], tmp_path, PYTHONPATH=paths, NUMBA_DISABLE_JIT='1')
+    _printed([sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', package / 'test'], tmp_path,
+             PYTHONPATH=paths)
     gains = (tmp_path / 'gains.yaml').read_text(encoding='utf-8')
     assert gains.startswith('# my_kanayama gains found')
     assert 'controller_type: my_kanayama' in gains
