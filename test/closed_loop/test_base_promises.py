@@ -26,13 +26,14 @@ def test_the_promise_of_a_plant_like_a_base_holds_on_the_base(name, course, sent
     assert promised(parameters) == pytest.approx(driven(parameters, base), rel=0.3, abs=0.0015)
 
 
-@each_row(('base', 'lacking', 'phrase'), [
+@pytest.mark.parametrize(('base', 'lacking', 'phrase'), [
     (Base(), 'base.lag', 'lag of the base'),
-    (Base(), 'odometry.latency', 'latency of odometry'),
-    (Base(dead_time=0.1), 'base.dead_time', 'dead time of the base'),
     (Base(acceleration=0.5), 'base.max_acceleration', 'limit of the acceleration'),
     (Base(unlike=0.1), 'base.wheel_gain', 'unlike wheels'),
-    (Base(turn=0.8), 'base.turn_gain', 'turn lost by skidding'),
+    *(pytest.param(*row, marks=pytest.mark.soak) for row in (
+        (Base(), 'odometry.latency', 'latency of odometry'),
+        (Base(dead_time=0.1), 'base.dead_time', 'dead time of the base'),
+        (Base(turn=0.8), 'base.turn_gain', 'turn lost by skidding'))),
 ])
 def test_a_model_that_lacks_something_ends_in_a_warning_that_names_it(base, lacking, phrase):
     found = [text for text in warned(plant_like(base, 'trifolium', lacking=[lacking])) if f'{phrase} (' in text]
