@@ -37,7 +37,7 @@ def newest(values):
     return values[-1][1] if values else math.nan
 
 
-def test_a_stalled_node_stops_the_robot_until_it_returns_and_ends_with_zero_torques(robot):
+def test_a_stalled_node_stops_the_robot_until_it_returns(robot):
     seen = Timeline(robot.recorder)
     robot.start(arguments=ARGUMENTS)
     for name, stopped in (
@@ -54,6 +54,7 @@ def test_a_stalled_node_stops_the_robot_until_it_returns_and_ends_with_zero_torq
     robot.spin_until(lambda: newest(seen.speeds) > 0.1 and newest(seen.errors) < 0.05)
     robot.spin_until(lambda: abs(time.time() - seen.speeds[-1][0]) < 1.0)
     robot.spin_until(lambda: newest(seen.requested) > 0.0)
+    # one that ends asks for no torque
     robot.stop('velocity_controller')
     robot.spin_until(lambda: newest(seen.requested) == 0.0)
 
