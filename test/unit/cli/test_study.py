@@ -1,6 +1,7 @@
 """The command `study`: its numbers, files and exit codes."""
 
 import csv
+import json
 import math
 import os
 import signal
@@ -143,6 +144,9 @@ def test_the_same_seed_gives_the_same_study_and_each_controller_has_its_own_dela
     assert run(tmp_path / 'quiet', 2, '--compare', tmp_path / '1.yaml', tmp_path / '0.yaml') == 0
     quiet = read(tmp_path / 'quiet')[1]
     assert [row['delay'] for row in quiet] == ['1', '1', '0', '0']
+    made = json.loads((tmp_path / 'quiet' / 'study.json').read_text())['provenance']['parameters']
+    # what all have stays below what each one has
+    assert {loop['plant']['velocity_rate'] for loop in made.values()} == {100.0}
     # the first has a delay of 1 in both, and noise in one
     assert quiet[0]['objective'] != rows[0]['objective']
     assert quiet[0]['start_x'] == rows[0]['start_x']
