@@ -9,7 +9,6 @@ import functools
 import itertools
 import math
 import signal
-import sys
 import time
 
 import rclpy
@@ -39,58 +38,32 @@ KINDS = {'odom': Odometry, 'reference': Odometry, 'cmd_vel': TwistStamped, 'trac
 
 def _changed(message, path, value):
     """Copy a message with one field changed, named by its path."""
-    made = copy.deepcopy(message)
-    *folders, leaf = path.split('.')
-    target = made
-    for folder in folders:
-        target = getattr(target, folder)
-    setattr(target, leaf, value)
+    made, (*folders, leaf) = copy.deepcopy(message), path.split('.')
+    setattr(functools.reduce(getattr, folders, made), leaf, value)
     return made
 
 
-def _odometry(sound):
-    for path in ('pose.pose.position.x', 'twist.twist.linear.x', 'twist.twist.angular.z', 'pose.pose.orientation.w'):
-        for value in NUMBERS:
+_FIELDS = {
+    'odom': ('pose.pose.position.x', 'twist.twist.linear.x', 'twist.twist.angular.z', 'pose.pose.orientation.w'),
+    'cmd_vel': ('twist.linear.x', 'twist.angular.z'), 'tracking_error': ('vector.x',), 'joint_states': ('velocity',),
+    'wheel_torques': ('effort',)}
+_FIELDS['reference'] = _FIELDS['odom']
+
+
+def _spoil(topic, sound):
+    """Yield a valid message with a field that is wrong."""
+    joints = isinstance(sound, JointState)
+    for path, value in itertools.product(_FIELDS[topic], NUMBERS):
+        yield _changed(sound, path, [value, 0.0] if joints else value)
+    if joints:
+        for path, value in ((_FIELDS[topic][0], []), (_FIELDS[topic][0], [0.0, 0.0, 0.0]), ('name', []),
+                            ('name', ['left', 'right'])):
             yield _changed(sound, path, value)
-    zero = copy.deepcopy(sound)
-    zero.pose.pose.orientation.z = zero.pose.pose.orientation.w = 0.0
-    yield zero
-    yield _changed(sound, 'header.frame_id', WRONG_FRAME)
-    yield _changed(sound, 'child_frame_id', WRONG_FRAME)
-
-
-def _twist(sound):
-    for path in ('twist.linear.x', 'twist.angular.z'):
-        for value in NUMBERS:
-            yield _changed(sound, path, value)
-    yield _changed(sound, 'header.frame_id', WRONG_FRAME)
-
-
-def _error(sound):
-    for value in NUMBERS:
-        yield _changed(sound, 'vector.x', value)
-    yield _changed(sound, 'header.frame_id', WRONG_FRAME)
-
-
-def _joints(field):
-    def joints(sound):
-        for value in NUMBERS:
-            yield _changed(sound, field, [value, 0.0])
-        yield _changed(sound, field, [])
-        yield _changed(sound, field, [0.0, 0.0, 0.0])
-        yield _changed(sound, 'name', [])
-        yield _changed(sound, 'name', ['left', 'right'])
-
-    return joints
-
-
-_SPOIL = {'odom': _odometry, 'reference': _odometry, 'cmd_vel': _twist, 'tracking_error': _error,
-          'joint_states': _joints('velocity'), 'wheel_torques': _joints('effort')}
-
-
-def _wrong_shifts(period):
-    """Return shifts of the present stamp [ns] to invalid ones, so far that the run does not reach them."""
-    return (-3 * period, 1, period // 2 + 1, 1_000_000_000, 3_600_000_000_000, -3_600_000_000_000)
+    else:
+        yield _changed(sound, 'header.frame_id', WRONG_FRAME)
+    if isinstance(sound, Odometry):
+        yield _changed(sound, 'child_frame_id', WRONG_FRAME)
+        yield _changed(_changed(sound, 'pose.pose.orientation.z', 0.0), 'pose.pose.orientation.w', 0.0)
 
 
 def spoilt(topic, sound):
@@ -101,24 +74,22 @@ def spoilt(topic, sound):
     """
     period = _VELOCITY_PERIOD if topic in ('joint_states', 'wheel_torques') else _POSITION_PERIOD
     sound = _changed(sound, MARKS[topic], WRONG_FRAME if MARKS[topic].endswith('frame_id') else MARK)
-    for made in _SPOIL[topic](sound):
-        for shift in (0, _VELOCITY_PERIOD, _POSITION_PERIOD):
-            yield made, shift
-    for shift in _wrong_shifts(period):
+    yield from itertools.product(_spoil(topic, sound), (0, _VELOCITY_PERIOD, _POSITION_PERIOD))
+    # invalid stamps, so far away that the run does not reach them
+    for shift in (-3 * period, 1, period // 2 + 1, 1_000_000_000, 3_600_000_000_000, -3_600_000_000_000):
         yield sound, shift
 
 
 def is_garbage(topic, serialised):
     """Return whether a recorded message is garbage, by its mark."""
-    *folders, leaf = MARKS[topic].split('.')
-    found = functools.reduce(getattr, [*folders, leaf], deserialize_message(serialised, KINDS[topic]))
-    return found == (WRONG_FRAME if leaf == 'frame_id' else MARK)
+    found = functools.reduce(getattr, MARKS[topic].split('.'), deserialize_message(serialised, KINDS[topic]))
+    return found in (WRONG_FRAME, MARK)
 
 
 def _stamp(now, shift):
     # before the first position ticks have passed, a stamp in the past must not be 0
-    stamp = now + shift if now + shift > 0 or shift >= 0 else -1_000_000_000
-    return Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000)
+    sec, nanosec = divmod(now + shift if now + shift > 0 or shift >= 0 else -1_000_000_000, 1_000_000_000)
+    return Time(sec=sec, nanosec=nanosec)
 
 
 def main():
@@ -154,8 +125,7 @@ def main():
     print(sent, flush=True)
     executor.shutdown()
     rclpy.try_shutdown()
-    return 0
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

@@ -3,7 +3,6 @@
 import contextlib
 import subprocess
 import sys
-import time
 
 import garbage
 import pytest
@@ -21,27 +20,21 @@ REASONS = {
 }
 
 
-class GarbagePublisher:
-    """A process that publishes garbage within the context; `count` messages, by its own account."""
-
-    def __enter__(self):
-        self._process = subprocess.Popen([sys.executable, garbage.__file__], stdout=subprocess.PIPE, text=True)
-
-    def __exit__(self, *_):
-        self._process.terminate()
-        printed, _ = self._process.communicate(timeout=60)
-        self.count = int(printed.split()[-1])
+@contextlib.contextmanager
+def published():
+    """A process that publishes garbage within the context; at the end it tells how much."""
+    process = subprocess.Popen([sys.executable, garbage.__file__], stdout=subprocess.PIPE, text=True)
+    try:
+        yield
+    finally:
+        process.terminate()
+        print(f'{process.communicate(timeout=60)[0].split()[-1]} messages of garbage')
 
 
 def _missing(refused):
     """The reasons that a node has not reported yet."""
     return [(node, reason) for node, reasons in REASONS.items() for reason in reasons
-            if not [key for key in refused.get(node, ()) if reason in key]]
-
-
-def _count(refused):
-    """How many messages the nodes have reported as refused."""
-    return sum(int(count) for reasons in refused.values() for count in reasons.values())
+            if not any(reason in key for key in refused.get(node, ()))]
 
 
 def _run(folder, duration, beside=None):
@@ -64,11 +57,10 @@ def _run(folder, duration, beside=None):
                 robot.spin_until(lambda: min(map(robot.recorder.count_publishers, garbage.KINDS)) == 2)
                 # every kind has been refused, and reported, before the run begins; and goes on beside it
                 # a node that is starved keeps ten messages of a flood: its turn to see a rare kind may come late
-                robot.spin_until(lambda: not _missing(refused) and _count(refused) >= 1000, 150.0)
+                robot.spin_until(lambda: not _missing(refused) and sum(
+                    int(count) for reasons in refused.values() for count in reasons.values()) >= 1000, 150.0)
             robot.resume()
-            started = time.monotonic()
             robot.finish(60.0 + 20.0 * duration)
-            print(f'{duration} s took {time.monotonic() - started:.1f} s')
         messages = robot.messages()
     assert 'Traceback' not in robot.log()
     return messages, refused
@@ -77,8 +69,7 @@ def _run(folder, duration, beside=None):
 @pytest.mark.parametrize('duration', [0.5, pytest.param(8.0, marks=[pytest.mark.soak, pytest.mark.timeout(900)])])
 def test_garbage_beside_a_run_changes_no_bit_of_it(domain, lossless, tmp_path, duration):
     clean, none = _run(tmp_path / 'clean', duration)
-    publisher = GarbagePublisher()
-    dirty, refused = _run(tmp_path / 'dirty', duration, publisher)
+    dirty, refused = _run(tmp_path / 'dirty', duration, published())
     assert set(none) >= set(REASONS)
     assert not any(none.values())
     for topic, stamps in clean.items():
@@ -89,4 +80,3 @@ def test_garbage_beside_a_run_changes_no_bit_of_it(domain, lossless, tmp_path, d
             found = {message for message in dirty[topic].get(stamp, ()) if not garbage.is_garbage(topic, message)}
             assert found == messages, (topic, stamp)
     assert not _missing(refused)
-    print(f'{publisher.count} messages of garbage; refused: {refused}')
