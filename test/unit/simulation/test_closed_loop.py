@@ -125,7 +125,7 @@ def test_the_robot_and_the_coming_reference_are_there_for_torques_of_feedforward
 
 
 @each_row('law', LAWS)
-def test_a_law_starts_beside_a_path_and_stands_after_its_end(law, tmp_path):
+def test_a_law_starts_beside_the_path_and_stands_after_its_end(law, tmp_path):
     (tmp_path / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n')
     parameters = configure(load([], [
         ('/**.reference_horizon', 1), ('/**.velocity_rate', 200.0), ('reference_cart.curve', 'path'),
