@@ -65,13 +65,13 @@ def test_within_the_boundary_layer_the_sign_becomes_a_share(surface, share):
 # x = 5 * 0.5 * 0.4 = 1: α = pi/4, ∂α/∂e2 = 1.25, ∂α/∂v_r = 1; dv_r/dt = 0.2, or 0 at the first step
 @each_row(('state', 'rate'), [(SlidingState(1.0, 0.48), 0.2), (SlidingState(), 0.0)])
 def test_the_sliding_mode_with_hand_numbers(state, rate):
-    omega = (0.3 + 1.0 * rate + 1.25 * 0.5 + 2.0) / (1.0 + 1.25 * 0.2)
-    after, command = ask(sliding_mode, (0.2, 0.4, UP), (0.5, 0.3), SLIDING, 0.1, state)
-    assert (*after, *command) == pytest.approx((1.0, 0.5, 0.4 * omega + 0.5, omega), rel=1e-14)
+    omega = (0.3 + 1.0 * rate + 1.25 * 0.5 + 2.0) / (1.0 + 1.25 * 0.05)
+    after, command = ask(sliding_mode, (0.05, 0.4, UP), (0.5, 0.3), SLIDING, 0.1, state)
+    assert (*after, *command) == pytest.approx((1.0, 0.5, 0.4 * omega + 0.25, omega), rel=1e-14)
 
 
 @each_row('ahead', [-0.4, -0.41, -0.39, -100.0])
 def test_with_the_cart_behind_the_turn_stays_within_bounds(ahead):
     # 1 + ∂α/∂e2 e1 is zero at e1 = -0.4 and beside it of either sign
-    _, command = ask(sliding_mode, (ahead, 0.0, 0.5), (0.5, 0.3), SLIDING, 0.1, SlidingState())
-    assert command.angular == pytest.approx((0.3 + 2.5 * 0.5 * math.sin(0.5) + 2.0) / 0.5, rel=1e-14)
+    _, command = ask(sliding_mode, (ahead, 0.0, 0.1), (0.5, 0.3), SLIDING, 0.1, SlidingState())
+    assert command.angular == pytest.approx((0.3 + 2.5 * 0.5 * math.sin(0.1) + 2.0 * 0.25) / 0.5, rel=1e-14)
