@@ -13,6 +13,7 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from stand_in_model import STEP, Base, StandIn
 
@@ -24,7 +25,7 @@ class LateBase(Node):
         super().__init__('late_base')
         self._base, self._start, self._factor = base, pose, factor
         self._clock_topic = self.create_publisher(Clock, '/clock', 1) if factor else None
-        self._odom = self.create_publisher(Odometry, 'odom', 10)
+        self._odom = self.create_publisher(Odometry, 'odom', qos_profile_sensor_data)
         self._truth = self.create_publisher(Odometry, 'ground_truth', 10)
         self._stands = False
         self._begin()

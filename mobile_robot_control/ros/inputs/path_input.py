@@ -9,12 +9,7 @@ from functools import partial
 from nav_msgs.msg import Path
 from rclpy.node import Node
 
-try:
-    from rclpy.event_handler import SubscriptionEventCallbacks
-except ImportError:  # before iron
-    from rclpy.qos_event import SubscriptionEventCallbacks
-
-from mobile_robot_control.ros.services.qos import LATCHED, SUBSCRIBED
+from mobile_robot_control.ros.services.qos import LATCHED, QUIET, SUBSCRIBED
 from mobile_robot_control.topics import PATH_TOPIC
 
 _MOST = 4
@@ -28,7 +23,6 @@ def subscribe_to_paths(node: Node, take: Callable[[bytes], None]) -> None:
     A subscription to kept messages connects only with publishers that keep them, and no other subscription receives
     kept messages. Hence there are two; a message on both counts once.
     """
-    quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
     only_by_one: list[deque[bytes]] = [deque(maxlen=_MOST), deque(maxlen=_MOST)]
 
     def receive(number: int, message: bytes) -> None:
@@ -41,4 +35,4 @@ def subscribe_to_paths(node: Node, take: Callable[[bytes], None]) -> None:
 
     for number, quality in enumerate((LATCHED, SUBSCRIBED)):
         node.create_subscription(
-            Path, PATH_TOPIC, partial(receive, number), quality, raw=True, event_callbacks=quiet)
+            Path, PATH_TOPIC, partial(receive, number), quality, raw=True, event_callbacks=QUIET)

@@ -18,7 +18,7 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.messages.types import DiagnosticArray
 from mobile_robot_control.ros.services.condition import LAW_FAILED, SUBSCRIBERS_KEY
-from mobile_robot_control.ros.services.qos import PUBLISHED, message_class
+from mobile_robot_control.ros.services.qos import PUBLISHED, QUIET, message_class
 from mobile_robot_control.ros.services.timers import create_steady_timer
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS, MEASURED_TOPICS, SHARED_TOPICS, LoopGraph
@@ -246,4 +246,6 @@ class Recorder(Node):
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         )
-        self._recorded[topic] = self.create_subscription(message_class(kind), topic, take, quality, raw=True)
+        # an event that waits when `_take_best_effort` destroys its subscription makes rclpy raise InvalidHandle
+        self._recorded[topic] = self.create_subscription(
+            message_class(kind), topic, take, quality, raw=True, event_callbacks=QUIET)

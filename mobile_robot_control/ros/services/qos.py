@@ -13,6 +13,11 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
+try:
+    from rclpy.event_handler import SubscriptionEventCallbacks
+except ImportError:  # before iron
+    from rclpy.qos_event import SubscriptionEventCallbacks
+
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 SUBSCRIBED = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
@@ -32,6 +37,9 @@ messages to subscribers after some 200 kB; it drops those that all of them have 
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Of topics with one message that also holds for later subscribers."""
+
+QUIET = SubscriptionEventCallbacks(use_default_callbacks=False)
+"""Events of subscriptions that no unfit publisher is warned of."""
 
 
 def message_class(kind: str) -> Any:
