@@ -48,6 +48,11 @@ def test_no_right_model_is_warned_of(name):
     assert warned(plant_like(BASES[name], 'trifolium')) == []
 
 
+def test_without_the_lag_of_the_base_the_promise_does_not_hold():
+    ideal = plant_like(Base(), 'trifolium', lacking=['base.lag'])
+    assert promised(ideal) < 0.5 * driven(ideal, Base())
+
+
 @pytest.mark.parametrize(('course', 'gains'), drawn(CURVES_AND_LAPS, [(), TUNED]))
 def test_with_feedforward_the_base_is_within_3_mm_as_promised(course, gains):
     curve, lap = course

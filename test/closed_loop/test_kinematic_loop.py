@@ -1,4 +1,4 @@
-"""Theorem 2: the ideal kinematic loop, where the robot moves exactly as backstepping asks."""
+"""Theorem 2, and those of other laws: the ideal kinematic loop, where the robot moves exactly as the law asks."""
 
 import math
 
@@ -8,11 +8,14 @@ from each import each_row
 from observation import observed
 from scipy.integrate import solve_ivp
 
-from mobile_robot_control.control import backstepping
+from mobile_robot_control.control import backstepping, kanayama, periodic, ramsete
 from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate
+from mobile_robot_control.control.kanayama import KanayamaGains
 from mobile_robot_control.control.law import NoState
+from mobile_robot_control.control.periodic import PeriodicGains
+from mobile_robot_control.control.ramsete import RamseteGains
 from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
 
@@ -20,25 +23,52 @@ GAINS = BacksteppingGains(p=1.5, q=0.6, alpha=1.0, f=1.0, g=3.0)
 STEEP = GAINS._replace(alpha=2.0)
 
 
-def ask(error, reference, gains):
-    return backstepping.step(NoState(), observed(error, reference), gains, 0.0)[1]
+# each law with its gains, its Lyapunov function and that function's rate, by error and velocity of the cart
+LAWS = {
+    'kanayama': (
+        kanayama, KanayamaGains(kx=2.0, ky=10.0, ktheta=6.0),
+        lambda e1, e2, e3: 0.5 * (e1 * e1 + e2 * e2) + (1.0 - math.cos(e3)) / 10.0,
+        lambda e1, e2, e3, v_r, omega_r: -2.0 * e1 * e1 - 6.0 * v_r * math.sin(e3) ** 2 / 10.0),
+    'ramsete': (
+        ramsete, RamseteGains(b=10.0, zeta=0.7),
+        lambda e1, e2, e3: 5.0 * (e1 * e1 + e2 * e2) + 0.5 * e3 * e3,
+        lambda e1, e2, e3, v_r, omega_r: -1.4 * math.sqrt(omega_r ** 2 + 10.0 * v_r ** 2) * (10.0 * e1 * e1 + e3 * e3)),
+    'periodic': (
+        periodic, PeriodicGains(g=10.0, zeta=0.7),
+        lambda e1, e2, e3: 5.0 * (e1 * e1 + e2 * e2) + 2.0 * math.tan(0.5 * e3) ** 2,
+        lambda e1, e2, e3, v_r, omega_r: -1.4 * math.sqrt(omega_r ** 2 + 10.0 * v_r ** 2) * (
+            10.0 * e1 * e1 + 4.0 * math.tan(0.5 * e3) ** 2)),
+}
 
 
-def drive(curve, start, gains):
-    """Integrate Eq. (5)-(7) for 16 s; return errors and Lyapunov function by time, and the integral of its rate."""
+def ask(error, reference, gains, law=backstepping):
+    return law.step(NoState(), observed(error, reference), gains, 0.0)[1]
+
+
+def drive(curve, start, law, gains, function, rate):
+    """
+    Integrate Eq. (5)-(7) for 16 s with v and omega of a law, and the rate of its Lyapunov function beside them.
+
+    Returns errors and the function by time, and the integral of its rate.
+    """
     def error_at(t, pose):
         cart = reference_at(CURVES[curve], t, Placement())
         return cart, tracking_error(cart.pose, Pose(*pose))
 
     def motion(t, state):
         cart, error = error_at(t, state[:3])
-        v, omega = ask(error, cart, gains)
-        return [v * math.cos(state[2]), v * math.sin(state[2]), omega, lyapunov_rate(error, gains)]
+        v, omega = ask(error, cart, gains, law)
+        return [v * math.cos(state[2]), v * math.sin(state[2]), omega, rate(*error, *cart.velocity)]
 
     times = np.linspace(0.0, 16.0, 801)
     states = solve_ivp(motion, (0.0, 16.0), [*start, 0.0], 'DOP853', times, rtol=1e-10, atol=1e-12).y.T
     errors = [error_at(t, state[:3])[1] for t, state in zip(times, states, strict=True)]
-    return errors, np.array([lyapunov(error, gains) for error in errors]), states[:, 3]
+    return errors, np.array([function(*error) for error in errors]), states[:, 3]
+
+
+def drive_by_backstepping(curve, start, gains):
+    return drive(curve, start, backstepping, gains, lambda *error: lyapunov(TrackingError(*error), gains),
+                 lambda e1, e2, e3, *_: lyapunov_rate(TrackingError(e1, e2, e3), gains))
 
 
 @each_row('gains', [GAINS, STEEP])
@@ -47,7 +77,7 @@ def drive(curve, start, gains):
     ('line', (-0.5, 0.6, -1.5)),
 ])
 def test_equations_26_to_28_on_moving_carts(curve, start, gains):
-    errors, values, fallen = drive(curve, start, gains)
+    errors, values, fallen = drive_by_backstepping(curve, start, gains)
     # (28): V changes by the integral of its rate, and never rises
     assert values == pytest.approx(values[0] + fallen, abs=1e-8)
     assert np.diff(values).max() < 1e-9
@@ -55,6 +85,19 @@ def test_equations_26_to_28_on_moving_carts(curve, start, gains):
     if gains is GAINS and curve != 'line':
         assert math.hypot(*errors[-1][:2]) < 0.02
         assert abs(errors[-1].heading) < 0.05
+
+
+@each_row('name', LAWS)
+@each_row(('curve', 'start'), [
+    ('trifolium', (0.6, 0.3, 0.2)), ('lemniscate', (1.2, -0.4, -0.9)), ('circle', (0.2, 0.0, 3.0)),
+])
+def test_the_lyapunov_function_of_a_law_changes_by_its_rate_and_never_rises(name, curve, start):
+    errors, values, fallen = drive(curve, start, *LAWS[name])
+    assert values == pytest.approx(values[0] + fallen, abs=1e-6 * values[0])
+    assert np.diff(values).max() < 1e-7 * values[0]
+    assert values[0] > 0.1
+    assert math.hypot(*errors[-1][:2]) < 0.02
+    assert abs(errors[-1].heading) < 0.05
 
 
 @each_row('error', [(0.3, -0.2, 0.7), (-1.0, 0.5, 2.9), (0.1, 0.4, -1.8)])
@@ -89,7 +132,7 @@ def test_equation_24_is_the_derivative_of_equation_23(error, time):
 @each_row('offset', [1e-3, -1e-3])
 def test_deviation_2_facing_away_is_a_saddle_that_the_error_leaves(offset):
     start = (1.0, 0.0, 0.5 * math.pi - math.pi + offset)
-    errors, _, _ = drive('circle', start, GAINS)
+    errors, _, _ = drive_by_backstepping('circle', start, GAINS)
     assert abs(errors[0].heading) == pytest.approx(math.pi - 1e-3, abs=1e-12)
     # it stays near the saddle for a while, driving backwards, and then leaves
     assert abs(errors[10].heading) > 3.0
