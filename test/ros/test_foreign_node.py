@@ -63,7 +63,8 @@ def commands(robot):
     received = defaultdict(list)
 
     def take(message):
-        received[parsing.stamp_nanoseconds(message.header.stamp)].append((message.twist.linear.x, message.twist.angular.z))
+        twist = message.twist
+        received[parsing.stamp_nanoseconds(message.header.stamp)].append((twist.linear.x, twist.angular.z))
 
     robot.recorder.create_subscription(TwistStamped, 'cmd_vel', take, PUBLISHED.depth)
     return received
