@@ -99,14 +99,14 @@ class Robots:
     """
     One robot, or several in namespaces of one ROS domain: their nodes as processes, and a recorder of each robot here.
 
-    Bags and logs are in the folder; without namespaces to record, recorders take no CPU time from the nodes. `drive` is
-    what the plants take, of LOOPS. `processes` are by the node's name, with its namespace where it has one: 'plant',
-    'robot1/plant'; `recorders` are by namespace.
+    Bags and logs are in the folder; without namespaces to record, recorders take no CPU time from the nodes. A run
+    waits until each topic of `loop` is recorded. `processes` are by the node's name, with its namespace where it has one:
+    'plant', 'robot1/plant'; `recorders` are by namespace.
     """
 
-    def __init__(self, folder, namespaces=('/',), drive='torque'):
+    def __init__(self, folder, namespaces=('/',), loop=LOOPS['torque']):
         folder.mkdir(exist_ok=True)
-        self.loop = LOOPS[drive]
+        self.loop = loop
         self._folder = folder
         self.processes, self.recorders, self._clients = {}, {}, {}
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -285,13 +285,13 @@ class Robots:
 
 
 @contextlib.contextmanager
-def driven(folder, arguments, drive='torque', composed=True):
+def driven(folder, arguments, loop=LOOPS['torque'], composed=True):
     """
     Run robots to their end and yield them.
 
     The arguments of each, by namespace, say that it is `paused`, that its `real_time_factor` is 0, and its `duration`.
     """
-    with contextlib.closing(Robots(folder, tuple(arguments), drive)) as robots:
+    with contextlib.closing(Robots(folder, tuple(arguments), loop)) as robots:
         for namespace, own in arguments.items():
             robots.start(namespace=namespace, arguments=own, composed=composed)
         robots.resume()

@@ -52,7 +52,7 @@ def test_a_law_that_differs_over_dds_fails_and_a_curve_of_the_same_file_passes(d
     assert '  passed: over DDS' in done.stdout
 
 
-def test_a_file_of_a_curve_alone_passes(tmp_path, capsys):
+def test_a_file_of_a_curve_alone_passes(tmp_path, capsys, registered):
     file = tmp_path / 'curve.py'
     file.write_text(BOTH.replace("LAW = Law('process_dependent', step, Gains)\n", ''))
     assert testing.main([str(file), '--no-dds']) == 0

@@ -12,6 +12,7 @@ from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.quantities import Push
 from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.topics import LOOPS
 
 FILE = CONFIG / 'backstepping.yaml'
 QUICK = ['-p', 'real_time_factor:=0.0', '-p', 'paused:=true']
@@ -87,7 +88,7 @@ def test_what_cannot_act_is_refused_with_the_reason(robot, publisher):
 
 
 def test_a_base_takes_no_pushes(domain, quick_discovery, tmp_path):
-    with contextlib.closing(Robots(tmp_path, drive='velocity')) as robot:
+    with contextlib.closing(Robots(tmp_path, loop=LOOPS['velocity'])) as robot:
         publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
         robot.start('plant', arguments=['-p', 'drive:=velocity'])
         _refused(robot, publisher, push(1.0), 'a base has no forces')

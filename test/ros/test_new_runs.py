@@ -9,6 +9,7 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 
 from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.topics import LOOPS
 
 HYBRID = CONFIG / 'hybrid_backstepping.yaml'
 IMPERFECT = ['-p', 'noise.pose:=[0.01, 0.02, 0.005]', '-p', 'delay.velocity_steps:=2', '-p',
@@ -90,7 +91,7 @@ def test_a_held_run_is_stepped_by_position_ticks_and_a_running_one_is_not(robot)
 
 
 def test_a_base_that_takes_velocities_is_reset_and_stepped_as_well(domain, quick_discovery, tmp_path):
-    with contextlib.closing(Robots(tmp_path, drive='velocity')) as robot:
+    with contextlib.closing(Robots(tmp_path, loop=LOOPS['velocity'])) as robot:
         robot.start(arguments=[*QUICK[2:], '-p', 'drive:=velocity', '-p', 'duration:=0.2'], composed=True)
         robot.spin_until(robot.recorder.has_every_topic)
         assert robot.trigger('plant/step')[0]

@@ -10,9 +10,10 @@ from mcap_ros2.reader import read_ros2_messages
 
 from mobile_robot_control.configuration.configure import at_cart_start, configure
 from mobile_robot_control.configuration.files import load, save_configuration
-from mobile_robot_control.configuration.nodes import course_of
+from mobile_robot_control.configuration.nodes import course_of, loop_of
 from mobile_robot_control.configuration.robot_files import shipped_robots
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.simulation.rollout import rollout
 
 # a covering array of what makes the simulated robot a real one: every pair of options is in one of ROBOTS and MORE
@@ -119,7 +120,7 @@ def test_a_robot_as_it_is_agrees_with_the_rollout_and_drives_again_to_the_last_b
     for use_sim_time in ('false', 'true'):
         configuration, arguments = _configured(tmp_path, 2, [], _assignments(options))
         arguments['/'] += ['-p', f'use_sim_time:={use_sim_time}']
-        with driven(tmp_path / use_sim_time, arguments, configuration.plant.model.drive) as robot:
+        with driven(tmp_path / use_sim_time, arguments, loop_of(configuration.plant)) as robot:
             _assert_agree(robot.recording(), configuration, 2)
             found.append(robot.messages())
     first, second = found
@@ -140,23 +141,23 @@ def test_four_processes_on_a_busy_machine_agree_with_the_rollout_and_with_compos
     configuration, arguments = _configured(tmp_path, 3, [CONFIG / 'hybrid_backstepping.yaml'], overrides)
     busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
     try:
-        with driven(tmp_path / 'loaded', arguments, composed=False) as robot:
+        with driven(tmp_path / 'loaded', arguments, loop_of(configuration.plant), composed=False) as robot:
             recording = robot.recording()
             _assert_agree(recording, configuration, 3)
             loaded = robot.messages()
     finally:
         busy.kill()
         busy.wait()
-    with driven(tmp_path / 'composed', arguments) as robot:
+    with driven(tmp_path / 'composed', arguments, loop_of(configuration.plant)) as robot:
         assert robot.messages() == loaded
-    truth, odometry = ({message.ros_msg.header.stamp.sec + message.ros_msg.header.stamp.nanosec / 1e9: message.ros_msg
-                        for message in read_ros2_messages(tmp_path / 'loaded' / 'bag' / 'bag.mcap', topics=[topic])}
-                       for topic in ('/ground_truth', '/odom'))
+    bag = tmp_path / 'loaded' / 'bag' / 'bag.mcap'
+    truth, odometry = (
+        {stamp_nanoseconds(read.ros_msg.header.stamp) / 1e9: read.ros_msg for read in read_ros2_messages(bag, [topic])}
+        for topic in ('/ground_truth', '/odom'))
     off = [sample.tick.pose.x - truth[sample.time].pose.pose.position.x
-           for sample in recording.samples if sample.time in truth and sample.tick.time == sample.time]
-    # no run waits for the subscription to ground_truth: on a busy machine its first messages are missing
-    assert len(off) > 30
-    # of n draws the standard deviation is known to 1 / sqrt(2 n), that is 5 % of 200
+           for sample in recording.samples if sample.tick.time == sample.time]
+    assert len(off) == 301
+    # of n draws the standard deviation is known to 1 / sqrt(2 n)
     assert math.sqrt(sum(error**2 for error in off) / len(off)) == pytest.approx(0.01, rel=4 / math.sqrt(2 * len(off)))
     assert list(odometry[0.0].pose.covariance)[::7] == pytest.approx([1e-4, 4e-4, 0.0, 0.0, 0.0, 2.5e-5])
 

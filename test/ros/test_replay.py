@@ -86,14 +86,13 @@ def _changed_run(robot, output):
     _set(robot, 'position_controller', controller_type='hybrid_backstepping')
     wrench = WrenchStamped()
     wrench.wrench.force.x, wrench.wrench.torque.z = 3.0, -0.1
-    # until the plant has discovered the publisher, and has been pushed
+    # each again until its node has discovered the publisher
     robot.spin_until(lambda: push.publish(wrench) or 'disturbance' in events)
     robot.recorder.destroy_publisher(push)
-    robot.spin_until(lambda: paths.get_subscription_count() > 0)
     for points in ([(0.0, 0.0), (3.0, 0.0), (3.0, 1.0)], []):
         taken = events.count('path')
-        paths.publish(path_message('odom', [Pose(x, y, 0.0) for x, y in points]))
-        robot.spin_until(lambda taken=taken: events.count('path') > taken)
+        path = path_message('odom', [Pose(x, y, 0.0) for x, y in points])
+        robot.spin_until(lambda path=path, taken=taken: paths.publish(path) or events.count('path') > taken)
         _set(robot, 'plant', real_time_factor=0.2)
         begun = robot.time()
         robot.spin_until(lambda begun=begun: robot.time() > begun + 0.4)
@@ -198,7 +197,7 @@ def test_whatever_changes_a_run_is_replayed_to_the_last_bit(domain, quick_discov
     drive = ('torque', 'velocity')[seed % 2]
     imperfect = {'torque': ['noise.velocity:=0.01', 'delay.velocity_steps:=1', 'friction.coulomb:=0.01'],
                  'velocity': ['drive:=velocity', 'base.lag:=[0.1, 0.1]', 'odometry.rate:=40.0']}[drive]
-    robot = Robots(tmp_path / 'robot', drive=drive)
+    robot = Robots(tmp_path / 'robot', loop=LOOPS[drive])
     try:
         publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
         recorded = tmp_path / 'recorded'
