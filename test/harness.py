@@ -100,8 +100,8 @@ class Robots:
     One robot, or several in namespaces of one ROS domain: their nodes as processes, and a recorder of each robot here.
 
     Bags and logs are in the folder; without namespaces to record, recorders take no CPU time from the nodes. A run
-    waits until each topic of `loop` is recorded. `processes` are by the node's name, with its namespace where it has one:
-    'plant', 'robot1/plant'; `recorders` are by namespace.
+    waits until each topic of `loop` is recorded. `processes` are by the node's name, with its namespace where it has
+    one: 'plant', 'robot1/plant'; `recorders` are by namespace.
     """
 
     def __init__(self, folder, namespaces=('/',), loop=LOOPS['torque']):
