@@ -1,10 +1,16 @@
 """Requests to a process by signals: to end, and to read the file of its law again."""
 
+import atexit
 import os
 import signal
 import sys
 import threading
 from types import FrameType
+
+
+def _ignore_signals() -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
 
 
 class Stop:
@@ -25,6 +31,8 @@ class Stop:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._request)
         signal.signal(signal.SIGUSR1, self._request_reading)
+        # a process that ends restores the defaults before it has ended: a late signal would kill it
+        atexit.register(_ignore_signals)
 
     def follow_parent(self) -> None:
         """Stop also when the parent process has ended, which closes its end of the standard input."""

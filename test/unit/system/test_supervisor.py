@@ -124,3 +124,20 @@ def test_a_process_that_hangs_while_it_ends_keeps_its_exit_code_as_one_that_ends
                               check=False)
         assert (done.returncode, done.stdout) == (code, printed)
         assert time.monotonic() - begun < 40.0
+
+
+# the globals of a module are deleted after Python has restored the signals' defaults
+LATE = """
+import os, signal
+from mobile_robot_control.ros.services.stop import Stop
+Stop()
+class Late:
+    def __del__(self, kill=os.kill, process=os.getpid(), number=signal.{}):
+        kill(process, number)
+late = Late()
+"""
+
+
+def test_a_signal_that_comes_while_a_process_ends_leaves_its_exit_code():
+    for name in ('SIGINT', 'SIGTERM'):
+        assert subprocess.run([sys.executable, '-c', LATE.format(name)], check=False).returncode == 0
