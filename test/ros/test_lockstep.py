@@ -215,9 +215,12 @@ def test_a_run_has_its_frames_its_clock_a_latched_path_and_a_line_for_its_wait_i
                                (Odometry, 'reference', references)):
         robot.recorder.create_subscription(kind, topic, found.append, PUBLISHED)
     robot.start(arguments=['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'peer_timeout:=60.0', '-p',
-                           'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart'])
+                           'odom_frame_id:=map', '-p', 'base_frame_id:=axle', '-p', 'reference_frame_id:=cart', '-p',
+                           'paused:=true'])
+    robot.spin_until(lambda: clocks and odometry and references)
+    robot.resume()
     robot.finish()
-    robot.spin_until(lambda: clocks and clocks[-1].clock.sec == 1 and odometry and references)
+    robot.spin_until(lambda: clocks[-1].clock.sec == 1)
     assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ('map', 'axle')
     assert (references[0].header.frame_id, references[0].child_frame_id) == ('map', 'cart')
     robot.recorder.create_subscription(Path, 'reference_path', paths.append, LATCHED)
