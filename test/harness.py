@@ -151,6 +151,9 @@ class Robots:
         self.spin_until(lambda: all(process.exit_code() is not None for process in stopped))
         assert [process.exit_code() for process in stopped] == [0] * len(stopped), self.log()
 
+    def _has_ended(self):
+        return any(process.exit_code() is not None for process in self.processes.values())
+
     def finish(self, seconds=60.0):
         """Spin until every plant has ended, with exit code 0."""
         plants = [process for name, process in self.processes.items() if name.endswith('plant')]
@@ -187,9 +190,9 @@ class Robots:
         end = time.monotonic() + seconds
         self.spin_until(lambda: time.monotonic() > end, seconds + 5.0)
 
-    def call(self, send, every=1.0):
+    def call(self, send, every=1.0, done=lambda: False):
         """
-        Call a service, and again after some time [s] without a response; returns the first one.
+        Call a service, and again after some time [s] without a response; returns the first one, None if done before.
 
         A call before discovery is lost, and so is a response to a client that the node has not discovered yet.
         """
@@ -198,16 +201,17 @@ class Robots:
         def answered():
             if time.monotonic() >= begun + every * len(calls):
                 calls.append(send())
-            return any(call.done() for call in calls)
+            return any(call.done() for call in calls) or done()
 
         self.spin_until(answered)
-        return next(call.result() for call in calls if call.done())
+        return next((call.result() for call in calls if call.done()), None)
 
     def resume(self):
         """Let every paused plant go on, once all topics of its robot are recorded."""
         for recorder in self.recorders.values():
             self.spin_until(recorder.has_every_topic)
-            self.call(lambda recorder=recorder: recorder.resume(PERIOD))
+            # a plant may end before its answer has arrived
+            self.call(lambda recorder=recorder: recorder.resume(PERIOD), done=self._has_ended)
 
     def set(self, node, **values):
         """Set parameters of a node, with two underscores for the dot in a name; returns the result for each."""
