@@ -21,6 +21,8 @@ def test_it_tracks(domain, tmp_path, monkeypatch, controller):
         robot.recorder.create_subscription(Vector3Stamped, 'tracking_error', errors.append, 1000)
         robot.start(arguments=['--params-file', CONFIG / f'{controller}.yaml', '-p', f'duration:={DURATION}', '-p',
                                'real_time_factor:=0.0', '-p', 'paused:=true'])
+        # a paused plant repeats its question
+        robot.spin_until(lambda: errors)
         robot.resume()
         robot.finish()
         robot.wait_at(DURATION)

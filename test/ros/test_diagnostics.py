@@ -95,6 +95,8 @@ def test_saturation_is_a_warning_and_divergence_an_error(robot):
     robot.stop()
     robot.start(arguments=['-p', 'backstepping.q:=1e12', '-p', 'initial_pose:=[1.0, 0.5, 1.0]', '-p', 'paused:=true'],
                 composed=True)
+    # the recorder has had every topic, of the run before
+    reports.wait('plant', 'paused', OK)
     robot.resume()
     reports.wait('plant', 'diverged', ERROR)
     robot.spin_until(lambda: robot.processes['plant'].exit_code() == 1)

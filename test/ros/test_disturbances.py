@@ -15,7 +15,6 @@ from mobile_robot_control.simulation.rollout import rollout
 from mobile_robot_control.topics import LOOPS
 
 FILE = CONFIG / 'backstepping.yaml'
-QUICK = ['-p', 'real_time_factor:=0.0', '-p', 'paused:=true']
 CONSTANT = ['disturbance.time:=0.05', 'disturbance.impulse:=[0.002, -0.001]', 'disturbance.step:=[0.05, 0.02]']
 
 

@@ -51,7 +51,7 @@ def _run(folder, duration, beside=None):
         robot.start(composed=beside is None, arguments=[
             '--params-file', CONFIG / 'hybrid_backstepping.yaml', '-p', f'duration:={duration}', '-p',
             'plant:initial_pose:=[0.8, 0.1, 0.0]', '-p', 'paused:=true', '-p', 'real_time_factor:=0.0'])
-        robot.spin_until(robot.recorder.has_every_topic)
+        robot.spin_until(lambda: robot.recorder.has_every_topic() and set(refused) >= set(REASONS))
         with beside or contextlib.nullcontext():
             if beside is not None:
                 robot.spin_until(lambda: min(map(robot.recorder.count_publishers, garbage.KINDS)) == 2)
