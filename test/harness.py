@@ -151,8 +151,9 @@ class Robots:
         self.spin_until(lambda: all(process.exit_code() is not None for process in stopped))
         assert [process.exit_code() for process in stopped] == [0] * len(stopped), self.log()
 
-    def _has_ended(self):
-        return any(process.exit_code() is not None for process in self.processes.values())
+    def _plant_has_ended(self, namespace):
+        plant = self.processes.get(f'{namespace}/plant'.lstrip('/'))
+        return plant is not None and plant.exit_code() is not None
 
     def finish(self, seconds=60.0):
         """Spin until every plant has ended, with exit code 0."""
@@ -208,10 +209,11 @@ class Robots:
 
     def resume(self):
         """Let every paused plant go on, once all topics of its robot are recorded."""
-        for recorder in self.recorders.values():
+        for namespace, recorder in self.recorders.items():
             self.spin_until(recorder.has_every_topic)
-            # a plant may end before its answer has arrived
-            self.call(lambda recorder=recorder: recorder.resume(PERIOD), done=self._has_ended)
+            # a plant may end before its answer has arrived; that of another robot says nothing about this one
+            self.call(lambda recorder=recorder: recorder.resume(PERIOD),
+                      done=lambda namespace=namespace: self._plant_has_ended(namespace))
 
     def set(self, node, **values):
         """Set parameters of a node, with two underscores for the dot in a name; returns the result for each."""
@@ -299,5 +301,5 @@ def driven(folder, arguments, loop=LOOPS['torque'], composed=True):
         for namespace, own in arguments.items():
             robots.start(namespace=namespace, arguments=own, composed=composed)
         robots.resume()
-        robots.finish()
+        robots.finish(180.0)
         yield robots
