@@ -39,7 +39,7 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 """Of topics with one message that also holds for later subscribers."""
 
 QUIET = SubscriptionEventCallbacks(use_default_callbacks=False)
-"""Events of subscriptions that no unfit publisher is warned of."""
+"""Events of subscriptions that log no warning of a publisher with another quality of service."""
 
 
 def message_class(kind: str) -> Any:

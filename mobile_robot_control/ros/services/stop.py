@@ -31,7 +31,7 @@ class Stop:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._request)
         signal.signal(signal.SIGUSR1, self._request_reading)
-        # a process that ends restores the defaults before it has ended: a late signal would kill it
+        # at its end Python restores the defaults: a late signal would kill the process
         atexit.register(_ignore_signals)
 
     def follow_parent(self) -> None:
