@@ -71,15 +71,16 @@ def test_a_port_that_is_taken_and_a_missing_extra_are_one_line_with_the_remedy(d
 
 def test_a_signal_ends_page_and_nodes_and_kill_9_the_nodes_that_it_started(domain, tmp_path):
     page = LivePage(tmp_path)
+    wait_until(lambda: len(page.nodes()) == 4)
     nodes = page.nodes()
     page.process.send_signal(signal.SIGTERM)
     assert page.process.wait(60) == 0
     assert not any(map(_is_running, nodes))
     page.close()
     page.start()
+    wait_until(lambda: len(page.nodes()) == 4)
     nodes = page.nodes()
     page.process.kill()
-    assert len(nodes) == 4
     wait_until(lambda: not any(map(_is_running, nodes)), 30.0, 0.05)
     page.close()
 

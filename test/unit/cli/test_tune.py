@@ -213,7 +213,7 @@ def test_a_search_that_is_killed_and_resumed_gives_the_same_result(tmp_path, kil
     for _ in range(kills):
         # once it scores anew
         enough = lines(journal) + chance.randrange(2, 6)
-        with start(output, 300 * kills, '--workers', '1', '--resume') as search:
+        with start(output, 10**6, '--workers', '1', '--resume') as search:
             wait_until(lambda: lines(journal) > enough or search.poll() is not None, 60.0)  # noqa: B023
             assert search.poll() is None, search.stderr.read()
             time.sleep(chance.random() * 0.05)
@@ -221,7 +221,7 @@ def test_a_search_that_is_killed_and_resumed_gives_the_same_result(tmp_path, kil
         kept.append(lines(journal) - 1)
         assert not output.exists()
     assert kept == sorted(kept)
-    assert 0 < kept[1] < 300 * kills
+    assert kept[1] > 0
     assert run(output, kept[-1] + 3, '--resume') == run(whole, kept[-1] + 3) == 0
     assert values(output) == values(whole)
     assert output.with_suffix('.csv').read_bytes() == whole.with_suffix('.csv').read_bytes()
@@ -229,7 +229,7 @@ def test_a_search_that_is_killed_and_resumed_gives_the_same_result(tmp_path, kil
 
 def test_ctrl_c_writes_the_best_so_far_and_names_resume(tmp_path):
     output, journal = tmp_path / 'x.yaml', tmp_path / 'x.yaml.journal'
-    search = start(output, 5000, '--workers', '2')
+    search = start(output, 10**6, '--workers', '2')
     wait_until(lambda: lines(journal) >= 4 or search.poll() is not None, 60.0)
     assert search.poll() is None
     # to the workers too, as a terminal does
@@ -240,7 +240,7 @@ def test_ctrl_c_writes_the_best_so_far_and_names_resume(tmp_path):
     assert 'Traceback' not in printed
     assert configure(load([output]))
     generations = lines(journal) - 1
-    assert f'interrupted after {generations} of 5000' in printed
+    assert f'interrupted after {generations} of 1000000' in printed
     assert json.loads(journal.read_text().splitlines()[0].partition(' ')[2])['seed'] == 3
     # two more generations on top
     assert run(output, generations + 2, '--resume') == 0
