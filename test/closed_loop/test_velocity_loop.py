@@ -30,7 +30,7 @@ def respond(command, gains, seconds, rate=RATE, limit=0.0):
 def test_theorem_1_a_step_of_one_channel_leaves_no_error_and_the_other_channel_alone(command, stepped, other):
     gains, worst_other = VelocityGains(**chapter.STEP_GAINS), 0.0
     stepped, other = BodyVelocity._fields.index(stepped), BodyVelocity._fields.index(other)
-    response = respond(command, gains, 75.0)
+    response = respond(command, gains, 7.0 * (gains.ti1, gains.ti2)[stepped])
     for k, velocity in enumerate(response):
         worst_other = max(worst_other, abs(velocity[other]))
         if k == 10 * RATE:
