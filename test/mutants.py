@@ -10,7 +10,6 @@ without compiling are left out.
 
 import ast
 import concurrent.futures
-import contextlib
 import multiprocessing
 import os
 import random
@@ -38,6 +37,7 @@ DECLARATIONS = 'test/lint/test_docs.py::test_the_table_of_all_parameters_is_pres
 TESTS = (*(f'test/unit/{name}' for name in PARTS if ' ' not in name), 'test/unit/ros/test_stamp_policy.py',
          'test/unit/ros/test_lockstep_driver.py', 'test/property', 'test/closed_loop', DECLARATIONS)
 SEED, COUNT, WORKERS = 1, 100, 2
+FORK = multiprocessing.get_context('fork')
 LONGEST = 40.0
 """[s] of the tests of one mutant as they were measured, the shortest first."""
 _LEFT_OUT = re.compile(r'RemoveDecorator|BinaryOperator_(?!Bit|.Shift)[A-Za-z]+_(Bit|.Shift)')
@@ -154,9 +154,11 @@ def _run(file, mutated, tests):
     os._exit(_pytest(*tests))
 
 
-def _is_killed(file, mutated, tests):
+def _is_killed(mutant, tests):
     """Return whether a test fails, or none ends, with a mutant."""
-    process = multiprocessing.Process(target=_run, args=(str(file), mutated, tests))
+    if not tests:
+        return False
+    process = FORK.Process(target=_run, args=(str(mutant[0]), mutant[-1], tests))
     process.start()
     process.join(3.0 * LONGEST)
     process.kill()
@@ -173,36 +175,31 @@ def _import_others():
             del sys.modules[name]
 
 
-def _judge(mutant, tests):
-    killed = bool(tests) and _is_killed(mutant[0], mutant[4], tests)
-    return mutant, killed
+def _print_part(part, mutants, killed, measured):
+    """Print the survivors of a part, the killed share, and the share of statements that the tests execute."""
+    for (file, line, old, new, _), is_killed in zip(mutants, killed, strict=True):
+        if not is_killed:
+            print(f'survived: {file.relative_to(ROOT)}:{line}\n  - {old}\n  + {new}')
+    share, bounds = sum(killed) / len(killed), wilson_interval(sum(killed), len(killed))
+    lines = [measured.analysis2(str(file)) for file in _files(part)]
+    statements, missing = (sum(len(one[n]) for one in lines) for n in (1, 3))
+    print(f'{part}: killed {sum(killed)} of {len(killed)}, {share:.1%} ({bounds[0]:.1%} to {bounds[1]:.1%}); tests '
+          f'execute {1.0 - missing / statements:.1%} of {statements} statements', flush=True)
 
 
 def main():
-    """Print survivors, and by part the killed share and the coverage."""
+    """Measure the tests, then judge and print part by part."""
+    os.environ['NUMBA_DISABLE_JIT'] = '1'
     begun = time.monotonic()
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, \
+            concurrent.futures.ProcessPoolExecutor(WORKERS, FORK, _import_others) as pool:
         measured, times = _measure(folder)
-        mutants = {part: drawn(part) for part in PARTS}
-        with concurrent.futures.ProcessPoolExecutor(
-                WORKERS, multiprocessing.get_context('fork'), initializer=_import_others) as pool:
-            for part, ones in mutants.items():
-                found = []
-                for mutant, is_killed in pool.map(_judge, ones, [
-                        _tests_of(one[0], one[1], measured.get_data(), times) for one in ones]):
-                    found.append(is_killed)
-                    if not is_killed:
-                        file, line, old, new, _ = mutant
-                        print(f'survived: {file.relative_to(ROOT)}:{line}\n  - {old}\n  + {new}', flush=True)
-                lines = [measured.analysis2(str(file)) for file in _files(part)]
-                statements, missing = (sum(len(one[n]) for one in lines) for n in (1, 3))
-                low, high = wilson_interval(sum(found), len(found))
-                print(f'{part}: killed {sum(found)} of {len(found)}, {100.0 * sum(found) / len(found):.1f} % '
-                      f'({100.0 * low:.1f} to {100.0 * high:.1f} %); tests execute '
-                      f'{100.0 * (1.0 - missing / statements):.1f} % of {statements} statements', flush=True)
-    print(f'in {(time.monotonic() - begun) / 60.0:.0f} min')
+        for part in PARTS:
+            mutants = drawn(part)
+            tests = [_tests_of(file, line, measured.get_data(), times) for file, line, *_ in mutants]
+            _print_part(part, mutants, list(pool.map(_is_killed, mutants, tests)), measured)
+    print(f'{(time.monotonic() - begun) / 60.0:.0f} min')
 
 
 if __name__ == '__main__':
-    os.environ['NUMBA_DISABLE_JIT'] = '1'
     main()
