@@ -180,17 +180,6 @@ def test_deviation_13_another_unit_of_length_changes_no_motion(error, reference,
     assert scaled == pytest.approx([scale**2 * part for part in torque], rel=1e-9, abs=1e-9)
 
 
-@given(ANY_ERRORS, ANY_REFERENCES, BACKSTEPPING_GAINS, SEEKING_GAINS, st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0),
-       DIRECTIONS)
-def test_backstepping_and_the_hybrid_law_give_finite_commands_for_finite_inputs(
-        error, reference, inner, seeking, seen, fade, last):
-    assert all(map(math.isfinite, driven(error, reference, inner)))
-    state = HybridState(seen, fade, 0.0, 0.0, last)
-    for _ in range(3):
-        state, command = hybrid_backstepping.step(state, observed(error, reference), (inner, seeking), 0.01)
-        assert all(map(math.isfinite, (*state, *command)))
-
-
 @given(ERRORS, REFERENCES, BACKSTEPPING_GAINS, SEEKING_GAINS, DIRECTIONS)
 def test_backstepping_and_the_hybrid_law_are_mirror_symmetric(error, reference, inner, seeking, last):
     other = driven(*mirrored(error, reference), inner)

@@ -9,7 +9,7 @@ import pytest
 from each import each_row
 from harness import CONFIG
 
-from mobile_robot_control.cli import experiment, report, simulate, study, tune
+from mobile_robot_control.cli import experiment, simulate, study, tune
 
 LAW = """
 from typing import NamedTuple
@@ -34,12 +34,6 @@ TUNE = ['velocity', '--seed', '1', '--generations', '1', '--population', '5', '-
 def _simulated(environment):
     return subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.simulate', *SHORT],
                           env=os.environ | environment, capture_output=True, text=True, check=False)
-
-
-def test_a_value_that_is_refused_is_one_line(capsys):
-    with pytest.raises(SystemExit):
-        simulate.main(['--duration', 'one\ntwo\x1b[2J'])
-    assert "'one\\ntwo\\x1b[2J' is of type str; write a number [s]" in capsys.readouterr().err
 
 
 @each_row('raised', RAISES)
@@ -133,13 +127,6 @@ def test_a_comparison_writes_nowhere_but_into_folders_of_its_own(tmp_path, capsy
                                 str(CONFIG / 'fuzzy.yaml'), str(file)]) == 2
         assert f'--compare {file}: its run would be written to' in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ['files']
-
-
-def test_a_link_to_itself_is_a_run_that_does_not_exist(tmp_path, capsys):
-    loop = tmp_path / 'loop'
-    loop.symlink_to(loop)
-    assert report.main([str(loop), '--output', str(tmp_path / 'out')]) == 2
-    assert f'{loop}: does not exist' in capsys.readouterr().err
 
 
 def test_a_path_is_printed_in_one_line(plain, tmp_path, capsys):

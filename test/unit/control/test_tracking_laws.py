@@ -10,7 +10,7 @@ from observation import ask
 from mobile_robot_control.control import kanayama, periodic, ramsete
 from mobile_robot_control.control.kanayama import KanayamaGains
 from mobile_robot_control.control.periodic import PeriodicGains
-from mobile_robot_control.control.ramsete import RamseteGains, sinc
+from mobile_robot_control.control.ramsete import RamseteGains
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import Pose
 
@@ -32,13 +32,6 @@ KANAYAMA, RAMSETE, PERIODIC = KanayamaGains(2.0, 10.0, 4.0), RamseteGains(4.0, 0
 ])
 def test_the_command_is_the_one_by_hand(law, gains, error, velocity, command):
     assert ask(law, error, velocity, gains)[1] == pytest.approx(command, abs=1e-14)
-
-
-@each_row(('angle', 'value'), [
-    (0.0, 1.0), (-1e-10, 1.0), (1e-3, 1.0 - 1e-6 / 6.0 + 1e-12 / 120.0), (math.pi, 0.0),
-])
-def test_sinc_has_its_limit_at_zero(angle, value):
-    assert sinc(angle) == pytest.approx(value, abs=1e-15)
 
 
 def test_samsons_law_agrees_with_wpilib_on_random_inputs():

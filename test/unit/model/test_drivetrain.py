@@ -10,19 +10,18 @@ from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.disturbance import Disturbance
 from mobile_robot_control.model.driven import driven_step, motorised_step
 from mobile_robot_control.model.drivetrain import discretise_drivetrain, has_ideal_motors
-from mobile_robot_control.model.dynamics import PlantState, at_rest, step
+from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.friction import Directions, Friction, released
-from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
+from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.motors import Motor, MotorState, motors_at_rest
 from mobile_robot_control.model.plant import Imperfections, actuated_step
 from mobile_robot_control.model.prediction import is_uneventful, stands
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.wheels import Forcing
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
 
 ROBOT, DT = Robot(), 0.002
-FREE = Robot(viscous_friction=0.0)
 NONE, REST = WheelTorque(0.0, 0.0), Directions(0.0, 0.0)
 IDEAL, LINE = Motor(), Motor(stall_torque=1.4, no_load_speed=6.4)
 
@@ -33,13 +32,6 @@ def turning(right, left, robot=ROBOT):
 
 def drivetrain(motor=IDEAL, coulomb=0.0, dt=DT, robot=ROBOT):
     return discretise_drivetrain(discretise(robot, dt), motor, Friction(coulomb))
-
-
-def advanced(state, torque, drive, steps):
-    motors = motors_at_rest()
-    for _ in range(steps):
-        state, motors, _ = motorised_step(state, motors, torque, NONE, drive)
-    return state
 
 
 @each_row(('motor', 'coulomb', 'ideal'), [
@@ -57,18 +49,6 @@ def test_half_a_line_and_what_cannot_be_divided_by_is_refused_with_the_remedy(gi
     with pytest.raises(ParameterError, match=missing) as refused:
         build(Motor, given)
     assert len(refused.value.violations) == 1
-
-
-@each_row(('speed', 'asked', 'given'), [
-    # Ts (1 - w/w0) where that is less than asked; a motor brakes with its full torque, and beyond w0 by itself
-    (0.0, 1.0, 1.0), (0.0, 1.4, 1.4), (3.2, 1.4, 0.7), (3.2, 0.5, 0.5), (6.4, 1.4, 0.0), (6.4, -1.4, -1.4),
-    (9.6, 0.0, -0.7), (-3.2, -1.4, -0.7), (-9.6, 0.0, 0.7), (-3.2, 1.4, 1.4), (12.8, -1.0, -1.4), (19.2, 0.0, -2.8),
-])
-def test_the_torque_speed_line_by_hand(speed, asked, given):
-    # over a microsecond speeds hardly change
-    _, _, applied = motorised_step(turning(speed, -speed), motors_at_rest(), WheelTorque(asked, -asked), NONE,
-                                   drivetrain(LINE, dt=1e-6))
-    assert applied == pytest.approx((given, -given), abs=1e-4)
 
 
 def test_the_lag_is_a_first_order_one_and_its_mean_is_applied():
@@ -92,23 +72,6 @@ def test_with_ideal_motors_delay_limit_and_disturbance_are_those_of_the_plant_wi
         new, motors, other, *others = driven_step(
             new, motors, other, torque, k, drivetrain(), imperfect, 0.5)
         assert (new, other, others) == (old, line, torques)
-
-
-def test_the_stall_torque_limits_the_motor_and_not_the_disturbance():
-    imperfect = Imperfections(disturbance=Disturbance(0.0, (0.0, 0.0), (5.0, 5.0)))
-    state, _, _, acting, applied = driven_step(
-        turning(-3.0, -3.0), motors_at_rest(), (), WheelTorque(3.0, 3.0), 0, drivetrain(LINE), imperfect, 0.0)
-    assert (acting, applied) == (WheelTorque(3.0, 3.0), WheelTorque(1.4, 1.4))
-    # (A+B) dw/dt = 1.4 + 5
-    assert wheel_velocity(state.velocity, ROBOT).right == pytest.approx(-3.0 + DT * 6.4 / 0.007125, rel=1e-2)
-
-
-def test_the_applied_torque_is_before_friction():
-    # 0.3 N m are asked for, and friction takes 0.1 of them: the wheels feel 0.2
-    start, felt = turning(2.0, 2.0), WheelTorque(0.3 - 0.1, 0.3 - 0.1)
-    state, _, applied = motorised_step(start, motors_at_rest(), WheelTorque(0.3, 0.3), NONE, drivetrain(coulomb=0.1))
-    assert applied == WheelTorque(0.3, 0.3)
-    assert state == step(start, felt, discretise(ROBOT, DT))
 
 
 def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
@@ -137,18 +100,6 @@ def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
 ])
 def test_which_wheels_break_away_by_hand(directions, torque, expected):
     assert released(directions, WheelTorque(*torque), -0.5, 1.0) == expected
-
-
-def test_a_coasting_robot_stops_where_the_friction_has_taken_its_energy():
-    # without viscous friction: (A+B) w²/2 = F × angle, in w (A+B)/F = 0.7125 s
-    state, drive = turning(10.0, 10.0, FREE), drivetrain(coulomb=0.1, dt=0.033, robot=FREE)
-    assert advanced(state, NONE, drive, 21).velocity.linear > 0.0
-    end = advanced(state, NONE, drive, 22)
-    assert end.velocity == BodyVelocity(0.0, 0.0)
-    angle = 0.007125 * 10.0**2 / 2.0 / 0.1
-    assert (end.right_angle, end.left_angle) == pytest.approx((angle, angle), rel=1e-12)
-    assert end.pose[:2] == pytest.approx((0.035 * angle * math.cos(0.3), 0.035 * angle * math.sin(0.3)), rel=1e-12)
-    assert advanced(end, NONE, drive, 5) == end
 
 
 @each_row(('speed', 'asked', 'fading', 'expected'), [

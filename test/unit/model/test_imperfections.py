@@ -8,7 +8,7 @@ import pytest
 from each import each_row
 
 from mobile_robot_control.model.actuators import Delay, delayed, empty_line
-from mobile_robot_control.model.disturbance import Disturbance, disturbed, wheel_torques_of, with_push
+from mobile_robot_control.model.disturbance import Disturbance, disturbed, with_push
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.noise import (
     Noise,
@@ -85,12 +85,3 @@ def test_an_impulse_lasts_one_period_and_a_step_for_good_and_a_push_acts_in_one_
     robot = Robot(wheel_radius=0.1, wheel_separation=0.4)
     pushed = [disturbed(TORQUE, with_push(lasting, Push(3.0, -0.5), k, 0.125, robot), k, 0.125) for k in (1, 2)]
     assert [*pushed[0], *pushed[1]] == pytest.approx([1.025, 2.275, 5.025, 1.275])
-
-
-def test_a_push_does_the_same_work_as_its_torques_on_the_wheels():
-    robot = Robot(wheel_radius=0.1, wheel_separation=0.4)
-    torque = wheel_torques_of(Push(3.0, -0.5), robot)
-    # 0.05 (3 ± 0.5 / 0.2)
-    assert torque == pytest.approx((0.025, 0.275))
-    wheels = wheel_velocity(BodyVelocity(-0.7, 2.0), robot)
-    assert torque.right * wheels.right + torque.left * wheels.left == pytest.approx(3.0 * -0.7 - 0.5 * 2.0)
