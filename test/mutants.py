@@ -9,7 +9,9 @@ without compiling are left out.
 """
 
 import ast
+import collections
 import concurrent.futures
+import math
 import multiprocessing
 import os
 import random
@@ -104,20 +106,21 @@ def drawn(part):
 
 
 def _measure(folder):
-    """Run all tests; return the coverage, with the tests of each line, and the time of each test that passed."""
+    """Run all tests; return the coverage, with the tests of each line, and the times of the tests, of failed ones ∞."""
     file = Path(folder, 'coverage')
     done = subprocess.run(
         [sys.executable, '-m', 'pytest', '-q', '--numprocesses', str(WORKERS), '-m', 'not soak and not dds',
          '--cov=mobile_robot_control', '--cov-context=test', '--cov-report=', '--durations=0', '-vv',
          '-o', 'timeout=60', *TESTS],
         cwd=ROOT, env=os.environ | {'COVERAGE_FILE': str(file)}, capture_output=True, text=True, check=False)
-    times = {}
+    times = collections.Counter()
     for seconds, test in re.findall(r'^([\d.]+)s (?:call|setup) +(test/\S.*)$', done.stdout, re.MULTILINE):
-        times[test] = times.get(test, 0.0) + float(seconds)
+        times[test] += float(seconds)
     for test in re.findall(r'^FAILED (.*?)(?: - .*)?$', done.stdout, re.MULTILINE):  # it would kill every mutant
+        times[test] = math.inf
         print(f'left out: {test}')
-        del times[test]
-    print(f'{len(times)} tests take {sum(times.values()):.0f} s; {done.stdout.strip().splitlines()[-1]}', flush=True)
+    print(f'{len(times)} tests take {sum(filter(math.isfinite, times.values())):.0f} s; '
+          f'{done.stdout.strip().splitlines()[-1]}', flush=True)
     measured = coverage.Coverage(data_file=str(file))
     measured.load()
     return measured, times
@@ -128,11 +131,11 @@ def _tests_of(file, line, data, times):
     contexts = data.contexts_by_lineno(str(file))
 
     def named(ones):
-        return {one.partition('|')[0] for one in ones} & times.keys() - {DECLARATIONS}
+        return {one.partition('|')[0] for one in ones if one} - {DECLARATIONS}
 
     found = named(contexts.get(line, ()))
     chosen, total = ([], 0.0) if found else ([DECLARATIONS], 0.0)
-    for test in sorted(found or named(one for ones in contexts.values() for one in ones), key=times.get):
+    for test in sorted(found or named(one for ones in contexts.values() for one in ones), key=times.__getitem__):
         total += times[test]
         if total > LONGEST:
             break
