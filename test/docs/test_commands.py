@@ -39,6 +39,7 @@ SHORTER = {
     'experiment': '-p plant.real_time_factor:=0.0',
     'plant': '-p real_time_factor:=0.0', ('README.md', 'experiment'): '-p plant.real_time_factor:=0.0 --composed '
     '--no-report', ('docs/own_robot.md', 'experiment'): '--duration 4',
+    ('docs/benchmark.md', 'benchmark'): '--budgets 25 --scenarios 1 --runs 2 --seeds 1 2',
     ('docs/own_robot.md', 'excite'): '--duration 20', ('docs/own_robot.md', 'plant'): '',
     ('docs/extending.md', 'experiment'): '-p plant.real_time_factor:=0.0 --duration 4',
 }
@@ -80,7 +81,7 @@ def shortened(page, text, command):
     word = first_word(command)
     options = SHORTER.get((page, word), SHORTER.get(word, ''))
     wanted = [option for option in re.split(r' (?=-)', options)
-              if option and not re.search(rf'{re.escape(option)}(?!\S)', command)]
+              if option and not re.search(rf'{re.escape(option)}(?!\S| +[^- ])', command)]
     for option in wanted:
         assert option in text, f'{page}: {option} shortens {word} in the tests, and the page does not name it'
     start, background, _ = command.partition(' &')

@@ -65,7 +65,7 @@ def _velocity_at(stamp):
     node = Counting(VELOCITY)
     for now in range(0, stamp + D, D):
         if now % P == 0:
-            node.take('cmd_vel', now, float(now))
+            node.take('cmd_vel', now, 2.0 * now)
         node.take('joint_states', now)
     return node
 
@@ -119,7 +119,7 @@ def test_a_repeated_question_is_answered_by_the_same_numbers_without_a_step():
 def test_a_command_holds_until_the_next_position_tick_with_its_age_from_which_live_changes_act():
     node = _velocity_at(2 * P + D)
     assert [(stamp, *its['cmd_vel']) for stamp, _, its in node.published[-3:]] == [
-        (2 * P - D, P, P, P - D), (2 * P, 2 * P, 2 * P, 0), (2 * P + D, 2 * P, 2 * P, D)]
+        (2 * P - D, P, 2 * P, P - D), (2 * P, 2 * P, 4 * P, 0), (2 * P + D, 2 * P, 4 * P, D)]
     assert node.changes == [0, P // D, 2 * P // D]
 
 

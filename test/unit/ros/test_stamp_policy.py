@@ -50,7 +50,8 @@ def _asked(present, factor=0.0):
 def test_the_plant_accepts_answers_to_its_present_stamp(stamp, decision):
     policy = _asked(50)
     assert policy.decide(stamp) is StampDecision[decision]
-    assert policy.refusal(stamp).reason == 'not the present stamp'
+    refusal = policy.refusal(stamp)
+    assert (refusal.reason, refusal.detail) == ('not the present stamp', f'{stamp / 1e9} s at 5e-08 s')
 
 
 def test_answers_before_the_question_and_of_the_run_that_ended_count_as_repeats():
