@@ -7,7 +7,7 @@ from typing import Any
 
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.configuration.shared import Shared
-from mobile_robot_control.parameters.declaration import Declaration, declarations
+from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
 from mobile_robot_control.parameters.values import describe_bounds
 
 _END = '<!-- end of parameters -->'
@@ -22,12 +22,19 @@ def _written(value: Any) -> str:
     return f'{value:.6g}' if isinstance(value, float) and len(str(value)) > len('0.00715625') else str(value)
 
 
+def _allowed(field: Field) -> str:
+    """Return the bounds of a parameter, and those of a search for it."""
+    pairs = field.search if isinstance(next(iter(field.search), 0.0), tuple) else [field.search] if field.search else []
+    searched = ', '.join(dict.fromkeys(f'{low:.6g} to {high:.6g}' for low, high in pairs))
+    return '; searched from '.join(filter(None, [describe_bounds(field), searched]))
+
+
 def _row(declared: Declaration) -> str:
     field = declared.field
     unit = f' {field.unit}' if field.unit else ''
     live = ' *' if field.live else ''
     return (f'| `{declared.name}`{live} | {_written(declared.default)}{unit} | {field.description} | '
-            f'{describe_bounds(field)} |')
+            f'{_allowed(field)} |')
 
 
 def _table(title: str, declared: dict[str, Declaration]) -> str:
