@@ -15,6 +15,7 @@ from mcap.reader import make_reader
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 from warm_nodes import WarmNode
 
@@ -28,6 +29,8 @@ from mobile_robot_control.runs import bag
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 CONFIG = Path(__file__).parents[1] / 'config'
+TURN = 0.005
+"""[s] in which messages are taken in before a condition is looked at again."""
 PERIOD = 2_000_000
 """[ns] of the velocity grid in lockstep, unless a test chooses another."""
 
@@ -179,7 +182,8 @@ class Robots:
                 f'the condition did not hold within {seconds} s; t = {[*map(self.time, self.recorders)]} s', self.log())
             refused = [process.exit_report() for process in self.processes.values() if process.exit_code() == 2]
             assert not refused, refused
-            self._executor.spin_once(timeout_sec=0.05)
+            # not once a message: on a busy machine the recorder would fall behind, and answers wait with its messages
+            self._executor.spin_until_future_complete(Future(), TURN)
 
     def wait_at(self, seconds, *topics):
         """Take in messages until every node, or those that publish these topics, has answered a time [s]."""

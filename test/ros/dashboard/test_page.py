@@ -150,8 +150,9 @@ def test_space_holds_the_run_a_step_is_one_position_tick_an_arrow_pushes_and_spa
 def test_r_begins_a_new_run_and_a_dragged_start_is_taken(page, live):
     page.choose('speed', '1')
     page.wait(lambda: page.number('time') > 1.0)
+    run = page.number('run')
     page.keys('r')
-    page.wait(lambda: page.number('time') < 1.0)
+    page.wait(lambda: page.number('run') > run)
     highest = 'return Math.max(...mrc.stage.path().y)'
     page.wait(lambda: page.driver.execute_script(highest) == pytest.approx(0.88, abs=0.02))
     page.find('#place').click()
