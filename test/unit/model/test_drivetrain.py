@@ -12,14 +12,14 @@ from mobile_robot_control.model.driven import driven_step, motorised_step
 from mobile_robot_control.model.drivetrain import discretise_drivetrain, has_ideal_motors
 from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.friction import Directions, Friction, released
-from mobile_robot_control.model.kinematics import body_velocity
+from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
 from mobile_robot_control.model.motors import Motor, MotorState, motors_at_rest
 from mobile_robot_control.model.plant import Imperfections, actuated_step
 from mobile_robot_control.model.prediction import is_uneventful, stands
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.wheels import Forcing
 from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.quantities import Pose, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 ROBOT, DT = Robot(), 0.002
 NONE, REST = WheelTorque(0.0, 0.0), Directions(0.0, 0.0)
@@ -111,7 +111,18 @@ def test_a_wheel_stands_while_no_torque_exceeds_its_friction(speed, asked, fadin
 @each_row(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
     (IDEAL, 0.0, 0.0, 1.0, True), (IDEAL, 0.1, 0.0, 1.0, False), (IDEAL, 0.1, 5.0, 1.0, True),
     (LINE, 0.0, 1.0, 0.5, True), (LINE, 0.0, 6.0, 1.4, False), (LINE, 0.1, 1.0, 0.5, True),
+    (LINE, 0.0, -1.0, -0.5, True), (LINE, 0.0, -6.0, -1.4, False),
 ])
 def test_a_period_without_friction_or_line_to_meet_has_no_event(motor, coulomb, speed, asked, expected):
     wheels, forcing = WheelVelocity(speed, speed), Forcing(WheelTorque(asked, asked), NONE, 0.0)
     assert is_uneventful(wheels, NONE, forcing, drivetrain(motor, coulomb)) is expected
+
+
+@each_row('side', ['right', 'left'])
+def test_a_wheel_that_stands_beside_one_that_turns_has_no_speed_at_all(side):
+    drive = drivetrain(coulomb=0.5)
+    for n in range(1, 40):
+        start = turning(**{'right': 0.37 * n, 'left': 0.37 * n, side: 0.0})
+        end, _, _ = motorised_step(start, motors_at_rest(), NONE, NONE, drive)
+        assert getattr(wheel_velocity(end.velocity, ROBOT), side) == 0.0
+        assert end.velocity != BodyVelocity(0.0, 0.0)
