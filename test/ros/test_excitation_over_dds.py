@@ -39,7 +39,9 @@ def test_ctrl_c_ends_it_in_a_stop_and_the_bag_can_be_read(robot, base, tmp_path,
     robot.spin_until(lambda: any(one.linear.x < 0.0 for one in base))
     command.send_signal(signal.SIGINT)
     robot.spin_until(lambda: command.poll() is not None)
-    assert (command.returncode, command.stderr.read()) == (1, 'excite: interrupted; the robot got zero commands\n')
+    # on a busy machine it may have told before that it waits for odometry
+    assert (command.returncode, command.stderr.read().splitlines()[-1]) == (
+        1, 'excite: interrupted; the robot got zero commands')
     robot.spin_until(lambda: (base[-1].linear.x, base[-1].angular.z) == (0.0, 0.0))
     robot.spin_until(lambda: abs(odometry[-1].twist.twist.linear.x) < 0.005)
     assert identify.main([str(bag), '--check', *PLAIN]) == 1
