@@ -34,6 +34,7 @@ def test_a_policy_that_forgets_joins_the_next_run_and_tells_the_stamp_in_seconds
     policy = LockstepStampPolicy(2_000_000)
     policy.accept(4_000_000)
     assert policy.refusal(5_000_000).detail == '0.005 s; the period is 0.002 s'
+    assert policy.refusal(8_000_000).detail == '0.008 s after 0.004 s'
     assert policy.forget() is True
     assert policy.decide(20_000_000) is StampDecision.JOIN
 
@@ -55,6 +56,7 @@ def test_the_plant_accepts_answers_to_its_present_stamp(stamp, decision):
 
 
 def test_answers_before_the_question_and_of_the_run_that_ended_count_as_repeats():
+    assert AnswerStampPolicy(PERIOD).decide(0) is StampDecision.AGAIN
     policy = _asked(50, factor=1e-9)
     assert not policy.asking
     assert policy.decide(50) is StampDecision.AGAIN
@@ -76,6 +78,7 @@ def test_on_the_wall_clock_stamps_beyond_the_tolerance_are_refused(age, decision
     policy = WallClockStampPolicy(types.SimpleNamespace(now=lambda: now), tolerance=0.5)
     stamp = now.nanoseconds - round(age * 1e9)
     assert policy.decide(stamp) is StampDecision[decision]
+    assert policy.forget() is False
     if reason:
         assert reason in policy.refusal(stamp).reason
         assert 'stamp_tolerance is 0.5 s' in policy.refusal(stamp).detail
