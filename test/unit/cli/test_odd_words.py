@@ -36,6 +36,12 @@ def _simulated(environment):
                           env=os.environ | environment, capture_output=True, text=True, check=False)
 
 
+def test_a_value_that_is_refused_is_one_line(capsys):
+    with pytest.raises(SystemExit):
+        simulate.main(['--duration', 'one\ntwo\x1b[2J'])
+    assert "'one\\ntwo\\x1b[2J' is of type str; write a number [s]" in capsys.readouterr().err
+
+
 @each_row('raised', RAISES)
 def test_whatever_a_file_raises_is_a_refusal_in_one_line(tmp_path, capsys, raised):
     file = tmp_path / 'law.py'

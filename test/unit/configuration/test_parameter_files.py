@@ -195,6 +195,13 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path):
     assert 'not a text in UTF-8' in only(read_parameter_file, path)
 
 
+def test_several_violations_are_named_at_once(file):
+    with pytest.raises(ParameterError) as refusal:
+        load([file(section('plant', curve='circle', durration=1.0) + section('reference_cart', scal=1.0))],
+             ['plant.initial_pose:=[1, 0.0, 0.0]'])
+    assert len(refusal.value.violations) == 4
+
+
 def test_merging_does_not_change_its_inputs_and_nodes_without_values_are_not_written():
     given = {'duration': 1.0}
     merge_sections([('here', 'plant', given), ('there', 'plant', {'duration': 2.0})])

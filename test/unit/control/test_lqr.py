@@ -10,7 +10,7 @@ from scipy.linalg import expm, solve_discrete_are
 
 from mobile_robot_control.control import lqr
 from mobile_robot_control.control.lqr import SPEEDS, TURNS, LqrWeights, error_dynamics, feedback, prepare
-from mobile_robot_control.control.riccati import diagonal, optimal_feedback, riccati
+from mobile_robot_control.control.riccati import diagonal, optimal_feedback, riccati, solved
 
 WEIGHTS, DT = LqrWeights(q1=4.0, q2=30.0, q3=2.0), 0.01
 TABLE = prepare(WEIGHTS, DT)
@@ -57,6 +57,14 @@ def test_beyond_the_table_its_edge_holds_and_the_lateral_gain_fades_where_the_ca
     lateral = [gains_at(share * SPEEDS[0], 0.0)[1, 1] for share in (1.0, 0.5, 0.0, -0.5)]
     full = math.sqrt(WEIGHTS.q2)
     assert lateral == pytest.approx([full, 0.5 * full, 0.0, -0.5 * full], rel=0.05)
+
+
+def test_scalar_equations_by_hand():
+    # x = x - x² / (1 + x) + 1: x² - x - 1 = 0, and k = x / (1 + x)
+    golden, one = 0.5 * (1.0 + 5.0 ** 0.5), diagonal((1.0,) * 3)
+    assert np.array(riccati(one, one, one, one)) == pytest.approx(golden * np.eye(3), rel=1e-14)
+    # pivots that must be exchanged
+    assert solved(((0.0, 2.0), (4.0, 1.0)), ((6.0,), (7.0,))) == ((1.0,), (3.0,))
 
 
 @each_row('seed', range(32))

@@ -74,6 +74,15 @@ def test_with_ideal_motors_delay_limit_and_disturbance_are_those_of_the_plant_wi
         assert (new, other, others) == (old, line, torques)
 
 
+def test_the_stall_torque_limits_the_motor_and_not_the_disturbance():
+    imperfect = Imperfections(disturbance=Disturbance(0.0, (0.0, 0.0), (5.0, 5.0)))
+    state, _, _, acting, applied = driven_step(
+        turning(-3.0, -3.0), motors_at_rest(), (), WheelTorque(3.0, 3.0), 0, drivetrain(LINE), imperfect, 0.0)
+    assert (acting, applied) == (WheelTorque(3.0, 3.0), WheelTorque(1.4, 1.4))
+    # (A+B) dw/dt = 1.4 + 5
+    assert wheel_velocity(state.velocity, ROBOT).right == pytest.approx(-3.0 + DT * 6.4 / 0.007125, rel=1e-2)
+
+
 def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
     # asked + (begun - asked) is a little more than begun, which is all that a motor at rest can give
     asked, dt = WheelTorque(0.0, -0.057514901958833714), 0.005

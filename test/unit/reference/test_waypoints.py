@@ -29,6 +29,10 @@ def test_a_file_is_read_with_and_without_header_and_comments(tmp_path, name, tex
     assert found.speeds == (math.inf,) * 3
 
 
+def test_a_speed_holds_until_another_one(tmp_path):
+    assert _read(tmp_path, '0,0\n1,0,0.3\n2,0\n3,0,0.5\n').speeds == (math.inf, 0.3, 0.3, 0.5)
+
+
 @each_row(('name', 'text', 'words'), [
     ('a.csv', '0,0\n', 'a.csv: has 1 waypoint; a path needs two or more'),
     ('b.csv', '', 'b.csv: has 0 waypoints'),
