@@ -27,7 +27,7 @@ setup(
     python_requires='>=3.10',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     # the annotations are for users, too; scripts and styles of pages
-    package_data={PACKAGE: ['py.typed', 'web/*.js', 'web/*.css', 'web/uplot/*']},
+    package_data={PACKAGE: ['py.typed', 'ros/*.xml', 'web/*.js', 'web/*.css', 'web/uplot/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

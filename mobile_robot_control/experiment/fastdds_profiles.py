@@ -8,6 +8,7 @@ PROFILES_VARIABLE = 'FASTDDS_DEFAULT_PROFILES_FILE'
 # announces itself for 4 s. By default a reliable listener learns every 3 s of the messages that it lacks, when their
 # publisher may have ended. Shared memory is off: its ports are numbered across all ROS domains of a machine, and where
 # nodes are killed while others start, two nodes now and then do not discover each other. UDP is as fast on one machine.
+# The property is that of ros/fastdds.xml.
 _PROFILES = """<?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com">
   <transport_descriptors>
@@ -19,6 +20,14 @@ _PROFILES = """<?xml version="1.0" encoding="UTF-8"?>
   </transport_descriptors>
   <participant profile_name="experiment" is_default_profile="true">
     <rtps>
+      <propertiesPolicy>
+        <properties>
+          <property>
+            <name>fastdds.type_propagation</name>
+            <value>disabled</value>
+          </property>
+        </properties>
+      </propertiesPolicy>
       <userTransports>
         <transport_id>udp</transport_id>
       </userTransports>

@@ -2,8 +2,10 @@
 
 import gc
 import importlib
+import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import rclpy
@@ -73,6 +75,9 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
 
     """
     label = ' '.join(names)
+    # another DDS does not read it; a user's own file stays in force, by its former name too
+    if 'FASTRTPS_DEFAULT_PROFILES_FILE' not in os.environ:
+        os.environ.setdefault('FASTDDS_DEFAULT_PROFILES_FILE', str(Path(__file__).with_name('fastdds.xml')))
     try:
         path_file = '' if own is not None else check_ros_arguments(names, arguments)
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)

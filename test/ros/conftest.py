@@ -11,7 +11,9 @@ from mobile_robot_control.experiment import fastdds_profiles
 QUICK = """<?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com">
   <participant profile_name="quick" is_default_profile="true">
-    <rtps><builtin><discovery_config><initialAnnouncements>
+    <rtps><propertiesPolicy><properties>
+      <property><name>fastdds.type_propagation</name><value>disabled</value></property>
+    </properties></propertiesPolicy><builtin><discovery_config><initialAnnouncements>
       <count>40</count><period><sec>0</sec><nanosec>100000000</nanosec></period>
     </initialAnnouncements></discovery_config></builtin></rtps>
   </participant>
@@ -29,7 +31,7 @@ def quick_discovery(monkeypatch, tmp_path_factory):
     if fastdds_profiles.PROFILES_VARIABLE not in os.environ:
         file = tmp_path_factory.mktemp('fastdds') / 'quick.xml'
         file.write_text(QUICK, encoding='utf-8')
-        file.with_name(QUIET).write_text(re.sub('<rtps>.*</rtps>', '', QUICK, flags=re.DOTALL), encoding='utf-8')
+        file.with_name(QUIET).write_text(re.sub('<builtin>.*</builtin>', '', QUICK, flags=re.DOTALL), encoding='utf-8')
         monkeypatch.setenv(fastdds_profiles.PROFILES_VARIABLE, str(file))
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -13,6 +14,7 @@ from harness import CONFIG
 from processes import catches_sigterm, processes_of, wait_until
 
 from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLE
 from mobile_robot_control.runs import bag
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -134,8 +136,11 @@ def test_running_nodes_end_with_exit_code_0_and_print_nothing(robot, number):
                 if word not in line] == []
 
 
-def test_a_node_ends_when_its_standard_input_closes(robot):
+def test_a_node_has_no_type_lookup_and_ends_when_its_standard_input_closes(robot, monkeypatch):
+    monkeypatch.delenv(PROFILES_VARIABLE, raising=False)  # as a user starts it
     robot.start('plant')
     robot.spin_until(lambda: 'waiting for' in robot.log('plant'))
+    threads = Path(f'/proc/{robot.processes["plant"].pid}/task').glob('*/comm')
+    assert not [name for name in map(Path.read_text, threads) if name.startswith('dds.tls')]
     robot.processes['plant'].close_input()
     robot.finish()
