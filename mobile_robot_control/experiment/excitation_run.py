@@ -21,6 +21,7 @@ from mobile_robot_control.ros.services.timers import create_steady_timer
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.runs.topic_names import topic_names
 from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.supervisor import keep_node
 
 _PATIENCE = 20.0
 """[s] of wait for odometry and the robot's subscription."""
@@ -52,6 +53,7 @@ def excite_robot(request: ExcitationRequest, area: Area, stop: Stop) -> Excitati
 
         exciter = Exciter(request.namespace, topic_names(request.topic), area, shared.stamped_cmd_vel,
                           shared.base_frame_id, record)
+        keep_node(exciter)
         executor = make_executor()
         executor.add_node(exciter)
         _wait_for(exciter, executor, stop)

@@ -16,7 +16,7 @@ from mobile_robot_control.ros.nodes.recorder import Recorder
 from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.ros.spin import RCLError, make_executor, one_line
 from mobile_robot_control.system.progress import tqdm
-from mobile_robot_control.system.supervisor import Supervisor
+from mobile_robot_control.system.supervisor import Supervisor, keep_node, shut_down
 
 
 def run_experiment(
@@ -32,11 +32,12 @@ def run_experiment(
     """
     use_fastdds_profiles(output / 'log')
     begun = False
-    rclpy.try_shutdown()  # of a previous run
+    shut_down()  # of a previous run
     try:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
             recorder = Recorder(namespace, bag.write, bag.knows, loop_of(parameters.plant))
+            keep_node(recorder)
             executor = make_executor()
             executor.add_node(recorder)
 

@@ -17,7 +17,7 @@ from mobile_robot_control.ros.nodes.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.system.files import explain
-from mobile_robot_control.system.supervisor import leave_dds
+from mobile_robot_control.system.supervisor import keep_node, leave_dds
 from mobile_robot_control.topics import LOOPS, LoopGraph
 
 _DISCOVERY = 4.0
@@ -50,6 +50,7 @@ def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     with BagWriter(path) as bag:
         recorder = Recorder(namespace, bag.write, bag.knows, loop)
+        keep_node(recorder)
         executor = make_executor()
         executor.add_node(recorder)
         # topics are discovered one after the other: the recording begins at one stamp for all of them

@@ -2,7 +2,8 @@
 The ends of processes that hang in a library, most often DDS, where their Python code cannot notice it.
 
 `Supervisor` watches a whole run, with its nodes, from another process: this file as a script, without imports from the
-package. `exit_after` guards the last moment of a process, to keep its exit code.
+package. `exit_after` guards the last moment of a process, to keep its exit code. Until then `keep_node` saves a node
+from garbage collection, in which its process would leave DDS.
 """
 
 import contextlib
@@ -13,10 +14,12 @@ import signal
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 LEAVING = 5
 """[s] for a process to leave DDS, which may hang if many processes end."""
 _MONOTONIC, _IN_A_THREAD = 1, 2  # CLOCK_MONOTONIC, SIGEV_THREAD
+_KEPT: list[Any] = []
 _GRACE = 20.0
 """[s] for an experiment to end after a signal or by itself, nodes included."""
 # the last are SIGINT and SIGTERM, as in Python's wakeup fd
@@ -114,12 +117,23 @@ def exit_after(seconds: int, code: int) -> Iterator[None]:
     library.timer_delete(timer)
 
 
+def keep_node(node: Any) -> None:
+    """Keep a node until `shut_down`: collected as garbage, it could hang where nobody watches."""
+    _KEPT.append(node)
+
+
+def shut_down() -> None:
+    """Destroy the nodes that were kept and shut rclpy down, which may hang."""
+    while _KEPT:
+        _KEPT.pop().destroy_node()
+    sys.modules['rclpy'].try_shutdown()
+
+
 def leave_dds(code: int) -> int:
     """Shut rclpy down if it was imported; return an exit code, or end the process with it if that hangs."""
-    rclpy = sys.modules.get('rclpy')
-    if rclpy is not None:
+    if 'rclpy' in sys.modules:
         with exit_after(LEAVING, code):
-            rclpy.try_shutdown()
+            shut_down()
     return code
 
 
