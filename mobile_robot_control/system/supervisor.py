@@ -113,8 +113,10 @@ def exit_after(seconds: int, code: int) -> Iterator[None]:
         yield
         return
     library.timer_settime(timer, 0, ctypes.byref(Times(after=seconds)), None)
-    yield
-    library.timer_delete(timer)
+    try:
+        yield
+    finally:
+        library.timer_delete(timer)
 
 
 def keep_node(node: Any) -> None:
@@ -131,7 +133,7 @@ def shut_down() -> None:
 
 def leave_dds(code: int) -> int:
     """Shut rclpy down if it was imported; return an exit code, or end the process with it if that hangs."""
-    if 'rclpy' in sys.modules:
+    if sys.modules.get('rclpy') is not None:
         with exit_after(LEAVING, code):
             shut_down()
     return code

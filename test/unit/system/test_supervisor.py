@@ -115,10 +115,12 @@ LEAVES = 'import ctypes, time; from mobile_robot_control.system.supervisor impor
 # holds the interpreter's lock
 HANGS = LEAVES + 'print("last line")\nwith exit_after(1, {}): ctypes.PyDLL(None).sleep(60)'
 IN_TIME = LEAVES + '\nwith exit_after(1, 7): pass\ntime.sleep(1.5)'
+FAILS = LEAVES + '\ntry:\n with exit_after(1, 7): [][0]\nexcept IndexError: time.sleep(1.5)'
 
 
-def test_a_process_that_hangs_while_it_ends_keeps_its_exit_code_as_one_that_ends_in_time():
-    for code, script, printed in ((0, HANGS, 'last line\n'), (3, HANGS, 'last line\n'), (0, IN_TIME, '')):
+def test_a_process_that_hangs_while_it_ends_keeps_its_exit_code_as_one_that_does_not():
+    for code, script, printed in (
+            (0, HANGS, 'last line\n'), (3, HANGS, 'last line\n'), (0, IN_TIME, ''), (0, FAILS, '')):
         begun = time.monotonic()
         done = subprocess.run([sys.executable, '-c', script.format(code)], capture_output=True, text=True, timeout=50,
                               check=False)
