@@ -20,7 +20,7 @@ from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
-from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.reference.cart import accelerated_at, reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.loop_start import start
 from mobile_robot_control.simulation.rollout import is_complete, recorded, rollout
@@ -45,6 +45,16 @@ def test_a_run_starts_at_rest_and_its_first_torque_follows_from_the_first_refere
     assert first.tick.error == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
     assert first.command == pytest.approx((0.5 * rate, 5.0 * rate), rel=1e-12)
     assert first.torque == pytest.approx((5.0 * (0.5 + 1.5) * rate, 5.0 * (0.5 - 1.5) * rate), rel=1e-12)
+
+
+def test_the_command_of_a_base_leads_by_the_mean_acceleration_of_its_period():
+    fed = {'reference_horizon': 1, 'feedforward.enabled': True}
+    loop = configured(plant={'drive': 'velocity', **fed}, reference_cart=fed, velocity_controller=fed,
+                      position_controller={'feedforward.lag': 0.2, 'feedforward.dead_time': 0.05, **fed})
+    first, placement = next(rollout(loop, 1.0)), loop.reference_cart.curve.placement
+    now, then = (accelerated_at(CURVES['trifolium'], time, placement) for time in (0.0, 0.01))
+    assert first.command == pytest.approx([velocity + 0.25 * 0.5 * (one + other) for velocity, one, other in zip(
+        now.velocity, now.acceleration, then.acceleration, strict=True)], rel=1e-12)
 
 
 def test_every_sample_follows_from_the_one_before():

@@ -23,6 +23,7 @@ PLACED = Placement(scale=0.7, period=PERIOD, phase=0.3, center=(1.1, -0.4), rota
 EXACT = 1e-8
 """What docs/metrics.md promises, of the scale."""
 PATHS = {curve.name: GrowingPath(CurveCourse(curve, PLACED)) for curve in BUILT_IN}
+UNIT = GrowingPath(CurveCourse(CURVES['circle'], LAP))
 
 
 def across(path, x, y, time, bound=math.inf):
@@ -69,6 +70,12 @@ def test_it_is_the_distance_that_brute_force_finds(name, time, ahead, aside):
 def test_of_circles_and_lines_it_is_computed_by_hand(curve, scale, x, y, time, distance):
     path = GrowingPath(CurveCourse(CURVES[curve], Placement(scale=scale, period=PERIOD)))
     assert across(path, x, y, time) == pytest.approx(distance, abs=EXACT)
+
+
+@given(angle=st.floats(0.0, 2.0 * math.pi), radius=st.floats(0.5, 1.5))
+def test_from_everywhere_a_circle_is_as_far_as_its_radius_differs(angle, radius):
+    x, y, time = radius * math.cos(angle), radius * math.sin(angle), angle / (2.0 * math.pi) * PERIOD
+    assert across(UNIT, x, y, time) == pytest.approx(abs(radius - 1.0), abs=EXACT)
 
 
 def test_the_other_branch_of_a_path_that_crosses_itself_is_not_taken():

@@ -179,12 +179,13 @@ def test_a_pool_of_processes_follows_a_law_that_is_registered_again(registered, 
     assert pool(trials_of(1.0)) == run_trials(trials_of(1.0)) != first
 
 
-@each_row(('step', 'reason'), [(nan_at_last, 'its command is not finite'), (raising, 'ArithmeticError: no way')])
-def test_a_law_that_fails_ends_the_rollout_with_its_outcome(registered, step, reason):
+@each_row(('step', 'reason', 'duration'), [
+    (nan_at_last, 'its command is not finite', 0.44), (raising, 'ArithmeticError: no way', 0.0)])
+def test_a_law_that_fails_ends_the_rollout_with_its_outcome(registered, step, reason, duration):
     registered(Law('mine', step, Gains))
     with pytest.raises(LawFailedError, match=reason):
         list(rollout(configured(), 1.0))
-    assert measure(configured(), 1.0).outcome == 'law_failed'
+    assert measure(configured(), 1.0)[:2] == ('law_failed', duration)
 
 
 def test_a_law_sees_error_reference_and_odometrys_velocity(registered):

@@ -9,14 +9,20 @@ import pytest
 from each import each_row
 
 from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
-from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_grid, scenario_trial
+from mobile_robot_control.simulation.scenarios import (
+    Scenario,
+    configured_scenario,
+    scenario_configuration,
+    scenario_grid,
+    scenario_trial,
+)
 from mobile_robot_control.simulation.totals import objective
 from mobile_robot_control.simulation.trial import make_trial
 from mobile_robot_control.tuning.monte_carlo import (
@@ -71,6 +77,23 @@ def test_a_scenario_sets_robot_start_curve_noise_and_delay():
     assert len(made.state.drive) == 2
     assert made.loop.imperfections.noise.seed == 5
     assert (made.steps, made.late) == (8000, 6000)
+
+
+def test_the_nodes_of_a_scenario_run_as_its_trial_and_a_base_has_its_delay_in_its_dead_time(tmp_path):
+    (tmp_path / 'path.csv').write_text('0,0\n1,0\n1,1\n')
+    base = short_lap(drive='velocity', **{'base.dead_time': [0.002, 0.003]})
+    on_path = configure({'reference_cart': {
+        'curve': 'path', 'path.file': str(tmp_path / 'path.csv'), 'timing.max_linear_velocity': 0.5,
+        'timing.max_linear_acceleration': 0.5}})
+    for parameters, curve in ((LAP, 'lemniscate'), (on_path, 'path'), (base, 'circle')):
+        scenario = Scenario(curve, 0.06, Pose(0.01, 0.0, 0.1), 1.0, 0.9, Noise((0.01, 0.0, 0.0), seed=3), 2)
+        found = scenario_configuration(parameters, scenario)
+        assert found.reference_cart.curve.curve == curve
+        trials = [scenario_trial(parameters, scenario, 0.2, 0.0),
+                  make_trial(found, 0.2 * course_of(found.reference_cart).period)]
+        assert len({repr(outcome) for outcome in run(trials)}) == 1
+    # two steps of 2 ms
+    assert found.plant.model.base.dead_time == pytest.approx((0.006, 0.007))
 
 
 def test_random_scenarios_are_uniform_within_their_bounds():
@@ -128,11 +151,13 @@ def test_a_generation_scores_as_its_individuals_and_unstable_gains_and_diverging
     assert not tried
     pushed = short_lap(**{'disturbance.step': [1e9, 1e9]})
     assert objective_of(pushed).score(configured_gains(pushed)) == WORST
+    assert run([make_trial(pushed, 1.0)])[0][:3] == (0, LAP.plant.initial_pose, (0.0, 0.0))
 
 
 def test_success_is_judged_by_the_late_errors_of_a_complete_run():
     made = make_trial(LAP, 1.0, late=0.75)
     (outcome,) = run([made])
+    assert outcome.initial_torque == measure(LAP, 1.0).initial_torque
     assert judge(made, outcome).success
     assert not judge(made, outcome._replace(steps=made.steps - 1)).success
     assert not judge(made, outcome._replace(late=outcome.late._replace(max_position=0.1))).success
