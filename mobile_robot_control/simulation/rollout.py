@@ -11,11 +11,10 @@ from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.plant_form import sensing
-from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Pose, Push, Truth, WheelTorque
+from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Push, Truth, WheelTorque
 from mobile_robot_control.reference.course import references_along
 from mobile_robot_control.simulation.closed_loop import Coming, Loop, Sample
 from mobile_robot_control.simulation.index_meter import IndexMeter
-from mobile_robot_control.simulation.indices import PerformanceIndices
 from mobile_robot_control.simulation.loop_start import shows_the_truth
 from mobile_robot_control.simulation.metrics import MeasuredRun, RunMeter
 from mobile_robot_control.simulation.ticks import NO_TORQUE, make_position_tick, make_velocity_tick
@@ -155,10 +154,6 @@ def measure(
         for sample in rollout(configuration, duration) if samples is None else samples:
             meter.add(sample)
     except LawFailedError:
-        if meter.last is None:  # at the very first step
-            start = Pose(*configuration.plant.initial_pose)
-            return MeasuredRun('law_failed', 0.0, start, meter.initial_torque, meter.totals,
-                               indices=PerformanceIndices())
         return meter.run('law_failed')
     complete = meter.last is not None and is_complete(meter.last, duration, shared.velocity_rate)
     return meter.run('completed' if complete else 'diverged')
