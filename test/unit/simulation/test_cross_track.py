@@ -1,6 +1,7 @@
 """The distance to the path near the cart: against circles, brute force and the other branch of a path."""
 
 import math
+from collections import Counter
 
 import pytest
 from each import each_row
@@ -114,11 +115,14 @@ def test_points_at_which_a_curve_fails_are_left_out():
     assert across(path, 1.3 * math.cos(1.0), -1.3 * math.sin(1.0), 0.0) == pytest.approx(0.3, abs=EXACT)
 
 
-def test_of_a_cart_that_drives_for_long_few_points_are_kept():
-    path = GrowingPath(CurveCourse(CURVES['line'], PLACED))
+def test_of_a_cart_that_drives_for_long_few_points_are_kept_and_each_is_computed_once():
+    asked = []
+    line = CURVES['line']
+    path = GrowingPath(CurveCourse(line._replace(point=lambda s: asked.append(s) or line.point(s)), PLACED))
     for n in range(150):
         table = path.between(0.2 * n * PERIOD, 0.2 * n * PERIOD)
     assert len(table.x) < 20 * POINTS
+    assert len(set(Counter(asked).values())) == 1
     assert table.first > 0
     # and of one whose clock is far on, none before it
     assert len(GrowingPath(CurveCourse(CURVES['circle'], PLACED)).between(1e6, 1e6).x) < POINTS

@@ -158,6 +158,8 @@ def test_success_is_judged_by_the_late_errors_of_a_complete_run():
     made = make_trial(LAP, 1.0, late=0.75)
     (outcome,) = run([made])
     assert outcome.initial_torque == measure(LAP, 1.0).initial_torque
+    # wheels at rest have no power, whatever their torque
+    assert run([make_trial(LAP, 0.002)])[0].totals.power_right == 0.0
     assert judge(made, outcome).success
     assert not judge(made, outcome._replace(steps=made.steps - 1)).success
     assert not judge(made, outcome._replace(late=outcome.late._replace(max_position=0.1))).success
