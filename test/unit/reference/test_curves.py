@@ -142,14 +142,15 @@ def cycloid(at):
     return curve
 
 
-@pytest.mark.parametrize(('curve', 'place'), [
-    (cycloid(0.0), 't = 0 s, at (0, 0)'), (cycloid(1.2345), f't = {16.0 * 1.2345 / (2.0 * math.pi):g} s, at ('),
-    (lambda _: CurvePoint(1.0, 2.0, 0.0, 0.0, 0.0, 0.0), 'at (1, 2) times the scale'),
+@pytest.mark.parametrize(('curve', 'phase', 'place'), [
+    (cycloid(0.0), 0.0, 't = 0 s, at (0, 0)'), (cycloid(1.25 * math.pi), 0.0, 't = 10 s, at ('),
+    (cycloid(1.25 * math.pi), 0.5, 't = 2 s, at ('),
+    (lambda _: CurvePoint(1.0, 2.0, 0.0, 0.0, 0.0, 0.0), 0.0, 'at (1, 2) times the scale'),
 ])
-def test_a_standing_cart_is_refused_with_the_place(registered, curve, place):
+def test_a_standing_cart_is_refused_with_the_place(registered, curve, phase, place):
     registered(Curve('standing', curve))
     with pytest.raises(ParameterError) as refused:
-        build(CurveParameters, {'curve': 'standing'})
+        build(CurveParameters, {'curve': 'standing', 'phase': phase})
     violation, = refused.value.violations
     for words in ("curve = 'standing' stands still", place, 'speed never vanishes'):
         assert words in violation
