@@ -13,8 +13,8 @@ from xdist.scheduler import LoadScopeScheduling
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
 
-# what only `make mutants` installs
-collect_ignore = ['mutants.py']
+# no tests: one needs what `make mutants` alone installs, and others import for a second or share a name
+collect_ignore_glob = ['mutants.py', 'bench/bench_*.py', '*/conftest.py']
 
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'

@@ -22,7 +22,7 @@ from adversary.stage import Stage
 
 SEED = 1
 """Of the cases of `make test`."""
-FEW = {'names': 22, 'numbers': 24, 'files': 34, 'namespaces': 15, 'texts': 20, 'plugins': 25}
+FEW = {'names': 11, 'numbers': 12, 'files': 17, 'namespaces': 8, 'texts': 10, 'plugins': 12}
 """How many cases of a kind `make test` runs."""
 
 
@@ -57,7 +57,7 @@ def test_odd_input_of_every_kind_keeps_the_rule(stage):
     codes, broken = play(stage, [seed for seed in seeds if seed not in slow[2:]])
     assert not broken, '\n\n'.join(broken)
     # some cases succeed, or fail as runs: not all stop at the first look
-    assert sum(count for (_, code), count in codes.items() if code != 2) > 10
+    assert sum(count for (_, code), count in codes.items() if code != 2) > 5
     assert all(codes[kind, 2] for kind in FEW)
 
 

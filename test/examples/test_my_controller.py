@@ -72,8 +72,8 @@ def test_colcon_builds_a_law_that_is_driven_by_its_name_and_equals_simulate(doma
     assert abs(simulated[0].tick.error.lateral) > 0.05
 
 
+@pytest.mark.soak
 @pytest.mark.timeout(330)
-@pytest.mark.long
 def test_pip_installs_a_law_that_is_tuned_and_passes_its_own_test(domain, package, tmp_path):
     place = tmp_path / 'installed'
     _printed([sys.executable, '-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-build-isolation',

@@ -6,6 +6,7 @@ import sys
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import pytest
 from each import each_row
 from package_drawing import imported_names
 
@@ -25,40 +26,48 @@ def _folder(path):
     return path.relative_to(PACKAGE).parts[0].removesuffix('.py')
 
 
-IMPORTED = {path: list(imported_names(path)) for path in FILES}
-GRAPH = {_folder(path): set() for path in FILES}
-"""The folders that each folder imports from."""
-for _path, _names in IMPORTED.items():
-    GRAPH[_folder(_path)] |= {name.split('.')[1] for name in _names if name.startswith(f'{PACKAGE.name}.')
-                              } & set(GRAPH) - {_folder(_path)}
+@pytest.fixture(scope='module')
+def imported():
+    """The dotted names that each file imports."""
+    return {path: list(imported_names(path)) for path in FILES}
 
 
-def test_imports_between_folders_run_one_way_and_none_is_relative():
+@pytest.fixture(scope='module')
+def graph(imported):
+    """The folders that each folder imports from."""
+    found = {_folder(path): set() for path in FILES}
+    for path, names in imported.items():
+        found[_folder(path)] |= {name.split('.')[1] for name in names if name.startswith(f'{PACKAGE.name}.')
+                                 } & set(found) - {_folder(path)}
+    return found
+
+
+def test_imports_between_folders_run_one_way_and_none_is_relative(graph):
     relative = re.compile(r'^\s*from \.', re.MULTILINE)
     assert not [path for path in FILES if relative.search(path.read_text(encoding='utf-8'))]
     try:
-        TopologicalSorter(GRAPH).prepare()
+        TopologicalSorter(graph).prepare()
     except CycleError as error:
         raise AssertionError(f'these folders import each other: {" <- ".join(error.args[1])}') from error
 
 
-def test_the_folders_of_nodes_import_downwards_alone_and_formulas_stand_below_all_that_uses_them():
+def test_the_folders_of_nodes_import_downwards_alone_and_formulas_stand_below_all_that_uses_them(imported, graph):
     order = ['services', 'inputs', 'clocks', 'nodes']
     for path in (PACKAGE / 'ros').glob('*/*.py'):
         above = order[order.index(path.parent.name) + 1:]
-        found = [name for name in IMPORTED[path] for folder in above
+        found = [name for name in imported[path] for folder in above
                  if name.startswith(f'{PACKAGE.name}.ros.{folder}.')]
         assert not found, f'{path.relative_to(PACKAGE)} imports {", ".join(found)}'
     below = {'quantities', 'angles', 'jit', 'stamps', 'system', 'parameters', 'plugins'}
-    assert set().union(*(GRAPH[name] for name in ('model', 'control', 'reference', 'messages'))) <= below | {'model'}
+    assert set().union(*(graph[name] for name in ('model', 'control', 'reference', 'messages'))) <= below | {'model'}
 
 
-def test_ros_and_heavy_libraries_are_imported_where_they_belong():
+def test_ros_and_heavy_libraries_are_imported_where_they_belong(imported):
     wrong = []
     for path in FILES:
         folder, compiles = _folder(path), path.name in ('batch.py', 'compile_cache.py')
         has_arrays = path.relative_to(PACKAGE).as_posix() in WITH_ARRAYS
-        for name in IMPORTED[path]:
+        for name in imported[path]:
             first = name.partition('.')[0]
             if ((first in ROS and folder not in MAY_IMPORT_ROS) or (first == 'numba' and not compiles)
                     or (first in HEAVY - {'numba'} and folder not in MAY_IMPORT_HEAVY
