@@ -47,9 +47,10 @@ def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(d
     for file in files:
         file.write_text(FILE)
     done = run_command('experiment', '--law', KANAYAMA, '--curve', PLUGINS / 'ellipse.py', '--duration', 0.5,
-                       '--output', tmp_path / 'both', '--composed', '-p', 'plant.real_time_factor:=0.0', '--no-report',
-                       '--compare', *files)
+                       '--output', tmp_path / 'both', '--composed', '-p', 'plant.real_time_factor:=0.0', '--compare',
+                       *files)
     assert done.returncode == 0, done.stderr
+    assert 'my_kanayama' in (tmp_path / 'both' / 'report.html').read_text()
     recording, again = (bag.read_bag(tmp_path / 'both' / file.stem / 'bag').samples for file in files)
     assert again == recording
     simulated = list(rollout(at_cart_start(configure(load(files[:1]))), 0.5))

@@ -1,10 +1,8 @@
 """The lesson of the fuzzy surface."""
 
-import pytest
 from lesson_solutions import SOLUTIONS, begin
 
 
-@pytest.mark.soak
 def test_the_lesson_is_passed_by_keyboard_on_a_phone(page):
     lesson = begin(page, '4_fuzzy', 'phone')
     SOLUTIONS['4_fuzzy'](page, lesson)

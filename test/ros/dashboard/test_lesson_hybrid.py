@@ -1,10 +1,8 @@
 """The lesson of the hybrid law."""
 
-import pytest
 from lesson_solutions import SOLUTIONS, begin
 
 
-@pytest.mark.soak
 def test_the_lesson_is_passed_by_keyboard_on_a_desktop(page):
     lesson = begin(page, '3_hybrid', 'desktop')
     SOLUTIONS['3_hybrid'](page, lesson)
