@@ -81,7 +81,7 @@ class OpenPage:
         try:
             wait_until(condition, 60.0, 0.05)
         except AssertionError as error:
-            shown = [look(), *(self.text(name) for name in ('run', 'nodes', 'notice', 'changes'))]
+            shown = [look(), *(self.text(name) for name in ('run', 'nodes', 'notice', 'changes', 'recorded'))]
             raise AssertionError(f'{error}; the page shows {shown}') from None
 
     def find(self, selector):
